@@ -1,0 +1,1 @@
+#include "formats/asset_file.h"

@@ -1,0 +1,1 @@
+#include "formats/brdf_file.h"

@@ -1,0 +1,1 @@
+#include "formats/command_line.h"

@@ -1,0 +1,50 @@
+#pragma once
+// The command line that all programs share (design section 9), on CLI11: only *_main.cpp files include this.
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "formats/progress.h"
+
+namespace penumbra {
+
+struct CommonOptions {
+    bool quiet = false;
+    int verbosity = 0;
+    int threads = 0;  // 0: --threads, else PENUMBRA_THREADS, else CUE_THREADS, else all cores; resolved by runProgram
+    std::string report;  // JSON file, "" = none
+    std::string progress = "auto";
+    std::string depfile;  // make rule, "" = none
+    bool no_clobber = false;
+    bool dry_run = false;
+};
+
+// What a verb did; goes into --report together with times per phase. Every figure printed is also put here.
+struct Report {
+    nlohmann::ordered_json figures = nlohmann::ordered_json::object();
+    void phase(const std::string& name);  // ends the phase before, starts this one; wall seconds per phase are reported
+    std::vector<std::pair<std::string, double>> phases;  // seconds
+    std::chrono::steady_clock::time_point phase_start = std::chrono::steady_clock::now();
+};
+
+// One verb of a program. `define` adds the verb's own options to its subcommand; `inputs`/`output` are asked for after
+// the parse (for --depfile, --no-clobber); `run` does the work and throws on failure. With --dry-run, `run` is called
+// with options.dry_run set, prints what it would do and writes nothing.
+struct Verb {
+    std::string name, help;
+    std::function<void(CLI::App&)> define;
+    std::function<std::vector<std::filesystem::path>()> inputs;
+    std::function<std::filesystem::path()> output;  // "" = none
+    std::function<void(const CommonOptions&, Report&)> run;
+};
+
+// Parses, runs one verb, writes report and depfile, turns exceptions into one line and an exit code. `format_versions`
+// is printed by --version after the tool's own ("penumbra.visibility 1, ...").
+int runProgram(const char* program, const char* description, const char* format_versions, std::vector<Verb> verbs,
+               int argc, char** argv);
+
+}  // namespace penumbra

@@ -1,0 +1,1 @@
+#include "formats/fp16.h"

@@ -1,0 +1,1 @@
+#include "formats/hdf5_handle.h"

@@ -1,0 +1,1 @@
+#include "formats/light_file.h"

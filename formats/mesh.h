@@ -1,0 +1,58 @@
+#pragma once
+// Plain structs for what several files hold: mesh, skin, sampled animation.
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+// The welded mesh: V shading points (same rest position, same skin weights). Model frame: right-handed, y up, metres.
+struct Mesh {
+    std::vector<Triangle> triangles;           // [T], indices < V
+    std::vector<Vec3> rest_positions;          // [V], in the space that bone matrices map from
+    std::vector<std::uint32_t> source_vertex;  // [R], the shading point of each source vertex
+
+    std::size_t vertexCount() const { return rest_positions.size(); }
+};
+
+struct Skin {
+    std::vector<std::string> joint_names;  // [J], unique
+    std::vector<std::int32_t> parents;     // [J], -1 for roots; parents[j] != j, no cycles
+    int influences = 0;                    // K
+    std::vector<std::uint16_t> joints;     // [V,K], < J; 0 where the weight is 0
+    std::vector<float> weights;            // [V,K], >= 0, descending, each row sums to 1
+
+    std::size_t jointCount() const { return joint_names.size(); }
+};
+
+// Sampled frames of one or more clips, in order: the list that --frames slices.
+struct FrameList {
+    std::vector<std::string> clip_names;  // [C], unique
+    std::vector<std::uint16_t> clip;      // [F], index into clip_names, ascending
+    std::vector<double> time;             // [F], seconds in the clip
+
+    std::size_t frameCount() const { return time.size(); }
+};
+
+constexpr const char* kJointRotationVectors = "joint_rotation_vectors";
+constexpr const char* kDihedralAngles = "dihedral_angles";
+
+// Diagonal of the axis-aligned box; the unit of every scale-relative tolerance. 0 for an empty or one-point set.
+double boxDiagonal(const std::vector<Vec3>& positions);
+
+// Linear blend skinning of positions; normals by the cofactor of the blended linear part, normalised (a zero normal
+// stays zero). `bones` has J skinning matrices (joint global x inverse bind). This very rule is what bake, fit and the
+// run-time evaluator agree on. Outputs are resized to V.
+void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
+                  const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals);
+
+// Area-weighted vertex normals of `positions`; a vertex without area gets a unit normal that points away from the
+// centroid (or +y). Every result is unit.
+std::vector<Vec3> vertexNormals(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions);
+
+}  // namespace penumbra

@@ -1,0 +1,1 @@
+#include "formats/parallel_for.h"

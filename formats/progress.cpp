@@ -1,0 +1,1 @@
+#include "formats/progress.h"

@@ -1,0 +1,35 @@
+#pragma once
+// Progress on stderr in the dialect that the caller's farm reads.
+#include <chrono>
+#include <string>
+#include <string_view>
+
+namespace penumbra {
+
+enum class ProgressStyle {
+    kNone,
+    kBar,     // one line, rewritten: percent, rate, time left
+    kOpenJd,  // "openjd_progress: 42.0" and "openjd_status: ..." (Open Job Description); on stdout, as the
+              // specification asks
+    kAlf,     // "ALF_PROGRESS 42%" (Tractor); on stdout
+};
+
+// "auto" is a bar on a terminal and nothing elsewhere. Throws UsageError on an unknown word.
+ProgressStyle parseProgressStyle(std::string_view word);
+
+class Progress {
+public:
+    // `unit` names what is counted ("frames"); `total` > 0. Prints at most 4 times a second.
+    Progress(ProgressStyle style, std::string what, std::string unit, double total);
+    ~Progress();  // ends the line
+    void update(double done);
+
+private:
+    ProgressStyle style_;
+    std::string what_, unit_;
+    double total_;
+    std::chrono::steady_clock::time_point start_, last_;
+    bool printed_ = false;
+};
+
+}  // namespace penumbra

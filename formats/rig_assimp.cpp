@@ -1,0 +1,1 @@
+#include "formats/rig_file.h"

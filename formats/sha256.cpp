@@ -1,0 +1,1 @@
+#include "formats/sha256.h"

@@ -1,0 +1,1 @@
+#include "formats/visibility_file.h"

@@ -1,0 +1,74 @@
+#pragma once
+// x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility", version 1; README.md lists
+// every dataset). Written frame by frame in bounded memory, read by frame or by vertex range.
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/mesh.h"
+#include "formats/provenance.h"
+
+namespace penumbra {
+
+constexpr int kVisibilityVersion = 1;
+
+struct VisibilityHeader {
+    int order = 5;
+    std::string quantity = "hemisphere_visibility";  // or mirrored_visibility
+    int rays = 0;                                    // directions above the horizon
+    std::uint64_t seed = 0;
+    int bounces = 0;
+    std::optional<float> ground_y;  // height of the ground plane that blocked rays, if any
+    Mesh mesh;
+    std::optional<Skin> skin;
+    std::vector<Vec3> rest_normals;  // [V] what skinVertices() turned into the frames' normals (/mesh/rest_normals)
+    FrameList frames;
+    int pose_size = 0;  // P
+    std::string pose_parameterisation = kJointRotationVectors;
+    Provenance provenance;
+
+    std::size_t coefficientCount() const { return std::size_t(order) * order; }
+};
+
+// One frame; sizes V, V, J (0 without skin), P, V n^2.
+struct VisibilityFrame {
+    std::vector<Vec3> positions, normals;
+    std::vector<Affine> bones;
+    std::vector<float> pose;
+    std::vector<float> coefficients;  // [V, n^2], model frame
+};
+
+enum class Precision { kFloat32, kFloat16 };
+
+class VisibilityWriter {
+public:
+    VisibilityWriter(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision);
+    ~VisibilityWriter();                            // without finish(): nothing is left
+    void writeFrame(const VisibilityFrame& frame);  // in order
+    void finish();                                  // after frameCount() frames: the file appears under its name
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+class VisibilityReader {
+public:
+    explicit VisibilityReader(const std::filesystem::path& path);  // IoError, InvalidInput
+    ~VisibilityReader();
+    const VisibilityHeader& header() const;
+    VisibilityFrame readFrame(std::size_t frame) const;
+    // Without coefficients: what a feature or a renderer needs of the pose.
+    VisibilityFrame readPose(std::size_t frame) const;
+    // Coefficients of vertices [begin, end) in all frames: out is [F, end - begin, n^2].
+    void readVertices(std::size_t begin, std::size_t end, std::span<float> out) const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace penumbra

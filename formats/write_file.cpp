@@ -1,0 +1,1 @@
+#include "formats/write_file.h"

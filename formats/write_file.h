@@ -1,0 +1,36 @@
+#pragma once
+// A name that exists is a whole file: outputs are written under a temporary name beside the target, flushed, fsynced
+// and renamed. A failure, an exception or a signal leaves neither a partial file nor a changed old one.
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+namespace penumbra {
+
+class PartialFile {
+public:
+    // Chooses "TARGET.partPID" beside the target and checks that the folder can be written; IoError otherwise.
+    explicit PartialFile(std::filesystem::path target);
+    ~PartialFile();  // removes the partial file unless commit() was called
+    PartialFile(const PartialFile&) = delete;
+    PartialFile& operator=(const PartialFile&) = delete;
+
+    const std::filesystem::path& path() const { return partial_; }  // write here
+    void commit();  // fsync, rename over the target, fsync of the folder; IoError
+
+private:
+    std::filesystem::path target_, partial_;
+    bool committed_ = false;
+};
+
+void writeWholeFile(const std::filesystem::path& target, std::span<const std::byte> bytes);
+void writeWholeFile(const std::filesystem::path& target, std::string_view text);
+
+// SIGINT and SIGTERM from now on only set a flag; loops call throwIfInterrupted() at least a few times a second, which
+// throws Interrupted, so that destructors remove partial files.
+void catchSignals();
+bool interrupted() noexcept;
+void throwIfInterrupted();
+
+}  // namespace penumbra

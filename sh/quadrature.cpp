@@ -1,0 +1,1 @@
+#include "sh/quadrature.h"

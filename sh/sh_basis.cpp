@@ -1,0 +1,1 @@
+#include "sh/sh_basis.h"

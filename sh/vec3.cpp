@@ -1,0 +1,1 @@
+#include "sh/vec3.h"

@@ -1,0 +1,1 @@
+#include "sh/visibility_convention.h"

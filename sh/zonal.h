@@ -1,0 +1,19 @@
+#pragma once
+// Zonal harmonics: z_l is the true SH coefficient y(l,0) of a lobe aligned with +z.
+#include <span>
+
+#include "sh/sh_basis.h"
+
+namespace penumbra {
+
+// g_lm = sqrt(4pi/(2l+1)) z_l y_lm(axis) (paper 003 eq. 1 corrected, paper 004 eq. 3). z.size() == order,
+// out.size() == coefficientCount(order), axis unit.
+void rotateZonal(std::span<const double> z, Vec3d axis, std::span<double> out);
+
+// z_l of max(0, cos theta): sqrt(pi)/2, sqrt(pi/3), sqrt(5pi)/8, 0, ... ; exact, z.size() == order.
+void clampedCosineZonal(std::span<double> z);
+
+// z_l of the visibility left by a blocked cap of half-angle `angle` around +z (paper 004 eq. 22-23 corrected).
+void capVisibilityZonal(double angle, std::span<double> z);
+
+}  // namespace penumbra
