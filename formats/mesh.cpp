@@ -1,1 +1,63 @@
 #include "formats/mesh.h"
+
+#include <algorithm>
+#include <cassert>
+#include <span>
+
+namespace penumbra {
+
+double boxDiagonal(const std::vector<Vec3>& positions) {
+    if (positions.empty()) return 0;
+    Vec3d low = toDouble(positions[0]), high = low;
+    for (Vec3 p : positions)
+        for (int i = 0; i < 3; ++i) {
+            low[i] = std::min(low[i], double(p[i]));
+            high[i] = std::max(high[i], double(p[i]));
+        }
+    return length(high - low);
+}
+
+static Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> weights,
+                         const std::vector<Affine>& bones) {
+    Affine blend{{}};
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+        if (weights[k] == 0) continue;
+        for (std::size_t i = 0; i < 12; ++i) blend.m[i] += weights[k] * bones[joints[k]].m[i];
+    }
+    return blend;
+}
+
+void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
+                  const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals) {
+    const std::size_t vertices = mesh.vertexCount(), influences = std::size_t(skin.influences);
+    assert(rest_normals.size() == vertices && bones.size() == skin.jointCount());
+    assert(skin.joints.size() == vertices * influences && skin.weights.size() == skin.joints.size());
+    positions.resize(vertices);
+    normals.resize(vertices);
+    for (std::size_t v = 0; v < vertices; ++v) {
+        const Affine blend = blendBones(std::span(skin.joints).subspan(v * influences, influences),
+                                        std::span(skin.weights).subspan(v * influences, influences), bones);
+        positions[v] = blend.point(mesh.rest_positions[v]);
+        normals[v] = normalized(cofactor(blend.linear()) * rest_normals[v]);
+    }
+}
+
+std::vector<Vec3> vertexNormals(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions) {
+    std::vector<Vec3d> sum(positions.size());
+    Vec3d centroid;
+    for (const Triangle& t : triangles) {
+        const Vec3d a = toDouble(positions[t[0]]), b = toDouble(positions[t[1]]), c = toDouble(positions[t[2]]);
+        const Vec3d twice_area = cross(b - a, c - a);
+        for (std::uint32_t corner : t) sum[corner] += twice_area;
+    }
+    for (Vec3 p : positions) centroid += toDouble(p) / double(positions.size());
+    std::vector<Vec3> normals(positions.size());
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        Vec3d n = normalized(sum[v]);
+        if (n == Vec3d{}) n = normalized(toDouble(positions[v]) - centroid);
+        normals[v] = n == Vec3d{} ? Vec3{0, 1, 0} : toFloat(n);
+    }
+    return normals;
+}
+
+}  // namespace penumbra

@@ -10,7 +10,8 @@ namespace penumbra {
 
 class PartialFile {
 public:
-    // Chooses "TARGET.partPID" beside the target and checks that the folder can be written; IoError otherwise.
+    // Makes "TARGET.partPID" beside the target (locked, empty) and removes those that killed writers left; IoError when
+    // the folder cannot be written or the target is no regular file.
     explicit PartialFile(std::filesystem::path target);
     ~PartialFile();  // removes the partial file unless commit() was called
     PartialFile(const PartialFile&) = delete;
@@ -21,14 +22,16 @@ public:
 
 private:
     std::filesystem::path target_, partial_;
-    bool committed_ = false;
+    int lock_ = -1;  // descriptor of the partial file while it is ours
+    void discard() noexcept;
 };
 
 void writeWholeFile(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void writeWholeFile(const std::filesystem::path& target, std::string_view text);
 
 // SIGINT and SIGTERM from now on only set a flag; loops call throwIfInterrupted() at least a few times a second, which
-// throws Interrupted, so that destructors remove partial files.
+// throws Interrupted, so that destructors remove partial files. Where none does so for 0.8 s (a long library call), the
+// partial files are removed and the process exits with kExitFailed. SIGXFSZ and SIGPIPE become errors of write().
 void catchSignals();
 bool interrupted() noexcept;
 void throwIfInterrupted();
