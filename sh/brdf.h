@@ -16,6 +16,8 @@ struct BrdfSpec {
     std::string name = "lambert";
     std::map<std::string, double> parameters;  // every parameter of the model, defaults filled in
     Vec3d color{1, 1, 1};
+
+    bool operator==(const BrdfSpec&) const = default;
 };
 
 // "NAME[:key=value,...]". Throws std::invalid_argument: one sentence that names the key, its range and the value.

@@ -1,1 +1,85 @@
 #include "sh/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "sh/key_values.h"
+
+namespace penumbra {
+
+static double radians(double degrees) { return degrees * std::numbers::pi / 180; }
+
+static Vec3d boxCentre(std::span<const Vec3> positions) {
+    if (positions.empty()) return {};
+    Vec3d low = toDouble(positions[0]), high = low;
+    for (const Vec3& p : positions)
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], double(p[axis]));
+            high[axis] = std::max(high[axis], double(p[axis]));
+        }
+    return (low + high) * 0.5;
+}
+
+Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    Camera camera{.target = boxCentre(positions), .distance = nan, .vertical_fov = radians(35)};
+    for (const KeyValue& item : splitKeyValues(text)) {
+        if (item.key == "yaw")
+            camera.yaw = radians(parseNumber("camera yaw", item.value, -360, 360));
+        else if (item.key == "pitch")
+            camera.pitch = radians(parseNumber("camera pitch", item.value, -89, 89));
+        else if (item.key == "fov")
+            camera.vertical_fov = radians(parseNumber("camera fov", item.value, 1, 170));
+        else if (item.key == "distance")
+            camera.distance = parseNumber("camera distance", item.value, 1e-9, 1e9);
+        else if (item.key == "target")
+            camera.target = parseTriple("camera target", item.value, -1e9, 1e9);
+        else
+            throw std::invalid_argument("camera has no '" + std::string(item.key) +
+                                        "': use yaw, pitch, fov, distance, target");
+    }
+    if (std::isnan(camera.distance)) camera.distance = std::max(radius, 1e-9) / std::sin(camera.vertical_fov / 2);
+    return camera;
+}
+
+struct Axes {
+    Vec3d right, up, forward;
+};
+
+static Axes axesOf(const Camera& camera) {
+    const double sy = std::sin(camera.yaw), cy = std::cos(camera.yaw), sp = std::sin(camera.pitch),
+                 cp = std::cos(camera.pitch);
+    return {{cy, 0, -sy}, {-sp * sy, cp, -sp * cy}, {-cp * sy, -sp, -cp * cy}};
+}
+
+Vec3d cameraPosition(const Camera& camera) { return camera.target - axesOf(camera).forward * camera.distance; }
+
+Vec3d pixelDirection(const Camera& camera, double x, double y, int width, int height) {
+    const Axes axes = axesOf(camera);
+    const double half = std::tan(camera.vertical_fov / 2);
+    const double u = (2 * x / width - 1) * half * width / height, v = (1 - 2 * y / height) * half;
+    return normalized(axes.forward + axes.right * u + axes.up * v);
+}
+
+void clipFromModel(const Camera& camera, double aspect, double radius, std::span<float, 16> out) {
+    const Axes axes = axesOf(camera);
+    const Vec3d eye = cameraPosition(camera);
+    // Four radii leave room for a target far from the model's centre.
+    const double far = camera.distance + 4 * radius;
+    const double near = std::max(camera.distance - 4 * radius, 1e-3 * std::min(camera.distance, far));
+    const double fy = 1 / std::tan(camera.vertical_fov / 2), fx = fy / aspect;
+    const double depth_scale = (far + near) / (far - near), depth_offset = -2 * far * near / (far - near);
+    const auto row = [&](int index, Vec3d axis, double scale, double offset) {
+        for (int column = 0; column < 3; ++column) out[4 * column + index] = float(axis[column] * scale);
+        out[12 + index] = float(-dot(axis, eye) * scale + offset);
+    };
+    row(0, axes.right, fx, 0);
+    row(1, axes.up, fy, 0);
+    row(2, axes.forward, depth_scale, depth_offset);
+    row(3, axes.forward, 1, 0);
+}
+
+}  // namespace penumbra

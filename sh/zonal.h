@@ -13,6 +13,9 @@ void rotateZonal(std::span<const double> z, Vec3d axis, std::span<double> out);
 // z_l of max(0, cos theta): sqrt(pi)/2, sqrt(pi/3), sqrt(5pi)/8, 0, ... ; exact, z.size() == order.
 void clampedCosineZonal(std::span<double> z);
 
+// z_l of the function that is 1 where s.z < height, else 0; -1 <= height <= 1, z.size() == order.
+void belowPlaneZonal(double height, std::span<double> z);
+
 // z_l of the visibility left by a blocked cap of half-angle `angle` around +z (paper 004 eq. 22-23 corrected).
 void capVisibilityZonal(double angle, std::span<double> z);
 

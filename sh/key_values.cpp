@@ -1,0 +1,64 @@
+#include "sh/key_values.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace penumbra {
+
+// The parts before and after the first `separator`; the second is empty when there is none.
+static std::pair<std::string_view, std::string_view> cut(std::string_view text, char separator) {
+    const std::size_t at = text.find(separator);
+    if (at == std::string_view::npos) return {text, {}};
+    return {text.substr(0, at), text.substr(at + 1)};
+}
+
+std::vector<KeyValue> splitKeyValues(std::string_view text) {
+    std::vector<KeyValue> items;
+    if (text.empty()) return items;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string_view item = text.substr(begin, end - begin);
+        const auto [key, value] = cut(item, '=');
+        if (key.empty() || value.empty())
+            throw std::invalid_argument("expected key=value, not '" + std::string(item) + "'");
+        for (const KeyValue& before : items)
+            if (before.key == key) throw std::invalid_argument("'" + std::string(key) + "' is given twice");
+        items.push_back({key, value});
+        begin = end + 1;
+    }
+    return items;
+}
+
+static std::string shortest(double value) {
+    char buffer[32];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+double parseNumber(std::string_view what, std::string_view text, double least, double most) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value >= least && value <= most))
+        throw std::invalid_argument(std::string(what) + " must be a number from " + shortest(least) + " to " +
+                                    shortest(most) + ", not '" + std::string(text) + "'");
+    return value;
+}
+
+Vec3d parseTriple(std::string_view what, std::string_view text, double least, double most) {
+    const auto count = std::count(text.begin(), text.end(), '/');
+    if (count == 0) {
+        const double value = parseNumber(what, text, least, most);
+        return {value, value, value};
+    }
+    if (count != 2)
+        throw std::invalid_argument(std::string(what) + " must be three numbers like 1/0.5/0, not '" +
+                                    std::string(text) + "'");
+    const auto [x, rest] = cut(text, '/');
+    const auto [y, z] = cut(rest, '/');
+    return {parseNumber(what, x, least, most), parseNumber(what, y, least, most), parseNumber(what, z, least, most)};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,23 @@
+#pragma once
+// "key=value,key=value": the small language of cameras and BRDFs. Every failure is a std::invalid_argument with one
+// sentence that names what is wrong, the range and the value.
+#include <string_view>
+#include <vector>
+
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+struct KeyValue {
+    std::string_view key, value;
+};
+
+// "" has no items. An item without '=' or with an empty side, or a key that comes twice, is an error.
+std::vector<KeyValue> splitKeyValues(std::string_view text);
+
+// A finite number in [least, most]; `what` names it in the message.
+double parseNumber(std::string_view what, std::string_view text, double least, double most);
+// "x/y/z", or one number for all three.
+Vec3d parseTriple(std::string_view what, std::string_view text, double least, double most);
+
+}  // namespace penumbra
