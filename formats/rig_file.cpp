@@ -1,1 +1,154 @@
 #include "formats/rig_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "formats/errors.h"
+#include "formats/rig_build.h"
+
+namespace penumbra {
+
+static RigSource readSource(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    if (extension == ".glb" || extension == ".gltf") return readGltf(path);
+    if (extension == ".fbx" || extension == ".dae" || extension == ".x") return readWithAssimp(path);
+    throw Unsupported(path.string() + ": not a rig (.glb, .gltf, .fbx, .dae and .x are read)");
+}
+
+// Skinned nodes win over others of the same name; of several, the first.
+static std::map<std::string, int> nodesByName(const RigSource& source) {
+    std::map<std::string, int> node_of_name;
+    for (const SourceSkin& skin : source.skins)
+        for (const int n : skin.nodes) node_of_name.emplace(source.nodes[std::size_t(n)].name, n);
+    for (std::size_t n = 0; n < source.nodes.size(); ++n) node_of_name.emplace(source.nodes[n].name, int(n));
+    return node_of_name;
+}
+
+// Moves the clips of `from` to `rig`. Channels of nodes that `rig` does not have are left out.
+static void addClips(RigSource& rig, RigSource&& from) {
+    if (from.clips.empty())
+        throw InvalidInput(from.file.string() + ": brings no clip, and only the first rig brings a mesh");
+    const std::map<std::string, int> node_of_name = nodesByName(rig);
+    for (Clip& clip : from.clips) {
+        std::vector<Channel> channels;
+        for (Channel& channel : clip.channels) {
+            const auto node = node_of_name.find(from.nodes[std::size_t(channel.node)].name);
+            if (node == node_of_name.end()) continue;
+            channel.node = node->second;
+            if (rig.nodes[std::size_t(channel.node)].matrix)
+                failAtNode(rig, channel.node, "has a matrix and cannot be animated by " + from.file.string());
+            channels.push_back(std::move(channel));
+        }
+        if (channels.empty())
+            throw InvalidInput(from.file.string() + ": clip '" + clip.name + "' moves no node of " + rig.file.string());
+        clip.channels = std::move(channels);
+        rig.clips.push_back(std::move(clip));
+    }
+    rig.files_read.insert(rig.files_read.end(), from.files_read.begin(), from.files_read.end());
+}
+
+static void makeClipNamesUnique(std::vector<Clip>& clips) {
+    std::vector<std::string> names;
+    for (const Clip& clip : clips) names.push_back(clip.name);
+    names = uniqueNames(std::move(names));
+    for (std::size_t i = 0; i < clips.size(); ++i) clips[i].name = names[i];
+}
+
+// The nearest ancestor that is a joint. Joints that share a node share that ancestor.
+static std::vector<std::int32_t> jointParents(const std::vector<Node>& nodes, const std::vector<int>& node_of_joint) {
+    std::vector<std::int32_t> joint_of_node(nodes.size(), -1);
+    for (std::size_t j = node_of_joint.size(); j-- > 0;) joint_of_node[std::size_t(node_of_joint[j])] = std::int32_t(j);
+    std::vector<std::int32_t> parents;
+    for (const int node : node_of_joint) {
+        int ancestor = nodes[std::size_t(node)].parent;
+        while (ancestor >= 0 && joint_of_node[std::size_t(ancestor)] < 0)
+            ancestor = nodes[std::size_t(ancestor)].parent;
+        parents.push_back(ancestor < 0 ? -1 : joint_of_node[std::size_t(ancestor)]);
+    }
+    return parents;
+}
+
+static Rig buildRig(RigSource&& source) {
+    std::size_t triangles = 0;
+    for (const SourcePart& part : source.parts) triangles += part.triangles.size();
+    if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
+    const JointTable table = chooseJoints(source);
+    Rig rig;
+    const SourceVertices vertices = gatherVertices(source, table);
+    const double diagonal = boxDiagonal(vertices.positions);
+    if (!std::isfinite(diagonal) || !(diagonal > 0))
+        throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
+    weldVertices(vertices, rig.mesh, rig.skin);
+    if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
+    rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
+    rig.nodes = std::move(source.nodes);
+    rig.node_of_joint = table.nodes;
+    rig.inverse_bind = table.inverse_bind;
+    std::vector<std::string> names;
+    for (const int node : rig.node_of_joint) names.push_back(rig.nodes[std::size_t(node)].name);
+    rig.skin.joint_names = uniqueNames(std::move(names));
+    rig.skin.parents = jointParents(rig.nodes, rig.node_of_joint);
+    rig.clips = std::move(source.clips);
+    rig.files_read = std::move(source.files_read);
+    evaluatePose(rig, -1, 0);  // throws where a transform is not finite
+    return rig;
+}
+
+Rig readRig(const std::vector<std::filesystem::path>& paths) {
+    if (paths.empty()) throw UsageError("a rig is needed");
+    RigSource source = readSource(paths[0]);
+    for (std::size_t i = 1; i < paths.size(); ++i) addClips(source, readSource(paths[i]));
+    makeClipNamesUnique(source.clips);
+    if (source.clips.size() > 65535) throw Unsupported(source.file.string() + ": more than 65535 clips");
+    return buildRig(std::move(source));
+}
+
+constexpr double kMaxFrames = 1e7;
+
+static std::vector<double> frameTimes(const Clip& clip, double fps) {
+    std::vector<double> times;
+    if (clip.duration <= 0) return {0.0};
+    if (fps > 0) {
+        if (clip.duration * fps > kMaxFrames)
+            throw UsageError("--fps " + std::to_string(fps) + " gives clip '" + clip.name + "' more than 1e7 frames");
+        for (std::size_t i = 0; double(i) / fps <= clip.duration + 1e-9; ++i) times.push_back(double(i) / fps);
+        return times;
+    }
+    for (const Channel& channel : clip.channels) times.insert(times.end(), channel.times.begin(), channel.times.end());
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+    return times;
+}
+
+static const Clip& findClip(const Rig& rig, const std::string& name) {
+    std::string known;
+    for (const Clip& clip : rig.clips) {
+        if (clip.name == name) return clip;
+        known += (known.empty() ? "" : ", ") + clip.name;
+    }
+    throw UsageError("no clip '" + name + "'; the rig has " + (known.empty() ? "none" : known));
+}
+
+FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, double fps) {
+    if (!std::isfinite(fps) || fps < 0) throw UsageError("frames per second must be 0 or more");
+    std::vector<std::string> chosen = clips;
+    if (chosen.empty())
+        for (const Clip& clip : rig.clips) chosen.push_back(clip.name);
+    if (chosen.empty()) return {{"rest"}, {0}, {0.0}};
+    FrameList frames;
+    for (const std::string& name : chosen) {
+        if (std::count(chosen.begin(), chosen.end(), name) > 1)
+            throw UsageError("clip '" + name + "' is asked for twice");
+        for (const double t : frameTimes(findClip(rig, name), fps)) {
+            frames.clip.push_back(std::uint16_t(frames.clip_names.size()));
+            frames.time.push_back(t);
+        }
+        frames.clip_names.push_back(name);
+    }
+    return frames;
+}
+
+}  // namespace penumbra

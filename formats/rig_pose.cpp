@@ -1,1 +1,137 @@
-#include "formats/rig_file.h"
+// Poses of a rig: keys to node transforms to skinning matrices. Interpolation as in glTF 2.0 appendix C.
+#include <algorithm>
+#include <cmath>
+
+#include "formats/errors.h"
+#include "formats/rig_matrix.h"
+
+namespace penumbra {
+
+namespace {
+struct LocalPose {
+    std::array<double, 3> translation;
+    Quaternion rotation;
+    std::array<double, 3> scale;
+};
+
+// Where a time lies between keys: `fraction` of the way from key `from` to key `to`.
+struct KeySpan {
+    std::size_t from = 0, to = 0;
+    double fraction = 0, duration = 0;  // seconds between the keys
+};
+}  // namespace
+
+static KeySpan findKeys(const std::vector<double>& times, double time) {
+    if (time <= times.front()) return {};
+    const std::size_t last = times.size() - 1;
+    if (time >= times.back()) return {last, last};
+    const std::size_t to = std::size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
+    const double duration = times[to] - times[to - 1];
+    return {to - 1, to, (time - times[to - 1]) / duration, duration};
+}
+
+// Hermite spline: p(t) = (2t^3-3t^2+1) v0 + d (t^3-2t^2+t) b0 + (3t^2-2t^3) v1 + d (t^3-t^2) a1, with the keys' in-
+// tangent a, value v, out-tangent b and the time d between them.
+template <std::size_t N>
+static std::array<double, N> cubicSpline(const float* from, const float* to, const KeySpan& span) {
+    const double t = span.fraction, t2 = t * t, t3 = t2 * t;
+    std::array<double, N> out;
+    for (std::size_t i = 0; i < N; ++i)
+        out[i] = (2 * t3 - 3 * t2 + 1) * from[N + i] + span.duration * (t3 - 2 * t2 + t) * from[2 * N + i] +
+                 (3 * t2 - 2 * t3) * to[N + i] + span.duration * (t3 - t2) * to[i];
+    return out;
+}
+
+template <std::size_t N>
+static std::array<double, N> keyValue(const float* key) {
+    std::array<double, N> out;
+    std::copy_n(key, N, out.begin());
+    return out;
+}
+
+template <std::size_t N>
+static std::array<double, N> valueAt(const Channel& channel, double time) {
+    const KeySpan span = findKeys(channel.times, time);
+    const std::size_t stride = channel.interpolation == Interpolation::kCubicSpline ? 3 * N : N;
+    const float *from = &channel.values[span.from * stride], *to = &channel.values[span.to * stride];
+    if (channel.interpolation == Interpolation::kCubicSpline) return cubicSpline<N>(from, to, span);
+    const std::array<double, N> a = keyValue<N>(from), b = keyValue<N>(to);
+    if (channel.interpolation == Interpolation::kStep || span.fraction == 0) return a;
+    if constexpr (N == 4) {
+        return slerp(normalized(a).value_or(a), normalized(b).value_or(b), span.fraction);
+    } else {
+        std::array<double, N> out;
+        for (std::size_t i = 0; i < N; ++i) out[i] = a[i] + span.fraction * (b[i] - a[i]);
+        return out;
+    }
+}
+
+static std::vector<LocalPose> localPoses(const Rig& rig, int clip, double time) {
+    std::vector<LocalPose> poses;
+    poses.reserve(rig.nodes.size());
+    for (const Node& node : rig.nodes) poses.push_back({node.translation, node.rotation, node.scale});
+    if (clip < 0) return poses;
+    for (const Channel& channel : rig.clips[std::size_t(clip)].channels) {
+        LocalPose& pose = poses[std::size_t(channel.node)];
+        switch (channel.path) {
+            case Channel::Path::kTranslation:
+                pose.translation = valueAt<3>(channel, time);
+                break;
+            case Channel::Path::kRotation:  // a spline through opposite quaternions may pass through zero
+                pose.rotation = normalized(valueAt<4>(channel, time)).value_or(pose.rotation);
+                break;
+            case Channel::Path::kScale:
+                pose.scale = valueAt<3>(channel, time);
+                break;
+        }
+    }
+    return poses;
+}
+
+// The rotation of `node` in the space of its nearest ancestor that is a joint (or the scene).
+static Quaternion rotationToParentJoint(const Rig& rig, const std::vector<LocalPose>& poses, int node, int stop) {
+    Quaternion q{0, 0, 0, 1};
+    for (int n = node; n >= 0 && n != stop; n = rig.nodes[std::size_t(n)].parent)
+        if (!rig.nodes[std::size_t(n)].matrix) q = multiply(poses[std::size_t(n)].rotation, q);
+    return q;
+}
+
+static std::vector<float> rotationVectors(const Rig& rig, const std::vector<LocalPose>& poses,
+                                          const std::vector<LocalPose>& rest) {
+    std::vector<float> out;
+    for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
+        const int parent = rig.skin.parents[j];
+        const int stop = parent < 0 ? -1 : rig.node_of_joint[std::size_t(parent)];
+        const Quaternion at_rest = rotationToParentJoint(rig, rest, rig.node_of_joint[j], stop);
+        const Quaternion now = rotationToParentJoint(rig, poses, rig.node_of_joint[j], stop);
+        const Vec3 v = toFloat(rotationVector(multiply(conjugate(at_rest), now)));
+        out.insert(out.end(), {v.x, v.y, v.z});
+    }
+    return out;
+}
+
+RigPose evaluatePose(const Rig& rig, int clip, double time) {
+    const std::vector<LocalPose> poses = localPoses(rig, clip, time);
+    std::vector<Matrix> globals(rig.nodes.size());
+    for (std::size_t n = 0; n < rig.nodes.size(); ++n) {
+        const Node& node = rig.nodes[n];
+        const Matrix local = node.matrix ? restTransform(node)
+                                         : composeTransform(poses[n].translation, poses[n].rotation, poses[n].scale);
+        globals[n] = node.parent < 0 ? local : multiply(globals[std::size_t(node.parent)], local);
+    }
+    RigPose pose;
+    for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
+        const Matrix bone = multiply(globals[std::size_t(rig.node_of_joint[j])], rig.inverse_bind[j]);
+        Affine affine;
+        std::copy(bone.begin(), bone.end(), affine.m.begin());
+        for (const float v : affine.m)
+            if (!std::isfinite(v))
+                throw InvalidInput(rig.files_read.at(0).string() + ": node '" + rig.skin.joint_names[j] +
+                                   "': its transform is not finite at " + std::to_string(time) + " s");
+        pose.bones.push_back(affine);
+    }
+    pose.pose = rotationVectors(rig, poses, localPoses(rig, -1, 0));
+    return pose;
+}
+
+}  // namespace penumbra

@@ -1,1 +1,199 @@
-#include "formats/rig_file.h"
+// Shading points: vertices with the same rest position and the same skin weights are one.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "formats/errors.h"
+#include "formats/rig_build.h"
+
+namespace penumbra {
+
+constexpr int kMaxInfluences = 8;
+constexpr double kWeldDistance = 1e-6;  // in diagonals of the rest mesh
+constexpr float kWeldWeight = 1e-5f;    // largest difference of two weights that count as equal
+
+namespace {
+struct Influence {
+    int joint;
+    double weight;
+};
+}  // namespace
+
+// The influences of one vertex, largest first, at most kMaxInfluences, sum 1.
+static std::vector<Influence> influencesOf(const RigSource& source, const SourcePart& part,
+                                           const std::vector<int>& joint_of_skin, std::size_t vertex) {
+    const std::string where = "vertex " + std::to_string(vertex);
+    std::vector<Influence> list;
+    for (std::size_t k = vertex * std::size_t(part.influences); k < (vertex + 1) * std::size_t(part.influences); ++k) {
+        const double weight = part.weights[k];
+        if (!std::isfinite(weight) || weight < 0) failAtNode(source, part.node, where + " has an invalid skin weight");
+        if (weight == 0) continue;
+        if (part.joints[k] >= joint_of_skin.size())
+            failAtNode(source, part.node,
+                       where + " names joint " + std::to_string(part.joints[k]) + " of " +
+                           std::to_string(joint_of_skin.size()));
+        const int joint = joint_of_skin[part.joints[k]];
+        const auto same = std::find_if(list.begin(), list.end(), [&](Influence i) { return i.joint == joint; });
+        if (same == list.end())
+            list.push_back({joint, weight});
+        else
+            same->weight += weight;
+    }
+    std::sort(list.begin(), list.end(),
+              [](Influence a, Influence b) { return a.weight != b.weight ? a.weight > b.weight : a.joint < b.joint; });
+    if (list.size() > kMaxInfluences) list.resize(kMaxInfluences);
+    double sum = 0;
+    for (const Influence& i : list) sum += i.weight;
+    if (!(sum > 1e-6) || !std::isfinite(sum)) failAtNode(source, part.node, where + " has no skin weight");
+    for (Influence& i : list) i.weight /= sum;
+    std::erase_if(list, [](Influence i) { return float(i.weight) == 0; });
+    return list;
+}
+
+// Triangles keep their outside when a joint mirrors them (negative determinant): positions and winding flip together.
+static void appendTriangles(const SourcePart& part, const std::vector<bool>& mirrored_vertex, std::uint32_t first,
+                            std::vector<Triangle>& out) {
+    for (Triangle t : part.triangles) {
+        if (mirrored_vertex[t[0]]) std::swap(t[1], t[2]);
+        out.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+}
+
+SourceVertices gatherVertices(const RigSource& source, const JointTable& table) {
+    const std::vector<Matrix> globals = restGlobals(source.nodes);
+    std::vector<bool> mirrors;
+    for (std::size_t j = 0; j < table.nodes.size(); ++j)
+        mirrors.push_back(determinant(multiply(globals[std::size_t(table.nodes[j])], table.inverse_bind[j])) < 0);
+
+    SourceVertices out;
+    std::vector<std::vector<Influence>> influences;
+    for (std::size_t p = 0; p < source.parts.size(); ++p) {
+        const SourcePart& part = source.parts[p];
+        const std::uint32_t first = std::uint32_t(out.positions.size());
+        const bool mirrored_part = determinant(table.placement_of_part[p]) < 0;
+        std::vector<bool> mirrored_vertex;
+        for (std::size_t v = 0; v < part.positions.size(); ++v) {
+            if (part.skin < 0)
+                influences.push_back({{table.joint_of_part[p], 1.0}});
+            else
+                influences.push_back(influencesOf(source, part, table.joint_of_skin[std::size_t(part.skin)], v));
+            const Vec3d position = transformPoint(table.placement_of_part[p], toDouble(part.positions[v]));
+            out.positions.push_back(part.skin < 0 ? toFloat(position) : part.positions[v]);
+            mirrored_vertex.push_back(mirrors[std::size_t(influences.back()[0].joint)] != mirrored_part);
+        }
+        appendTriangles(part, mirrored_vertex, first, out.triangles);
+    }
+
+    for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
+    out.joints.assign(influences.size() * std::size_t(out.influences), 0);
+    out.weights.assign(out.joints.size(), 0);
+    for (std::size_t v = 0; v < influences.size(); ++v)
+        for (std::size_t k = 0; k < influences[v].size(); ++k) {
+            out.joints[v * std::size_t(out.influences) + k] = std::uint16_t(influences[v][k].joint);
+            out.weights[v * std::size_t(out.influences) + k] = float(influences[v][k].weight);
+        }
+    return out;
+}
+
+static float weightOf(const SourceVertices& vertices, std::size_t v, std::uint16_t joint) {
+    const std::size_t first = v * std::size_t(vertices.influences);
+    for (std::size_t k = first; k < first + std::size_t(vertices.influences); ++k)
+        if (vertices.joints[k] == joint && vertices.weights[k] > 0) return vertices.weights[k];
+    return 0;
+}
+
+static bool sameWeights(const SourceVertices& vertices, std::size_t a, std::size_t b) {
+    for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
+        const std::size_t first = from * std::size_t(vertices.influences);
+        for (std::size_t k = first; k < first + std::size_t(vertices.influences); ++k) {
+            const float weight = vertices.weights[k];
+            if (weight > 0 && std::abs(weight - weightOf(vertices, to, vertices.joints[k])) > kWeldWeight) return false;
+        }
+    }
+    return true;
+}
+
+namespace {
+// Points in cubes of `cell`; a look-up visits the cubes that the ball around a point reaches (one, mostly).
+class PointGrid {
+public:
+    PointGrid(double radius, double cell) : radius_(radius), cell_(cell) {}
+
+    void add(Vec3d p, std::uint32_t point) { points_of_cell_[keyOf(p)].push_back(point); }
+
+    template <class Accept>  // the first added point that `accept` takes, or none
+    std::uint32_t find(Vec3d p, const Accept& accept) const {
+        std::uint32_t best = kNone;
+        const Vec3d reach{radius_, radius_, radius_};
+        const Key low = keyOf(p - reach), high = keyOf(p + reach);
+        for (auto x = low[0]; x <= high[0]; ++x)
+            for (auto y = low[1]; y <= high[1]; ++y)
+                for (auto z = low[2]; z <= high[2]; ++z) {
+                    const auto cell = points_of_cell_.find({x, y, z});
+                    if (cell == points_of_cell_.end()) continue;
+                    for (const std::uint32_t point : cell->second)
+                        if (point < best && accept(point)) best = point;
+                }
+        return best;
+    }
+
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+private:
+    using Key = std::array<std::int64_t, 3>;
+    struct Hash {
+        std::size_t operator()(const Key& k) const {
+            return std::size_t(k[0]) * 73856093u ^ std::size_t(k[1]) * 19349663u ^ std::size_t(k[2]) * 83492791u;
+        }
+    };
+    Key keyOf(Vec3d p) const {
+        const auto index = [&](double v) { return std::int64_t(std::floor(v / cell_)); };
+        return {index(p.x), index(p.y), index(p.z)};
+    }
+
+    double radius_, cell_;
+    std::unordered_map<Key, std::vector<std::uint32_t>, Hash> points_of_cell_;
+};
+}  // namespace
+
+// The double area against the longest edge: rounding of collinear float positions stays below this.
+static bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
+    const Vec3d a = toDouble(positions[t[0]]), b = toDouble(positions[t[1]]), c = toDouble(positions[t[2]]);
+    const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
+    return length(cross(b - a, c - a)) > 1e-12 * longest;
+}
+
+void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
+    const double radius = kWeldDistance * boxDiagonal(vertices.positions);
+    PointGrid grid(radius, 64 * radius);
+    const std::size_t k = std::size_t(vertices.influences);
+    std::vector<std::size_t> source_of_point;
+    mesh = {};
+    skin.influences = vertices.influences;
+    for (std::size_t v = 0; v < vertices.positions.size(); ++v) {
+        const Vec3d p = toDouble(vertices.positions[v]);
+        std::uint32_t point = grid.find(p, [&](std::uint32_t other) {
+            const Vec3d d = toDouble(mesh.rest_positions[other]) - p;
+            return dot(d, d) <= radius * radius && sameWeights(vertices, v, source_of_point[other]);
+        });
+        if (point == PointGrid::kNone) {
+            point = std::uint32_t(source_of_point.size());
+            source_of_point.push_back(v);
+            mesh.rest_positions.push_back(vertices.positions[v]);
+            for (std::size_t i = v * k; i < (v + 1) * k; ++i) {
+                skin.joints.push_back(vertices.joints[i]);
+                skin.weights.push_back(vertices.weights[i]);
+            }
+            grid.add(p, point);
+        }
+        mesh.source_vertex.push_back(point);
+    }
+    for (const Triangle& t : vertices.triangles) {
+        const Triangle welded{mesh.source_vertex[t[0]], mesh.source_vertex[t[1]], mesh.source_vertex[t[2]]};
+        if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);
+    }
+}
+
+}  // namespace penumbra

@@ -1,0 +1,74 @@
+#pragma once
+// Between the importers and the rig: what a file draws, before joints are chosen and vertices welded.
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/rig_file.h"
+#include "formats/rig_matrix.h"
+
+namespace penumbra {
+
+struct SourceSkin {
+    std::vector<int> nodes;
+    std::vector<Matrix> inverse_bind;  // one a node
+};
+
+// The triangles that one node draws with one list of vertices.
+struct SourcePart {
+    int node = 0;
+    int skin = -1;  // -1: moves rigidly with its node
+    std::vector<Vec3> positions;
+    std::vector<Triangle> triangles;    // indices into positions
+    int influences = 0;                 // a vertex; 0 without skin
+    std::vector<std::uint32_t> joints;  // [vertices, influences], indices into the skin; free where the weight is 0
+    std::vector<double> weights;        // [vertices, influences], not yet normalised
+};
+
+struct RigSource {
+    std::filesystem::path file;  // for messages
+    std::vector<Node> nodes;     // parents before children
+    std::vector<SourceSkin> skins;
+    std::vector<SourcePart> parts;
+    std::vector<Clip> clips;
+    std::vector<std::filesystem::path> files_read;
+};
+
+// The importers. Nodes, clips, indices and numbers are checked; what is drawn may still be empty.
+RigSource readGltf(const std::filesystem::path& path);
+RigSource readWithAssimp(const std::filesystem::path& path);
+
+// More vertices than this in one rig are refused before memory is taken for them.
+constexpr std::size_t kMaxSourceVertices = std::size_t(1) << 24;
+
+// "FILE: node 'NAME': WHAT"
+[[noreturn]] void failAtNode(const RigSource& source, int node, const std::string& what);
+
+// Joints of the rig, and which of them moves each part.
+struct JointTable {
+    std::vector<int> nodes;
+    std::vector<Matrix> inverse_bind;
+    std::vector<std::vector<int>> joint_of_skin;  // [skin][index in the skin]
+    std::vector<int> joint_of_part;               // rigid parts, else -1
+    std::vector<Matrix> placement_of_part;        // from the part's positions to rest_positions
+};
+// May add a node for what stands still in the scene.
+JointTable chooseJoints(RigSource& source);
+
+// Vertices of all parts in order, weights sorted and normalised; then equal ones become one shading point.
+struct SourceVertices {
+    std::vector<Vec3> positions;  // in the space that bone matrices map from
+    std::vector<Triangle> triangles;
+    int influences = 0;  // K
+    std::vector<std::uint16_t> joints;
+    std::vector<float> weights;
+};
+SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
+// Fills mesh and the joints and weights of skin; drops triangles without area.
+void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
+
+// Names made unique: the second "arm" becomes "arm#2".
+std::vector<std::string> uniqueNames(std::vector<std::string> names);
+
+}  // namespace penumbra

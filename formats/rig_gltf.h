@@ -1,0 +1,30 @@
+#pragma once
+// The parts of the glTF importer: container (bytes to a tinygltf model with one buffer), accessors, scene.
+#include <tiny_gltf.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace penumbra {
+
+struct GltfFile {
+    std::filesystem::path path;  // for messages
+    tinygltf::Model model;       // without materials and images; one buffer; no compression left
+    std::vector<std::filesystem::path> files_read;
+};
+
+// Reads .glb (by its magic) or .gltf with the buffers that it names, and decodes EXT_meshopt_compression. IoError,
+// InvalidInput, and Unsupported for required extensions that we do not have.
+GltfFile openGltf(const std::filesystem::path& path);
+
+struct AccessorValues {
+    int components = 0;          // of one element
+    std::vector<double> values;  // [count, components]; normalised integers are in [-1, 1] already
+    std::size_t count() const { return values.size() / std::size_t(components); }
+};
+// Sparse and strided accessors included; every byte read is checked to be inside its buffer view. `what` names the
+// accessor in messages ("mesh 'Body' POSITION").
+AccessorValues readAccessor(const GltfFile& file, int accessor, const std::string& what);
+
+}  // namespace penumbra

@@ -1,0 +1,39 @@
+// rig_positions RIG... FPS: every frame's skinned source vertices, for a comparison with an independent evaluation.
+// stdout: one line of JSON {"clips":[..],"frames":[[clip, seconds],..],"vertices":R}, then F x R x 3 little-endian
+// floats.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "formats/errors.h"
+#include "formats/rig_file.h"
+
+using namespace penumbra;
+
+static void writeFrames(const Rig& rig, const FrameList& frames) {
+    nlohmann::json header{{"clips", frames.clip_names},
+                          {"frames", nlohmann::json::array()},
+                          {"vertices", rig.mesh.source_vertex.size()},
+                          {"points", rig.mesh.vertexCount()},
+                          {"triangles", rig.mesh.triangles.size()},
+                          {"influences", rig.skin.influences},
+                          {"joints", rig.skin.joint_names}};
+    for (std::size_t f = 0; f < frames.frameCount(); ++f) header["frames"].push_back({frames.clip[f], frames.time[f]});
+    std::puts(header.dump().c_str());
+    std::vector<Vec3> positions, normals;
+    for (std::size_t f = 0; f < frames.frameCount(); ++f) {
+        const int clip = rig.clips.empty() ? -1 : int(frames.clip[f]);
+        const RigPose pose = evaluatePose(rig, clip, frames.time[f]);
+        skinVertices(rig.mesh, rig.skin, rig.rest_normals, pose.bones, positions, normals);
+        for (const std::uint32_t point : rig.mesh.source_vertex)
+            std::fwrite(&positions[point], sizeof(Vec3), 1, stdout);
+    }
+}
+
+int main(int argc, char** argv) try {
+    if (argc < 3) throw UsageError("usage: rig_positions RIG... FPS");
+    const Rig rig = readRig({argv + 1, argv + argc - 1});
+    writeFrames(rig, sampleFrames(rig, {}, std::stod(argv[argc - 1])));
+    return kExitOk;
+} catch (const std::exception& error) {
+    return reportFailure("rig_positions", error);
+}
