@@ -1,6 +1,8 @@
 #pragma once
 // Pictures: OpenEXR and Radiance HDR in, OpenEXR and PNG out. RGB, row 0 at the top.
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +19,8 @@ struct Image {
 // By content, not by name (EXR magic, "#?RADIANCE" / "#?RGBE"). A missing channel, NaN, inf or a size above 32768:
 // InvalidInput.
 Image readImage(const std::filesystem::path& path);
+// The same on a file's bytes; `name` starts every message.
+Image decodeImage(std::span<const std::byte> bytes, const std::string& name);
 // EXR: half floats, ZIP; A when the image has alpha. Deterministic bytes.
 void writeExr(const std::filesystem::path& path, const Image& image);
 // PNG: 8 bit, sRGB transfer function of max(0, pixel * exposure) clamped to 1; alpha as it is.

@@ -1,0 +1,14 @@
+// Any bytes give a picture, InvalidInput or Unsupported.
+#include <cstdint>
+
+#include "formats/errors.h"
+#include "formats/image_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        penumbra::decodeImage(std::as_bytes(std::span(data, size)), "fuzz");
+    } catch (const penumbra::InvalidInput&) {
+    } catch (const penumbra::Unsupported&) {
+    }
+    return 0;
+}
