@@ -1,4 +1,5 @@
 // Reading HDF5 files that anybody may have made: see hdf5_handle.h.
+#include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
@@ -163,8 +164,26 @@ static Hdf5Dataset openNumbers(const Hdf5Reader& in, const std::string& path, st
     return dataset;
 }
 
+// Opens it again with room for every chunk that crosses one entry of the first axis (a frame), so that a reader who
+// goes frame by frame decompresses each chunk once.
+static void enlargeCache(const Hdf5Reader& in, const std::string& path, Hdf5Dataset& dataset) {
+    constexpr std::size_t kMostBytes = std::size_t(256) << 20;
+    std::size_t bytes = dataset.half ? 2 : 4;
+    for (std::size_t axis = 0; axis < dataset.shape.size(); ++axis) {
+        const hsize_t chunk = dataset.chunk[axis];
+        const hsize_t entries = axis == 0 ? chunk : (dataset.shape[axis] + chunk - 1) / chunk * chunk;
+        if (entries > kMostBytes / bytes) return;
+        bytes *= entries;
+    }
+    const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose, dataset.label);
+    H5Pset_chunk_cache(access, 12421, std::max<std::size_t>(2 * bytes, 1 << 20), 0.75);
+    dataset.id = fromFile(H5Dopen2(in.file, path.c_str(), access), H5Dclose, dataset.label, "is no dataset");
+}
+
 Hdf5Dataset openFloats(const Hdf5Reader& in, const std::string& path, std::vector<hsize_t>& expected) {
-    return openNumbers(in, path, expected, H5T_FLOAT);
+    Hdf5Dataset dataset = openNumbers(in, path, expected, H5T_FLOAT);
+    if (!dataset.chunk.empty() && dataset.count() > 0) enlargeCache(in, path, dataset);
+    return dataset;
 }
 
 template <class T>

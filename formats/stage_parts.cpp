@@ -1,0 +1,189 @@
+#include "formats/stage_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "formats/errors.h"
+#include "sh/sh_basis.h"
+
+namespace penumbra {
+
+void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance) {
+    writeTextAttribute(file, "/", "format", std::string(kind.format));
+    writeIntegerAttribute(file, "/", "format_version", kind.version);
+    writeTextAttribute(file, "/", "sh_convention", std::string(kShConvention));
+    writeIntegerAttribute(file, "/", "sh_order", sh_order);
+    writeTextAttribute(file, "/", "provenance", toJson(provenance));
+}
+
+static void checkText(const Hdf5Reader& in, const std::string& attribute, std::string_view expected) {
+    const std::string found = readTextAttribute(in, "/", attribute);
+    if (found != expected)
+        throw InvalidInput(in.name + ": attribute " + attribute + " is \"" + found + "\", not \"" +
+                           std::string(expected) + "\"");
+}
+
+int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance) {
+    checkText(in, "format", kind.format);
+    const std::int64_t version = readIntegerAttribute(in, "/", "format_version", 1, INT32_MAX);
+    if (version > kind.version)
+        throw Unsupported(in.name + ": " + std::string(kind.format) + " version " + std::to_string(version) +
+                          " is newer than this program's " + std::to_string(kind.version));
+    checkText(in, "sh_convention", kShConvention);
+    try {
+        provenance = provenanceFromJson(readTextAttribute(in, "/", "provenance"));
+    } catch (const InvalidInput& error) {
+        throw InvalidInput(in.name + ": " + error.what());
+    }
+    return int(readIntegerAttribute(in, "/", "sh_order", 1, kMaxOrder));
+}
+
+void writeVectors(hid_t file, const std::string& dataset, const std::vector<Vec3>& vectors) {
+    writeFloats(file, dataset, floatsOf(vectors), {vectors.size(), 3});
+}
+
+std::vector<Vec3> readVectors(const Hdf5Reader& in, const std::string& dataset, std::size_t n) {
+    std::vector<hsize_t> shape{n, 3};
+    const std::vector<float> values = readFloats(in, dataset, shape);
+    std::vector<Vec3> vectors(values.size() / 3);
+    std::copy(values.begin(), values.end(), floatsOf(vectors).begin());
+    return vectors;
+}
+
+std::vector<std::uint32_t> readIndices(const Hdf5Reader& in, const std::string& dataset, std::size_t n,
+                                       std::size_t limit) {
+    std::vector<hsize_t> shape{n};
+    const std::vector<std::int64_t> values = readIntegers(in, dataset, shape, 0, std::int64_t(limit) - 1);
+    return {values.begin(), values.end()};
+}
+
+void writeIndices(hid_t file, const std::string& dataset, std::span<const std::uint32_t> indices) {
+    writeIntegers(file, dataset, std::vector<std::int64_t>(indices.begin(), indices.end()), {indices.size()},
+                  H5T_STD_U32LE);
+}
+
+// --- /mesh ----------------------------------------------------------------------------------------------------------
+
+void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals) {
+    std::vector<std::int64_t> corners;
+    for (const Triangle& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+    writeIntegers(file, "/mesh/triangles", corners, {mesh.triangles.size(), 3}, H5T_STD_U32LE);
+    writeVectors(file, "/mesh/rest_positions", mesh.rest_positions);
+    writeIndices(file, "/mesh/source_vertex", mesh.source_vertex);
+    writeVectors(file, "/mesh/rest_normals", rest_normals);
+}
+
+Mesh readMesh(const Hdf5Reader& in) {
+    Mesh mesh;
+    mesh.rest_positions = readVectors(in, "/mesh/rest_positions", 0);
+    const std::size_t vertices = mesh.vertexCount();
+    if (vertices == 0 || vertices > INT32_MAX)
+        throw InvalidInput(in.name + ": /mesh/rest_positions: " + std::to_string(vertices) + " vertices");
+    std::vector<hsize_t> shape{0, 3};
+    const std::vector<std::int64_t> corners = readIntegers(in, "/mesh/triangles", shape, 0, std::int64_t(vertices) - 1);
+    mesh.triangles.resize(corners.size() / 3);
+    for (std::size_t i = 0; i < corners.size(); ++i) mesh.triangles[i / 3][i % 3] = std::uint32_t(corners[i]);
+    mesh.source_vertex = readIndices(in, "/mesh/source_vertex", 0, vertices);
+    return mesh;
+}
+
+// --- /skin ----------------------------------------------------------------------------------------------------------
+
+void writeSkin(hid_t file, const Skin& skin) {
+    const hsize_t influences = hsize_t(skin.influences);
+    const hsize_t vertices = influences ? skin.joints.size() / influences : 0;
+    writeStrings(file, "/skin/joint_names", skin.joint_names);
+    writeIntegers(file, "/skin/parents", std::vector<std::int64_t>(skin.parents.begin(), skin.parents.end()),
+                  {skin.parents.size()}, H5T_STD_I32LE);
+    writeIntegers(file, "/skin/joints", std::vector<std::int64_t>(skin.joints.begin(), skin.joints.end()),
+                  {vertices, influences}, H5T_STD_U16LE);
+    writeFloats(file, "/skin/weights", skin.weights, {vertices, influences});
+}
+
+static void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names) {
+    std::unordered_set<std::string> seen;
+    for (const std::string& name : names)
+        if (!seen.insert(name).second)
+            throw InvalidInput(in.name + ": " + dataset + ": \"" + name + "\" is there twice");
+}
+
+// Every joint must come to a root (-1) in at most J steps.
+static void checkParents(const Hdf5Reader& in, const std::vector<std::int32_t>& parents) {
+    std::vector<char> rooted(parents.size(), 0);
+    for (std::size_t joint = 0; joint < parents.size(); ++joint) {
+        std::size_t steps = 0;
+        std::int32_t at = std::int32_t(joint);
+        while (at >= 0 && !rooted[std::size_t(at)]) {
+            if (++steps > parents.size())
+                throw InvalidInput(in.name + ": /skin/parents: a cycle at joint " + std::to_string(joint));
+            at = parents[std::size_t(at)];
+        }
+        for (at = std::int32_t(joint); at >= 0 && !rooted[std::size_t(at)]; at = parents[std::size_t(at)])
+            rooted[std::size_t(at)] = 1;
+    }
+}
+
+static void checkWeights(const Hdf5Reader& in, const Skin& skin) {
+    const std::size_t influences = std::size_t(skin.influences);
+    for (std::size_t begin = 0; begin < skin.weights.size(); begin += influences) {
+        double sum = 0;
+        for (std::size_t i = begin; i < begin + influences; ++i) {
+            if (skin.weights[i] < 0)
+                throw InvalidInput(in.name + ": /skin/weights: negative at vertex " +
+                                   std::to_string(begin / influences));
+            sum += skin.weights[i];
+        }
+        if (std::abs(sum - 1) > 1e-3)
+            throw InvalidInput(in.name + ": /skin/weights: vertex " + std::to_string(begin / influences) + " sums to " +
+                               std::to_string(sum));
+    }
+}
+
+Skin readSkin(const Hdf5Reader& in, std::size_t vertices) {
+    Skin skin;
+    skin.joint_names = readStrings(in, "/skin/joint_names");
+    const std::size_t joints = skin.jointCount();
+    if (joints == 0 || joints > 65535)
+        throw InvalidInput(in.name + ": /skin/joint_names: " + std::to_string(joints) + " joints");
+    checkUnique(in, "/skin/joint_names", skin.joint_names);
+    std::vector<hsize_t> shape{joints};
+    const std::vector<std::int64_t> parents = readIntegers(in, "/skin/parents", shape, -1, std::int64_t(joints) - 1);
+    skin.parents.assign(parents.begin(), parents.end());
+    checkParents(in, skin.parents);
+    shape = {vertices, 0};
+    const std::vector<std::int64_t> indices = readIntegers(in, "/skin/joints", shape, 0, std::int64_t(joints) - 1);
+    skin.joints.assign(indices.begin(), indices.end());
+    if (shape[1] == 0) throw InvalidInput(in.name + ": /skin/joints: no influences");
+    skin.influences = int(shape[1]);
+    skin.weights = readFloats(in, "/skin/weights", shape);
+    checkWeights(in, skin);
+    return skin;
+}
+
+// --- /frames/clip, /frames/time, /clips/names -----------------------------------------------------------------------
+
+void writeFrameList(hid_t file, const FrameList& frames) {
+    writeIntegers(file, "/frames/clip", std::vector<std::int64_t>(frames.clip.begin(), frames.clip.end()),
+                  {frames.clip.size()}, H5T_STD_U16LE);
+    writeDoubles(file, "/frames/time", frames.time, {frames.time.size()});
+    writeStrings(file, "/clips/names", frames.clip_names);
+}
+
+FrameList readFrameList(const Hdf5Reader& in) {
+    FrameList frames;
+    frames.clip_names = readStrings(in, "/clips/names");
+    if (frames.clip_names.empty() || frames.clip_names.size() > 65535)
+        throw InvalidInput(in.name + ": /clips/names: " + std::to_string(frames.clip_names.size()) + " clips");
+    checkUnique(in, "/clips/names", frames.clip_names);
+    std::vector<hsize_t> shape{0};
+    frames.time = readDoubles(in, "/frames/time", shape);
+    if (frames.time.empty()) throw InvalidInput(in.name + ": /frames/time: no frames");
+    const std::vector<std::int64_t> clip =
+        readIntegers(in, "/frames/clip", shape, 0, std::int64_t(frames.clip_names.size()) - 1);
+    frames.clip.assign(clip.begin(), clip.end());
+    if (!std::is_sorted(clip.begin(), clip.end())) throw InvalidInput(in.name + ": /frames/clip: not ascending");
+    return frames;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,126 @@
+#pragma once
+// Small files to test with: a bent strip of quads with two joints, a few frames, numbers from a counter.
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "formats/model_file.h"
+#include "formats/visibility_file.h"
+
+namespace penumbra::samples {
+
+// A folder of its own for one test; removed at the end.
+struct Folder {
+    std::filesystem::path path;
+    explicit Folder(const std::string& name)
+        : path(std::filesystem::temp_directory_path() / ("penumbra_" + name + std::to_string(::getpid()))) {
+        std::filesystem::remove_all(path);
+        std::filesystem::create_directories(path);
+    }
+    ~Folder() { std::filesystem::remove_all(path); }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    std::size_t entries() const {
+        return std::size_t(
+            std::distance(std::filesystem::directory_iterator(path), std::filesystem::directory_iterator()));
+    }
+};
+
+inline std::string bytesOf(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Smooth, different everywhere, within [-1, 1].
+inline std::vector<float> numbers(std::size_t count, double phase) {
+    std::vector<float> values(count);
+    for (std::size_t i = 0; i < count; ++i) values[i] = float(std::sin(phase + 0.37 * double(i)));
+    return values;
+}
+
+inline std::vector<Vec3> vectors(std::size_t count, double phase) {
+    const std::vector<float> values = numbers(3 * count, phase);
+    std::vector<Vec3> out(count);
+    for (std::size_t i = 0; i < count; ++i) out[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+    return out;
+}
+
+inline std::vector<Affine> bones(std::size_t count, double phase) {
+    std::vector<Affine> out(count);
+    const std::vector<float> values = numbers(12 * count, phase);
+    for (std::size_t i = 0; i < 12 * count; ++i) out[i / 12].m[i % 12] = values[i];
+    return out;
+}
+
+inline Mesh strip(std::uint32_t quads) {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i <= quads; ++i) {
+        mesh.rest_positions.push_back({0, float(i), 0});
+        mesh.rest_positions.push_back({1, float(i), 0});
+    }
+    for (std::uint32_t i = 0; i < quads; ++i) {
+        mesh.triangles.push_back({2 * i, 2 * i + 1, 2 * i + 2});
+        mesh.triangles.push_back({2 * i + 1, 2 * i + 3, 2 * i + 2});
+    }
+    for (std::uint32_t v = 0; v < mesh.rest_positions.size(); ++v) {
+        mesh.source_vertex.push_back(v);
+        mesh.source_vertex.push_back(v);
+    }
+    return mesh;
+}
+
+inline Skin twoJoints(const Mesh& mesh) {
+    Skin skin{{"root", "Ellbogen-\xc3\xa4"}, {-1, 0}, 2, {}, {}};
+    for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
+        const float upper = float(v) / float(mesh.vertexCount());
+        const std::uint16_t first = upper > 0.5f, second = 1 - first;
+        skin.joints.insert(skin.joints.end(), {first, second});
+        skin.weights.insert(skin.weights.end(), {std::max(upper, 1 - upper), std::min(upper, 1 - upper)});
+    }
+    return skin;
+}
+
+inline Provenance provenance() {
+    return {"penumbra-bake visibility", "0.1.0", R"({"order":3,"rays":64})", {{"strip.glb", std::string(64, 'a')}}};
+}
+
+inline VisibilityHeader visibilityHeader(std::uint32_t quads, std::size_t frames) {
+    VisibilityHeader header;
+    header.order = 3;
+    header.rays = 64;
+    header.seed = 7;
+    header.ground_y = 0.25f;
+    header.mesh = strip(quads);
+    header.skin = twoJoints(header.mesh);
+    header.rest_normals.assign(header.mesh.vertexCount(), {0, 0, 1});
+    header.frames.clip_names = {"walk", "run"};
+    for (std::size_t f = 0; f < frames; ++f) {
+        header.frames.clip.push_back(f >= frames / 2);
+        header.frames.time.push_back(double(f) / 3);
+    }
+    header.pose_size = 6;
+    header.provenance = provenance();
+    return header;
+}
+
+inline VisibilityFrame visibilityFrame(const VisibilityHeader& header, std::size_t frame) {
+    const std::size_t vertices = header.mesh.vertexCount();
+    const double phase = double(frame);
+    return {vectors(vertices, phase), vectors(vertices, phase + 1),
+            bones(header.skin ? header.skin->jointCount() : 0, phase + 2),
+            numbers(std::size_t(header.pose_size), phase + 3),
+            numbers(vertices * header.coefficientCount(), phase + 4)};
+}
+
+inline void writeVisibility(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision) {
+    VisibilityWriter writer(path, header, precision);
+    for (std::size_t f = 0; f < header.frames.frameCount(); ++f) writer.writeFrame(visibilityFrame(header, f));
+    writer.finish();
+}
+
+}  // namespace penumbra::samples

@@ -1,0 +1,125 @@
+#include <gtest/gtest.h>
+
+#include "formats/errors.h"
+#include "formats/fp16.h"
+#include "formats/visibility_file.h"
+#include "tests/formats/stage_samples.h"
+
+namespace penumbra {
+namespace {
+
+void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
+    EXPECT_EQ(a.order, b.order);
+    EXPECT_EQ(a.quantity, b.quantity);
+    EXPECT_EQ(a.rays, b.rays);
+    EXPECT_EQ(a.seed, b.seed);
+    EXPECT_EQ(a.bounces, b.bounces);
+    EXPECT_EQ(a.ground_y, b.ground_y);
+    EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
+    EXPECT_EQ(a.mesh.rest_positions, b.mesh.rest_positions);
+    EXPECT_EQ(a.mesh.source_vertex, b.mesh.source_vertex);
+    EXPECT_EQ(a.rest_normals, b.rest_normals);
+    EXPECT_EQ(a.frames.clip_names, b.frames.clip_names);
+    EXPECT_EQ(a.frames.clip, b.frames.clip);
+    EXPECT_EQ(a.frames.time, b.frames.time);
+    EXPECT_EQ(a.pose_size, b.pose_size);
+    EXPECT_EQ(a.pose_parameterisation, b.pose_parameterisation);
+    EXPECT_EQ(toJson(a.provenance), toJson(b.provenance));
+    ASSERT_EQ(a.skin.has_value(), b.skin.has_value());
+    if (!a.skin) return;
+    EXPECT_EQ(a.skin->joint_names, b.skin->joint_names);
+    EXPECT_EQ(a.skin->parents, b.skin->parents);
+    EXPECT_EQ(a.skin->joints, b.skin->joints);
+    EXPECT_EQ(a.skin->weights, b.skin->weights);
+}
+
+void expectSame(const VisibilityFrame& a, const VisibilityFrame& b) {
+    EXPECT_EQ(a.positions, b.positions);
+    EXPECT_EQ(a.normals, b.normals);
+    EXPECT_EQ(a.bones, b.bones);
+    EXPECT_EQ(a.pose, b.pose);
+    EXPECT_EQ(a.coefficients, b.coefficients);
+}
+
+// 150 frames and 202 vertices: two whole blocks of frames and a rest, four columns of chunks.
+TEST(VisibilityFile, RoundTripInFloat32) {
+    const samples::Folder folder("vis_f32");
+    const VisibilityHeader header = samples::visibilityHeader(100, 150);
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    EXPECT_EQ(folder.entries(), 1u);
+    const VisibilityReader reader(folder.path / "x.vis.h5");
+    expectSame(reader.header(), header);
+    for (std::size_t f : {0u, 63u, 64u, 149u}) expectSame(reader.readFrame(f), samples::visibilityFrame(header, f));
+    EXPECT_TRUE(reader.readPose(5).coefficients.empty());
+    EXPECT_EQ(reader.readPose(5).pose, samples::visibilityFrame(header, 5).pose);
+}
+
+TEST(VisibilityFile, ReadsVerticesOverAllFrames) {
+    const samples::Folder folder("vis_vertices");
+    const VisibilityHeader header = samples::visibilityHeader(100, 70);
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    const VisibilityReader reader(folder.path / "x.vis.h5");
+    const std::size_t begin = 60, end = 131, n2 = header.coefficientCount();
+    std::vector<float> out(70 * (end - begin) * n2);
+    reader.readVertices(begin, end, out);
+    for (std::size_t f = 0; f < 70; ++f) {
+        const std::vector<float> frame = samples::visibilityFrame(header, f).coefficients;
+        EXPECT_TRUE(std::equal(&frame[begin * n2], &frame[end * n2], &out[f * (end - begin) * n2])) << f;
+    }
+}
+
+TEST(VisibilityFile, Float16KeepsTheNearestHalf) {
+    const samples::Folder folder("vis_f16");
+    const VisibilityHeader header = samples::visibilityHeader(3, 2);
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat16);
+    VisibilityFrame expected = samples::visibilityFrame(header, 1);
+    for (float& c : expected.coefficients) c = halfToFloat(floatToHalf(c));
+    expectSame(VisibilityReader(folder.path / "x.vis.h5").readFrame(1), expected);
+}
+
+TEST(VisibilityFile, WithoutSkinAndPose) {
+    const samples::Folder folder("vis_plain");
+    VisibilityHeader header = samples::visibilityHeader(2, 3);
+    header.skin.reset();
+    header.pose_size = 0;
+    header.ground_y.reset();
+    header.quantity = "mirrored_visibility";
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    const VisibilityReader reader(folder.path / "x.vis.h5");
+    expectSame(reader.header(), header);
+    expectSame(reader.readFrame(2), samples::visibilityFrame(header, 2));
+}
+
+TEST(VisibilityFile, SameBytesOnARerun) {
+    const samples::Folder folder("vis_rerun");
+    for (Precision precision : {Precision::kFloat32, Precision::kFloat16}) {
+        const VisibilityHeader header = samples::visibilityHeader(40, 70);
+        samples::writeVisibility(folder.path / "a", header, precision);
+        samples::writeVisibility(folder.path / "b", header, precision);
+        EXPECT_EQ(samples::bytesOf(folder.path / "a"), samples::bytesOf(folder.path / "b"));
+    }
+}
+
+TEST(VisibilityFile, UnfinishedWriterLeavesNothingAndKeepsTheOldFile) {
+    const samples::Folder folder("vis_unfinished");
+    const VisibilityHeader header = samples::visibilityHeader(2, 3);
+    {
+        VisibilityWriter writer(folder.path / "x.vis.h5", header, Precision::kFloat32);
+        writer.writeFrame(samples::visibilityFrame(header, 0));
+    }
+    EXPECT_EQ(folder.entries(), 0u);
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    const std::string before = samples::bytesOf(folder.path / "x.vis.h5");
+    { VisibilityWriter writer(folder.path / "x.vis.h5", header, Precision::kFloat16); }
+    EXPECT_EQ(samples::bytesOf(folder.path / "x.vis.h5"), before);
+}
+
+TEST(VisibilityFile, MissingFileIsAnIoError) {
+    EXPECT_THROW(VisibilityReader("no/such/file.vis.h5"), IoError);
+    EXPECT_THROW(VisibilityReader("/"), IoError);
+    const VisibilityHeader header = samples::visibilityHeader(1, 1);
+    EXPECT_THROW(VisibilityWriter("no/such/folder/x.vis.h5", header, Precision::kFloat32), IoError);
+}
+
+}  // namespace
+}  // namespace penumbra
