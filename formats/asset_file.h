@@ -23,37 +23,42 @@ enum class AssetFeatures : std::uint8_t { kJointAngles = 0, kRelativeBones = 1 }
 
 struct NumbersView {
     AssetPrecision precision = AssetPrecision::kF32;
-    std::size_t count = 0, row_length = 1;
+    std::size_t count = 0, row_length = 0;
     const std::byte* data = nullptr;  // 16-byte aligned
     std::span<const float> scale;     // I8: count / row_length
 };
+std::size_t bytesPerNumber(AssetPrecision precision);
 // out.size() == numbers.count
 void decode(const NumbersView& numbers, std::span<float> out);
 
+// Of a file with a model: vertices in cluster order, every joint index < J, every row of weights sums to 1.
 struct MeshView {
-    std::span<const Vec3> positions, normals, tangents;  // [V]; tangents may be empty
+    std::span<const Vec3> positions, normals, tangents;  // [V]; tangents empty in a file without model
     std::span<const std::uint32_t> triangles;            // [3T]
-    std::span<const std::uint32_t> shading_point;        // [V]
+    std::span<const std::uint32_t> shading_point;        // [V], < V: a permutation
     std::span<const std::uint32_t> source_vertex;        // [R]
     int influences = 0;
     std::span<const std::uint16_t> skin_joints;  // [V,K]
     std::span<const float> skin_weights;         // [V,K]
 };
 
+// Clips follow one another and cover all frames.
 struct ClipView {
     std::string_view name;
-    std::uint32_t first_frame, frame_count;
-    bool held_out;
+    std::uint32_t first_frame = 0, frame_count = 0;
+    bool held_out = false;
 };
 
 struct AnimationView {
-    std::vector<std::string_view> joint_names;
+    std::vector<std::string_view> joint_names;  // [J]
+    std::span<const std::int32_t> parents;      // [J], -1 for roots, no cycles
     std::vector<ClipView> clips;
     std::span<const double> times;  // [F]
     std::span<const Affine> bones;  // [F,J]
     std::uint32_t pose_size = 0;
     std::span<const float> pose;  // [F,P] or empty
     std::size_t jointCount() const { return joint_names.size(); }
+    std::size_t frameCount() const { return times.size(); }
     std::span<const Affine> bonesOf(std::size_t frame) const {
         return bones.subspan(frame * jointCount(), jointCount());
     }
@@ -62,14 +67,17 @@ struct AnimationView {
     }
 };
 
+// Clusters follow one another and cover all vertices.
 struct ClusterView {
-    int joint;
-    std::uint32_t first_vertex, vertex_count;
+    int joint = 0;
+    std::uint32_t first_vertex = 0, vertex_count = 0;
     std::span<const float> feature_mean;          // [N]
     NumbersView input_basis;                      // [I,N]
     std::span<const float> input_min, input_max;  // [I]
     std::span<const float> weights, bias;         // [K,I], [K]
     NumbersView mean, basis;                      // [vertex_count, stride], [K, vertex_count, stride]
+    std::size_t inputs() const { return input_min.size(); }
+    std::size_t components() const { return bias.size(); }
 };
 
 struct ModelView {
@@ -85,19 +93,19 @@ struct ModelView {
 struct TruthView {
     int order = 0;
     AssetPrecision precision = AssetPrecision::kF32;
-    const std::byte* data = nullptr;  // [F,V,order^2]
+    std::span<const std::byte> data;  // [F,V,order^2]
 };
 
 struct MaterialView {
     std::string_view name;
-    int slice_order, view_order, channels;
-    Vec3 color;
+    int slice_order = 0, view_order = 0, channels = 0;
+    Vec3 color{1, 1, 1};
     std::span<const float> slices;  // [channels, J^2, E]
 };
 
 struct LightView {
     std::string_view name;
-    int order;
+    int order = 0;
     std::span<const float> sh;  // [n^2, 3]
 };
 
@@ -112,8 +120,19 @@ struct AssetView {
     std::vector<LightView> lights;
 };
 
-// Verifier, version, content hash, then every count, index, range and finite number; InvalidInput says what is wrong.
-AssetView openAsset(std::span<const std::byte> bytes);
+// Verifier, version, content hash, then every count, index, range and finite number; InvalidInput starts with `name`
+// and says what is wrong. `bytes` must begin at a multiple of 16 (MappedFile and new do).
+AssetView openAsset(std::span<const std::byte> bytes, std::string_view name = "asset");
+
+// FNV-1a in steps of 8 bytes instead of one: h = (h ^ word) * 0x100000001b3 from 0xcbf29ce484222325, over the file's
+// little-endian 64-bit words (the last one filled up with zeros) and then its length. The word of content_hash counts
+// as 0.
+std::uint64_t assetHash(std::span<const std::byte> bytes, std::size_t hash_offset);
+// Stores the hash in a finished file; false when the verifier refuses it or it has no hash field.
+bool sealAsset(std::span<std::byte> bytes);
+
+// The frame of `clip` whose number in the clip is `frame`, or throws UsageError that lists what there is.
+std::size_t findFrame(const AnimationView& animation, std::string_view clip, std::size_t frame);
 
 // Moments of one vertex of one frame, [order^2].
 void readTruth(const AssetView& asset, std::size_t frame, std::size_t vertex, std::span<float> out);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/asset_file.h"
+#include "player/runtime/combine.h"
 
 namespace penumbra {
 
@@ -14,6 +15,8 @@ public:
     explicit Evaluator(const AssetView& asset);
 
     const AssetView& asset() const { return *asset_; }
+    // The fastest path of this processor unless this is called: tests go through all of evaluatorPaths().
+    void usePath(const EvaluatorPath& path) { path_ = path; }
     std::size_t vertexCount() const { return asset_->mesh.positions.size(); }
     std::size_t clusterCount() const { return asset_->model.clusters.size(); }
 
@@ -28,34 +31,26 @@ public:
 
     // Skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
     // tangent = normalised(R_c t0 - N (N . R_c t0)); where that vanishes, any unit vector orthogonal to N.
+    // The rule of skinVertices() (formats/mesh.h) in single precision.
     void skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
               std::span<Vec3> tangents) const;
 
 private:
-    const AssetView* asset_;
     struct Regressor {
-        std::vector<float> combined;  // [K, N]: weights input_basis
+        std::vector<float> combined;  // [N, K]: transposed(weights input_basis), so that the inner loop is over K
         std::vector<float> offset;    // [K]: bias - combined feature_mean
         std::size_t first_score = 0;
     };
-    std::vector<Regressor> regressors_;
-    std::vector<int> cluster_of_vertex_;
-    std::vector<Affine> bones_;
-    std::vector<Mat3> rotations_;  // [cluster]
-    std::vector<float> scores_, features_;
-};
+    const AssetView* asset_;
+    std::vector<Regressor> regressors_;    // [cluster]
+    std::vector<Affine> bones_;            // [J]
+    std::vector<Mat3> bone_rotations_;     // [J]
+    std::vector<Mat3> rotations_;          // [cluster]
+    std::vector<float> features_;          // [N] of the joint that was asked for last
+    std::vector<float> scores_, weights_;  // of all clusters; weights = scores, times the component's scale for I8
+    EvaluatorPath path_;
 
-// acc[i] += w * data[i], i < n: one component of a cluster; the paths that this processor can run, slowest first, and
-// tests hold each to the first. PENUMBRA_NO_SIMD leaves only the portable one.
-using AddScaledI8 = void (*)(const std::int8_t* data, float w, std::size_t n, float* acc);
-using AddScaledF16 = void (*)(const std::uint16_t* data, float w, std::size_t n, float* acc);
-using AddScaledF32 = void (*)(const float* data, float w, std::size_t n, float* acc);
-struct EvaluatorPath {
-    const char* name;
-    AddScaledI8 add_i8;
-    AddScaledF16 add_f16;
-    AddScaledF32 add_f32;
+    void relativeBoneFeatures(std::size_t joint);
 };
-std::span<const EvaluatorPath> evaluatorPaths();
 
 }  // namespace penumbra

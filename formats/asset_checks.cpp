@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: Apache-2.0
+// The checks behind openAsset(): sizes are compared in 64 bits before anything is read through them.
+#include "formats/asset_checks.h"
+
+#include <cmath>
+#include <cstring>
+#include <set>
+
+#include "asset_generated.h"
+#include "formats/errors.h"
+
+namespace penumbra {
+
+namespace {
+
+// Where we are in the file; every failure names it.
+struct Field {
+    std::string path;  // "FILE: model.clusters[3]"
+
+    Field operator/(const std::string& name) const { return {path + (path.ends_with(": ") ? "" : ".") + name}; }
+    Field operator[](std::size_t i) const { return {path + "[" + std::to_string(i) + "]"}; }
+    [[noreturn]] void fail(const std::string& what) const { throw InvalidInput(path + " " + what); }
+    void require(bool ok, const char* what) const {
+        if (!ok) fail(what);
+    }
+};
+
+// A vector's elements as T (whose size is a multiple of the stored element's), 16-byte aligned; absent = empty.
+template <class T, class Stored>
+std::span<const T> spanOf(const flatbuffers::Vector<Stored>* vector, const Field& at) {
+    static_assert(sizeof(T) % sizeof(Stored) == 0);
+    if (!vector || vector->size() == 0) return {};
+    const std::size_t bytes = std::size_t(vector->size()) * sizeof(Stored);
+    at.require(bytes % sizeof(T) == 0, "has a broken last element");
+    at.require(reinterpret_cast<std::uintptr_t>(vector->data()) % 16 == 0, "is not 16-byte aligned");
+    return {reinterpret_cast<const T*>(vector->data()), bytes / sizeof(T)};
+}
+
+template <class T>
+void checkCount(const Field& at, std::span<const T> values, std::uint64_t expected) {
+    if (values.size() != expected)
+        at.fail("has " + std::to_string(values.size()) + " elements, expected " + std::to_string(expected));
+}
+
+void checkRange(const Field& at, std::int64_t value, std::int64_t low, std::int64_t high) {
+    if (value < low || value > high)
+        at.fail("is " + std::to_string(value) + ", allowed are " + std::to_string(low) + ".." + std::to_string(high));
+}
+
+template <class T>
+void checkIndices(const Field& at, std::span<const T> indices, std::size_t limit) {
+    for (std::size_t i = 0; i < indices.size(); ++i)
+        if (std::size_t(indices[i]) >= limit)
+            at[i].fail("is " + std::to_string(indices[i]) + ", beyond the last of " + std::to_string(limit));
+}
+
+// All-ones exponent bits say NaN or infinity; integers, so that the loop stays fast without -ffast-math.
+template <class Word>
+bool allFinite(const std::byte* data, std::size_t count, Word exponent) {
+    bool bad = false;
+    for (std::size_t i = 0; i < count; ++i) {
+        Word bits;
+        std::memcpy(&bits, data + i * sizeof(Word), sizeof(Word));
+        bad |= Word(bits & exponent) == exponent;
+    }
+    return !bad;
+}
+bool finiteFloats(const std::byte* data, std::size_t count) {
+    return allFinite<std::uint32_t>(data, count, 0x7f800000);
+}
+bool finiteHalves(const std::byte* data, std::size_t count) { return allFinite<std::uint16_t>(data, count, 0x7c00); }
+
+template <class T>
+void checkFinite(const Field& at, std::span<const T> values) {
+    static_assert(sizeof(T) % sizeof(float) == 0);
+    at.require(finiteFloats(reinterpret_cast<const std::byte*>(values.data()), values.size_bytes() / sizeof(float)),
+               "has a number that is not finite");
+}
+
+std::span<const Vec3> vectorsOf(const flatbuffers::Vector<float>* stored, const Field& at, std::size_t count) {
+    const auto vectors = spanOf<Vec3>(stored, at);
+    checkCount(at, vectors, count);
+    checkFinite(at, vectors);
+    return vectors;
+}
+
+std::span<const float> floatsOf(const flatbuffers::Vector<float>* stored, const Field& at, std::uint64_t count) {
+    const auto values = spanOf<float>(stored, at);
+    checkCount(at, values, count);
+    checkFinite(at, values);
+    return values;
+}
+
+void checkUnit(const Field& at, std::span<const Vec3> directions) {
+    for (std::size_t i = 0; i < directions.size(); ++i)
+        if (!(std::abs(dot(directions[i], directions[i]) - 1) < 1e-3f)) at[i].fail("is not a unit vector");
+}
+
+template <class T>
+void checkUniqueNames(const Field& at, const std::vector<T>& named) {
+    std::set<std::string_view> seen;
+    for (const T& element : named) {
+        const std::string_view name = [&] {
+            if constexpr (std::is_same_v<T, std::string_view>)
+                return element;
+            else
+                return element.name;
+        }();
+        at.require(seen.insert(name).second, ("has \"" + std::string(name) + "\" twice").c_str());
+    }
+}
+
+std::string_view textOf(const flatbuffers::String* text) { return {text->c_str(), text->size()}; }
+
+NumbersView numbersOf(const fbs::Numbers* stored, const Field& at, std::uint64_t rows, std::uint64_t row_length,
+                      AssetPrecision coarsest) {
+    if (!stored) at.fail("is missing");
+    NumbersView view;
+    checkRange(at / "precision", std::int64_t(stored->precision()), 0, std::int64_t(coarsest));
+    view.precision = AssetPrecision(stored->precision());
+    view.count = stored->count();
+    view.row_length = stored->row_length();
+    checkRange(at / "count", std::int64_t(view.count), std::int64_t(rows * row_length),
+               std::int64_t(rows * row_length));
+    checkRange(at / "row_length", std::int64_t(view.row_length), std::int64_t(row_length), std::int64_t(row_length));
+    const auto data = spanOf<std::byte>(stored->data(), at / "data");
+    checkCount(at / "data", data, std::uint64_t(view.count) * bytesPerNumber(view.precision));
+    view.data = data.data();
+    const bool scaled = view.precision == AssetPrecision::kI8;
+    view.scale = floatsOf(stored->scale(), at / "scale", scaled ? rows : 0);
+    if (view.precision == AssetPrecision::kF32)
+        (at / "data").require(finiteFloats(view.data, view.count), "has a number that is not finite");
+    if (view.precision == AssetPrecision::kF16)
+        (at / "data").require(finiteHalves(view.data, view.count), "has a number that is not finite");
+    return view;
+}
+
+void checkWeights(const Field& at, std::span<const float> weights, std::size_t influences) {
+    for (std::size_t first = 0; first + influences <= weights.size(); first += influences) {
+        double sum = 0;
+        for (float w : weights.subspan(first, influences)) {
+            if (!(w >= 0)) at[first].fail("is negative");
+            sum += w;
+        }
+        if (!(std::abs(sum - 1) < 1e-3)) at[first].fail("starts a row that does not sum to 1");
+    }
+}
+
+void checkPermutation(const Field& at, std::span<const std::uint32_t> indices) {
+    checkIndices(at, indices, indices.size());
+    std::vector<bool> seen(indices.size());
+    for (std::uint32_t index : indices) {
+        if (seen[index]) at.fail("has " + std::to_string(index) + " twice");
+        seen[index] = true;
+    }
+}
+
+MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bool has_model) {
+    MeshView mesh;
+    mesh.positions = spanOf<Vec3>(stored.positions(), at / "positions");
+    checkFinite(at / "positions", mesh.positions);
+    const std::size_t count = mesh.positions.size();
+    (at / "positions").require(count > 0, "is empty");
+    mesh.normals = vectorsOf(stored.normals(), at / "normals", count);
+    checkUnit(at / "normals", mesh.normals);
+    mesh.tangents = vectorsOf(stored.tangents(), at / "tangents", has_model ? count : 0);
+    checkUnit(at / "tangents", mesh.tangents);
+    mesh.triangles = spanOf<std::uint32_t>(stored.triangles(), at / "triangles");
+    (at / "triangles").require(mesh.triangles.size() % 3 == 0, "has a broken last triangle");
+    checkIndices(at / "triangles", mesh.triangles, count);
+    mesh.shading_point = spanOf<std::uint32_t>(stored.shading_point(), at / "shading_point");
+    checkCount(at / "shading_point", mesh.shading_point, count);
+    checkPermutation(at / "shading_point", mesh.shading_point);
+    mesh.source_vertex = spanOf<std::uint32_t>(stored.source_vertex(), at / "source_vertex");
+    checkIndices(at / "source_vertex", mesh.source_vertex, count);
+    mesh.influences = stored.influences();
+    (at / "influences").require(mesh.influences > 0 || !has_model, "is 0 in a file with a model");
+    mesh.skin_joints = spanOf<std::uint16_t>(stored.skin_joints(), at / "skin_joints");
+    checkCount(at / "skin_joints", mesh.skin_joints, std::uint64_t(count) * mesh.influences);
+    checkIndices(at / "skin_joints", mesh.skin_joints, joints);
+    mesh.skin_weights = floatsOf(stored.skin_weights(), at / "skin_weights", std::uint64_t(count) * mesh.influences);
+    if (mesh.influences > 0) checkWeights(at / "skin_weights", mesh.skin_weights, mesh.influences);
+    return mesh;
+}
+
+// Every joint reaches a root: otherwise someone who follows the parents never ends.
+void checkParents(const Field& at, std::span<const std::int32_t> parents) {
+    std::vector<std::uint8_t> state(parents.size());  // 1: on the path being followed, 2: known to reach a root
+    for (std::size_t start = 0; start < parents.size(); ++start) {
+        std::vector<std::size_t> path;
+        for (std::int64_t j = std::int64_t(start); j >= 0 && state[j] != 2; j = parents[j]) {
+            checkRange(at[j], parents[j], -1, std::int64_t(parents.size()) - 1);
+            at[j].require(state[j] == 0, "is part of a cycle");
+            state[j] = 1;
+            path.push_back(std::size_t(j));
+        }
+        for (std::size_t j : path) state[j] = 2;
+    }
+}
+
+std::vector<ClipView> clipsOf(const fbs::Animation& stored, const Field& at, std::size_t frames) {
+    std::vector<ClipView> clips;
+    std::uint64_t next = 0;
+    for (const fbs::Clip* clip : *stored.clips()) {
+        checkRange(at[clips.size()] / "first_frame", clip->first_frame(), std::int64_t(next), std::int64_t(next));
+        clips.push_back({textOf(clip->name()), clip->first_frame(), clip->frame_count(), clip->held_out()});
+        next += clip->frame_count();
+    }
+    if (next != frames) at.fail("cover " + std::to_string(next) + " of " + std::to_string(frames) + " frames");
+    checkUniqueNames(at, clips);
+    return clips;
+}
+
+AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
+    AnimationView animation;
+    if (stored.joint_names())
+        for (const flatbuffers::String* name : *stored.joint_names()) animation.joint_names.push_back(textOf(name));
+    checkUniqueNames(at / "joint_names", animation.joint_names);
+    const std::size_t joints = animation.jointCount();
+    checkRange(at / "joint_names", std::int64_t(joints), 0, 65535);
+    animation.parents = spanOf<std::int32_t>(stored.parents(), at / "parents");
+    checkCount(at / "parents", animation.parents, joints);
+    checkParents(at / "parents", animation.parents);
+    animation.times = spanOf<double>(stored.times(), at / "times");
+    const std::size_t frames = animation.times.size();
+    for (double time : animation.times) (at / "times").require(std::isfinite(time), "has a number that is not finite");
+    if (stored.clips()) animation.clips = clipsOf(stored, at / "clips", frames);
+    (at / "clips").require(stored.clips() || frames == 0, "is missing");
+    animation.bones = spanOf<Affine>(stored.bones(), at / "bones");
+    checkCount(at / "bones", animation.bones, std::uint64_t(frames) * joints);
+    checkFinite(at / "bones", animation.bones);
+    animation.pose_size = stored.pose_size();
+    const bool has_pose = stored.pose() && stored.pose()->size() > 0;
+    animation.pose = floatsOf(stored.pose(), at / "pose", has_pose ? std::uint64_t(frames) * animation.pose_size : 0);
+    return animation;
+}
+
+ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, int stride, std::uint64_t features,
+                      std::size_t joints) {
+    ClusterView cluster;
+    cluster.joint = stored.joint();
+    checkRange(at / "joint", cluster.joint, 0, std::int64_t(joints) - 1);
+    cluster.first_vertex = stored.first_vertex();
+    cluster.vertex_count = stored.vertex_count();
+    (at / "vertex_count").require(cluster.vertex_count > 0, "is 0");
+    cluster.feature_mean = floatsOf(stored.feature_mean(), at / "feature_mean", features);
+    cluster.input_min = spanOf<float>(stored.input_min(), at / "input_min");
+    checkFinite(at / "input_min", cluster.input_min);
+    const std::uint64_t inputs = cluster.inputs();
+    cluster.input_max = floatsOf(stored.input_max(), at / "input_max", inputs);
+    for (std::size_t i = 0; i < inputs; ++i)
+        (at / "input_max")[i].require(cluster.input_min[i] <= cluster.input_max[i], "is below input_min");
+    cluster.input_basis = numbersOf(stored.input_basis(), at / "input_basis", inputs, features, AssetPrecision::kI8);
+    cluster.bias = spanOf<float>(stored.bias(), at / "bias");
+    checkFinite(at / "bias", cluster.bias);
+    const std::uint64_t components = cluster.components(), row = std::uint64_t(cluster.vertex_count) * stride;
+    cluster.weights = floatsOf(stored.weights(), at / "weights", components * inputs);
+    cluster.mean = numbersOf(stored.mean(), at / "mean", 1, row, AssetPrecision::kF16);
+    cluster.basis = numbersOf(stored.basis(), at / "basis", components, row, AssetPrecision::kI8);
+    return cluster;
+}
+
+ModelView modelOf(const fbs::Model& stored, const Field& at, std::size_t vertices, const AnimationView& animation) {
+    ModelView model;
+    checkRange(at / "kind", std::int64_t(stored.kind()), 0, 0);
+    checkRange(at / "features", std::int64_t(stored.features()), 0, 1);
+    model.features = AssetFeatures(stored.features());
+    try {
+        model.convention = parseConvention(textOf(stored.convention()));
+    } catch (const std::invalid_argument& error) {
+        (at / "convention").fail(std::string("is wrong: ") + error.what());
+    }
+    model.stride = stored.stride();
+    const int expected_stride = (model.convention.size() + 3) / 4 * 4;
+    checkRange(at / "stride", model.stride, expected_stride, expected_stride);
+    const std::size_t joints = animation.jointCount();
+    at.require(joints > 0, "needs joints");
+    model.joint_centers = vectorsOf(stored.joint_centers(), at / "joint_centers", joints);
+    model.feature_scale = stored.feature_scale();
+    (at / "feature_scale").require(std::isfinite(model.feature_scale) && model.feature_scale > 0, "is not positive");
+    model.quantization_error = stored.quantization_error();
+    (at / "quantization_error")
+        .require(std::isfinite(model.quantization_error) && model.quantization_error >= 0, "is not a number >= 0");
+    const bool angles = model.features == AssetFeatures::kJointAngles;
+    const std::uint64_t features = angles ? animation.pose_size : 12 * std::uint64_t(joints - 1);
+    std::uint64_t next = 0;
+    if (!stored.clusters()) (at / "clusters").fail("is missing");
+    for (const fbs::Cluster* cluster : *stored.clusters()) {
+        const Field here = (at / "clusters")[model.clusters.size()];
+        checkRange(here / "first_vertex", cluster->first_vertex(), std::int64_t(next), std::int64_t(next));
+        next += cluster->vertex_count();
+        checkRange(here / "vertex_count", cluster->vertex_count(), 1, std::int64_t(vertices));
+        model.clusters.push_back(clusterOf(*cluster, here, model.stride, features, joints));
+    }
+    if (next != vertices)
+        (at / "clusters").fail("cover " + std::to_string(next) + " of " + std::to_string(vertices) + " vertices");
+    return model;
+}
+
+TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertices, std::size_t frames) {
+    TruthView truth;
+    truth.order = stored.order();
+    checkRange(at / "order", truth.order, 1, kMaxOrder);
+    checkRange(at / "precision", std::int64_t(stored.precision()), 0, std::int64_t(AssetPrecision::kF16));
+    truth.precision = AssetPrecision(stored.precision());
+    truth.data = spanOf<std::byte>(stored.data(), at / "data");
+    const std::uint64_t count = std::uint64_t(frames) * vertices * std::uint64_t(truth.order * truth.order);
+    checkCount(at / "data", truth.data, count * bytesPerNumber(truth.precision));
+    const bool finite = truth.precision == AssetPrecision::kF32 ? finiteFloats(truth.data.data(), count)
+                                                                : finiteHalves(truth.data.data(), count);
+    (at / "data").require(finite, "has a number that is not finite");
+    return truth;
+}
+
+MaterialView materialOf(const fbs::Material& stored, const Field& at) {
+    MaterialView material;
+    material.name = textOf(stored.name());
+    material.slice_order = stored.slice_order();
+    material.view_order = stored.view_order();
+    material.channels = stored.channels();
+    checkRange(at / "slice_order", material.slice_order, 1, kMaxOrder);
+    checkRange(at / "view_order", material.view_order, 1, kMaxOrder);
+    (at / "channels").require(material.channels == 1 || material.channels == 3, "is neither 1 nor 3");
+    if (!stored.color() || stored.color()->size() != 3) (at / "color").fail("has not 3 elements");
+    material.color = {stored.color()->Get(0), stored.color()->Get(1), stored.color()->Get(2)};
+    (at / "color").require(std::isfinite(dot(material.color, {1, 1, 1})), "is not finite");
+    const int even = material.view_order * (material.view_order + 1) / 2;
+    material.slices = floatsOf(stored.slices(), at / "slices",
+                               std::uint64_t(material.channels * coefficientCount(material.slice_order) * even));
+    return material;
+}
+
+LightView lightOf(const fbs::Light& stored, const Field& at) {
+    LightView light;
+    light.name = textOf(stored.name());
+    light.order = stored.order();
+    checkRange(at / "order", light.order, 1, kMaxOrder);
+    light.sh = floatsOf(stored.sh(), at / "sh", 3 * std::uint64_t(coefficientCount(light.order)));
+    return light;
+}
+
+}  // namespace
+
+AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
+    const Field at{file + ": "};
+    if (textOf(stored.sh_convention()) != kShConvention) (at / "sh_convention").fail("is not real-orthonormal-cs");
+    AssetView asset;
+    asset.provenance = textOf(stored.provenance());
+    if (stored.animation()) asset.animation = animationOf(*stored.animation(), at / "animation");
+    asset.has_mesh = stored.mesh() != nullptr;
+    asset.has_model = stored.model() != nullptr;
+    asset.has_truth = stored.truth() != nullptr;
+    at.require(asset.has_mesh || !(asset.has_model || asset.has_truth), "mesh is missing");
+    const std::size_t joints = asset.animation.jointCount();
+    if (asset.has_mesh) asset.mesh = meshOf(*stored.mesh(), at / "mesh", joints, asset.has_model);
+    const std::size_t vertices = asset.mesh.positions.size();
+    if (asset.has_model) asset.model = modelOf(*stored.model(), at / "model", vertices, asset.animation);
+    if (asset.has_truth) asset.truth = truthOf(*stored.truth(), at / "truth", vertices, asset.animation.frameCount());
+    if (stored.materials())
+        for (const fbs::Material* material : *stored.materials())
+            asset.materials.push_back(materialOf(*material, (at / "materials")[asset.materials.size()]));
+    checkUniqueNames(at / "materials", asset.materials);
+    if (stored.lights())
+        for (const fbs::Light* light : *stored.lights())
+            asset.lights.push_back(lightOf(*light, (at / "lights")[asset.lights.size()]));
+    checkUniqueNames(at / "lights", asset.lights);
+    return asset;
+}
+
+}  // namespace penumbra
