@@ -107,10 +107,10 @@ AssetView openAsset(std::span<const std::byte> bytes, std::string_view name) {
     return viewOfAsset(*asset, file);
 }
 
-void readTruth(const AssetView& asset, std::size_t frame, std::size_t vertex, std::span<float> out) {
+void readTruth(const AssetView& asset, std::size_t frame, std::size_t shading_point, std::span<float> out) {
     const std::size_t n = std::size_t(asset.truth.order) * asset.truth.order;
-    assert(asset.has_truth && out.size() == n && vertex < asset.mesh.positions.size());
-    const std::size_t first = (frame * asset.mesh.positions.size() + vertex) * n;
+    assert(asset.has_truth && out.size() == n && shading_point < asset.mesh.positions.size());
+    const std::size_t first = (frame * asset.mesh.positions.size() + shading_point) * n;
     if (asset.truth.precision == AssetPrecision::kF32)
         std::memcpy(out.data(), asset.truth.data.data() + 4 * first, 4 * n);
     else

@@ -93,7 +93,7 @@ struct ModelView {
 struct TruthView {
     int order = 0;
     AssetPrecision precision = AssetPrecision::kF32;
-    std::span<const std::byte> data;  // [F,V,order^2]
+    std::span<const std::byte> data;  // [F,V,order^2], V in the bake's order, whatever the mesh's order
 };
 
 struct MaterialView {
@@ -134,8 +134,8 @@ bool sealAsset(std::span<std::byte> bytes);
 // The frame of `clip` whose number in the clip is `frame`, or throws UsageError that lists what there is.
 std::size_t findFrame(const AnimationView& animation, std::string_view clip, std::size_t frame);
 
-// Moments of one vertex of one frame, [order^2].
-void readTruth(const AssetView& asset, std::size_t frame, std::size_t vertex, std::span<float> out);
+// Moments of one shading point of one frame, [order^2].
+void readTruth(const AssetView& asset, std::size_t frame, std::size_t shading_point, std::span<float> out);
 
 // A read-only memory map that lives as long as the object; IoError.
 class MappedFile {

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "formats/fp16.h"
+#include "player/runtime/shade_kernel.h"
 
 namespace penumbra {
 
@@ -35,14 +36,6 @@ void combine(const CombineInput& in, float* out) {
             for (std::size_t i = 0; i < n; ++i) sum[i] += in.weights[k] * component[i];
         }
     }
-}
-
-bool cpuHasAvx2() {
-#ifdef __x86_64__
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("f16c");
-#else
-    return false;
-#endif
 }
 
 }  // namespace

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+
+#include "player/runtime/shade_lanes.h"
+
+namespace penumbra {
+
+bool cpuHasAvx2() {
+#ifdef __x86_64__
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("f16c");
+#else
+    return false;
+#endif
+}
+
+std::vector<ShadePath> shadePaths() {
+    std::vector<ShadePath> paths = {{"portable", shadeLanes}};
+    if (kShadeAvx2 && cpuHasAvx2() && !std::getenv("PENUMBRA_NO_SIMD")) paths.push_back(*kShadeAvx2);
+    return paths;
+}
+
+}  // namespace penumbra
