@@ -1,1 +1,291 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "pack/pack_asset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "formats/errors.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+#include "pack/asset_writer.h"
+#include "player/runtime/evaluator.h"
+
+namespace penumbra {
+
+const char* nameOf(AssetPrecision precision) {
+    switch (precision) {
+        case AssetPrecision::kF32:
+            return "f32";
+        case AssetPrecision::kF16:
+            return "f16";
+        case AssetPrecision::kI8:
+            return "i8";
+    }
+    return "";
+}
+
+// Vertices in the order of the clusters: order[new] = old.
+static std::vector<std::uint32_t> clusterOrder(const Model& model) {
+    std::vector<std::uint32_t> order;
+    for (const ClusterModel& cluster : model.clusters)
+        order.insert(order.end(), cluster.vertices.begin(), cluster.vertices.end());
+    return order;
+}
+
+static MeshSection reorderedMesh(const Model& model, const std::vector<std::uint32_t>& order) {
+    const std::size_t influences = std::size_t(model.skin.influences);
+    MeshSection mesh;
+    mesh.influences = model.skin.influences;
+    mesh.shading_point = order;
+    std::vector<std::uint32_t> new_of_old(order.size());
+    for (std::size_t v = 0; v < order.size(); ++v) {
+        const std::uint32_t old = order[v];
+        new_of_old[old] = std::uint32_t(v);
+        mesh.positions.push_back(model.mesh.rest_positions[old]);
+        mesh.normals.push_back(model.rest_normals[old]);
+        mesh.tangents.push_back(model.rest_tangents[old]);
+        const auto joints = model.skin.joints.begin() + std::ptrdiff_t(old * influences);
+        const auto weights = model.skin.weights.begin() + std::ptrdiff_t(old * influences);
+        mesh.skin_joints.insert(mesh.skin_joints.end(), joints, joints + std::ptrdiff_t(influences));
+        mesh.skin_weights.insert(mesh.skin_weights.end(), weights, weights + std::ptrdiff_t(influences));
+    }
+    for (const Triangle& t : model.mesh.triangles)
+        mesh.triangles.push_back({new_of_old[t[0]], new_of_old[t[1]], new_of_old[t[2]]});
+    for (std::uint32_t old : model.mesh.source_vertex) mesh.source_vertex.push_back(new_of_old[old]);
+    return mesh;
+}
+
+// Rows of `size` numbers, each filled up with zeros to `stride`.
+static std::vector<float> padded(std::span<const float> numbers, std::size_t size, std::size_t stride) {
+    std::vector<float> out(numbers.size() / size * stride, 0.0f);
+    for (std::size_t row = 0; row * size < numbers.size(); ++row)
+        std::copy_n(numbers.begin() + std::ptrdiff_t(row * size), size, out.begin() + std::ptrdiff_t(row * stride));
+    return out;
+}
+
+static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, std::size_t index,
+                                         std::uint32_t first_vertex, AssetPrecision precision) {
+    const ClusterModel& cluster = model.clusters[index];
+    const std::string what = "model.clusters[" + std::to_string(index) + "]";
+    const AssetPrecision fine = precision == AssetPrecision::kF32 ? precision : AssetPrecision::kF16;
+    const std::size_t size = std::size_t(model.convention.size()), stride = (size + 3) / 4 * 4;
+    const std::size_t row = cluster.vertices.size() * stride;
+    const auto feature_mean = writeVector<float>(builder, cluster.feature_mean);
+    const auto input_basis =
+        writeNumbers(builder, quantize(cluster.input_basis, cluster.feature_mean.size(), fine, what + ".input_basis"));
+    const auto input_min = writeVector<float>(builder, cluster.input_min);
+    const auto input_max = writeVector<float>(builder, cluster.input_max);
+    const auto weights = writeVector<float>(builder, cluster.weights);
+    const auto bias = writeVector<float>(builder, cluster.bias);
+    const auto mean = writeNumbers(builder, quantize(padded(cluster.mean, size, stride), row, fine, what + ".mean"));
+    const auto basis =
+        writeNumbers(builder, quantize(padded(cluster.basis, size, stride), row, precision, what + ".basis"));
+    return fbs::CreateCluster(builder, std::uint16_t(cluster.joint), first_vertex,
+                              std::uint32_t(cluster.vertices.size()), feature_mean, input_basis, input_min, input_max,
+                              weights, bias, mean, basis);
+}
+
+static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, AssetPrecision precision,
+                                            double quantization_error) {
+    std::vector<Offset<fbs::Cluster>> clusters;
+    std::uint32_t next = 0;
+    for (std::size_t c = 0; c < model.clusters.size(); ++c) {
+        clusters.push_back(writeCluster(builder, model, c, next, precision));
+        next += std::uint32_t(model.clusters[c].vertices.size());
+    }
+    const auto convention = builder.CreateString(model.convention.name());
+    const auto centers = writeVector<float>(builder, model.joint_centers);
+    const auto cluster_vector = builder.CreateVector(clusters);
+    const auto features =
+        model.features == FeatureKind::kJointAngles ? fbs::FeatureKind::JointAngles : fbs::FeatureKind::RelativeBones;
+    return fbs::CreateModel(builder, fbs::ModelKind::Linear, features, convention,
+                            std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
+                            cluster_vector, float(quantization_error));
+}
+
+static AnimationSection animationOf(const Model& model) {
+    AnimationSection animation{model.skin.joint_names,
+                               model.skin.parents,
+                               clipsOf(model.frames, model.holdout_clips),
+                               model.frames.time,
+                               model.bones,
+                               model.pose_size,
+                               {}};
+    if (model.features == FeatureKind::kJointAngles) animation.pose = model.pose;
+    return animation;
+}
+
+// One slice set and a colour where the three channels differ by a factor only (1e-6 of the largest entry), else three.
+static Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf) {
+    const std::size_t count = brdf.slices.size() / 3;
+    std::size_t largest = 0;
+    for (std::size_t i = 0; i < brdf.slices.size(); ++i)
+        if (std::abs(brdf.slices[i]) > std::abs(brdf.slices[largest])) largest = i;
+    const double top = brdf.slices.empty() ? 0 : brdf.slices[largest];
+    double color[3] = {1, 1, 1};
+    for (std::size_t c = 0; c < 3 && top != 0; ++c) color[c] = brdf.slices[largest / 3 * 3 + c] / top;
+    bool proportional = true;
+    for (std::size_t i = 0; i < brdf.slices.size(); ++i)
+        proportional &=
+            std::abs(brdf.slices[i] - color[i % 3] * brdf.slices[i / 3 * 3 + largest % 3]) <= 1e-6 * std::abs(top);
+    const std::size_t channels = proportional ? 1 : 3;
+    std::vector<float> slices;
+    for (std::size_t c = 0; c < channels; ++c)
+        for (std::size_t i = 0; i < count; ++i)
+            slices.push_back(float(brdf.slices[3 * i + (proportional ? largest % 3 : c)]));
+    std::vector<float> factors(3, 1.0f);
+    if (proportional) std::copy(color, color + 3, factors.begin());
+    const auto name = builder.CreateString(brdf.name);
+    const auto color_vector = builder.CreateVector(factors);
+    const auto slice_vector = writeVector<float>(builder, slices);
+    return fbs::CreateMaterial(builder, name, std::uint8_t(brdf.slice_order), std::uint8_t(brdf.view_order),
+                               std::uint8_t(channels), color_vector, slice_vector);
+}
+
+static Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile& light) {
+    const std::vector<float> sh(light.sh.begin(), light.sh.end());
+    const auto name = builder.CreateString(light.name);
+    const auto values = writeVector<float>(builder, sh);
+    return fbs::CreateLight(builder, name, std::uint8_t(light.order), values);
+}
+
+static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
+                                       std::span<const LightFile> lights, AssetPrecision precision, double error,
+                                       const std::string& provenance) {
+    FlatBufferBuilder builder(1 << 20);
+    AssetSections sections;
+    sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
+    sections.animation = writeAnimation(builder, animationOf(model));
+    sections.model = writeModelSection(builder, model, precision, error);
+    for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
+    for (const LightFile& light : lights) sections.lights.push_back(writeLightSection(builder, light));
+    const std::span<std::byte> bytes = finishAsset(builder, sections, model.convention.order, provenance);
+    return {bytes.begin(), bytes.end()};  // a copy: the builder's buffer is not 16-byte aligned
+}
+
+// Sum of squares over the cluster's numbers of (a - b) and of (b - mean), b from the F32 asset.
+struct SquareSums {
+    double difference = 0, variation = 0;
+};
+
+static SquareSums compareCluster(const ClusterView& cluster, std::size_t stride, std::span<const float> a,
+                                 std::span<const float> b) {
+    const auto* mean = reinterpret_cast<const float*>(cluster.mean.data);
+    const std::size_t first = cluster.first_vertex * stride;
+    SquareSums sums;
+    for (std::size_t i = 0; i < cluster.mean.count; ++i) {
+        const double difference = double(a[first + i]) - b[first + i], variation = double(b[first + i]) - mean[i];
+        sums.difference += difference * difference;
+        sums.variation += variation * variation;
+    }
+    return sums;
+}
+
+static double measureQuantization(const std::vector<std::byte>& packed, const std::vector<std::byte>& exact,
+                                  int threads) {
+    const AssetView a = openAsset(packed), b = openAsset(exact);
+    Evaluator evaluate_a(a), evaluate_b(b);
+    const std::size_t stride = std::size_t(a.model.stride), clusters = evaluate_a.clusterCount();
+    std::vector<float> numbers_a(evaluate_a.vertexCount() * stride), numbers_b(numbers_a.size());
+    std::vector<SquareSums> of_cluster(clusters);
+    for (std::size_t f = 0; f < a.animation.frameCount(); ++f) {
+        throwIfInterrupted();
+        evaluate_a.setPose(a.animation.bonesOf(f), a.animation.poseOf(f));
+        evaluate_b.setPose(b.animation.bonesOf(f), b.animation.poseOf(f));
+        parallelFor(clusters, threads, [&](std::size_t c) {
+            evaluate_a.evaluateCluster(c, numbers_a);
+            evaluate_b.evaluateCluster(c, numbers_b);
+            const SquareSums sums = compareCluster(b.model.clusters[c], stride, numbers_a, numbers_b);
+            of_cluster[c].difference += sums.difference;
+            of_cluster[c].variation += sums.variation;
+        });
+    }
+    SquareSums total;
+    for (const SquareSums& sums : of_cluster) {
+        total.difference += sums.difference;
+        total.variation += sums.variation;
+    }
+    return total.variation > 0 ? std::sqrt(total.difference / total.variation) : 0;
+}
+
+static void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
+    for (std::size_t i = 0; i < materials.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (materials[i].name == materials[j].name)
+                throw InvalidInput("material \"" + materials[i].name + "\" is given twice");
+    for (std::size_t i = 0; i < lights.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (lights[i].name == lights[j].name) throw InvalidInput("light \"" + lights[i].name + "\" is given twice");
+}
+
+// What the reader of the model file promises and a model made in memory may break.
+static void checkModel(const Model& model) {
+    std::vector<bool> seen(model.mesh.vertexCount());
+    std::size_t count = 0;
+    for (const ClusterModel& cluster : model.clusters)
+        for (std::uint32_t v : cluster.vertices) {
+            if (v >= seen.size() || seen[v])
+                throw InvalidInput("model.clusters: vertex " + std::to_string(v) +
+                                   " is out of range or in two clusters");
+            seen[v] = true;
+            ++count;
+        }
+    if (count != seen.size()) throw InvalidInput("model.clusters: not every vertex is in a cluster");
+    if (model.skin.influences < 1 || model.skin.influences > 255)
+        throw InvalidInput("model.skin: " + std::to_string(model.skin.influences) + " influences; 1..255 are possible");
+}
+
+Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
+                 const PackOptions& options, const std::string& provenance, int threads) {
+    checkNames(materials, lights);
+    checkModel(model);
+    std::vector<AssetPrecision> candidates = {options.precision.value_or(AssetPrecision::kI8)};
+    if (options.max_error && !options.precision)
+        candidates = {AssetPrecision::kI8, AssetPrecision::kF16, AssetPrecision::kF32};
+    const auto pack = [&](AssetPrecision precision, double error) {
+        return packOnce(model, materials, lights, precision, error, provenance);
+    };
+    const std::vector<std::byte> exact = pack(AssetPrecision::kF32, 0);
+    double error = 0;
+    for (AssetPrecision precision : candidates) {
+        error = precision == AssetPrecision::kF32 ? 0 : measureQuantization(pack(precision, 0), exact, threads);
+        if (!options.max_error || error <= *options.max_error) return {pack(precision, error), precision, error};
+    }
+    throw UsageError(std::string("--max-error: precision ") + nameOf(candidates.back()) + " gives " +
+                     std::to_string(error) + ", the bound is " + std::to_string(*options.max_error));
+}
+
+static std::size_t bytesOf(const NumbersView& numbers) {
+    return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
+}
+
+std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) {
+    const MeshView& m = asset.mesh;
+    const AnimationView& a = asset.animation;
+    std::size_t visibility = 0, regression = asset.model.joint_centers.size_bytes();
+    for (const ClusterView& c : asset.model.clusters) {
+        visibility += bytesOf(c.mean) + bytesOf(c.basis);
+        regression += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + c.weights.size_bytes() +
+                      c.bias.size_bytes() + c.input_min.size_bytes() + c.input_max.size_bytes();
+    }
+    std::size_t materials = 0, lights = 0;
+    for (const MaterialView& material : asset.materials) materials += material.slices.size_bytes();
+    for (const LightView& light : asset.lights) lights += light.sh.size_bytes();
+    std::vector<SizeOf> sizes = {
+        {"mesh", m.positions.size_bytes() + m.normals.size_bytes() + m.tangents.size_bytes() +
+                     m.triangles.size_bytes() + m.shading_point.size_bytes() + m.source_vertex.size_bytes()},
+        {"skin", m.skin_joints.size_bytes() + m.skin_weights.size_bytes()},
+        {"animation", a.times.size_bytes() + a.bones.size_bytes() + a.pose.size_bytes() + a.parents.size_bytes()},
+        {"visibility", visibility},
+        {"regression", regression},
+        {"truth", asset.truth.data.size()},
+        {"materials", materials},
+        {"lights", lights}};
+    std::size_t sum = 0;
+    for (const SizeOf& size : sizes) sum += size.bytes;
+    sizes.push_back({"names and layout", file_size - std::min(sum, file_size)});
+    return sizes;
+}
+
+}  // namespace penumbra

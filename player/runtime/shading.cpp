@@ -189,9 +189,9 @@ void ambient(const Convention& convention, int stride, std::size_t begin, std::s
 
 Mat3 localFrame(Vec3 normal, Vec3 tangent) { return fromRows(tangent, cross(normal, tangent), normal); }
 
-void numbersFromMoments(const Convention& convention, std::span<const float> moments, int order, Vec3 normal,
-                        Vec3 tangent, std::span<float> numbers) {
-    assert(order >= convention.order && moments.size() == std::size_t(coefficientCount(order)));
+void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
+                        std::span<float> numbers) {
+    assert(int(moments.size()) >= coefficientCount(convention.order));
     std::array<float, coefficientCount(kMaxOrder)> local;
     const auto count = std::size_t(coefficientCount(convention.order));
     const ShRotation rotation = makeShRotation(convention.order, localFrame(normal, tangent));
@@ -208,7 +208,7 @@ void numbersFromTruth(const AssetView& truth, std::size_t frame, const Conventio
     for (std::size_t v = begin; v < end; ++v) {
         readTruth(truth, frame, shading_point[v], moments);
         const std::span<float> row = numbers.subspan(v * std::size_t(stride), std::size_t(stride));
-        numbersFromMoments(convention, moments, truth.truth.order, normals[v], tangents[v], row.first(size));
+        numbersFromMoments(convention, moments, normals[v], tangents[v], row.first(size));
         std::fill(row.begin() + std::ptrdiff_t(size), row.end(), 0.0f);
     }
 }

@@ -55,9 +55,9 @@ void numbersFromTruth(const AssetView& truth, std::size_t frame, const Conventio
                       std::size_t begin, std::size_t end, std::span<const std::uint32_t> shading_point,
                       std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<float> numbers);
 
-// Moments (model frame, order `order`) of one vertex as numbers of `convention` in the frame (normal, tangent).
-void numbersFromMoments(const Convention& convention, std::span<const float> moments, int order, Vec3 normal,
-                        Vec3 tangent, std::span<float> numbers);
+// Moments (model frame, at least convention.order^2) of one vertex as numbers in the frame (normal, tangent).
+void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
+                        std::span<float> numbers);
 
 // The rows of the rotation are tangent, normal x tangent, normal: local = Q model.
 Mat3 localFrame(Vec3 normal, Vec3 tangent);

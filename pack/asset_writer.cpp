@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/asset_writer.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "sh/sh_basis.h"
+
+namespace penumbra {
+
+Offset<fbs::Numbers> writeNumbers(FlatBufferBuilder& builder, const StoredNumbers& numbers) {
+    const auto data = writeVector<std::uint8_t>(builder, numbers.data);
+    const auto scale = writeVector<float>(builder, numbers.scale);
+    return fbs::CreateNumbers(builder, fbs::Precision(numbers.precision), std::uint32_t(numbers.count),
+                              std::uint32_t(numbers.row_length), data, scale);
+}
+
+Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh) {
+    const auto positions = writeVector<float>(builder, mesh.positions);
+    const auto normals = writeVector<float>(builder, mesh.normals);
+    const auto tangents = writeVector<float>(builder, mesh.tangents);
+    const auto triangles = writeVector<std::uint32_t>(builder, mesh.triangles);
+    const auto shading_point = writeVector<std::uint32_t>(builder, mesh.shading_point);
+    const auto source_vertex = writeVector<std::uint32_t>(builder, mesh.source_vertex);
+    const auto joints = writeVector<std::uint16_t>(builder, mesh.skin_joints);
+    const auto weights = writeVector<float>(builder, mesh.skin_weights);
+    return fbs::CreateMesh(builder, positions, normals, tangents, triangles, shading_point, source_vertex,
+                           std::uint8_t(mesh.influences), joints, weights);
+}
+
+Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const AnimationSection& animation) {
+    const auto names = builder.CreateVectorOfStrings(animation.joint_names);
+    const auto parents = writeVector<std::int32_t>(builder, animation.parents);
+    std::vector<Offset<fbs::Clip>> clips;
+    for (const ClipView& clip : animation.clips)
+        clips.push_back(fbs::CreateClip(builder, builder.CreateString(clip.name.data(), clip.name.size()),
+                                        clip.first_frame, clip.frame_count, clip.held_out));
+    const auto clip_vector = builder.CreateVector(clips);
+    const auto times = writeVector<double>(builder, animation.times);
+    const auto bones = writeVector<float>(builder, animation.bones);
+    const auto pose = writeVector<float>(builder, animation.pose);
+    return fbs::CreateAnimation(builder, names, parents, clip_vector, times, bones, std::uint32_t(animation.pose_size),
+                                pose);
+}
+
+std::vector<ClipView> clipsOf(const FrameList& frames, std::span<const std::string> held_out) {
+    std::vector<ClipView> clips;
+    for (std::size_t f = 0; f < frames.frameCount(); ++f) {
+        const std::string& name = frames.clip_names[frames.clip[f]];
+        if (clips.empty() || clips.back().name != name)
+            clips.push_back(
+                {name, std::uint32_t(f), 0, std::find(held_out.begin(), held_out.end(), name) != held_out.end()});
+        ++clips.back().frame_count;
+    }
+    return clips;
+}
+
+std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,
+                                 const std::string& provenance) {
+    const auto convention = builder.CreateString(kShConvention.data(), kShConvention.size());
+    const auto made_by = builder.CreateString(provenance);
+    const auto materials = builder.CreateVector(sections.materials);
+    const auto lights = builder.CreateVector(sections.lights);
+    constexpr std::uint64_t kPlaceholder = 1;  // not the default: a field that holds its default is not stored
+    const auto asset =
+        fbs::CreateAsset(builder, kAssetVersion, convention, std::uint8_t(sh_order), made_by, kPlaceholder,
+                         sections.mesh, sections.animation, sections.model, sections.truth, materials, lights);
+    fbs::FinishAssetBuffer(builder, asset);
+    const std::span<std::byte> bytes(reinterpret_cast<std::byte*>(builder.GetBufferPointer()), builder.GetSize());
+    [[maybe_unused]] const bool sealed = sealAsset(bytes);
+    assert(sealed);
+    return bytes;
+}
+
+}  // namespace penumbra

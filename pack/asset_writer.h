@@ -1,0 +1,69 @@
+#pragma once
+// The sections of an asset, written. The caller has checked what it writes; openAsset() checks it again on reading.
+#include <flatbuffers/flatbuffers.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "asset_generated.h"
+#include "formats/asset_file.h"
+#include "formats/mesh.h"
+#include "pack/quantize.h"
+
+namespace penumbra {
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+
+// A vector that starts at a multiple of 16 in the file; T is the stored element, values any struct of them.
+template <class T, class Value>
+Offset<flatbuffers::Vector<T>> writeVector(FlatBufferBuilder& builder, std::span<const Value> values) {
+    const std::size_t count = values.size_bytes() / sizeof(T);
+    builder.ForceVectorAlignment(count, sizeof(T), 16);
+    return builder.CreateVector(reinterpret_cast<const T*>(values.data()), count);
+}
+template <class T, class Value>
+Offset<flatbuffers::Vector<T>> writeVector(FlatBufferBuilder& builder, const std::vector<Value>& values) {
+    return writeVector<T>(builder, std::span<const Value>(values));
+}
+
+Offset<fbs::Numbers> writeNumbers(FlatBufferBuilder& builder, const StoredNumbers& numbers);
+
+struct MeshSection {
+    std::vector<Vec3> positions, normals, tangents;
+    std::vector<Triangle> triangles;
+    std::vector<std::uint32_t> shading_point, source_vertex;
+    int influences = 0;
+    std::vector<std::uint16_t> skin_joints;
+    std::vector<float> skin_weights;
+};
+Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh);
+
+struct AnimationSection {
+    std::vector<std::string> joint_names;
+    std::vector<std::int32_t> parents;
+    std::vector<ClipView> clips;
+    std::vector<double> times;
+    std::vector<Affine> bones;
+    int pose_size = 0;
+    std::vector<float> pose;
+};
+Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const AnimationSection& animation);
+
+// Clips of a list of frames; the names stay those of `frames`.
+std::vector<ClipView> clipsOf(const FrameList& frames, std::span<const std::string> held_out);
+
+// Ends the asset with its hash; what is not there is a null offset. The builder then owns the finished bytes.
+struct AssetSections {
+    Offset<fbs::Mesh> mesh;
+    Offset<fbs::Animation> animation;
+    Offset<fbs::Model> model;
+    Offset<fbs::Truth> truth;
+    std::vector<Offset<fbs::Material>> materials;
+    std::vector<Offset<fbs::Light>> lights;
+};
+std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,
+                                 const std::string& provenance);
+
+}  // namespace penumbra
