@@ -1,1 +1,187 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "bake/bake_visibility.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "bake/moments.h"
+#include "formats/errors.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+
+constexpr std::size_t kVerticesPerTask = 64;  // 4 ms of rays: a signal is answered at once and 8 threads stay busy
+
+static FrameList slice(const FrameList& all, const FrameRange& range) {
+    if (range.end > all.frameCount())
+        throw UsageError("--frames must end at most at " + std::to_string(all.frameCount()) +
+                         ", the number of sampled frames, not " + std::to_string(range.end));
+    FrameList out{all.clip_names, {}, {}};
+    for (std::size_t f = range.begin; f < range.end; f += range.step) {
+        out.clip.push_back(all.clip[f]);
+        out.time.push_back(all.time[f]);
+    }
+    return out;
+}
+
+// Every option that changes the result, defaults included.
+static std::string optionsJson(const BakeOptions& options) {
+    nlohmann::ordered_json json;
+    json["clips"] = options.clips;
+    json["fps"] = options.fps;
+    if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
+    json["order"] = options.order;
+    json["rays"] = options.rays;
+    json["seed"] = options.seed;
+    json["bias"] = options.bias;
+    json["ground"] = options.ground;
+    json["precision"] = options.precision == Precision::kFloat16 ? "f16" : "f32";
+    return json.dump();
+}
+
+static std::vector<int> rigClips(const Rig& rig, const std::vector<std::string>& names) {
+    std::vector<int> indices;
+    for (const std::string& name : names) {
+        const auto found =
+            std::find_if(rig.clips.begin(), rig.clips.end(), [&](const Clip& clip) { return clip.name == name; });
+        indices.push_back(found == rig.clips.end() ? -1 : int(found - rig.clips.begin()));
+    }
+    return indices;
+}
+
+BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOptions& options) {
+    BakePlan plan;
+    plan.rig = readRig(rigs);
+    const std::string rig_name = rigs.front().string();
+    const FrameList frames = sampleFrames(plan.rig, options.clips, options.fps);
+    plan.rig_clip = rigClips(plan.rig, frames.clip_names);
+
+    std::vector<Vec3> positions, normals;
+    const RigPose rest = evaluatePose(plan.rig, -1, 0);
+    skinVertices(plan.rig.mesh, plan.rig.skin, plan.rig.rest_normals, rest.bones, positions, normals);
+    plan.rest_diagonal = boxDiagonal(positions);
+    if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
+        throw InvalidInput(rig_name + ": the rest pose has no extent");
+
+    VisibilityHeader& header = plan.header;
+    header.order = options.order;
+    header.rays = options.rays;
+    header.seed = options.seed;
+    if (options.ground) {
+        const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
+        header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
+    }
+    header.mesh = plan.rig.mesh;
+    header.skin = plan.rig.skin;
+    header.rest_normals = plan.rig.rest_normals;
+    header.frames = options.frames ? slice(frames, *options.frames) : frames;
+    header.pose_size = int(rest.pose.size());
+    header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.rig.files_read);
+    return plan;
+}
+
+double BakePlan::rays() const {
+    return double(header.frames.frameCount()) * double(header.mesh.vertexCount()) * header.rays;
+}
+
+double BakePlan::bytes(Precision precision) const {
+    const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
+    const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
+    const double frame = vertices * (24 + coefficient * double(header.coefficientCount())) +
+                         48.0 * double(header.skin->jointCount()) + 4.0 * header.pose_size + 10;
+    const double mesh = 12.0 * double(header.mesh.triangles.size()) + 4.0 * double(header.mesh.source_vertex.size()) +
+                        vertices * (24 + 6.0 * header.skin->influences);
+    return mesh + frames * frame;
+}
+
+// One frame, skinned and with its acceleration structure.
+struct PosedFrame {
+    VisibilityFrame frame;
+    SceneScale scale;
+    OcclusionScene scene;
+};
+
+static PosedFrame poseFrame(const BakePlan& plan, std::size_t f) {
+    const FrameList& frames = plan.header.frames;
+    const RigPose pose = evaluatePose(plan.rig, plan.rig_clip[frames.clip[f]], frames.time[f]);
+    VisibilityFrame frame{{}, {}, pose.bones, pose.pose, {}};
+    const Mesh& mesh = plan.rig.mesh;
+    skinVertices(mesh, plan.rig.skin, plan.rig.rest_normals, pose.bones, frame.positions, frame.normals);
+    std::vector<Vec3> scaled(frame.positions);
+    for (std::size_t v = 0; v < scaled.size(); ++v)
+        if (!std::isfinite(dot(scaled[v], scaled[v]) + dot(frame.normals[v], frame.normals[v])))
+            throw InvalidInput(plan.rig.files_read.front().string() + ": frame " + std::to_string(f) + " (clip '" +
+                               frames.clip_names[frames.clip[f]] + "', " + std::to_string(frames.time[f]) +
+                               " s): vertex " + std::to_string(v) + " is not finite");
+    const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
+    for (Vec3& p : scaled) p = scale.apply(p);
+    frame.coefficients.resize(scaled.size() * plan.header.coefficientCount());
+    return {std::move(frame), scale, OcclusionScene(scaled, mesh.triangles)};
+}
+
+// Counts rays from many threads; whoever finds the printer free prints.
+class RayCount {
+public:
+    RayCount(ProgressStyle style, double expected) : progress_(style, "tracing", "Mray", expected * 1e-6) {}
+    // `traced` rays were shot, `expected` of the planned ones are done.
+    void add(std::size_t traced, std::size_t expected) {
+        traced_ += traced;
+        const std::size_t done = expected_done_ += expected;
+        if (const std::unique_lock lock(printing_, std::try_to_lock); lock) progress_.update(double(done) * 1e-6);
+    }
+    double traced() const { return double(traced_); }
+
+private:
+    std::atomic<std::size_t> traced_ = 0, expected_done_ = 0;
+    std::mutex printing_;
+    Progress progress_;
+};
+
+static void traceTask(const PosedFrame& posed, const MomentTracer& tracer, std::size_t task, std::span<float> out,
+                      RayCount& count) {
+    throwIfInterrupted();
+    const std::size_t begin = task * kVerticesPerTask;
+    const std::size_t size = std::min(kVerticesPerTask, posed.frame.positions.size() - begin);
+    const auto n2 = std::size_t(coefficientCount(tracer.directions.order));
+    const std::size_t traced =
+        traceMoments(tracer, std::span(posed.frame.positions).subspan(begin, size),
+                     std::span(posed.frame.normals).subspan(begin, size), out.subspan(begin * n2, size * n2));
+    count.add(traced, size * std::size_t(tracer.directions.count) / 2);
+}
+
+BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const std::filesystem::path& output,
+                          int threads, ProgressStyle progress) {
+    const auto start = std::chrono::steady_clock::now();
+    const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
+    const std::size_t frame_count = plan.header.frames.frameCount();
+    const std::size_t tasks = (plan.header.mesh.vertexCount() + kVerticesPerTask - 1) / kVerticesPerTask;
+    VisibilityWriter writer(output, plan.header, options.precision);
+    RayCount count(progress, plan.rays());
+
+    // While frame f is traced, one task writes frame f - 1 and one prepares frame f + 1: three frames are in memory.
+    std::optional<VisibilityFrame> done;
+    std::optional<PosedFrame> current = poseFrame(plan, 0), next;
+    for (std::size_t f = 0; f < frame_count; ++f) {
+        const MomentTracer tracer{current->scene, directions, current->scale, float(options.bias), options.ground};
+        const std::span<float> coefficients(current->frame.coefficients);
+        parallelFor(tasks + 2, threads, [&](std::size_t i) {
+            if (i == 0 && done) writer.writeFrame(*done);
+            if (i == 1 && f + 1 < frame_count) next.emplace(poseFrame(plan, f + 1));
+            if (i >= 2) traceTask(*current, tracer, i - 2, coefficients, count);
+        });
+        done = std::move(current->frame);
+        current = std::exchange(next, std::nullopt);
+    }
+    writer.writeFrame(*done);
+    writer.finish();
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    return {count.traced(), elapsed.count(), double(std::filesystem::file_size(output))};
+}
+
+}  // namespace penumbra

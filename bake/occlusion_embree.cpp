@@ -1,1 +1,154 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <embree3/rtcore.h>
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "bake/occlusion.h"
+
+namespace penumbra {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Embree wants denormals flushed to zero in every thread that traces; the thread gets its own mode back.
+class FlushDenormals {
+public:
+    FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON); }
+    ~FlushDenormals() { _mm_setcsr(saved_); }
+    FlushDenormals(const FlushDenormals&) = delete;
+    FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+private:
+    unsigned saved_;
+};
+
+static void check(RTCDevice device, const char* what) {
+    const RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    if (error != RTC_ERROR_NONE)
+        throw std::runtime_error(std::string("Embree: ") + what + " failed (error " + std::to_string(error) + ")");
+}
+
+// One for the process: our own loop runs the threads, so Embree builds with the calling one only.
+static RTCDevice sharedDevice() {
+    static const struct Device {
+        RTCDevice handle = rtcNewDevice("threads=1");
+        ~Device() { rtcReleaseDevice(handle); }
+    } device;
+    if (!device.handle) check(nullptr, "making a device");
+    return device.handle;
+}
+
+struct OcclusionScene::Impl {
+    RTCDevice device = sharedDevice();
+    RTCScene scene = rtcNewScene(device);
+
+    Impl() = default;
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+    ~Impl() { rtcReleaseScene(scene); }
+};
+
+template <class T>
+static void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::span<const T> values) {
+    static_assert(sizeof(T) == 12);
+    void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), values.size());
+    if (buffer) std::memcpy(buffer, values.data(), values.size_bytes());
+}
+
+OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles)
+    : impl_(std::make_unique<Impl>()) {
+    const FlushDenormals flush;
+    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    fillBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions);
+    fillBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(impl_->scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(impl_->scene);
+    check(impl_->device, "building a scene");
+}
+
+OcclusionScene::~OcclusionScene() = default;
+OcclusionScene::OcclusionScene(OcclusionScene&&) noexcept = default;
+OcclusionScene& OcclusionScene::operator=(OcclusionScene&&) noexcept = default;
+
+static RTCRay makeRay(Vec3 origin, Vec3 direction, float min_distance) {
+    RTCRay ray{};
+    ray.org_x = origin.x;
+    ray.org_y = origin.y;
+    ray.org_z = origin.z;
+    ray.dir_x = direction.x;
+    ray.dir_y = direction.y;
+    ray.dir_z = direction.z;
+    ray.tnear = min_distance;
+    ray.tfar = kInfinity;
+    ray.mask = ~0u;
+    return ray;
+}
+
+bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distance) const {
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRay ray = makeRay(origin, unit_direction, min_distance);
+    rtcOccluded1(impl_->scene, &context, &ray);
+    return ray.tfar < 0;
+}
+
+std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_direction) const {
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit hit{};
+    hit.ray = makeRay(origin, unit_direction, 0);
+    hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(impl_->scene, &context, &hit);
+    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return SurfaceHit{hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar};
+}
+
+void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const {
+    assert(rays.size() == directions.packets.size());
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    RTCRay8 packet{};
+    std::fill_n(packet.org_x, kLanes, origin.x);
+    std::fill_n(packet.org_y, kLanes, origin.y);
+    std::fill_n(packet.org_z, kLanes, origin.z);
+    std::fill_n(packet.mask, kLanes, ~0u);
+    for (std::size_t p = 0; p < rays.size(); ++p) {
+        alignas(32) int valid[kLanes];
+        int any = 0;
+        for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = rays[p].lane[k] != 0 ? -1 : 0;
+        if (!any) continue;
+        const DirectionPacket& d = directions.packets[p];
+        std::copy(d.x.begin(), d.x.end(), packet.dir_x);
+        std::copy(d.y.begin(), d.y.end(), packet.dir_y);
+        std::copy(d.z.begin(), d.z.end(), packet.dir_z);
+        std::fill_n(packet.tfar, kLanes, kInfinity);
+        rtcOccluded8(valid, impl_->scene, &context, &packet);
+        for (std::size_t k = 0; k < kLanes; ++k) rays[p].lane[k] = packet.tfar[k] < 0 ? 0.0f : rays[p].lane[k];
+    }
+}
+
+SceneScale sceneScale(std::span<const Vec3> positions, double diagonal) {
+    assert(!positions.empty() && diagonal > 0);
+    Vec3d low = toDouble(positions[0]), high = low;
+    for (Vec3 p : positions)
+        for (int c = 0; c < 3; ++c) {
+            low[c] = std::min(low[c], double(p[c]));
+            high[c] = std::max(high[c], double(p[c]));
+        }
+    return {(low + high) * 0.5, diagonal};
+}
+
+}  // namespace penumbra

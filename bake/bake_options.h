@@ -1,0 +1,36 @@
+#pragma once
+// What the visibility bake needs to know. The defaults here are the documented ones; nothing else holds a default.
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/visibility_file.h"
+
+namespace penumbra {
+
+// Half-open, over the sampled frames of all chosen clips in order: begin, begin + step, ... < end.
+struct FrameRange {
+    std::size_t begin = 0, end = 0, step = 1;
+};
+
+struct BakeOptions {
+    std::vector<std::string> clips;    // names; empty = all
+    double fps = 0;                    // samples a second, 0..1000; 0 = the clips' own key times
+    std::optional<FrameRange> frames;  // nothing = all
+    int order = 5;                     // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
+    int rays = 1024;         // directions above the horizon (the set over the sphere has twice as many), 16..2^20
+    std::uint64_t seed = 1;  // turns the set of directions; same seed, same bytes
+    double bias = 1e-4;      // start of a ray above the surface, in diagonals of the rest pose, 1e-7..1e-1
+    bool ground = false;     // directions that point down are blocked: an infinite floor
+    Precision precision = Precision::kFloat32;
+};
+
+// Empty when the options can be used, else one sentence that names the option, its range and the value given.
+std::string findProblem(const BakeOptions& options);
+
+// "A:B" or "A:B:S". Throws UsageError.
+FrameRange parseFrameRange(const std::string& text);
+
+}  // namespace penumbra

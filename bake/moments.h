@@ -1,0 +1,20 @@
+#pragma once
+// Hemisphere moments b_i = integral over s.N >= 0 of V(s) y_i(s) ds, model frame, by ray tracing.
+#include "bake/occlusion.h"
+
+namespace penumbra {
+
+struct MomentTracer {
+    const OcclusionScene& scene;
+    const RayDirections& directions;
+    SceneScale scale;
+    float bias = 1e-4f;   // start of a ray above the surface, in scale.diagonal
+    bool ground = false;  // directions with y < 0 are blocked wherever the point is: it stands on an infinite floor
+};
+
+// Moments of each point into coefficients [points][n^2], and the number of rays traced. A point whose normal is zero
+// has no horizon and gets zeros. Safe to call from many threads; a point's result depends on nothing but that point.
+std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
+                         std::span<float> coefficients);
+
+}  // namespace penumbra
