@@ -35,10 +35,18 @@ static void check(RTCDevice device, const char* what) {
         throw std::runtime_error(std::string("Embree: ") + what + " failed (error " + std::to_string(error) + ")");
 }
 
-// One for the process: our own loop runs the threads, so Embree builds with the calling one only.
+// One for the process. "threads=1" would cap TBB for the whole process, our own loops included (Embree holds a
+// tbb::global_control); with loops on std::thread it keeps Embree's builder, which ThreadSanitizer cannot see into, on
+// the calling thread.
+#ifdef PENUMBRA_STD_THREAD
+constexpr const char* kDeviceConfig = "threads=1";
+#else
+constexpr const char* kDeviceConfig = "";
+#endif
+
 static RTCDevice sharedDevice() {
     static const struct Device {
-        RTCDevice handle = rtcNewDevice("threads=1");
+        RTCDevice handle = rtcNewDevice(kDeviceConfig);
         ~Device() { rtcReleaseDevice(handle); }
     } device;
     if (!device.handle) check(nullptr, "making a device");
@@ -119,7 +127,6 @@ void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions
     const FlushDenormals flush;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     RTCRay8 packet{};
     std::fill_n(packet.org_x, kLanes, origin.x);
     std::fill_n(packet.org_y, kLanes, origin.y);

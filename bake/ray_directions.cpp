@@ -75,6 +75,7 @@ static void accumulate(const RayDirections& directions, std::span<const LaneWeig
     const float* basis = directions.basis.data();
     for (std::size_t p = 0; p < visible.size(); ++p, basis += kSize * kLanes) {
         const std::array<float, kLanes> v = visible[p].lane;
+        if (v == std::array<float, kLanes>{}) continue;
         for (std::size_t i = 0; i < kSize; ++i)
             for (std::size_t k = 0; k < kLanes; ++k) sum[i][k] += v[k] * basis[i * kLanes + k];
     }

@@ -82,7 +82,7 @@ Case middleFrame(const BakePlan& plan, const std::string& name) {
 }
 
 struct Bare {
-    RTCDevice device = rtcNewDevice("threads=1");
+    RTCDevice device = rtcNewDevice("");
     RTCScene scene = rtcNewScene(device);
     explicit Bare(const Case& c) {
         RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
