@@ -2,8 +2,11 @@
 // penumbra-bake: ray-traced visibility over an animation, and ray-traced pictures to hold results against.
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
+#include "bake/bake_reference.h"
 #include "bake/bake_visibility.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
@@ -18,6 +21,7 @@ static double peakMegabytes() {
 
 struct VisibilityCommand {
     std::vector<std::filesystem::path> rigs;
+    std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, once that is known
     std::filesystem::path output;
     BakeOptions options;
     std::string frames, precision = "f32";
@@ -40,6 +44,7 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
 
     report.phase("read");
     const BakePlan plan = planBake(command.rigs, options);
+    command.files_read = plan.rig.files_read;
     reportPlan(plan, options, report);
     if (common.dry_run) {
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
@@ -68,14 +73,12 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     app.add_option("--clips", options.clips, "names of the clips to bake (default: all)")->delimiter(',');
     app.add_option("--fps", options.fps, "samples a second (default: the clips' own keys)");
     app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all chosen clips");
-    app.add_option("--order", options.order, "SH bands, 1..8")->capture_default_str();
-    app.add_option("--rays", options.rays, "directions above the horizon")->capture_default_str();
-    app.add_option("--seed", options.seed, "turns the set of directions")->capture_default_str();
-    app.add_option("--bias", options.bias, "start of a ray above the surface, in rest diagonals")
-        ->capture_default_str();
+    app.add_option("--order", options.order, "SH bands, 1..8");
+    app.add_option("--rays", options.rays, "directions above the horizon");
+    app.add_option("--seed", options.seed, "turns the set of directions");
+    app.add_option("--bias", options.bias, "start of a ray above the surface, in rest diagonals");
     app.add_option("--precision", command.precision, "of the coefficients on disk")
-        ->check(CLI::IsMember({"f32", "f16"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"f32", "f16"}));
     app.add_flag("--ground", options.ground, "an infinite floor blocks every direction that points down");
 }
 
@@ -84,9 +87,120 @@ static Verb visibilityVerb() {
     return {"visibility",
             "Ray-trace per-vertex SH visibility over an animation.",
             [command](CLI::App& app) { defineVisibility(app, *command); },
-            [command] { return command->rigs; },
+            [command] { return command->files_read.empty() ? command->rigs : command->files_read; },
             [command] { return command->output; },
             [command](const CommonOptions& common, Report& report) { runVisibility(*command, common, report); }};
+}
+
+// --- reference ------------------------------------------------------------------------------------------------------
+
+struct ReferenceCommand {
+    std::filesystem::path input, output, light;
+    ReferenceOptions options;
+    std::size_t frame = 0;
+    int light_order = 0;  // 0: the picture itself
+    std::string brdf = "lambert", camera, size = "512x512", channel = "shaded", background = "transparent";
+    float exposure = 1;
+};
+
+static Vec3 parseColor(const std::string& text) {
+    Vec3 color;
+    int used = 0;
+    const int read = std::sscanf(text.c_str(), "%f/%f/%f%n", &color.x, &color.y, &color.z, &used);
+    const float least = std::min({color.x, color.y, color.z}), sum = color.x + color.y + color.z;
+    if (read != 3 || std::size_t(used) != text.size() || !(least >= 0) || !std::isfinite(sum))
+        throw UsageError("--background must be transparent or R/G/B (linear, 0 or more), not '" + text + "'");
+    return color;
+}
+
+static void finishOptions(ReferenceCommand& command) {
+    ReferenceOptions& options = command.options;
+    int used = 0;
+    if (std::sscanf(command.size.c_str(), "%5dx%5d%n", &options.width, &options.height, &used) != 2 ||
+        std::size_t(used) != command.size.size())
+        throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
+    options.channel = command.channel == "ao"        ? ReferenceChannel::kAmbient
+                      : command.channel == "normals" ? ReferenceChannel::kNormals
+                                                     : ReferenceChannel::kShaded;
+    if (command.background != "transparent") options.background = parseColor(command.background);
+    try {
+        options.brdf = parseBrdf(command.brdf);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--brdf: ") + error.what());
+    }
+    if (command.light_order < 0 || command.light_order > kMaxOrder)
+        throw UsageError("--light-order must be 0 (the picture itself) or 1..8, not " +
+                         std::to_string(command.light_order));
+    if (!(command.exposure > 0)) throw UsageError("--exposure must be above 0");
+    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+    const std::string extension = command.output.extension().string();
+    if (extension != ".exr" && extension != ".png") throw UsageError("-o must end in .exr or .png");
+}
+
+static EnvironmentLight readLightOf(const ReferenceCommand& command) {
+    if (command.light.empty()) return EnvironmentLight::white();
+    EnvironmentLight light = readEnvironmentLight(command.light);
+    return command.light_order > 0 ? light.bandLimited(command.light_order) : light;
+}
+
+static void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
+    finishOptions(command);
+    report.phase("read");
+    const VisibilityReader reader(command.input);
+    const VisibilityHeader& header = reader.header();
+    if (command.frame >= header.frames.frameCount())
+        throw UsageError("--frame must be 0.." + std::to_string(header.frames.frameCount() - 1) + ", not " +
+                         std::to_string(command.frame));
+    const VisibilityFrame frame = reader.readPose(command.frame);
+    Camera camera;
+    try {
+        camera = makeCamera(command.camera, frame.positions, boxDiagonal(header.mesh.rest_positions) / 2);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--camera: ") + error.what());
+    }
+    const EnvironmentLight light = readLightOf(command);
+    if (common.dry_run) {
+        std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", command.frame, command.options.width,
+                    command.options.height, command.options.samples);
+        return;
+    }
+    report.phase("render");
+    const ReferenceFrame input{header.mesh, frame, header.ground_y.has_value()};
+    const Image image = renderReference(input, camera, light, command.options, common.threads,
+                                        parseProgressStyle(common.quiet ? "none" : common.progress));
+    report.phase("write");
+    writeImage(command.output, image, command.exposure);
+}
+
+static void defineReference(CLI::App& app, ReferenceCommand& command) {
+    ReferenceOptions& options = command.options;
+    app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used")->required();
+    app.add_option("-o,--output", command.output, "REF.exr or REF.png")->required();
+    app.add_option("--frame", command.frame, "index into the file's frames")->required();
+    app.add_option("--brdf", command.brdf, "NAME[:key=value,...]; anisotropic ones get a stand-in tangent");
+    app.add_option("--light", command.light, "lat-long picture (.exr, .hdr) or .light.h5 (default: white, radiance 1)");
+    app.add_option("--light-order", command.light_order, "replace the picture by its SH of this order (0: do not)");
+    app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
+    app.add_option("--size", command.size, "WIDTHxHEIGHT, pixels");
+    app.add_option("--samples", options.samples, "shadow rays a pixel");
+    app.add_option("--aa", options.camera_rays, "camera rays a pixel");
+    app.add_option("--exposure", command.exposure, "factor on the colours of a PNG");
+    app.add_option("--background", command.background, "transparent or R/G/B (linear)");
+    app.add_option("--channel", command.channel, "what to draw")->check(CLI::IsMember({"shaded", "ao", "normals"}));
+}
+
+static Verb referenceVerb() {
+    const auto command = std::make_shared<ReferenceCommand>();
+    return {"reference",
+            "Ray-trace a picture of a baked frame: full-resolution light, true BRDF, shadow rays.",
+            [command](CLI::App& app) { defineReference(app, *command); },
+            [command] {
+                std::vector<std::filesystem::path> inputs{command->input};
+                if (!command->light.empty()) inputs.push_back(command->light);
+                return inputs;
+            },
+            [command] { return command->output; },
+            [command](const CommonOptions& common, Report& report) { runReference(*command, common, report); }};
 }
 
 }  // namespace penumbra
@@ -94,5 +208,5 @@ static Verb visibilityVerb() {
 int main(int argc, char** argv) {
     using namespace penumbra;
     return runProgram("penumbra-bake", "Ray-traced visibility of animated characters.", "penumbra.visibility 1",
-                      {visibilityVerb()}, argc, argv);
+                      {visibilityVerb(), referenceVerb()}, argc, argv);
 }

@@ -1,1 +1,134 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "bake/bake_reference.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+
+#include "bake/direct_light.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+
+std::string findProblem(const ReferenceOptions& options) {
+    const auto outside = [](const char* option, const char* range, int value) {
+        return std::string(option) + " must be " + range + ", not " + std::to_string(value);
+    };
+    if (options.width < 1 || options.width > 16384) return outside("--size", "1..16384 pixels wide", options.width);
+    if (options.height < 1 || options.height > 16384) return outside("--size", "1..16384 pixels high", options.height);
+    if (options.samples < 4 || options.samples > 1 << 20)
+        return outside("--samples", "4..1048576 shadow rays a pixel", options.samples);
+    if (options.camera_rays < 1 || options.camera_rays > 64)
+        return outside("--aa", "1..64 camera rays a pixel", options.camera_rays);
+    return "";
+}
+
+// The frame in the ray tracer's own frame.
+struct ReferenceScene {
+    const ReferenceFrame& input;
+    SceneScale scale;
+    std::vector<Vec3> positions;
+    OcclusionScene scene;
+};
+
+static ReferenceScene makeScene(const ReferenceFrame& input) {
+    const std::vector<Vec3>& model = input.frame.positions;
+    const double diagonal = boxDiagonal(model);
+    const SceneScale scale = sceneScale(model, diagonal > 0 ? diagonal : 1);
+    std::vector<Vec3> positions;
+    for (Vec3 p : model) positions.push_back(scale.apply(p));
+    OcclusionScene scene(positions, input.mesh.triangles);
+    return {input, scale, std::move(positions), std::move(scene)};
+}
+
+// Shading normal, interpolated; shadow rays start on the smooth surface that the normals suggest, not on the flat
+// triangle below it, so that triangles do not shadow themselves (Hanika 2021, "Hacking the shadow terminator").
+static SurfacePoint surfacePoint(const ReferenceScene& scene, const SurfaceHit& hit, Vec3d to_eye, double bias) {
+    const Triangle& corner = scene.input.mesh.triangles[hit.triangle];
+    const double weight[3] = {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v};
+    Vec3d p[3], n[3], point, normal;
+    for (int k = 0; k < 3; ++k) {
+        p[k] = toDouble(scene.positions[corner[std::size_t(k)]]);
+        n[k] = toDouble(scene.input.frame.normals[corner[std::size_t(k)]]);
+        point += p[k] * weight[k];
+        normal += n[k] * weight[k];
+    }
+    normal = normalized(normal);
+    if (dot(normal, normal) == 0) normal = normalized(cross(p[1] - p[0], p[2] - p[0]));
+    Vec3d lifted = point;
+    for (int k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
+    return {toFloat(lifted + normal * bias), shadingFrame(normal), to_eye};
+}
+
+static Vec3d shade(const ReferenceScene& scene, const SurfacePoint& point, const EnvironmentLight& light,
+                   const ReferenceOptions& options, std::uint64_t seed) {
+    const ShadowCaster caster{scene.scene, scene.input.ground};
+    const int samples = std::max(4, options.samples / options.camera_rays);
+    switch (options.channel) {
+        case ReferenceChannel::kNormals:
+            return Vec3d{point.frame(2, 0), point.frame(2, 1), point.frame(2, 2)} * 0.5 + Vec3d{0.5, 0.5, 0.5};
+        case ReferenceChannel::kAmbient: {
+            const double v = ambientVisibility(caster, point, samples, seed);
+            return {v, v, v};
+        }
+        default:
+            return directLight(caster, point, light, options.brdf, samples, seed);
+    }
+}
+
+// The fixed points inside a pixel that its camera rays go through: a Hammersley set, the centre for one ray.
+static double pixelOffset(int i, int n, bool vertical) {
+    if (!vertical) return (i + 0.5) / n;
+    double inverse = 0.5 / n, digit = 0.5;
+    for (int rest = i; rest > 0; rest /= 2, digit /= 2) inverse += (rest % 2) * digit;
+    return inverse;
+}
+
+static void renderPixel(const ReferenceScene& scene, const Camera& camera, const EnvironmentLight& light,
+                        const ReferenceOptions& options, std::size_t index, Image& image) {
+    const int x = int(index % std::size_t(options.width)), y = int(index / std::size_t(options.width));
+    const Vec3 eye = toFloat((cameraPosition(camera) - scene.scale.centre) / scene.scale.diagonal);
+    Vec3d sum;
+    int covered = 0;
+    for (int i = 0; i < options.camera_rays; ++i) {
+        const Vec3d direction =
+            pixelDirection(camera, x + pixelOffset(i, options.camera_rays, false),
+                           y + pixelOffset(i, options.camera_rays, true), options.width, options.height);
+        const std::optional<SurfaceHit> hit = scene.scene.closestHit(eye, toFloat(direction));
+        if (!hit) continue;
+        ++covered;
+        const std::uint64_t seed = index * std::uint64_t(options.camera_rays) + std::uint64_t(i);
+        sum += shade(scene, surfacePoint(scene, *hit, -direction, options.bias), light, options, seed);
+    }
+    double alpha = double(covered) / options.camera_rays;
+    sum = sum / options.camera_rays;
+    if (options.background) {
+        sum += toDouble(*options.background) * (1 - alpha);
+        alpha = 1;
+    }
+    image.pixels[index] = toFloat(sum);
+    image.alpha[index] = float(alpha);
+}
+
+Image renderReference(const ReferenceFrame& frame, const Camera& camera, const EnvironmentLight& light,
+                      const ReferenceOptions& options, int threads, ProgressStyle style) {
+    constexpr std::size_t kPixelsPerTask = 16;
+    const ReferenceScene scene = makeScene(frame);
+    const std::size_t count = std::size_t(options.width) * std::size_t(options.height);
+    Image image{options.width, options.height, std::vector<Vec3>(count), std::vector<float>(count)};
+    Progress progress(style, "rendering", "pixels", double(count));
+    std::mutex printing;
+    std::atomic<std::size_t> done = 0;
+    parallelFor((count + kPixelsPerTask - 1) / kPixelsPerTask, threads, [&](std::size_t task) {
+        throwIfInterrupted();
+        const std::size_t begin = task * kPixelsPerTask, end = std::min(count, begin + kPixelsPerTask);
+        for (std::size_t i = begin; i < end; ++i) renderPixel(scene, camera, light, options, i, image);
+        done += end - begin;
+        if (const std::unique_lock lock(printing, std::try_to_lock); lock) progress.update(double(done));
+    });
+    return image;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,37 @@
+#pragma once
+// Brute-force pictures of a baked frame, to hold the player's against: full-resolution light, true BRDF, shadow rays.
+#include <optional>
+#include <string>
+
+#include "bake/environment_light.h"
+#include "formats/progress.h"
+#include "formats/visibility_file.h"
+#include "sh/brdf.h"
+#include "sh/camera.h"
+
+namespace penumbra {
+
+enum class ReferenceChannel { kShaded, kAmbient, kNormals };
+
+struct ReferenceOptions {
+    ReferenceChannel channel = ReferenceChannel::kShaded;
+    BrdfSpec brdf;
+    int width = 512, height = 512;   // pixels, each 1..16384
+    int samples = 256;               // shadow rays a pixel, 4..2^20, shared by its camera rays
+    int camera_rays = 4;             // a pixel, 1..64
+    std::optional<Vec3> background;  // linear; unset: transparent
+    double bias = 1e-4;              // start of a shadow ray above the surface, in box diagonals of the frame
+};
+std::string findProblem(const ReferenceOptions& options);
+
+// What is drawn: one frame with its mesh. Infinite floor (header.ground_y) is not drawn but blocks light from below.
+struct ReferenceFrame {
+    const Mesh& mesh;
+    const VisibilityFrame& frame;
+    bool ground = false;
+};
+// Colours are multiplied by coverage, alpha is coverage. Same options, same pixels, for any number of threads.
+Image renderReference(const ReferenceFrame& frame, const Camera& camera, const EnvironmentLight& light,
+                      const ReferenceOptions& options, int threads, ProgressStyle progress);
+
+}  // namespace penumbra
