@@ -10,6 +10,7 @@
 #include "bake/bake_visibility.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "sh/sh_basis.h"
 
 namespace penumbra {
 
