@@ -115,9 +115,7 @@ double EnvironmentLight::density(Vec3d direction) const {
 }
 
 EnvironmentLight readEnvironmentLight(const std::filesystem::path& path) {
-    if (path.extension() != ".h5") return EnvironmentLight::fromImage(readImage(path));
-    const LightFile file = readLight(path);
-    return EnvironmentLight::fromSh(file.order, file.sh);
+    return EnvironmentLight::fromImage(readImage(path));
 }
 
 }  // namespace penumbra
