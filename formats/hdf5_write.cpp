@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cctype>
+#include <cmath>
+#include <stdexcept>
 
 #include "formats/errors.h"
 #include "formats/hdf5_handle.h"
@@ -94,15 +96,24 @@ static void writeDataset(hid_t file, const std::string& path, hid_t type, hid_t 
     dataset.close(what);
 }
 
+// The readers refuse them: a mistake in our own numbers must show where it is made.
+template <class T>
+static void checkFinite(const std::string& path, std::span<const T> values) {
+    for (T value : values)
+        if (!std::isfinite(value)) throw std::runtime_error(path + ": the result is not a finite number");
+}
+
 void writeFloats(hid_t file, const std::string& path, std::span<const float> values,
                  const std::vector<hsize_t>& shape) {
     assert(values.size() == elementCount(shape));
+    checkFinite(path, values);
     writeDataset(file, path, H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, values.data(), shape);
 }
 
 void writeDoubles(hid_t file, const std::string& path, std::span<const double> values,
                   const std::vector<hsize_t>& shape) {
     assert(values.size() == elementCount(shape));
+    checkFinite(path, values);
     writeDataset(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values.data(), shape);
 }
 

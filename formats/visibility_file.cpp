@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <stdexcept>
 
 #include "formats/errors.h"
 #include "formats/fp16.h"
@@ -126,7 +128,11 @@ void VisibilityWriter::writeFrame(const VisibilityFrame& frame) {
     assert(frame.bones.size() == (out.header.skin ? out.header.skin->jointCount() : 0));
     assert(frame.pose.size() == std::size_t(out.header.pose_size));
     assert(frame.coefficients.size() == vertices * out.header.coefficientCount());
-    const auto append = [](FrameStream& stream, std::span<const float> values) {
+    const auto append = [&](FrameStream& stream, std::span<const float> values) {
+        // Readers refuse such numbers.
+        if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+            throw std::runtime_error("frame " + std::to_string(out.frames_written) +
+                                     ": the result is not a finite number");
         stream.block.insert(stream.block.end(), values.begin(), values.end());
     };
     append(out.positions, floatsOf(frame.positions));

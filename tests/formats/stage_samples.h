@@ -123,4 +123,48 @@ inline void writeVisibility(const std::filesystem::path& path, const VisibilityH
     writer.finish();
 }
 
+// Two clusters, the second without components (visibility that never changes).
+inline Model model(FeatureKind features) {
+    Model out;
+    const VisibilityHeader header = visibilityHeader(5, 4);
+    out.mesh = header.mesh;
+    out.skin = *header.skin;
+    out.rest_normals = header.rest_normals;
+    out.rest_tangents.assign(out.mesh.vertexCount(), {1, 0, 0});
+    out.frames = header.frames;
+    out.bones = bones(4 * 2, 1);
+    out.pose_size = 6;
+    out.pose = numbers(4 * 6, 2);
+    out.holdout_clips = {"run"};
+    out.convention = parseConvention("D5");
+    out.features = features;
+    out.feature_scale = 5.5;
+    out.joint_centers = vectors(2, 3);
+    const std::size_t raw = features == FeatureKind::kJointAngles ? 6 : 12, stride = 15;
+    for (std::size_t c = 0; c < 2; ++c) {
+        ClusterModel cluster;
+        for (std::uint32_t v = 0; v < out.mesh.vertexCount(); ++v)
+            if (v % 2 == c) cluster.vertices.push_back(v);
+        const std::size_t inputs = c == 0 ? 3 : 0, components = c == 0 ? 2 : 0, vertices = cluster.vertices.size();
+        cluster.joint = int(c);
+        cluster.feature_mean = numbers(raw, 1);
+        cluster.input_basis = numbers(inputs * raw, 2);
+        cluster.input_min = numbers(inputs, 3);
+        cluster.input_max = numbers(inputs, 4);
+        cluster.weights = numbers(components * inputs, 5);
+        cluster.bias = numbers(components, 6);
+        cluster.mean = numbers(vertices * stride, 7);
+        cluster.basis = numbers(components * vertices * stride, 8);
+        cluster.ridge = 0.125;
+        cluster.train_error = 0.25;
+        cluster.holdout_error = c == 0 ? 0.5 : std::nan("");
+        out.clusters.push_back(cluster);
+    }
+    for (std::uint32_t v = 0; v < out.mesh.vertexCount(); ++v) out.cluster_of_vertex.push_back(v % 2);
+    out.clip_errors = {{"walk", false, 0.3, 0.01, 0.02}, {"run", true, 0.6, 0.03, 0.04}};
+    out.provenance = provenance();
+    out.provenance.tool = "penumbra-fit visibility";
+    return out;
+}
+
 }  // namespace penumbra::samples

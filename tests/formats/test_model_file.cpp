@@ -1,0 +1,156 @@
+#include <gtest/gtest.h>
+
+#include "formats/errors.h"
+#include "formats/hdf5_handle.h"
+#include "formats/model_file.h"
+#include "tests/formats/stage_samples.h"
+
+namespace penumbra {
+namespace {
+
+void expectSame(const ClusterModel& a, const ClusterModel& b) {
+    EXPECT_EQ(a.vertices, b.vertices);
+    EXPECT_EQ(a.joint, b.joint);
+    EXPECT_EQ(a.feature_mean, b.feature_mean);
+    EXPECT_EQ(a.input_basis, b.input_basis);
+    EXPECT_EQ(a.input_min, b.input_min);
+    EXPECT_EQ(a.input_max, b.input_max);
+    EXPECT_EQ(a.weights, b.weights);
+    EXPECT_EQ(a.bias, b.bias);
+    EXPECT_EQ(a.mean, b.mean);
+    EXPECT_EQ(a.basis, b.basis);
+    EXPECT_EQ(a.ridge, b.ridge);
+    EXPECT_EQ(a.train_error, b.train_error);
+    EXPECT_EQ(std::isnan(a.holdout_error), std::isnan(b.holdout_error));
+    if (!std::isnan(a.holdout_error)) {
+        EXPECT_EQ(a.holdout_error, b.holdout_error);
+    }
+}
+
+TEST(ModelFile, RoundTrip) {
+    const samples::Folder folder("model");
+    for (FeatureKind features : {FeatureKind::kJointAngles, FeatureKind::kRelativeBones}) {
+        const Model written = samples::model(features);
+        writeModel(folder.path / "x.model.h5", written);
+        const Model read = readModel(folder.path / "x.model.h5");
+        EXPECT_EQ(read.mesh.triangles, written.mesh.triangles);
+        EXPECT_EQ(read.mesh.rest_positions, written.mesh.rest_positions);
+        EXPECT_EQ(read.rest_normals, written.rest_normals);
+        EXPECT_EQ(read.rest_tangents, written.rest_tangents);
+        EXPECT_EQ(read.skin.weights, written.skin.weights);
+        EXPECT_EQ(read.frames.time, written.frames.time);
+        EXPECT_EQ(read.bones, written.bones);
+        EXPECT_EQ(read.pose_size, written.pose_size);
+        EXPECT_EQ(read.pose, written.pose);
+        EXPECT_EQ(read.holdout_clips, written.holdout_clips);
+        EXPECT_EQ(read.convention, written.convention);
+        EXPECT_EQ(read.features, features);
+        EXPECT_EQ(read.feature_scale, written.feature_scale);
+        EXPECT_EQ(read.joint_centers, written.joint_centers);
+        EXPECT_EQ(read.input_variance, written.input_variance);
+        EXPECT_EQ(read.output_variance, written.output_variance);
+        EXPECT_EQ(read.cluster_of_vertex, written.cluster_of_vertex);
+        ASSERT_EQ(read.clusters.size(), written.clusters.size());
+        for (std::size_t c = 0; c < read.clusters.size(); ++c) expectSame(read.clusters[c], written.clusters[c]);
+        ASSERT_EQ(read.clip_errors.size(), 2u);
+        EXPECT_EQ(read.clip_errors[1].clip, "run");
+        EXPECT_TRUE(read.clip_errors[1].held_out);
+        EXPECT_EQ(read.clip_errors[1].relative_error, 0.6);
+        EXPECT_EQ(read.clip_errors[1].rms_v, 0.03);
+        EXPECT_EQ(read.clip_errors[1].ambient_error, 0.04);
+        EXPECT_EQ(toJson(read.provenance), toJson(written.provenance));
+    }
+}
+
+TEST(ModelFile, SameBytesOnARerun) {
+    const samples::Folder folder("model_rerun");
+    writeModel(folder.path / "a", samples::model(FeatureKind::kRelativeBones));
+    writeModel(folder.path / "b", samples::model(FeatureKind::kRelativeBones));
+    EXPECT_EQ(samples::bytesOf(folder.path / "a"), samples::bytesOf(folder.path / "b"));
+}
+
+// What a reader of the arrays would trip over later is refused at once, with the field's name.
+void expectRefused(const Model& model, const std::string& field) {
+    const samples::Folder folder("model_refused");
+    writeModel(folder.path / "x.model.h5", model);
+    try {
+        readModel(folder.path / "x.model.h5");
+        ADD_FAILURE() << "accepted, though " << field << " is wrong";
+    } catch (const InvalidInput& error) {
+        EXPECT_NE(std::string(error.what()).find("x.model.h5"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
+    }
+}
+
+TEST(ModelFile, RefusesWhatDoesNotFitTogether) {
+    const Model good = samples::model(FeatureKind::kRelativeBones);
+    Model bad = good;
+    bad.clusters[0].vertices[0] = 99;
+    expectRefused(bad, "/clusters/0000/vertices");
+    bad = good;
+    bad.clusters[1].vertices[0] = 0;
+    expectRefused(bad, "/clusters/0001/vertices");
+    bad = good;
+    bad.clusters[0].joint = 2;
+    expectRefused(bad, "attribute joint");
+    bad = good;
+    bad.clusters[0].feature_mean.resize(24);
+    bad.clusters[0].input_basis.resize(3 * 24);
+    expectRefused(bad, "/clusters/0000/feature_mean");
+    bad = good;
+    bad.mesh.triangles[0][0] = 12;
+    expectRefused(bad, "/mesh/triangles");
+    bad = good;
+    bad.skin.parents = {1, 0};
+    expectRefused(bad, "/skin/parents");
+    bad = good;
+    bad.skin.weights[0] += 0.5f;
+    expectRefused(bad, "/skin/weights");
+    bad = good;
+    bad.skin.joint_names = {"a", "a"};
+    expectRefused(bad, "/skin/joint_names");
+    bad = good;
+    bad.frames.clip = {1, 0, 1, 1};
+    expectRefused(bad, "/frames/clip");
+    bad = good;
+    bad.feature_scale = 0;
+    expectRefused(bad, "feature_scale");
+}
+
+// Writes `value` over number `index` of a float dataset, as a broken tool might.
+void overwrite(const std::filesystem::path& path, const char* dataset, hsize_t index, float value) {
+    const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, "test");
+    const Hdf5Handle numbers(H5Dopen2(file, dataset, H5P_DEFAULT), H5Dclose, "test");
+    const Hdf5Handle space(H5Dget_space(numbers), H5Sclose, "test");
+    std::vector<float> values(std::size_t(H5Sget_simple_extent_npoints(space)));
+    checkHdf5(H5Dread(numbers, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "test");
+    values.at(index) = value;
+    checkHdf5(H5Dwrite(numbers, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "test");
+}
+
+TEST(ModelFile, RefusesNumbersThatAreNotFinite) {
+    const samples::Folder folder("model_nan");
+    const std::filesystem::path path = folder.path / "x.model.h5";
+    for (const char* dataset : {"/clusters/0000/weights", "/frames/bones", "/errors/rms_v", "/mesh/rest_tangents"})
+        for (float value : {std::nanf(""), -INFINITY}) {
+            writeModel(path, samples::model(FeatureKind::kJointAngles));
+            overwrite(path, dataset, 1, value);
+            try {
+                readModel(path);
+                ADD_FAILURE() << dataset;
+            } catch (const InvalidInput& error) {
+                EXPECT_NE(std::string(error.what()).find(dataset), std::string::npos) << error.what();
+            }
+        }
+}
+
+TEST(ModelFile, NeverWritesWhatItWouldRefuse) {
+    const samples::Folder folder("model_never");
+    Model bad = samples::model(FeatureKind::kJointAngles);
+    bad.clusters[0].bias[1] = std::nanf("");
+    EXPECT_THROW(writeModel(folder.path / "x.model.h5", bad), std::runtime_error);
+    EXPECT_EQ(folder.entries(), 0u);
+}
+
+}  // namespace
+}  // namespace penumbra
