@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "asset_generated.h"
+#include "formats/asset_file.h"
+#include "formats/errors.h"
+#include "formats/write_file.h"
+#include "pack/pack_asset.h"
+#include "player/runtime/evaluator.h"
+#include "player/runtime/shading.h"
+#include "tests/synthetic_model.h"
+
+namespace penumbra {
+namespace {
+
+std::vector<std::byte> tinyAsset(AssetPrecision precision = AssetPrecision::kI8) {
+    const std::vector<BrdfFile> brdfs = {synthetic::lambert()};
+    const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};
+    return packAsset(synthetic::tubeModel(), brdfs, lights, {.precision = precision, .max_error = {}}, "{}", 1).bytes;
+}
+
+// What a player does with an asset that was accepted: every part of the run time reads it.
+void useAsset(const AssetView& asset) {
+    if (!asset.has_model || asset.animation.frameCount() == 0) return;
+    Evaluator evaluator(asset);
+    const std::size_t count = evaluator.vertexCount();
+    std::vector<float> numbers(count * std::size_t(asset.model.stride));
+    std::vector<Vec3> positions(count), normals(count), tangents(count), radiance(count);
+    evaluator.setPose(asset.animation.bonesOf(0), asset.animation.poseOf(0));
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+    evaluator.skin(0, count, positions, normals, tangents);
+    if (asset.materials.empty() || asset.lights.empty()) return;
+    const VertexShader shader(asset.model.convention, asset.model.stride, asset.materials[0], asset.lights[0]);
+    shader.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+}
+
+TEST(AssetFile, RejectsEveryTruncation) {
+    const std::vector<std::byte> whole = tinyAsset();
+    ASSERT_NO_THROW(openAsset(whole));
+    for (std::size_t n = 0; n < whole.size(); ++n) {
+        const std::vector<std::byte> cut(whole.data(), whole.data() + n);  // a copy: ASan sees any overread
+        EXPECT_THROW(openAsset(cut), InvalidInput) << "first " << n << " bytes";
+    }
+}
+
+TEST(AssetFile, RejectsEveryChangedByteByItsHash) {
+    std::vector<std::byte> bytes = tinyAsset();
+    std::size_t accepted = 0;
+    for (std::size_t at = 0; at < bytes.size(); ++at) {
+        bytes[at] ^= std::byte{0x10};
+        try {
+            openAsset(bytes);
+            ++accepted;
+        } catch (const InvalidInput&) {
+        }
+        bytes[at] ^= std::byte{0x10};
+    }
+    EXPECT_EQ(accepted, 0u);
+}
+
+// The hash is put right after every mutation, so that the checks behind it are what is tested.
+TEST(AssetFile, MutationsAreRefusedOrHarmless) {
+    const std::vector<std::byte> whole = tinyAsset();
+    std::mt19937 random(5);
+    int refused = 0, used = 0;
+    for (int trial = 0; trial < 10000; ++trial) {
+        std::vector<std::byte> bytes = whole;
+        const int changes = 1 + int(random() % 4);
+        for (int i = 0; i < changes; ++i) {
+            const std::size_t at = random() % bytes.size();
+            if (random() % 2)
+                bytes[at] ^= std::byte(1u << random() % 8);
+            else
+                bytes[at] = std::byte(random());
+        }
+        sealAsset(bytes);
+        try {
+            const AssetView asset = openAsset(bytes);
+            ++used;
+            useAsset(asset);
+        } catch (const InvalidInput&) {
+            ++refused;
+        }
+    }
+    EXPECT_GT(refused, 500);
+    EXPECT_GT(used, 500);
+}
+
+// Changes one field through the generated accessors and puts the hash right.
+template <class Change>
+std::string refusalAfter(Change change) {
+    std::vector<std::byte> bytes = tinyAsset(AssetPrecision::kF32);
+    change(*fbs::GetMutableAsset(bytes.data()));
+    EXPECT_TRUE(sealAsset(bytes));
+    try {
+        openAsset(bytes, "x.pnb");
+    } catch (const InvalidInput& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+TEST(AssetFile, NamesTheFieldThatIsWrong) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    using fbs::Asset;
+    EXPECT_EQ(refusalAfter([](Asset&) {}), "accepted");
+    const auto expect = [](const std::string& message, const std::string& part) {
+        EXPECT_NE(message.find(part), std::string::npos) << message << " should say " << part;
+        EXPECT_EQ(message.find("x.pnb: "), 0u) << message;
+    };
+    expect(refusalAfter([](Asset& a) { a.mutate_format_version(2); }), "format_version");
+    expect(refusalAfter([&](Asset& a) { a.mutable_mesh()->mutable_positions()->Mutate(4, nan); }), "mesh.positions");
+    expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_normals()->Mutate(0, 3.0f); }), "mesh.normals[0]");
+    expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_triangles()->Mutate(7, 30); }), "mesh.triangles[7]");
+    expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_shading_point()->Mutate(3, 0); }), "shading_point");
+    expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_source_vertex()->Mutate(0, 99); }), "source_vertex");
+    expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_skin_joints()->Mutate(1, 3); }), "skin_joints[1]");
+    expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_skin_weights()->Mutate(0, 0.4f); }), "skin_weights");
+    expect(refusalAfter([](Asset& a) { a.mutable_animation()->mutable_parents()->Mutate(0, 2); }), "cycle");
+    expect(refusalAfter([](Asset& a) { a.mutable_animation()->mutable_times()->Mutate(1, INFINITY); }), "times");
+    expect(refusalAfter([&](Asset& a) { a.mutable_animation()->mutable_bones()->Mutate(9, nan); }), "bones");
+    const auto cluster = [](Asset& a) {
+        return const_cast<fbs::Cluster*>(a.mutable_model()->mutable_clusters()->GetMutableObject(1));
+    };
+    expect(refusalAfter([&](Asset& a) { cluster(a)->mutate_joint(3); }), "model.clusters[1].joint");
+    expect(refusalAfter([&](Asset& a) { cluster(a)->mutate_first_vertex(0); }), "model.clusters[1].first_vertex");
+    expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_bias()->Mutate(0, nan); }), "model.clusters[1].bias");
+    expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_input_max()->Mutate(0, -2); }), "input_max[0]");
+    expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_basis()->mutate_count(4); }), "basis.count");
+    expect(refusalAfter([&](Asset& a) {
+               cluster(a)->mutable_basis()->mutable_data()->Mutate(3, 0xff);
+               cluster(a)->mutable_basis()->mutable_data()->Mutate(2, 0x80);
+           }),
+           "basis.data");
+    expect(refusalAfter([](Asset& a) { a.mutable_model()->mutate_stride(20); }), "model.stride");
+    expect(refusalAfter([&](Asset& a) { a.mutable_lights()->GetMutableObject(0)->mutable_sh()->Mutate(0, nan); }),
+           "lights[0].sh");
+    expect(refusalAfter([](Asset& a) { a.mutable_materials()->GetMutableObject(0)->mutate_channels(2); }),
+           "materials[0].channels");
+}
+
+TEST(AssetFile, RefusesBytesThatAreNotAligned) {
+    const std::vector<std::byte> whole = tinyAsset();
+    std::vector<std::byte> shifted(whole.size() + 8);
+    std::copy(whole.begin(), whole.end(), shifted.begin() + 8);
+    EXPECT_THROW(openAsset(std::span(shifted).subspan(8)), InvalidInput);
+}
+
+TEST(AssetFile, MapsWhatWasWritten) {
+    const auto path = std::filesystem::temp_directory_path() / ("tiny" + std::to_string(::getpid()) + ".pnb");
+    const std::vector<std::byte> whole = tinyAsset();
+    writeWholeFile(path, whole);
+    {
+        const MappedFile file(path);
+        EXPECT_EQ(std::memcmp(file.bytes().data(), whole.data(), whole.size()), 0);
+        EXPECT_EQ(openAsset(file.bytes()).mesh.positions.size(), 30u);
+    }
+    std::filesystem::remove(path);
+    EXPECT_THROW(MappedFile{path}, IoError);
+    EXPECT_THROW(MappedFile{std::filesystem::temp_directory_path()}, IoError);
+}
+
+TEST(AssetFile, FindsAFrameOfAClip) {
+    const std::vector<std::byte> whole = tinyAsset();
+    const AssetView asset = openAsset(whole);
+    EXPECT_EQ(findFrame(asset.animation, "bend", 1), 1u);
+    EXPECT_EQ(findFrame(asset.animation, "twist", 0), 2u);
+    EXPECT_FALSE(asset.animation.clips[0].held_out);
+    EXPECT_TRUE(asset.animation.clips[1].held_out);
+    EXPECT_THROW(findFrame(asset.animation, "twist", 2), UsageError);
+    EXPECT_THROW(findFrame(asset.animation, "walk", 0), UsageError);
+}
+
+}  // namespace
+}  // namespace penumbra

@@ -1,0 +1,174 @@
+#pragma once
+// A bending tube with a made-up linear model: every array has the size and the kind of numbers that a fitted model has.
+// Tests of the asset, the evaluator and the player use it; nothing in it is trained.
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+
+#include "formats/brdf_file.h"
+#include "formats/light_file.h"
+#include "formats/model_file.h"
+#include "sh/reflectance.h"
+
+namespace penumbra::synthetic {
+
+struct TubeOptions {
+    int rings = 6, segments = 5;  // V = rings * segments
+    int joints = 3, clusters = 2, components = 3, inputs = 2, frames = 4;
+    Convention convention{BelowHorizon::kMirrored, 5};
+    FeatureKind features = FeatureKind::kRelativeBones;
+};
+
+// Uniform in [-1, 1); the same numbers with every standard library.
+class Noise {
+public:
+    explicit Noise(std::uint32_t seed) : generator_(seed) {}
+    float operator()() { return float(generator_() / 2147483648.0 - 1); }
+
+private:
+    std::mt19937 generator_;
+};
+
+inline void fillNoise(std::vector<float>& values, std::size_t count, float scale, Noise& noise) {
+    values.resize(count);
+    for (float& v : values) v = scale * noise();
+}
+
+inline void addTube(Model& model, const TubeOptions& o) {
+    const double radius = 0.15, height = 1.8;
+    model.skin.influences = 2;
+    for (int r = 0; r < o.rings; ++r)
+        for (int s = 0; s < o.segments; ++s) {
+            const double a = 2 * std::numbers::pi * s / o.segments, c = std::cos(a), d = std::sin(a);
+            const double y = height * r / std::max(1, o.rings - 1);
+            model.mesh.rest_positions.push_back({float(radius * c), float(y), float(radius * d)});
+            model.rest_normals.push_back({float(c), 0, float(d)});
+            model.rest_tangents.push_back({0, 1, 0});
+            const double at = y / height * (o.joints - 1);
+            const int first = std::min(int(at), std::max(0, o.joints - 2));
+            const float second_weight = o.joints > 1 ? float(at - first) : 0;
+            model.skin.joints.push_back(std::uint16_t(first));
+            model.skin.joints.push_back(std::uint16_t(o.joints > 1 ? first + 1 : 0));
+            model.skin.weights.push_back(1 - second_weight);
+            model.skin.weights.push_back(second_weight);
+            model.mesh.source_vertex.push_back(std::uint32_t(r * o.segments + s));
+            if (r == 0) continue;
+            const auto v = [&](int ring, int segment) {
+                return std::uint32_t(ring * o.segments + segment % o.segments);
+            };
+            model.mesh.triangles.push_back({v(r - 1, s), v(r, s), v(r, s + 1)});
+            model.mesh.triangles.push_back({v(r - 1, s), v(r, s + 1), v(r - 1, s + 1)});
+        }
+    for (int j = 0; j < o.joints; ++j) {
+        model.skin.joint_names.push_back("joint" + std::to_string(j));
+        model.skin.parents.push_back(j - 1);
+        model.joint_centers.push_back({0, float(height * j / std::max(1, o.joints - 1)), 0});
+    }
+}
+
+// Every joint turns a little more each frame: about x in the first clip, about z in the second, which is held out.
+inline void addFrames(Model& model, const TubeOptions& o) {
+    model.frames.clip_names = {"bend", "twist"};
+    model.holdout_clips = {"twist"};
+    model.pose_size = 3 * o.joints;
+    for (int f = 0; f < o.frames; ++f) {
+        const bool second = f >= (o.frames + 1) / 2;
+        model.frames.clip.push_back(second);
+        model.frames.time.push_back((second ? f - (o.frames + 1) / 2 : f) / 3.0);
+        const double a = 0.3 * std::sin(0.7 * f + 0.2), c = std::cos(a), s = std::sin(a);
+        const Mat3d turn = second ? Mat3d{{c, -s, 0, s, c, 0, 0, 0, 1}} : Mat3d{{1, 0, 0, 0, c, -s, 0, s, c}};
+        Mat3d rotation;
+        Vec3d translation;
+        for (int j = 0; j < o.joints; ++j) {
+            const Vec3d at = toDouble(model.joint_centers[std::size_t(j)]);
+            translation += rotation * (at - turn * at);
+            rotation = rotation * turn;
+            const auto& m = rotation.m;
+            const Vec3d& t = translation;
+            model.bones.push_back({{float(m[0]), float(m[1]), float(m[2]), float(t.x), float(m[3]), float(m[4]),
+                                    float(m[5]), float(t.y), float(m[6]), float(m[7]), float(m[8]), float(t.z)}});
+            model.pose.insert(model.pose.end(), {second ? 0.0f : float(a), 0.0f, second ? float(a) : 0.0f});
+        }
+    }
+}
+
+// The mean is an open hemisphere, dimmed; components and regressors are noise of a fitted model's magnitude.
+inline void addClusters(Model& model, const TubeOptions& o) {
+    Noise noise(7);
+    const std::size_t size = std::size_t(model.convention.size());
+    std::vector<double> below(std::size_t(coefficientCount(model.convention.order)));
+    belowHorizonCoefficients(model.convention.order, below);
+    std::vector<float> moments(below.size());
+    for (std::size_t i = 0; i < below.size(); ++i)
+        moments[i] = float((i == 0 ? 2 * std::sqrt(std::numbers::pi) : 0) - below[i]);
+    std::vector<float> open(size);
+    fromMoments(model.convention, moments, open);
+    const bool angles = o.features == FeatureKind::kJointAngles;
+    const std::size_t features = angles ? std::size_t(model.pose_size) : 12 * std::size_t(o.joints - 1);
+    const std::size_t vertices = model.mesh.vertexCount();
+    for (int c = 0; c < o.clusters; ++c) {
+        ClusterModel cluster;
+        for (std::size_t v = 0; v < vertices; ++v)  // interleaved, so that packing has to reorder
+            if (v * 7 % vertices * std::size_t(o.clusters) / vertices == std::size_t(c))
+                cluster.vertices.push_back(std::uint32_t(v));
+        cluster.joint = c * o.joints / o.clusters;
+        fillNoise(cluster.feature_mean, features, 0.1f, noise);
+        fillNoise(cluster.input_basis, features * std::size_t(o.inputs), 1 / std::sqrt(float(features)), noise);
+        cluster.input_min.assign(std::size_t(o.inputs), -1);
+        cluster.input_max.assign(std::size_t(o.inputs), 1);
+        fillNoise(cluster.weights, std::size_t(o.components * o.inputs), 2, noise);
+        fillNoise(cluster.bias, std::size_t(o.components), 1, noise);
+        for (std::size_t v = 0; v < cluster.vertices.size(); ++v) {
+            const float dimmed = 0.8f + 0.2f * noise();
+            for (float value : open) cluster.mean.push_back(dimmed * value);
+        }
+        fillNoise(cluster.basis, std::size_t(o.components) * cluster.vertices.size() * size, 0.05f, noise);
+        model.clusters.push_back(cluster);
+    }
+    model.cluster_of_vertex.resize(vertices);
+    for (std::uint32_t c = 0; c < model.clusters.size(); ++c)
+        for (std::uint32_t v : model.clusters[c].vertices) model.cluster_of_vertex[v] = c;
+}
+
+inline Model tubeModel(const TubeOptions& options = {}) {
+    Model model;
+    model.convention = options.convention;
+    model.features = options.features;
+    model.feature_scale = 2;
+    addTube(model, options);
+    addFrames(model, options);
+    addClusters(model, options);
+    model.provenance = {"test", "0", "{}", {}};
+    return model;
+}
+
+// Lambert of albedo 1, exact: f_i = sum of cos / pi times y_i over the hemisphere, whatever the view.
+inline BrdfFile lambert(Vec3d color = {1, 1, 1}) {
+    BrdfFile brdf;
+    brdf.name = "lambert";
+    brdf.even_index = evenIndices(brdf.view_order);
+    const std::size_t even = brdf.even_index.size();
+    brdf.slices.assign(std::size_t(coefficientCount(brdf.slice_order)) * even * 3, 0.0);
+    const double pi = std::numbers::pi;
+    const double cosine[5] = {std::sqrt(pi) / 2, std::sqrt(pi / 3), std::sqrt(5 * pi) / 8, 0, -std::sqrt(pi) / 16};
+    for (int l = 0; l < 5; ++l)
+        for (int c = 0; c < 3; ++c)
+            brdf.slices[(std::size_t(shIndex(l, 0)) * even) * 3 + std::size_t(c)] =
+                color[c] * cosine[l] / pi * std::sqrt(4 * pi);  // y_0 = 1 / sqrt(4 pi)
+    return brdf;
+}
+
+// Radiance 1 from everywhere, or noise around it.
+inline LightFile light(int order, double noise_amount, std::uint32_t seed = 3) {
+    LightFile light;
+    light.name = noise_amount > 0 ? "noise" : "uniform";
+    light.order = order;
+    Noise noise(seed);
+    for (int i = 0; i < order * order; ++i)
+        for (int c = 0; c < 3; ++c)
+            light.sh.push_back((i == 0 ? std::sqrt(4 * std::numbers::pi) : 0) + noise_amount * noise());
+    return light;
+}
+
+}  // namespace penumbra::synthetic
