@@ -93,24 +93,71 @@ static void bindRigidPart(const RigSource& source, const std::vector<bool>& anim
     bindToNode(builder, part, scene_node, from_part);
 }
 
-static void addSkinJoints(const RigSource& source, Builder& builder) {
-    std::vector<bool> used(source.skins.size());
+// Corners of the box around all positions that a skin moves: what "equal transforms" is measured on.
+static std::vector<Vec3d> boxCorners(const RigSource& source, int skin) {
+    Vec3d low{1e300, 1e300, 1e300}, high = -low;
     for (const SourcePart& part : source.parts)
-        if (part.skin >= 0) used[std::size_t(part.skin)] = true;
+        if (part.skin == skin)
+            for (const Vec3 p : part.positions)
+                for (int i = 0; i < 3; ++i) {
+                    low[i] = std::min(low[i], double(p[i]));
+                    high[i] = std::max(high[i], double(p[i]));
+                }
+    std::vector<Vec3d> corners;
+    for (int c = 0; c < 8; ++c)
+        corners.push_back({c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z});
+    return corners;
+}
+
+static bool sameOn(const std::vector<Vec3d>& corners, const Matrix& a, const Matrix& b) {
+    const double size = length(transformPoint(a, corners[7]) - transformPoint(a, corners[0]));
+    for (const Vec3d p : corners)
+        if (!(length(transformPoint(a, p) - transformPoint(b, p)) <= 1e-6 * size)) return false;
+    return true;
+}
+
+// Exporters often give each mesh a space of its own (quantisation, the transform of its node) and a skin with the same
+// nodes, so that inverse bind = (inverse bind of the joint that we have) x S for all of them. S takes the mesh to our
+// rest space; then the joints are shared. The identity where there is no such S.
+static Matrix spaceOfSkin(const RigSource& source, const Builder& builder, int s) {
+    const SourceSkin& skin = source.skins[std::size_t(s)];
+    const std::vector<Vec3d> corners = boxCorners(source, s);
+    std::optional<Matrix> space;
+    for (std::size_t i = 0; i < skin.nodes.size(); ++i) {
+        const auto joint = builder.joints_at_node.lower_bound(skin.nodes[i]);
+        if (joint == builder.joints_at_node.end() || joint->first != skin.nodes[i]) continue;
+        const Matrix& ours = builder.table.inverse_bind[std::size_t(joint->second)];
+        if (!space) {
+            const std::optional<Matrix> unbind = inverse(ours);
+            if (!unbind) return kIdentityMatrix;
+            space = multiply(*unbind, skin.inverse_bind[i]);
+        }
+        if (!sameOn(corners, skin.inverse_bind[i], multiply(ours, *space))) return kIdentityMatrix;
+    }
+    if (!space || !inverse(*space) || sameOn(corners, *space, kIdentityMatrix)) return kIdentityMatrix;
+    return *space;
+}
+
+static void addSkinJoints(const RigSource& source, Builder& builder) {
     builder.table.joint_of_skin.resize(source.skins.size());
-    for (std::size_t s = 0; s < used.size(); ++s) {
-        if (!used[s]) continue;
+    for (std::size_t s = 0; s < source.skins.size(); ++s) {
+        const auto of_skin = [&](const SourcePart& part) { return part.skin == int(s) && !part.positions.empty(); };
+        if (std::none_of(source.parts.begin(), source.parts.end(), of_skin)) continue;
         const SourceSkin& skin = source.skins[s];
+        const Matrix space = spaceOfSkin(source, builder, int(s)), to_own = *inverse(space);
         for (std::size_t i = 0; i < skin.nodes.size(); ++i)
-            builder.table.joint_of_skin[s].push_back(builder.add(skin.nodes[i], skin.inverse_bind[i]));
+            builder.table.joint_of_skin[s].push_back(
+                builder.add(skin.nodes[i], multiply(skin.inverse_bind[i], to_own)));
+        for (std::size_t p = 0; p < source.parts.size(); ++p)
+            if (of_skin(source.parts[p])) builder.table.placement_of_part[p] = space;
     }
 }
 
 JointTable chooseJoints(RigSource& source) {
     Builder builder;
-    addSkinJoints(source, builder);
     builder.table.joint_of_part.assign(source.parts.size(), -1);
     builder.table.placement_of_part.assign(source.parts.size(), kIdentityMatrix);
+    addSkinJoints(source, builder);
 
     std::vector<std::size_t> rigid;  // ancestors first: a prop's joint may carry another prop
     for (std::size_t p = 0; p < source.parts.size(); ++p)

@@ -78,8 +78,10 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
                 influences.push_back({{table.joint_of_part[p], 1.0}});
             else
                 influences.push_back(influencesOf(source, part, table.joint_of_skin[std::size_t(part.skin)], v));
-            const Vec3d position = transformPoint(table.placement_of_part[p], toDouble(part.positions[v]));
-            out.positions.push_back(part.skin < 0 ? toFloat(position) : part.positions[v]);
+            const Vec3 position = toFloat(transformPoint(table.placement_of_part[p], toDouble(part.positions[v])));
+            if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z))
+                failAtNode(source, part.node, "vertex " + std::to_string(v) + " is not at a finite place");
+            out.positions.push_back(position);
             mirrored_vertex.push_back(mirrors[std::size_t(influences.back()[0].joint)] != mirrored_part);
         }
         appendTriangles(part, mirrored_vertex, first, out.triangles);

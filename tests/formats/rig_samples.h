@@ -1,0 +1,62 @@
+#pragma once
+// The synthetic rigs (data-samples/README.md), and GLB files that a test changes before it reads them.
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "formats/rig_file.h"
+
+namespace penumbra::samples {
+
+inline std::filesystem::path samplePath(const std::string& name) {
+    return std::filesystem::path(PENUMBRA_BINARY_DIR) / ".." / "samples" / (name + ".glb");
+}
+
+inline Rig readSample(const std::string& name) { return readRig({samplePath(name)}); }
+
+inline std::string readText(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline void writeText(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+struct EditableGlb {
+    nlohmann::json json;
+    std::string binary;
+
+    static EditableGlb of(const std::string& sample) {
+        const std::string bytes = readText(samplePath(sample));
+        std::uint32_t json_size = 0;
+        std::memcpy(&json_size, bytes.data() + 12, 4);
+        return {nlohmann::json::parse(bytes.substr(20, json_size)), bytes.substr(28 + json_size)};
+    }
+
+    std::string bytes() const {
+        std::string text = json.dump(), data = binary;
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        data.resize((data.size() + 3) / 4 * 4, '\0');
+        const auto u32 = [](std::size_t v) {
+            const std::uint32_t value = std::uint32_t(v);
+            return std::string(reinterpret_cast<const char*>(&value), 4);
+        };
+        return "glTF" + u32(2) + u32(28 + text.size() + data.size()) + u32(text.size()) + "JSON" + text +
+               u32(data.size()) + std::string("BIN\0", 4) + data;
+    }
+
+    // Where the bytes of an accessor start in `binary`.
+    std::size_t offsetOf(int accessor) const {
+        const auto& a = json["accessors"][std::size_t(accessor)];
+        const auto& view = json["bufferViews"][a["bufferView"].get<std::size_t>()];
+        return view.value("byteOffset", std::size_t(0)) + a.value("byteOffset", std::size_t(0));
+    }
+
+    nlohmann::json& attributes() { return json["meshes"][0]["primitives"][0]["attributes"]; }
+};
+
+}  // namespace penumbra::samples
