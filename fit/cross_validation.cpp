@@ -1,1 +1,99 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fit/cross_validation.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "fit/eigen_map.h"
+#include "fit/pca.h"
+
+namespace penumbra {
+
+namespace {
+
+struct Block {
+    std::size_t begin, end;  // in the list of training frames
+    std::size_t size() const { return end - begin; }
+};
+
+std::vector<Block> makeBlocks(const FrameList& list, std::span<const std::size_t> frames) {
+    std::vector<Block> blocks;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        if (i == 0 || list.clip[frames[i]] != list.clip[frames[i - 1]]) blocks.push_back({i, i});
+        blocks.back().end = i + 1;
+    }
+    while (blocks.size() < std::min(kLeastFolds, frames.size())) {
+        const auto longest =
+            std::max_element(blocks.begin(), blocks.end(), [](Block a, Block b) { return a.size() < b.size(); });
+        const Block whole = *longest;
+        const std::size_t middle = whole.begin + whole.size() / 2;
+        *longest = {whole.begin, middle};
+        blocks.insert(longest + 1, {middle, whole.end});
+    }
+    return blocks;
+}
+
+Matrix centredRows(const Matrix& m, std::span<const std::size_t> rows, std::span<const double> mean) {
+    Matrix out(rows.size(), m.columns);
+    for (std::size_t r = 0; r < rows.size(); ++r)
+        for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = m(rows[r], c) - mean[c];
+    return out;
+}
+
+// In the PCA of the inputs x = U s, the ridge is diagonal: a left-out row with scores z is predicted as
+// sum_i z_i d_i (U_i^T Y), d_i = s_i / (s_i^2 + alpha^2). So the squared error of the fold, |Y_out|^2 - 2 d.c + d.Bd,
+// costs I^2 for each alpha: c_i = (Z^T Y_out)_i . (U^T Y)_i, B_ij = (Z^T Z)_ij (U^T Y)_i . (U^T Y)_j.
+void addFoldErrors(const Matrix& features, const Matrix& outputs, std::span<const std::size_t> kept,
+                   std::span<const std::size_t> left_out, double input_variance, std::span<const double> alphas,
+                   std::span<double> errors) {
+    const std::vector<double> x_mean = meanOfRows(features, kept), y_mean = meanOfRows(outputs, kept);
+    const Matrix x = centredRows(features, kept, x_mean), y = centredRows(outputs, kept, y_mean);
+    const Matrix x_out = centredRows(features, left_out, x_mean), y_out = centredRows(outputs, left_out, y_mean);
+    const Pca pca = principalComponents(x);
+    const std::size_t inputs = std::min(componentsFor(pca, input_variance), pca.energies.size());
+    const auto n = Eigen::Index(inputs);
+
+    const Eigen::VectorXd s = Eigen::Map<const Eigen::VectorXd>(pca.energies.data(), n).cwiseSqrt();
+    const Eigen::MatrixXd z = asEigen(x_out) * asEigen(basisOf(pca, x, inputs)).transpose();
+    const Eigen::MatrixXd uy =
+        s.cwiseInverse().asDiagonal() * (asEigen(pca.scores).leftCols(n).transpose() * asEigen(y)).eval();
+    const Eigen::VectorXd c = (z.transpose() * asEigen(y_out)).cwiseProduct(uy).rowwise().sum();
+    const Eigen::MatrixXd b = (z.transpose() * z).cwiseProduct(uy * uy.transpose());
+    const double square = asEigen(y_out).squaredNorm();
+    for (std::size_t a = 0; a < alphas.size(); ++a) {
+        const Eigen::VectorXd d = s.array() / (s.array().square() + alphas[a] * alphas[a]);
+        errors[a] += square - 2 * d.dot(c) + d.dot(b * d);
+    }
+}
+
+}  // namespace
+
+std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames) {
+    const std::vector<Block> blocks = makeBlocks(list, frames);
+    std::vector<std::size_t> order(blocks.size()), size(std::min(blocks.size(), kMostFolds));
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return blocks[a].size() > blocks[b].size(); });
+    std::vector<int> folds(frames.size());
+    for (std::size_t b : order) {
+        const auto fold = std::min_element(size.begin(), size.end()) - size.begin();
+        size[std::size_t(fold)] += blocks[b].size();
+        std::fill(folds.begin() + std::ptrdiff_t(blocks[b].begin), folds.begin() + std::ptrdiff_t(blocks[b].end),
+                  int(fold));
+    }
+    return folds;
+}
+
+std::vector<double> blockedErrors(const Matrix& weighted_features, const Matrix& outputs, const std::vector<int>& folds,
+                                  double input_variance, std::span<const double> alphas) {
+    std::vector<double> errors(alphas.size());
+    const int fold_count = folds.empty() ? 0 : 1 + *std::max_element(folds.begin(), folds.end());
+    if (fold_count < 2) return errors;
+    for (int fold = 0; fold < fold_count; ++fold) {
+        std::vector<std::size_t> kept, left_out;
+        for (std::size_t i = 0; i < folds.size(); ++i) (folds[i] == fold ? left_out : kept).push_back(i);
+        addFoldErrors(weighted_features, outputs, kept, left_out, input_variance, alphas, errors);
+    }
+    return errors;
+}
+
+}  // namespace penumbra

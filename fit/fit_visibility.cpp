@@ -1,1 +1,276 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fit/fit_visibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "fit/cross_validation.h"
+#include "fit/fit_cluster.h"
+#include "fit/tangent_frames.h"
+#include "fit/vertex_clusters.h"
+#include "formats/errors.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::size_t kBatchBytes = std::size_t(256) << 20;  // of numbers in memory at a time; at least one cluster
+
+struct Split {
+    std::vector<std::size_t> train, held_out;  // frames
+};
+
+std::string joined(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    return text;
+}
+
+Split splitFrames(const FrameList& frames, const std::vector<std::string>& holdout) {
+    for (const std::string& name : holdout)
+        if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) == frames.clip_names.end())
+            throw UsageError("--holdout: no clip '" + name + "'; the file has " + joined(frames.clip_names));
+    Split split;
+    for (std::size_t f = 0; f < frames.frameCount(); ++f) {
+        const std::string& clip = frames.clip_names[frames.clip[f]];
+        const bool held = std::find(holdout.begin(), holdout.end(), clip) != holdout.end();
+        (held ? split.held_out : split.train).push_back(f);
+    }
+    if (split.train.empty()) throw UsageError("--holdout: no clip is left to train on");
+    return split;
+}
+
+void checkInput(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
+    if (header.quantity != "hemisphere_visibility")
+        throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
+    if (!header.skin)
+        throw Unsupported(file + ": /skin: the file has no skeleton; only skinned characters can be fitted so far");
+    if (options.convention.order > header.order)
+        throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
+                         std::to_string(options.convention.order) + "; the file has order " +
+                         std::to_string(header.order));
+    if (std::size_t(options.clusters) > header.mesh.vertexCount())
+        throw UsageError("--clusters " + std::to_string(options.clusters) + " is more than the " +
+                         std::to_string(header.mesh.vertexCount()) + " vertices");
+    if (options.features == FeatureKind::kJointAngles && header.pose_size == 0)
+        throw InvalidInput(file + ": /frames/pose: empty, but --features joint-angles reads it");
+    if (options.features == FeatureKind::kRelativeBones && header.skin->jointCount() < 2)
+        throw InvalidInput(file + ": /skin/joint_names: --features relative-bones needs at least two joints");
+}
+
+void copyInput(const VisibilityHeader& header, const PoseTable& poses, const FitOptions& options, Model& model) {
+    model.mesh = header.mesh;
+    model.skin = *header.skin;
+    model.rest_normals = header.rest_normals;
+    model.frames = header.frames;
+    model.bones = poses.bones;
+    model.pose_size = header.pose_size;
+    model.pose = poses.pose;
+    model.holdout_clips = options.holdout;
+    model.convention = options.convention;
+    model.kind = options.model;
+    model.features = options.features;
+    model.feature_scale = boxDiagonal(header.mesh.rest_positions);
+    model.joint_centers = jointCenters(header.mesh, *header.skin);
+    model.input_variance = options.input_variance;
+    model.output_variance = options.output_variance;
+}
+
+// Consecutive clusters whose numbers fit in kBatchBytes.
+std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters, std::size_t frames,
+                                                             std::size_t numbers_per_vertex) {
+    std::vector<std::pair<std::size_t, std::size_t>> batches;
+    std::size_t bytes = 0;
+    for (std::size_t c = 0; c < clusters.vertices.size(); ++c) {
+        const std::size_t size = clusters.vertices[c].size() * frames * numbers_per_vertex * sizeof(float);
+        if (batches.empty() || bytes + size > kBatchBytes) {
+            batches.emplace_back(c, c);
+            bytes = 0;
+        }
+        bytes += size;
+        batches.back().second = c + 1;
+    }
+    return batches;
+}
+
+Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
+    Vec3d sum;
+    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
+    return toFloat(sum / double(vertices.size()));
+}
+
+// Tells the observer from whichever thread; the share never goes down.
+class SharedProgress {
+public:
+    SharedProgress(const FitObserver& observer, double total) : observer_(observer), total_(total) {}
+    void add(double amount) {
+        const std::scoped_lock lock(mutex_);
+        done_ += amount;
+        if (observer_.progress) observer_.progress(done_ / total_);
+    }
+
+private:
+    const FitObserver& observer_;
+    double total_, done_ = 0;
+    std::mutex mutex_;
+};
+
+struct FitJob {
+    const VisibilityReader& reader;
+    const FitOptions& options;
+    const FitObserver& observer;
+    const PoseTable& poses;
+    const VertexClusters& clusters;
+    const Split& split;
+    std::vector<int> folds;
+};
+
+std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
+    const FeatureRecipe recipe{job.options.features, model.feature_scale, model.joint_centers, job.poses.pose_size};
+    const std::size_t vertices = model.mesh.vertexCount();
+    // Reading and rotating takes about as long as fitting.
+    SharedProgress progress(job.observer, 2.0 * double(vertices));
+    std::vector<ClusterFit> fits(job.clusters.vertices.size());
+    for (auto [begin, end] : makeBatches(job.clusters, job.poses.frameCount(), std::size_t(model.convention.size()))) {
+        ClusterNumbersRequest request;
+        request.convention = model.convention;
+        request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
+        request.vertices_of_cluster = std::span(job.clusters.vertices).subspan(begin, end - begin);
+        request.threads = job.options.threads;
+        request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
+        std::vector<MatrixF> numbers = readClusterNumbers(job.reader, job.poses, request);
+        parallelFor(numbers.size(), job.options.threads, [&, first = begin](std::size_t i) {
+            throwIfInterrupted();
+            const std::size_t c = first + i;
+            const ClusterProblem problem{&recipe,
+                                         &job.poses,
+                                         job.split.train,
+                                         &job.folds,
+                                         model.convention,
+                                         job.options.input_variance,
+                                         job.options.output_variance,
+                                         job.clusters.joint[c],
+                                         centerOf(model.mesh, job.clusters.vertices[c])};
+            fits[c] = fitCluster(problem, numbers[i]);
+            fits[c].model.vertices = job.clusters.vertices[c];
+            numbers[i] = {};
+            progress.add(double(job.clusters.vertices[c].size()));
+        });
+    }
+    return fits;
+}
+
+ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> frames, std::size_t vertices) {
+    double squared = 0, variance = 0, ambient = 0;
+    for (std::size_t f : frames) {
+        squared += errors.squared[f];
+        variance += errors.variance[f];
+        ambient += errors.ambient[f];
+    }
+    const double points = double(frames.size()) * double(vertices);
+    if (frames.empty()) return {};
+    return {variance > 0 ? std::sqrt(squared / variance) : 0, std::sqrt(squared / points / (4 * std::numbers::pi)),
+            ambient / points};
+}
+
+FrameErrors sumOverClusters(const std::vector<ClusterFit>& fits, std::size_t frames) {
+    FrameErrors sum{std::vector<double>(frames), std::vector<double>(frames), std::vector<double>(frames)};
+    for (const ClusterFit& fit : fits)
+        for (std::size_t f = 0; f < frames; ++f) {
+            sum.squared[f] += fit.errors.squared[f];
+            sum.variance[f] += fit.errors.variance[f];
+            sum.ambient[f] += fit.errors.ambient[f];
+        }
+    return sum;
+}
+
+std::vector<ClipError> errorsByClip(const FrameErrors& errors, const Model& model) {
+    std::vector<ClipError> clips;
+    for (std::size_t c = 0; c < model.frames.clip_names.size(); ++c) {
+        std::vector<std::size_t> frames;
+        for (std::size_t f = 0; f < model.frames.frameCount(); ++f)
+            if (model.frames.clip[f] == c) frames.push_back(f);
+        const ErrorFigures figures = figuresOf(errors, frames, model.mesh.vertexCount());
+        const std::string& name = model.frames.clip_names[c];
+        const bool held =
+            std::find(model.holdout_clips.begin(), model.holdout_clips.end(), name) != model.holdout_clips.end();
+        clips.push_back({name, held, figures.relative_error, figures.rms_v, figures.ambient_error});
+    }
+    return clips;
+}
+
+FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& errors, const Split& split,
+                   const Model& model) {
+    FitReport report;
+    report.train_frames = split.train.size();
+    report.held_out_frames = split.held_out.size();
+    report.train = figuresOf(errors, split.train, model.mesh.vertexCount());
+    report.held_out = figuresOf(errors, split.held_out, model.mesh.vertexCount());
+    double variance = 0, validated = 0, left_out = 0, floor = 0;
+    for (std::size_t f : split.train) variance += errors.variance[f];
+    for (const ClusterFit& fit : fits) {
+        validated += fit.cross_validated;
+        left_out += fit.leave_one_out + fit.left_by_pca;
+        floor += fit.left_by_pca;
+    }
+    if (variance > 0) {
+        report.cross_validated_error = std::sqrt(validated / variance);
+        report.leave_one_out_error = std::sqrt(left_out / variance);
+        report.output_floor = std::sqrt(floor / variance);
+    }
+    for (const Triangle& t : model.mesh.triangles)
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t a = t[i], b = t[(i + 1) % 3];
+            if (model.cluster_of_vertex[a] != model.cluster_of_vertex[b]) continue;
+            report.largest_tangent_angle =
+                std::max(report.largest_tangent_angle, neighbourAngle(model.rest_normals[a], model.rest_tangents[a],
+                                                                      model.rest_normals[b], model.rest_tangents[b]));
+        }
+    return report;
+}
+
+}  // namespace
+
+std::string findProblem(const FitOptions& options) {
+    if (options.clusters < 0) return "--clusters must be auto or at least 1, not " + std::to_string(options.clusters);
+    if (!(options.input_variance > 0 && options.input_variance <= 1))
+        return "--input-variance must lie in (0, 1], not " + std::to_string(options.input_variance);
+    if (!(options.output_variance > 0 && options.output_variance <= 1))
+        return "--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance);
+    return {};
+}
+
+FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
+                        const FitObserver& observer) {
+    const VisibilityHeader& header = reader.header();
+    const auto phase = [&](const char* name) {
+        throwIfInterrupted();
+        if (observer.phase) observer.phase(name);
+    };
+    checkInput(header, file, options);
+    const Split split = splitFrames(header.frames, options.holdout);
+    FitResult result;
+    Model& model = result.model;
+    phase("poses");
+    const PoseTable poses = readPoses(reader, options.threads);
+    copyInput(header, poses, options, model);
+    phase("clusters");
+    const VertexClusters clusters =
+        clusterVertices(model.mesh, model.skin, std::size_t(options.clusters), options.threads);
+    model.cluster_of_vertex = clusters.cluster_of_vertex;
+    model.rest_tangents = restTangents(model.mesh, model.rest_normals, clusters, options.threads);
+    phase("fit");
+    std::vector<ClusterFit> fits =
+        fitClusters({reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)}, model);
+    const FrameErrors errors = sumOverClusters(fits, poses.frameCount());
+    model.clip_errors = errorsByClip(errors, model);
+    result.report = reportOf(fits, errors, split, model);
+    for (ClusterFit& fit : fits) model.clusters.push_back(std::move(fit.model));
+    return result;
+}
+
+}  // namespace penumbra

@@ -1,1 +1,126 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fit/predict.h"
+
+#include <algorithm>
+#include <array>
+
+#include "fit/fit_cluster.h"
+#include "fit/tangent_frames.h"
+#include "formats/errors.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+#include "sh/sh_rotation.h"
+
+namespace penumbra {
+
+namespace {
+
+FeatureRecipe recipeOf(const Model& model) {
+    return {model.features, model.feature_scale, model.joint_centers, std::size_t(model.pose_size)};
+}
+
+std::vector<Mat3> rotationsOf(std::span<const Affine> bones) {
+    std::vector<Mat3> rotations;
+    for (const Affine& bone : bones) rotations.push_back(nearestRotation(bone.linear()));
+    return rotations;
+}
+
+void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::size_t numbers_per_vertex,
+                   std::span<float> numbers) {
+    std::vector<float> sum = cluster.mean;
+    for (std::size_t k = 0; k < scores.size(); ++k)
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += scores[k] * cluster.basis[k * sum.size() + i];
+    for (std::size_t i = 0; i < cluster.vertices.size(); ++i)
+        std::copy_n(sum.data() + i * numbers_per_vertex, numbers_per_vertex,
+                    numbers.data() + cluster.vertices[i] * numbers_per_vertex);
+}
+
+void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file) {
+    const auto refuse = [&](const char* field) {
+        throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
+    };
+    if (!header.skin) refuse("/skin");
+    if (header.mesh.vertexCount() != model.mesh.vertexCount()) refuse("/mesh/rest_positions");
+    if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");
+    if (header.skin->joint_names != model.skin.joint_names) refuse("/skin/joint_names");
+    if (header.pose_size != model.pose_size) refuse("/frames/pose");
+}
+
+VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& poses, const Provenance& provenance) {
+    VisibilityHeader header = poses;
+    header.order = model.convention.order;
+    header.quantity =
+        model.convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
+    header.provenance = provenance;
+    return header;
+}
+
+}  // namespace
+
+Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std::span<const float> pose) {
+    const FeatureRecipe recipe = recipeOf(model);
+    const std::vector<Mat3> rotations = rotationsOf(bones);
+    const auto n = std::size_t(model.convention.size());
+    Prediction prediction;
+    prediction.numbers.resize(model.mesh.vertexCount() * n);
+    std::size_t inputs = 0, outside = 0;
+    std::vector<double> raw(recipe.count());
+    for (const ClusterModel& cluster : model.clusters) {
+        rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
+        std::vector<float> x(std::size_t(cluster.inputs()));
+        const std::vector<float> scores = clusterScores(cluster, raw, x);
+        for (std::size_t i = 0; i < x.size(); ++i)
+            outside += x[i] < cluster.input_min[i] || x[i] > cluster.input_max[i];
+        inputs += x.size();
+        addComponents(cluster, scores, n, prediction.numbers);
+    }
+    prediction.out_of_range = inputs ? double(outside) / double(inputs) : 0;
+    return prediction;
+}
+
+std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
+                                std::span<const float> numbers, int threads) {
+    const Convention& convention = model.convention;
+    const auto n = std::size_t(convention.size()), count = std::size_t(coefficientCount(convention.order));
+    std::array<double, coefficientCount(kMaxOrder)> below{};
+    if (convention.below == BelowHorizon::kOpen)
+        belowHorizonCoefficients(convention.order, std::span(below).first(count));
+    const std::vector<Mat3> rotations = rotationsOf(bones);
+    std::vector<float> out(normals.size() * count);
+    constexpr std::size_t kBlock = 1024;
+    parallelFor((normals.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+        std::array<float, coefficientCount(kMaxOrder)> local;
+        for (std::size_t v = block * kBlock; v < std::min((block + 1) * kBlock, normals.size()); ++v) {
+            const std::span<float> coefficients = std::span(local).first(count);
+            toCoefficients(convention, numbers.subspan(v * n, n), coefficients);
+            for (std::size_t i = 0; i < count; ++i) coefficients[i] -= float(below[i]);
+            const int joint = model.clusters[model.cluster_of_vertex[v]].joint;
+            const Vec3 tangent = carriedTangent(normals[v], rotations[std::size_t(joint)], model.rest_tangents[v]);
+            apply(makeShRotation(convention.order, localFrame(normals[v], tangent)), coefficients,
+                  std::span(out).subspan(v * count, count));
+        }
+    });
+    return out;
+}
+
+PredictReport predictFile(const Model& model, const VisibilityReader& poses, const PredictFiles& files, int threads,
+                          const std::function<void(double)>& progress) {
+    checkCharacter(model, poses.header(), files.poses);
+    VisibilityWriter writer(files.output, predictionHeader(model, poses.header(), files.provenance),
+                            Precision::kFloat32);
+    PredictReport report;
+    report.frames = poses.header().frames.frameCount();
+    for (std::size_t f = 0; f < report.frames; ++f) {
+        throwIfInterrupted();
+        VisibilityFrame frame = poses.readPose(f);
+        const Prediction prediction = predictNumbers(model, frame.bones, frame.pose);
+        frame.coefficients = toModelFrame(model, frame.bones, frame.normals, prediction.numbers, threads);
+        writer.writeFrame(frame);
+        report.out_of_range += prediction.out_of_range / double(report.frames);
+        if (progress) progress(double(f + 1));
+    }
+    writer.finish();
+    return report;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,24 @@
+#pragma once
+// Blocked cross-validation of the ridge's alpha.
+#include <span>
+#include <vector>
+
+#include "fit/matrix.h"
+#include "formats/mesh.h"
+
+namespace penumbra {
+
+constexpr std::size_t kLeastFolds = 4, kMostFolds = 8;
+
+// A fold per training frame, [frames.size()]. Neighbouring frames are nearly equal, so folds are blocks: each clip is a
+// block; while there are fewer than 4, the longest is cut in half; more than 8 are dealt out, the longest first, each
+// to the fold with the fewest frames. `frames` are the training frames, ascending.
+std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames);
+
+// Sum over folds of the squared error on the fold of a ridge from all the others, for each alpha. Nothing of the fold
+// enters: centring and input PCA are made anew without it. `outputs` are all principal components of the outputs,
+// that is an isometric copy of the outputs themselves, so that no output PCA has to be made anew.
+std::vector<double> blockedErrors(const Matrix& weighted_features, const Matrix& outputs, const std::vector<int>& folds,
+                                  double input_variance, std::span<const double> alphas);
+
+}  // namespace penumbra

@@ -1,0 +1,44 @@
+#pragma once
+// One cluster: output PCA, features, input PCA, cross-validated ridge, and the errors of the result by frame.
+#include <span>
+#include <vector>
+
+#include "fit/features.h"
+#include "fit/local_numbers.h"
+#include "formats/model_file.h"
+
+namespace penumbra {
+
+struct ClusterProblem {
+    const FeatureRecipe* recipe = nullptr;
+    const PoseTable* poses = nullptr;
+    std::span<const std::size_t> train;       // frames
+    const std::vector<int>* folds = nullptr;  // of the training frames
+    Convention convention;
+    double input_variance = 0.9, output_variance = 0.95;
+    int joint = 0;
+    Vec3 center;  // of the cluster, rest pose
+};
+
+// Sums over the vertices of a cluster (or of all), by frame.
+struct FrameErrors {
+    std::vector<double> squared;   // [F] |prediction - truth|^2
+    std::vector<double> variance;  // [F] |truth - training mean|^2
+    std::vector<double> ambient;   // [F] |E(prediction) - E(truth)|
+};
+
+struct ClusterFit {
+    ClusterModel model;  // without vertices
+    FrameErrors errors;
+    double cross_validated = 0;  // squared error over the folds, the best alpha's
+    double leave_one_out = 0;    // squared error of the kept scores
+    double left_by_pca = 0;      // energy of the outputs that the PCA dropped
+};
+
+// `numbers` [F, Vc n] are used up: they hold the residuals afterwards.
+ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers);
+
+// y = weights input_basis (raw - feature_mean) + bias. `inputs` (may be empty, else [I]) gets x.
+std::vector<float> clusterScores(const ClusterModel& cluster, std::span<const double> raw, std::span<float> inputs);
+
+}  // namespace penumbra

@@ -1,0 +1,24 @@
+#pragma once
+// What the visibility fit needs to know. The defaults here are the documented ones; nothing else holds a default.
+#include <string>
+#include <vector>
+
+#include "formats/model_file.h"
+
+namespace penumbra {
+
+struct FitOptions {
+    ModelKind model = ModelKind::kLinear;
+    FeatureKind features = FeatureKind::kRelativeBones;
+    int clusters = 0;               // 0: what mean-shift finds, split until no cluster is larger than kAutoClusterSize
+    double input_variance = 0.9;    // of the (weighted) features that PCA keeps, in (0, 1]
+    double output_variance = 0.95;  // of the numbers of a cluster that PCA keeps, in (0, 1]
+    std::vector<std::string> holdout;  // clips that no step sees; errors only
+    Convention convention;             // D5
+    int threads = 0;                   // 0: all cores; never changes the result
+};
+
+// Empty when the options can be used, else one sentence that names the option, its range and the value given.
+std::string findProblem(const FitOptions& options);
+
+}  // namespace penumbra

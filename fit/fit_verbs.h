@@ -1,0 +1,12 @@
+#pragma once
+// The verbs of penumbra-fit.
+#include "formats/command_line.h"
+
+namespace penumbra {
+
+Verb visibilityVerb();
+Verb predictVerb();
+Verb brdfVerb();
+Verb lightVerb();
+
+}  // namespace penumbra

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fit/local_numbers.h"
+
+#include <algorithm>
+#include <array>
+
+#include "fit/tangent_frames.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+#include "sh/sh_rotation.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::size_t kBlockFloats = std::size_t(1) << 23;  // of moments in memory at a time
+constexpr std::size_t kBlockVertices = 64;                  // what a bake stores together
+
+// A vertex of a range that was asked for: where its numbers go.
+struct Wanted {
+    std::uint32_t vertex;
+    std::uint32_t cluster;  // index into the request
+    std::size_t column;     // of the first number
+};
+
+std::vector<Wanted> wantedVertices(const ClusterNumbersRequest& request) {
+    std::vector<Wanted> wanted;
+    for (std::size_t c = 0; c < request.vertices_of_cluster.size(); ++c)
+        for (std::size_t i = 0; i < request.vertices_of_cluster[c].size(); ++i)
+            wanted.push_back(
+                {request.vertices_of_cluster[c][i], std::uint32_t(c), i * std::size_t(request.convention.size())});
+    std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.vertex < b.vertex; });
+    return wanted;
+}
+
+// The vertices as a mesh of their own, so that skinVertices() says where their normals are.
+struct Part {
+    Mesh mesh;
+    Skin skin;
+    std::vector<Vec3> rest_normals;
+};
+
+Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {
+    Part part;
+    const std::size_t k = std::size_t(header.skin->influences);
+    part.skin.joint_names = header.skin->joint_names;
+    part.skin.parents = header.skin->parents;
+    part.skin.influences = header.skin->influences;
+    for (const Wanted& w : wanted) {
+        part.mesh.rest_positions.push_back(header.mesh.rest_positions[w.vertex]);
+        part.rest_normals.push_back(header.rest_normals[w.vertex]);
+        for (std::size_t i = 0; i < k; ++i) {
+            part.skin.joints.push_back(header.skin->joints[w.vertex * k + i]);
+            part.skin.weights.push_back(header.skin->weights[w.vertex * k + i]);
+        }
+    }
+    return part;
+}
+
+void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const Part& part,
+                       std::span<const Wanted> wanted, std::span<const float> moments, std::size_t moments_begin,
+                       std::size_t stride, std::size_t frame, std::vector<MatrixF>& out) {
+    std::vector<Vec3> positions, normals;
+    const std::span<const Affine> bones = poses.bonesOf(frame);
+    skinVertices(part.mesh, part.skin, part.rest_normals, {bones.begin(), bones.end()}, positions, normals);
+    const int order = request.convention.order;
+    std::array<float, coefficientCount(kMaxOrder)> local;
+    const std::span<float> local_moments = std::span(local).first(std::size_t(coefficientCount(order)));
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        const std::uint32_t v = wanted[i].vertex;
+        const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[v]];
+        const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
+        const Vec3 tangent = carriedTangent(normals[i], rotation, (*request.frames.rest_tangents)[v]);
+        const ShRotation to_model = makeShRotation(order, localFrame(normals[i], tangent));
+        applyTransposed(to_model, moments.subspan((v - moments_begin) * stride, local_moments.size()), local_moments);
+        fromMoments(
+            request.convention, local_moments,
+            out[wanted[i].cluster].row(frame).subspan(wanted[i].column, std::size_t(request.convention.size())));
+    }
+}
+
+}  // namespace
+
+PoseTable readPoses(const VisibilityReader& reader, int threads) {
+    const VisibilityHeader& header = reader.header();
+    PoseTable poses;
+    poses.joints = header.skin->jointCount();
+    poses.pose_size = std::size_t(header.pose_size);
+    for (std::size_t f = 0; f < header.frames.frameCount(); ++f) {
+        throwIfInterrupted();
+        const VisibilityFrame frame = reader.readPose(f);
+        poses.bones.insert(poses.bones.end(), frame.bones.begin(), frame.bones.end());
+        poses.pose.insert(poses.pose.end(), frame.pose.begin(), frame.pose.end());
+    }
+    poses.rotations.resize(poses.bones.size());
+    parallelFor(poses.bones.size(), threads,
+                [&](std::size_t i) { poses.rotations[i] = nearestRotation(poses.bones[i].linear()); });
+    return poses;
+}
+
+std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,
+                                        const ClusterNumbersRequest& request) {
+    const VisibilityHeader& header = reader.header();
+    const std::size_t frames = poses.frameCount(), stride = header.coefficientCount();
+    std::vector<MatrixF> out;
+    for (const auto& vertices : request.vertices_of_cluster)
+        out.emplace_back(frames, vertices.size() * std::size_t(request.convention.size()));
+
+    const std::vector<Wanted> wanted = wantedVertices(request);
+    const std::size_t range =
+        std::max<std::size_t>(kBlockFloats / (frames * stride) / kBlockVertices, 1) * kBlockVertices;
+    std::vector<float> moments;
+    for (std::size_t first = 0; first < wanted.size();) {
+        throwIfInterrupted();
+        const std::size_t begin = wanted[first].vertex / range * range;
+        const std::size_t end = std::min(begin + range, header.mesh.vertexCount());
+        std::size_t last = first;
+        while (last < wanted.size() && wanted[last].vertex < end) ++last;
+        const std::span<const Wanted> here(wanted.data() + first, last - first);
+        moments.resize(frames * (end - begin) * stride);
+        reader.readVertices(begin, end, moments);
+        const Part part = makePart(header, here);
+        parallelFor(frames, request.threads, [&](std::size_t f) {
+            const std::size_t size = (end - begin) * stride;
+            writeFrameNumbers(poses, request, part, here, std::span(moments).subspan(f * size, size), begin, stride, f,
+                              out);
+        });
+        if (request.vertices_done) request.vertices_done(last - first);
+        first = last;
+    }
+    return out;
+}
+
+}  // namespace penumbra

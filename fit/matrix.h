@@ -1,0 +1,34 @@
+#pragma once
+// Row-major matrices as plain data, so that no header of this stage needs a linear algebra library.
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace penumbra {
+
+template <class T>
+struct BasicMatrix {
+    std::size_t rows = 0, columns = 0;
+    std::vector<T> values;  // [rows, columns]
+
+    BasicMatrix() = default;
+    BasicMatrix(std::size_t r, std::size_t c) : rows(r), columns(c), values(r * c) {}
+    T& operator()(std::size_t r, std::size_t c) { return values[r * columns + c]; }
+    T operator()(std::size_t r, std::size_t c) const { return values[r * columns + c]; }
+    std::span<T> row(std::size_t r) { return std::span(values).subspan(r * columns, columns); }
+    std::span<const T> row(std::size_t r) const { return std::span(values).subspan(r * columns, columns); }
+};
+using Matrix = BasicMatrix<double>;
+using MatrixF = BasicMatrix<float>;
+
+// Mean of the given rows, summed in double and in order.
+template <class T>
+std::vector<double> meanOfRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
+    std::vector<double> mean(m.columns);
+    for (std::size_t r : rows)
+        for (std::size_t c = 0; c < m.columns; ++c) mean[c] += m(r, c);
+    for (double& x : mean) x /= double(rows.size());
+    return mean;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// penumbra-fit predict X.model.h5 POSES.vis.h5 -o PRED.vis.h5: predicted visibility in the layout of a bake.
+#include <cstdio>
+#include <memory>
+
+#include "fit/fit_verbs.h"
+#include "fit/predict.h"
+
+namespace penumbra {
+
+namespace {
+
+struct PredictCommand {
+    std::string model, poses, output;
+};
+
+void define(CLI::App& app, PredictCommand& command) {
+    app.add_option("model", command.model, "fitted model, X.model.h5")->required();
+    app.add_option("poses", command.poses, "poses to predict, a bake of the same character")->required();
+    app.add_option("-o,--output", command.output, "prediction to write, PRED.vis.h5")->required();
+}
+
+void run(const PredictCommand& command, const CommonOptions& common, Report& report) {
+    report.phase("read");
+    const Model model = readModel(command.model);
+    const VisibilityReader poses(command.poses);
+    const std::size_t frames = poses.header().frames.frameCount();
+    if (common.dry_run) {
+        std::printf("would predict %zu frames of %zu vertices and write %s\n", frames, model.mesh.vertexCount(),
+                    command.output.c_str());
+        return;
+    }
+    report.phase("predict");
+    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "predict", "frames",
+                      double(frames));
+    const Provenance provenance = makeProvenance("penumbra-fit predict", "{}", {command.model, command.poses});
+    const PredictReport done = predictFile(model, poses, {command.poses, command.output, provenance}, common.threads,
+                                           [&](double frame) { progress.update(frame); });
+    report.figures["frames"] = done.frames;
+    report.figures["inputs_out_of_range"] = done.out_of_range;
+    if (!common.quiet)
+        std::printf("%zu frames, %.2f%% of the inputs outside their training range\n", done.frames,
+                    100 * done.out_of_range);
+}
+
+}  // namespace
+
+Verb predictVerb() {
+    const auto command = std::make_shared<PredictCommand>();
+    return {"predict",
+            "Predicted visibility of the poses in a file, in the layout of a bake.",
+            [command](CLI::App& app) { define(app, *command); },
+            [command] {
+                return std::vector<std::filesystem::path>{command->model, command->poses};
+            },
+            [command] { return std::filesystem::path(command->output); },
+            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+}
+
+}  // namespace penumbra

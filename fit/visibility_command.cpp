@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// penumbra-fit visibility X.vis.h5 -o X.model.h5: parse, read, compute, write.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "fit/fit_verbs.h"
+#include "fit/fit_visibility.h"
+#include "formats/errors.h"
+
+namespace penumbra {
+
+namespace {
+
+struct VisibilityCommand {
+    std::string input, output;
+    std::string model = "linear", features = "relative-bones", clusters = "auto", convention = "D5";
+    FitOptions options;
+};
+
+void define(CLI::App& app, VisibilityCommand& command) {
+    FitOptions& options = command.options;
+    app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
+    app.add_option("-o,--output", command.output, "model to write, X.model.h5")->required();
+    app.add_option("--model", command.model, "linear")->check(CLI::IsMember({"linear"}))->capture_default_str();
+    app.add_option("--features", command.features, "what the numbers are predicted from")
+        ->check(CLI::IsMember({"joint-angles", "relative-bones"}))
+        ->capture_default_str();
+    app.add_option("--clusters", command.clusters, "number of clusters, or auto")->capture_default_str();
+    app.add_option("--input-variance", options.input_variance, "share of the features' variance to keep, (0, 1]")
+        ->capture_default_str();
+    app.add_option("--output-variance", options.output_variance, "share of the visibility's variance to keep, (0, 1]")
+        ->capture_default_str();
+    app.add_option("--holdout", options.holdout, "clips that no step of the fit sees, for the errors")->delimiter(',');
+    app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...")->capture_default_str();
+}
+
+int parseClusters(const std::string& text) {
+    if (text == "auto") return 0;
+    char* end = nullptr;
+    const long count = std::strtol(text.c_str(), &end, 10);
+    if (text.empty() || *end != '\0' || count < 1 || count > 1000000)
+        throw UsageError("--clusters must be auto or 1..1000000, not '" + text + "'");
+    return int(count);
+}
+
+FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions& common) {
+    FitOptions options = command.options;
+    options.features = command.features == "joint-angles" ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
+    options.clusters = parseClusters(command.clusters);
+    try {
+        options.convention = parseConvention(command.convention);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--convention: ") + error.what());
+    }
+    options.threads = common.threads;
+    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+    return options;
+}
+
+std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
+    nlohmann::ordered_json json;
+    json["model"] = command.model;
+    json["features"] = command.features;
+    json["clusters"] = command.clusters;
+    json["input_variance"] = options.input_variance;
+    json["output_variance"] = options.output_variance;
+    json["holdout"] = options.holdout;
+    json["convention"] = options.convention.name();
+    return json.dump();
+}
+
+nlohmann::ordered_json toJson(double relative_error, double rms_v, double ambient_error) {
+    return {{"relative_error", relative_error}, {"rms_v", rms_v}, {"ambient_error", ambient_error}};
+}
+
+nlohmann::ordered_json clusterFigures(const Model& model) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const ClusterModel& cluster : model.clusters)
+        list.push_back({{"joint", model.skin.joint_names[std::size_t(cluster.joint)]},
+                        {"vertices", cluster.vertices.size()},
+                        {"inputs", cluster.inputs()},
+                        {"components", cluster.components()},
+                        {"ridge", cluster.ridge},
+                        {"train_relative_error", std::sqrt(cluster.train_error)},
+                        {"held_out_relative_error", std::sqrt(cluster.holdout_error)}});
+    return list;
+}
+
+void fillReport(const FitResult& result, Report& report) {
+    const FitReport& fit = result.report;
+    auto& figures = report.figures;
+    figures["vertices"] = result.model.mesh.vertexCount();
+    figures["clusters"] = result.model.clusters.size();
+    figures["train_frames"] = fit.train_frames;
+    figures["held_out_frames"] = fit.held_out_frames;
+    figures["train"] = toJson(fit.train.relative_error, fit.train.rms_v, fit.train.ambient_error);
+    if (fit.held_out_frames)
+        figures["held_out"] = toJson(fit.held_out.relative_error, fit.held_out.rms_v, fit.held_out.ambient_error);
+    figures["cross_validated_relative_error"] = fit.cross_validated_error;
+    figures["leave_one_out_relative_error"] = fit.leave_one_out_error;
+    figures["output_pca_relative_error"] = fit.output_floor;
+    figures["largest_tangent_angle_degrees"] = fit.largest_tangent_angle * 57.29577951308232;
+    for (const ClipError& clip : result.model.clip_errors) {
+        nlohmann::ordered_json entry = toJson(clip.relative_error, clip.rms_v, clip.ambient_error);
+        entry["held_out"] = clip.held_out;
+        figures["clips"][clip.clip] = entry;
+    }
+    figures["cluster_list"] = clusterFigures(result.model);
+}
+
+void printRow(const char* name, const char* role, std::size_t frames, const ErrorFigures& errors) {
+    std::printf("%-24s %-9s %6zu %14.4f %8.4f %13.4f\n", name, role, frames, errors.relative_error, errors.rms_v,
+                errors.ambient_error);
+}
+
+void printTable(const FitResult& result) {
+    const Model& model = result.model;
+    const FitReport& fit = result.report;
+    std::size_t components = 0, inputs = 0;
+    for (const ClusterModel& cluster : model.clusters) {
+        components += std::size_t(cluster.components());
+        inputs += std::size_t(cluster.inputs());
+    }
+    std::printf("%zu clusters, %.1f inputs and %.1f components each\n", model.clusters.size(),
+                double(inputs) / double(model.clusters.size()), double(components) / double(model.clusters.size()));
+    std::printf("%-24s %-9s %6s %14s %8s %13s\n", "clip", "", "frames", "relative error", "rms V", "ambient error");
+    for (const ClipError& clip : model.clip_errors) {
+        const auto index = std::find(model.frames.clip_names.begin(), model.frames.clip_names.end(), clip.clip);
+        const auto frames = std::count(model.frames.clip.begin(), model.frames.clip.end(),
+                                       std::uint16_t(index - model.frames.clip_names.begin()));
+        printRow(clip.clip.c_str(), clip.held_out ? "held out" : "train", std::size_t(frames),
+                 {clip.relative_error, clip.rms_v, clip.ambient_error});
+    }
+    printRow("all", "train", fit.train_frames, fit.train);
+    if (fit.held_out_frames) printRow("all", "held out", fit.held_out_frames, fit.held_out);
+    std::printf("relative error, training frames: %.4f blocked cross-validation, %.4f leave-one-out, %.4f output PCA\n",
+                fit.cross_validated_error, fit.leave_one_out_error, fit.output_floor);
+}
+
+void run(const VisibilityCommand& command, const CommonOptions& common, Report& report) {
+    const FitOptions options = resolveOptions(command, common);
+    const VisibilityReader reader(command.input);
+    if (common.dry_run) {
+        std::printf("would fit %zu frames of %zu vertices and write %s\n", reader.header().frames.frameCount(),
+                    reader.header().mesh.vertexCount(), command.output.c_str());
+        return;
+    }
+    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "fit", "%", 100);
+    FitObserver observer;
+    observer.phase = [&](const char* name) { report.phase(name); };
+    observer.progress = [&](double share) { progress.update(100 * share); };
+    FitResult result = fitVisibility(reader, command.input, options, observer);
+    report.phase("write");
+    result.model.provenance = makeProvenance("penumbra-fit visibility", optionsJson(command, options), {command.input});
+    writeModel(command.output, result.model);
+    fillReport(result, report);
+    if (!common.quiet) printTable(result);
+}
+
+}  // namespace
+
+Verb visibilityVerb() {
+    const auto command = std::make_shared<VisibilityCommand>();
+    return {"visibility",
+            "Fit a model of baked visibility as a function of the pose.",
+            [command](CLI::App& app) { define(app, *command); },
+            [command] { return std::vector<std::filesystem::path>{command->input}; },
+            [command] { return std::filesystem::path(command->output); },
+            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "fit/features.h"
+#include "tests/fit/synthetic_character.h"
+
+namespace penumbra {
+namespace {
+
+std::vector<double> featuresOf(const FeatureRecipe& recipe, int joint, const VisibilityFrame& frame) {
+    std::vector<Mat3> rotations;
+    for (const Affine& bone : frame.bones) rotations.push_back(nearestRotation(bone.linear()));
+    std::vector<double> raw(recipe.count());
+    rawFeatures(recipe, joint, frame.bones, rotations, frame.pose, raw);
+    return raw;
+}
+
+FeatureRecipe chainRecipe(FeatureKind kind) {
+    const Mesh mesh = synthetic::tube(24, 8);
+    return {kind, boxDiagonal(mesh.rest_positions), jointCenters(mesh, synthetic::chainSkin(mesh)), 12};
+}
+
+TEST(RelativeBones, AreZeroInTheRestPose) {
+    const FeatureRecipe recipe = chainRecipe(FeatureKind::kRelativeBones);
+    VisibilityFrame frame;
+    frame.bones.resize(4);
+    for (double x : featuresOf(recipe, 1, frame)) EXPECT_NEAR(x, 0, 1e-6);
+}
+
+TEST(RelativeBones, DoNotChangeWhenTheWholeCharacterMoves) {
+    const FeatureRecipe recipe = chainRecipe(FeatureKind::kRelativeBones);
+    const Affine world = synthetic::affine(synthetic::rotationAbout({1, -2, 3}, 1.9f), {3, -1, 2});
+    for (int joint = 0; joint < 4; ++joint) {
+        VisibilityFrame still, moved;
+        synthetic::swing(7, {}, still);
+        synthetic::swing(7, world, moved);
+        const std::vector<double> a = featuresOf(recipe, joint, still), b = featuresOf(recipe, joint, moved);
+        ASSERT_EQ(a.size(), 36u);
+        for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 3e-6) << "joint " << joint << " " << i;
+    }
+}
+
+// Bone 1 turned by 90 degrees about z and moved by (1, 2, 3): positions and rotation in the frame of bone 0, which is
+// itself turned by 90 degrees about y: R_c^T takes (x, y, z) to (-z, y, x).
+TEST(RelativeBones, HaveTheValuesOfTheRecipe) {
+    FeatureRecipe recipe;
+    recipe.scale = 2;
+    recipe.joint_centers = {{0, 0, 0}, {1, 0, 0}};
+    VisibilityFrame frame;
+    const float right = float(std::numbers::pi / 2);
+    frame.bones = {synthetic::affine(synthetic::rotationAbout({0, 1, 0}, right), {0, 0, 0}),
+                   synthetic::affine(synthetic::rotationAbout({0, 0, 1}, right), {1, 2, 3})};
+    const std::vector<double> raw = featuresOf(recipe, 0, frame);
+    // M_1 (1,0,0) = (0,1,0) + (1,2,3) = (1,3,3); in bone 0: (-3,3,1); minus the centre, halved.
+    const std::vector<double> expected = {-2, 1.5, 0.5, -1, 0, -1, 1, -1, 0, 0, -1, -1};
+    ASSERT_EQ(raw.size(), expected.size());
+    for (std::size_t i = 0; i < raw.size(); ++i) EXPECT_NEAR(raw[i], expected[i], 1e-6) << i;
+}
+
+TEST(RelativeBones, StayFiniteWithACollapsedBone) {
+    const FeatureRecipe recipe = chainRecipe(FeatureKind::kRelativeBones);
+    VisibilityFrame frame;
+    frame.bones.resize(4);
+    frame.bones[1] = Affine{{}};
+    for (double x : featuresOf(recipe, 1, frame)) EXPECT_TRUE(std::isfinite(x));
+}
+
+TEST(JointAngles, AreThePoseItself) {
+    const FeatureRecipe recipe = chainRecipe(FeatureKind::kJointAngles);
+    VisibilityFrame frame;
+    synthetic::swing(3, {}, frame);
+    const std::vector<double> raw = featuresOf(recipe, 2, frame);
+    ASSERT_EQ(raw.size(), frame.pose.size());
+    for (std::size_t i = 0; i < raw.size(); ++i) EXPECT_EQ(raw[i], frame.pose[i]);
+}
+
+TEST(JointCenters, OfAJointThatMovesNothingIsItsAncestors) {
+    Mesh mesh = synthetic::tube(24, 8);
+    Skin skin = synthetic::chainSkin(mesh);
+    skin.joint_names.push_back("end");
+    skin.parents.push_back(3);
+    const std::vector<Vec3> centers = jointCenters(mesh, skin);
+    EXPECT_EQ(centers[4], centers[3]);
+    EXPECT_NEAR(centers[0].y, 0.25, 0.03);
+}
+
+}  // namespace
+}  // namespace penumbra
