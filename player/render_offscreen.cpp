@@ -1,1 +1,85 @@
-// SPDX-License-Identifier: Apache-2.0
+#include "player/render_offscreen.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/errors.h"
+#include "player/draw_frame.h"
+#include "player/frame_values.h"
+#include "player/offscreen_target.h"
+#include "sh/camera.h"
+
+namespace penumbra {
+
+static FrameView makeView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions) {
+    const double radius = framingRadius(asset);
+    FrameView view;
+    view.error_max = options.error_max;
+    try {
+        const Camera camera = makeCamera(options.camera, positions, radius);
+        clipFromModel(camera, double(options.width) / options.height, radius, view.clip_from_model);
+        view.eye = toFloat(cameraPosition(camera));
+    } catch (const std::invalid_argument& problem) {
+        throw UsageError(std::string("--camera: ") + problem.what());
+    }
+    return view;
+}
+
+static RenderResult::Error statistics(std::span<const float> e, std::span<const float> truth) {
+    RenderResult::Error error;
+    for (std::size_t v = 0; v < e.size(); ++v) {
+        const double difference = std::abs(double(e[v]) - double(truth[v]));
+        error.mean += difference / double(e.size());
+        error.max = std::max(error.max, difference);
+    }
+    return error;
+}
+
+// The picture as the options want it: exposure for radiance (the other channels are numbers or fixed colours), then the
+// background behind pixels that the mesh covers in part or not at all.
+static void finish(Image& image, const RenderOptions& options) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (options.channel == Channel::kShaded) image.pixels[i] *= options.exposure;
+        if (options.background) image.pixels[i] += *options.background * (1 - image.alpha[i]);
+    }
+    if (options.background) image.alpha.clear();
+}
+
+RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asset, const AssetView* truth,
+                             int threads) {
+    const Shot shot = resolveShot(options, asset, truth);
+    Evaluator evaluator(asset);
+    const FrameVertices vertices = evaluateFrame(shot, options.source, evaluator, threads);
+    const FrameView view = makeView(options, asset, vertices.positions);
+    RenderResult result;
+    std::vector<float> true_ambient;
+    if (options.channel == Channel::kError) {
+        true_ambient = trueAmbient(shot, vertices, threads);
+        result.ambient_error = statistics(ambientOf(shot, vertices.numbers, threads), true_ambient);
+    }
+
+    const std::unique_ptr<GlContext> context = createGlContext(options.backend);
+    result.gl = context->description;
+    result.path = options.path.value_or(context->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
+    const OffscreenTarget target(options.width, options.height, options.samples);
+    if (result.path == EvaluationPath::kCpu) {
+        const ValuePainter painter(asset.mesh.triangles, options.channel);
+        const std::vector<Vec3> values =
+            channelValues(shot, options.channel, vertices, true_ambient, view.eye, threads);
+        target.begin();
+        painter.draw(view, vertices.positions, values);
+    } else {
+        const bool truth_numbers = options.source == VisibilitySource::kTruth;
+        ModelPainter painter(asset, options.channel, shot.material, shot.light, truth_numbers);
+        painter.setPose(evaluator, asset.animation.bonesOf(shot.frame));
+        if (truth_numbers) painter.setNumbers(vertices.numbers);
+        if (options.channel == Channel::kError) painter.setTrueAmbient(true_ambient);
+        target.begin();
+        painter.draw(view);
+    }
+    result.image = target.read();
+    finish(result.image, options);
+    return result;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,19 @@
+#pragma once
+// What a picture shows.
+#include <string>
+#include <string_view>
+
+namespace penumbra {
+
+enum class Channel {
+    kShaded,    // radiance towards the eye, negative values (ringing of truncated SH) as 0
+    kAmbient,   // E, cosine-weighted visibility / pi; 1 = unshadowed
+    kError,     // |E - E of the baked truth| as a colour, viridis from 0 to RenderOptions::error_max
+    kClusters,  // one colour a cluster
+    kNormals,   // unit normal n, model frame, as n/2 + 1/2
+};
+
+// "shaded", "ao", "error", "clusters", "normals"; UsageError otherwise.
+Channel parseChannel(std::string_view word);
+
+}  // namespace penumbra

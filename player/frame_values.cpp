@@ -1,0 +1,98 @@
+#include "player/frame_values.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/parallel_for.h"
+#include "player/runtime/shading.h"
+
+namespace penumbra {
+
+// body(begin, end) over pieces of [0, vertices).
+template <class Body>
+static void overVertices(std::size_t vertices, int threads, const Body& body) {
+    constexpr std::size_t kPiece = 512;  // some 0.1 ms of shading
+    parallelFor((vertices + kPiece - 1) / kPiece, threads,
+                [&](std::size_t i) { body(i * kPiece, std::min(vertices, (i + 1) * kPiece)); });
+}
+
+static std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices) {
+    const ModelView& model = shot.asset->model;
+    std::vector<float> numbers(vertices.positions.size() * std::size_t(model.stride));
+    numbersFromTruth(*shot.truth, shot.truth_frame, model.convention, model.stride, shot.asset->mesh.shading_point,
+                     vertices.normals, vertices.tangents, numbers);
+    return numbers;
+}
+
+FrameVertices evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads) {
+    const std::size_t count = evaluator.vertexCount();
+    FrameVertices vertices;
+    vertices.positions.resize(count);
+    vertices.normals.resize(count);
+    vertices.tangents.resize(count);
+    evaluator.setPose(shot.asset->animation.bonesOf(shot.frame), shot.asset->animation.poseOf(shot.frame));
+    overVertices(count, threads, [&](std::size_t begin, std::size_t end) {
+        evaluator.skin(begin, end, vertices.positions, vertices.normals, vertices.tangents);
+    });
+    if (source == VisibilitySource::kTruth) {
+        vertices.numbers = truthNumbers(shot, vertices);
+        return vertices;
+    }
+    vertices.numbers.resize(count * std::size_t(shot.asset->model.stride));
+    parallelFor(evaluator.clusterCount(), threads,
+                [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.numbers); });
+    return vertices;
+}
+
+std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
+    const ModelView& model = shot.asset->model;
+    std::vector<float> e(numbers.size() / std::size_t(model.stride));
+    overVertices(e.size(), threads, [&](std::size_t begin, std::size_t end) {
+        ambient(model.convention, model.stride, begin, end, numbers, e);
+    });
+    return e;
+}
+
+std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads) {
+    return ambientOf(shot, truthNumbers(shot, vertices), threads);
+}
+
+std::vector<Vec3> radianceOf(const Shot& shot, const FrameVertices& vertices, Vec3 eye, int threads) {
+    const ModelView& model = shot.asset->model;
+    const VertexShader shader(model.convention, model.stride, *shot.material, *shot.light);
+    std::vector<Vec3> radiance(vertices.positions.size());
+    overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
+        shader.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
+                     radiance);
+        for (std::size_t v = begin; v < end; ++v)
+            for (int c = 0; c < 3; ++c) radiance[v][c] = std::max(radiance[v][c], 0.0f);
+    });
+    return radiance;
+}
+
+std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {
+    std::vector<std::uint32_t> cluster_of_vertex(asset.mesh.positions.size());
+    for (std::size_t c = 0; c < asset.model.clusters.size(); ++c) {
+        const ClusterView& cluster = asset.model.clusters[c];
+        std::fill_n(cluster_of_vertex.begin() + cluster.first_vertex, cluster.vertex_count, std::uint32_t(c));
+    }
+    return cluster_of_vertex;
+}
+
+std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const FrameVertices& vertices,
+                                const std::vector<float>& true_ambient, Vec3 eye, int threads) {
+    if (channel == Channel::kShaded) return radianceOf(shot, vertices, eye, threads);
+    if (channel == Channel::kNormals) return vertices.normals;
+    std::vector<Vec3> values(vertices.positions.size());
+    if (channel == Channel::kClusters) {
+        const std::vector<std::uint32_t> cluster = clusterOfVertex(*shot.asset);
+        for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(cluster[v]);
+        return values;
+    }
+    const std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
+    for (std::size_t v = 0; v < values.size(); ++v)
+        values[v].x = channel == Channel::kError ? std::abs(e[v] - true_ambient[v]) : e[v];
+    return values;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,34 @@
+#pragma once
+// One frame on the CPU: the evaluator and the shading of player/runtime over all vertices, on several threads.
+#include <vector>
+
+#include "player/runtime/evaluator.h"
+#include "player/shot.h"
+
+namespace penumbra {
+
+struct FrameVertices {
+    std::vector<Vec3> positions, normals, tangents;  // [V]
+    std::vector<float> numbers;                      // [V, stride], of the model or of the truth
+};
+
+// Poses the evaluator for the shot's frame, skins and evaluates. `threads` as in parallelFor().
+FrameVertices evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads);
+
+// E of every vertex, from numbers of the model's convention.
+std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads);
+// E of the baked truth in this frame; shot.truth is set.
+std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads);
+
+// Radiance towards `eye`, negative values as 0.
+std::vector<Vec3> radianceOf(const Shot& shot, const FrameVertices& vertices, Vec3 eye, int threads);
+
+// What the picture shows of every vertex, as the fragment shader takes it: radiance, normal, or a number in x.
+// `true_ambient` is read for kError only.
+std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const FrameVertices& vertices,
+                                const std::vector<float>& true_ambient, Vec3 eye, int threads);
+
+// The cluster of every vertex.
+std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset);
+
+}  // namespace penumbra

@@ -1,0 +1,43 @@
+#pragma once
+// OpenGL entry points by name, from whichever context is current: no link against libGL, libOSMesa or libEGL, so that
+// one program can use any of them. Constants and function types come from Khronos' glcorearb.h.
+#include <GL/glcorearb.h>
+
+// clang-format off
+#define PENUMBRA_GL_FUNCTIONS(X) \
+    X(GETSTRING, GetString) X(GETINTEGERV, GetIntegerv) X(GETERROR, GetError) X(FINISH, Finish) \
+    X(GENVERTEXARRAYS, GenVertexArrays) X(BINDVERTEXARRAY, BindVertexArray) X(DELETEVERTEXARRAYS, DeleteVertexArrays) \
+    X(GENBUFFERS, GenBuffers) X(BINDBUFFER, BindBuffer) X(BUFFERDATA, BufferData) X(BUFFERSUBDATA, BufferSubData) \
+    X(DELETEBUFFERS, DeleteBuffers) X(BINDBUFFERBASE, BindBufferBase) \
+    X(VERTEXATTRIBPOINTER, VertexAttribPointer) X(VERTEXATTRIBIPOINTER, VertexAttribIPointer) \
+    X(ENABLEVERTEXATTRIBARRAY, EnableVertexAttribArray) X(VERTEXATTRIB1F, VertexAttrib1f) \
+    X(CREATESHADER, CreateShader) X(SHADERSOURCE, ShaderSource) X(COMPILESHADER, CompileShader) \
+    X(GETSHADERIV, GetShaderiv) X(GETSHADERINFOLOG, GetShaderInfoLog) X(DELETESHADER, DeleteShader) \
+    X(CREATEPROGRAM, CreateProgram) X(ATTACHSHADER, AttachShader) X(LINKPROGRAM, LinkProgram) \
+    X(GETPROGRAMIV, GetProgramiv) X(GETPROGRAMINFOLOG, GetProgramInfoLog) X(USEPROGRAM, UseProgram) \
+    X(DELETEPROGRAM, DeleteProgram) X(GETUNIFORMLOCATION, GetUniformLocation) X(UNIFORM1I, Uniform1i) \
+    X(UNIFORM1F, Uniform1f) X(UNIFORM3F, Uniform3f) X(UNIFORM4FV, Uniform4fv) X(UNIFORMMATRIX4FV, UniformMatrix4fv) \
+    X(GETUNIFORMBLOCKINDEX, GetUniformBlockIndex) X(UNIFORMBLOCKBINDING, UniformBlockBinding) \
+    X(GENTEXTURES, GenTextures) X(BINDTEXTURE, BindTexture) X(ACTIVETEXTURE, ActiveTexture) X(TEXBUFFER, TexBuffer) \
+    X(DELETETEXTURES, DeleteTextures) X(GENFRAMEBUFFERS, GenFramebuffers) X(BINDFRAMEBUFFER, BindFramebuffer) \
+    X(FRAMEBUFFERRENDERBUFFER, FramebufferRenderbuffer) X(CHECKFRAMEBUFFERSTATUS, CheckFramebufferStatus) \
+    X(DELETEFRAMEBUFFERS, DeleteFramebuffers) X(BLITFRAMEBUFFER, BlitFramebuffer) \
+    X(GENRENDERBUFFERS, GenRenderbuffers) X(BINDRENDERBUFFER, BindRenderbuffer) \
+    X(RENDERBUFFERSTORAGEMULTISAMPLE, RenderbufferStorageMultisample) X(DELETERENDERBUFFERS, DeleteRenderbuffers) \
+    X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) X(DISABLE, Disable) \
+    X(DRAWELEMENTS, DrawElements) X(READPIXELS, ReadPixels) X(PIXELSTOREI, PixelStorei)
+// clang-format on
+
+namespace penumbra::gl {
+
+#define PENUMBRA_DECLARE(TYPE, name) extern PFNGL##TYPE##PROC name;
+PENUMBRA_GL_FUNCTIONS(PENUMBRA_DECLARE)
+#undef PENUMBRA_DECLARE
+
+using Function = void (*)();
+using GetFunction = Function (*)(const char* name);
+
+// Fetches every entry point of the current context; the name of the first one that is missing, or null.
+const char* loadFunctions(GetFunction get);
+
+}  // namespace penumbra::gl

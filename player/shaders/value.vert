@@ -1,0 +1,12 @@
+// The CPU path: position and value of every vertex come evaluated.
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 vertex_value;
+
+uniform mat4 clip_from_model;
+
+INTERPOLATION out vec3 value;
+
+void main() {
+    value = vertex_value;
+    gl_Position = clip_from_model * vec4(position, 1.0);
+}

@@ -1,0 +1,87 @@
+#include "player/shot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/errors.h"
+#include "formats/mesh.h"
+
+namespace penumbra {
+
+// The element of `list` called `name`, or its first one for "".
+template <class T>
+static const T& findByName(const std::vector<T>& list, const std::string& name, const std::string& option) {
+    if (list.empty())
+        throw InvalidInput("the asset holds no " + option + "; give penumbra-pack asset one with --" + option);
+    if (name.empty()) return list.front();
+    for (const T& element : list)
+        if (element.name == name) return element;
+    std::string known;
+    for (const T& element : list) known += (known.empty() ? "" : ", ") + std::string(element.name);
+    throw UsageError("--" + option + ": the asset has no \"" + name + "\"; it has " + known);
+}
+
+static const ClipView* findClip(const AnimationView& animation, std::string_view name) {
+    for (const ClipView& clip : animation.clips)
+        if (clip.name == name) return &clip;
+    return nullptr;
+}
+
+// The truth's frame of the same clip and number; its time must be the same too.
+static std::size_t truthFrame(const AssetView& asset, const AssetView& truth, const ClipView& clip,
+                              std::size_t number) {
+    const ClipView* baked = findClip(truth.animation, clip.name);
+    if (!baked) throw InvalidInput("the truth has no clip \"" + std::string(clip.name) + "\"");
+    if (number >= baked->frame_count)
+        throw InvalidInput("the truth has " + std::to_string(baked->frame_count) + " frames of clip \"" +
+                           std::string(clip.name) + "\", so none of number " + std::to_string(number));
+    const std::size_t frame = baked->first_frame + number;
+    const double expected = asset.animation.times[clip.first_frame + number], time = truth.animation.times[frame];
+    if (std::abs(time - expected) > 1e-6)
+        throw InvalidInput("the truth's frame " + std::to_string(number) + " is at " + std::to_string(time) +
+                           " s and the asset's at " + std::to_string(expected) + " s: they were sampled differently");
+    return frame;
+}
+
+static void checkTruth(const AssetView& asset, const AssetView& truth) {
+    if (!truth.has_truth)
+        throw InvalidInput("--truth: the file holds no baked frames; make it with penumbra-pack truth");
+    if (truth.mesh.positions.size() != asset.mesh.positions.size())
+        throw InvalidInput("--truth: it has " + std::to_string(truth.mesh.positions.size()) +
+                           " vertices and the asset " + std::to_string(asset.mesh.positions.size()));
+    if (truth.truth.order < asset.model.convention.order)
+        throw InvalidInput("--truth: its SH order " + std::to_string(truth.truth.order) + " is below the model's, " +
+                           asset.model.convention.name());
+}
+
+Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
+    if (!asset.has_mesh || !asset.has_model)
+        throw InvalidInput("the asset holds no model; make one with penumbra-pack asset");
+    const bool needs_truth = options.channel == Channel::kError || options.source == VisibilitySource::kTruth;
+    if (needs_truth && !truth)
+        throw UsageError("--channel error and --source truth need --truth X.truth.pnb (penumbra-pack truth makes it)");
+
+    Shot shot;
+    shot.asset = &asset;
+    const ClipView& clip = findByName(asset.animation.clips, options.clip, "clip");
+    if (std::size_t(options.frame) >= clip.frame_count)
+        throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
+                         std::string(clip.name) + "\", not " + std::to_string(options.frame));
+    shot.frame = clip.first_frame + std::size_t(options.frame);
+    if (truth) {
+        checkTruth(asset, *truth);
+        shot.truth = truth;
+        shot.truth_frame = truthFrame(asset, *truth, clip, std::size_t(options.frame));
+    }
+    if (options.channel == Channel::kShaded || !options.brdf.empty())
+        shot.material = &findByName(asset.materials, options.brdf, "brdf");
+    if (options.channel == Channel::kShaded || !options.light.empty())
+        shot.light = &findByName(asset.lights, options.light, "light");
+    return shot;
+}
+
+double framingRadius(const AssetView& asset) {
+    return 0.5 * boxDiagonal({asset.mesh.positions.begin(), asset.mesh.positions.end()});
+}
+
+}  // namespace penumbra
