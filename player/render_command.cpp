@@ -1,0 +1,121 @@
+#include "player/render_command.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "formats/errors.h"
+#include "player/open_asset.h"
+#include "player/render_offscreen.h"
+
+namespace penumbra {
+
+struct RenderCommand {
+    std::filesystem::path asset, truth, output;
+    RenderOptions options;
+    std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
+};
+
+static void parseWords(RenderCommand& command) {
+    RenderOptions& options = command.options;
+    if (!command.size.empty()) parseSize(command.size, options.width, options.height);
+    options.channel = parseChannel(command.channel);
+    options.source = parseSource(command.source);
+    options.path = parsePath(command.path);
+    options.backend = parseGlBackend(command.backend);
+    options.background = parseBackground(command.background);
+    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+    const std::string extension = command.output.extension();
+    if (extension != ".png" && extension != ".exr")
+        throw UsageError(command.output.string() + ": a picture must be named .png or .exr");
+}
+
+// PNG wants colours without coverage in them; and normals are numbers, so that 8-bit value / 255 must give them back:
+// the inverse of the transfer function that writePng() applies.
+static Image forPng(Image image, Channel channel) {
+    const auto linear = [](float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); };
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        Vec3& pixel = image.pixels[i];
+        if (!image.alpha.empty() && image.alpha[i] > 0) pixel = pixel / image.alpha[i];
+        if (channel == Channel::kNormals) pixel = {linear(pixel.x), linear(pixel.y), linear(pixel.z)};
+    }
+    return image;
+}
+
+static void reportResult(const RenderResult& result, const RenderOptions& options, const CommonOptions& common,
+                         Report& report) {
+    const char* path = result.path == EvaluationPath::kCpu ? "cpu" : "glsl";
+    report.figures["width"] = options.width;
+    report.figures["height"] = options.height;
+    report.figures["gl"] = result.gl;
+    report.figures["path"] = path;
+    if (common.verbosity > 0) std::printf("%s; path %s\n", result.gl.c_str(), path);
+    if (!result.ambient_error) return;
+    report.figures["ambient_error_mean"] = result.ambient_error->mean;
+    report.figures["ambient_error_max"] = result.ambient_error->max;
+    if (!common.quiet)
+        std::printf("ambient error |E(%s) - E(truth)| over all vertices: mean %.5f, max %.5f; colours: 0 to %g\n",
+                    options.source == VisibilitySource::kModel ? "model" : "truth", result.ambient_error->mean,
+                    result.ambient_error->max, double(options.error_max));
+}
+
+static void runRender(RenderCommand& command, const CommonOptions& common, Report& report) {
+    parseWords(command);
+    report.phase("read");
+    const OpenAsset asset(command.asset);
+    std::optional<OpenAsset> truth;
+    if (!command.truth.empty()) truth.emplace(command.truth);
+    const AssetView* truth_view = truth ? &truth->view() : nullptr;
+    if (common.dry_run) {
+        const Shot shot = resolveShot(command.options, asset.view(), truth_view);
+        std::printf("would draw frame %zu of %zu, %d x %d pixels, to %s\n", shot.frame,
+                    asset.view().animation.times.size(), command.options.width, command.options.height,
+                    command.output.c_str());
+        return;
+    }
+    report.phase("draw");
+    RenderResult result = renderOffscreen(command.options, asset.view(), truth_view, common.threads);
+    report.phase("write");
+    const bool png = command.output.extension() == ".png";
+    writeImage(command.output, png ? forPng(std::move(result.image), command.options.channel) : result.image, 1);
+    reportResult(result, command.options, common, report);
+}
+
+static void defineRender(CLI::App& app, RenderCommand& command) {
+    RenderOptions& options = command.options;
+    app.add_option("asset", command.asset, "X.pnb with a model")->required();
+    app.add_option("-o,--output", command.output, "OUT.png or OUT.exr (half floats, colours times coverage)")
+        ->required();
+    app.add_option("--clip", options.clip, "name of the clip (default: the first)");
+    app.add_option("--frame", options.frame, "sampled frame of the clip, from 0")->capture_default_str();
+    app.add_option("--brdf", options.brdf, "name of the material (default: the first)");
+    app.add_option("--light", options.light, "name of the light (default: the first)");
+    app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 768x768)");
+    app.add_option("--camera", options.camera,
+                   "yaw=,pitch=,fov= (degrees), distance=,target=X/Y/Z; what is not given is framed");
+    app.add_option("--channel", command.channel, "shaded, ao, error, clusters or normals")->capture_default_str();
+    app.add_option("--truth", command.truth, "X.truth.pnb: baked frames, for --channel error and --source truth");
+    app.add_option("--source", command.source, "visibility of the model or of the truth")->capture_default_str();
+    app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")->capture_default_str();
+    app.add_option("--gl", command.backend, "auto (a GPU, else software), egl or osmesa")->capture_default_str();
+    app.add_option("--exposure", options.exposure, "factor on the radiance")->capture_default_str();
+    app.add_option("--background", command.background, "transparent or R/G/B, linear")->capture_default_str();
+    app.add_option("--aa", options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str();
+    app.add_option("--error-max", options.error_max, "the error that gets the brightest colour of --channel error")
+        ->capture_default_str();
+}
+
+Verb renderVerb() {
+    const auto command = std::make_shared<RenderCommand>();
+    return {"render",
+            "Draw one frame of an asset, without a window.",
+            [command](CLI::App& app) { defineRender(app, *command); },
+            [command] {
+                std::vector<std::filesystem::path> inputs = {command->asset};
+                if (!command->truth.empty()) inputs.push_back(command->truth);
+                return inputs;
+            },
+            [command] { return command->output; },
+            [command](const CommonOptions& common, Report& report) { runRender(*command, common, report); }};
+}
+
+}  // namespace penumbra
