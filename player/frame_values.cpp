@@ -16,11 +16,13 @@ static void overVertices(std::size_t vertices, int threads, const Body& body) {
                 [&](std::size_t i) { body(i * kPiece, std::min(vertices, (i + 1) * kPiece)); });
 }
 
-static std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices) {
+static std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads) {
     const ModelView& model = shot.asset->model;
     std::vector<float> numbers(vertices.positions.size() * std::size_t(model.stride));
-    numbersFromTruth(*shot.truth, shot.truth_frame, model.convention, model.stride, shot.asset->mesh.shading_point,
-                     vertices.normals, vertices.tangents, numbers);
+    overVertices(vertices.positions.size(), threads, [&](std::size_t begin, std::size_t end) {
+        numbersFromTruth(*shot.truth, shot.truth_frame, model.convention, model.stride, begin, end,
+                         shot.asset->mesh.shading_point, vertices.normals, vertices.tangents, numbers);
+    });
     return numbers;
 }
 
@@ -35,7 +37,7 @@ FrameVertices evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator
         evaluator.skin(begin, end, vertices.positions, vertices.normals, vertices.tangents);
     });
     if (source == VisibilitySource::kTruth) {
-        vertices.numbers = truthNumbers(shot, vertices);
+        vertices.numbers = truthNumbers(shot, vertices, threads);
         return vertices;
     }
     vertices.numbers.resize(count * std::size_t(shot.asset->model.stride));
@@ -54,7 +56,7 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers
 }
 
 std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads) {
-    return ambientOf(shot, truthNumbers(shot, vertices), threads);
+    return ambientOf(shot, truthNumbers(shot, vertices, threads), threads);
 }
 
 std::vector<Vec3> radianceOf(const Shot& shot, const FrameVertices& vertices, Vec3 eye, int threads) {

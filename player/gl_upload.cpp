@@ -43,7 +43,7 @@ static ArrayOfClusters gather(const ModelView& model, NumbersView ClusterView::*
     array.texel_format = precision == AssetPrecision::kI8    ? GL_RGBA8I
                          : precision == AssetPrecision::kF16 ? GL_RGBA16F
                                                              : GL_RGBA32F;
-    const std::size_t number_bytes = precision == AssetPrecision::kI8 ? 1 : precision == AssetPrecision::kF16 ? 2 : 4;
+    const std::size_t number_bytes = bytesPerNumber(precision);
     for (const ClusterView& cluster : model.clusters) {
         const NumbersView& numbers = cluster.*member;
         array.places.push_back({std::uint32_t(array.data.size() / number_bytes / 4), std::uint32_t(array.scales.size()),

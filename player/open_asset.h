@@ -1,19 +1,13 @@
 #pragma once
-#include <filesystem>
-
 #include "formats/asset_file.h"
 
 namespace penumbra {
 
-// A mapped asset file and the checked view into it. InvalidInput messages start with the file's name.
-class OpenAsset {
-public:
-    explicit OpenAsset(const std::filesystem::path& path);
-    const AssetView& view() const { return view_; }
-
-private:
-    MappedFile file_;
-    AssetView view_;
+// A mapped asset file and the checked view into it.
+struct OpenAsset {
+    MappedFile file;
+    AssetView view;
+    explicit OpenAsset(const std::filesystem::path& path) : file(path), view(openAsset(file.bytes(), path.string())) {}
 };
 
 }  // namespace penumbra

@@ -64,16 +64,16 @@ static void runRender(RenderCommand& command, const CommonOptions& common, Repor
     const OpenAsset asset(command.asset);
     std::optional<OpenAsset> truth;
     if (!command.truth.empty()) truth.emplace(command.truth);
-    const AssetView* truth_view = truth ? &truth->view() : nullptr;
+    const AssetView* truth_view = truth ? &truth->view : nullptr;
     if (common.dry_run) {
-        const Shot shot = resolveShot(command.options, asset.view(), truth_view);
+        const Shot shot = resolveShot(command.options, asset.view, truth_view);
         std::printf("would draw frame %zu of %zu, %d x %d pixels, to %s\n", shot.frame,
-                    asset.view().animation.times.size(), command.options.width, command.options.height,
+                    asset.view.animation.frameCount(), command.options.width, command.options.height,
                     command.output.c_str());
         return;
     }
     report.phase("draw");
-    RenderResult result = renderOffscreen(command.options, asset.view(), truth_view, common.threads);
+    RenderResult result = renderOffscreen(command.options, asset.view, truth_view, common.threads);
     report.phase("write");
     const bool png = command.output.extension() == ".png";
     writeImage(command.output, png ? forPng(std::move(result.image), command.options.channel) : result.image, 1);

@@ -43,8 +43,11 @@ Surface skin() {
                         dot(texelFetch(cluster_rotations, c + 1).xyz, rest_tangent),
                         dot(texelFetch(cluster_rotations, c + 2).xyz, rest_tangent));
     vec3 tangent = carried - s.normal * dot(s.normal, carried);
-    // A carried tangent along the normal says nothing: any direction in the tangent plane will do.
-    if (dot(tangent, tangent) < 1e-12) tangent = cross(s.normal, abs(s.normal.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0));
+    if (dot(tangent, tangent) <= 1e-12) {  // the carried one is along the normal: the axis least along it instead
+        vec3 a = abs(s.normal);
+        vec3 axis = a.x <= a.y && a.x <= a.z ? vec3(1, 0, 0) : a.y <= a.z ? vec3(0, 1, 0) : vec3(0, 0, 1);
+        tangent = axis - s.normal * dot(s.normal, axis);
+    }
     s.tangent = normalize(tangent);
     return s;
 }
