@@ -1,0 +1,60 @@
+#pragma once
+// A small asset in memory: a bumpy-weighted sphere on three joints, with a model whose numbers are made up but of
+// plausible size, a truth of unoccluded vertices, fitted materials and a light. No file, no packer.
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/asset_file.h"
+
+namespace penumbra::player_test {
+
+struct AssetRecipe {
+    std::string convention = "D5";
+    AssetPrecision precision = AssetPrecision::kF32;
+    int rings = 24;                // of the sphere: rings * 2 rings + 2 vertices
+    float basis_size = 0.05f;      // of the PCA components; 0: the model's numbers are the mean in every pose
+    bool open = false;             // mean = unoccluded, else darkened from vertex to vertex
+    Vec3 light_from{-1, 1, 0.5f};  // where most of the light comes from
+    float light_ambient = 0.4f;    // radiance that comes from everywhere
+    float light_lobe = 1;          // irradiance-like size of the directed part
+};
+
+// Owns what `asset` and `truth` look at. Clips "swing" (3 frames) and "still" (1 frame); materials "lambert", "ggx"
+// and "tinted" (three channels); lights "sky" (order 4) and "even" (order 2, radiance 1 from everywhere).
+class SyntheticAsset {
+public:
+    explicit SyntheticAsset(const AssetRecipe& recipe = {});
+    SyntheticAsset(const SyntheticAsset&) = delete;
+    AssetView asset, truth;
+
+private:
+    void makeMesh(const AssetRecipe& recipe);
+    void makeAnimation();
+    void makeClusters(const AssetRecipe& recipe);
+    void makeTruth();
+    void makeMaterials();
+    void makeLights(const AssetRecipe& recipe);
+
+    std::vector<Vec3> positions_, tangents_;
+    std::vector<std::uint32_t> triangles_, shading_point_;
+    std::vector<std::uint16_t> skin_joints_;
+    std::vector<float> skin_weights_;
+    std::vector<double> times_;
+    std::vector<Affine> bones_;
+    std::vector<Vec3> joint_centers_;
+    struct ClusterData {
+        std::vector<float> feature_mean, input_basis, input_min, input_max, weights, bias, scale;
+        std::vector<float> mean, basis;
+        std::vector<std::uint16_t> mean_half, basis_half;
+        std::vector<std::int8_t> basis_bytes;
+    };
+    static void fillRegression(ClusterData& data, std::mt19937& random);
+    ClusterView makeCluster(const AssetRecipe& recipe, std::span<const float> open, ClusterData& data,
+                            std::uint32_t count, std::mt19937& random);
+    std::vector<ClusterData> clusters_;
+    std::vector<float> truth_, lambert_, ggx_, tinted_, sky_, even_;
+};
+
+}  // namespace penumbra::player_test

@@ -1,0 +1,276 @@
+// Whole pictures from a synthetic asset: parity of the two paths, orientation, closed forms, determinism.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "formats/errors.h"
+#include "player/render_offscreen.h"
+#include "tests/player/synthetic_asset.h"
+
+namespace penumbra {
+namespace {
+
+using player_test::AssetRecipe;
+using player_test::SyntheticAsset;
+
+RenderOptions smallPicture() {
+    RenderOptions options;
+    options.width = options.height = 96;
+    options.clip = "swing";
+    options.frame = 1;
+    options.camera = "distance=3.4";  // the unit sphere fills the picture
+    return options;
+}
+
+Image render(const RenderOptions& options, const SyntheticAsset& data) {
+    return renderOffscreen(options, data.asset, &data.truth, 2).image;
+}
+
+// RMSE over all pixels and colours of the 8-bit pictures before rounding, in units of 1/255: linear, clamped to 0..1.
+double difference255(const Image& a, const Image& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            const double d = std::min(1.0f, a.pixels[i][c]) - std::min(1.0f, b.pixels[i][c]);
+            sum += d * d;
+        }
+    return 255 * std::sqrt(sum / double(3 * a.pixels.size()));
+}
+
+struct Case {
+    const char* convention;
+    AssetPrecision precision;
+    const char* material;
+};
+
+void PrintTo(const Case& c, std::ostream* out) {
+    *out << c.convention << " "
+         << (c.precision == AssetPrecision::kI8    ? "i8"
+             : c.precision == AssetPrecision::kF16 ? "f16"
+                                                   : "f32")
+         << " " << c.material;
+}
+
+class Parity : public testing::TestWithParam<Case> {};
+
+// The bound is the project's, 0.5/255; measured: at most 4e-4/255 on llvmpipe.
+TEST_P(Parity, ShadedPictureIsTheSameFromCpuAndShader) {
+    const SyntheticAsset data({.convention = GetParam().convention, .precision = GetParam().precision});
+    RenderOptions options = smallPicture();
+    options.brdf = GetParam().material;
+    options.path = EvaluationPath::kCpu;
+    const Image cpu = render(options, data);
+    options.path = EvaluationPath::kGlsl;
+    const Image glsl = render(options, data);
+    const double rmse = difference255(cpu, glsl);
+    std::printf("RMSE %.2g/255\n", rmse);
+    EXPECT_LT(rmse, 0.02);
+    EXPECT_GT(difference255(cpu, Image{96, 96, std::vector<Vec3>(96 * 96), {}}), 40) << "the picture is not black";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Player, Parity,
+    testing::Values(Case{"D5", AssetPrecision::kF32, "lambert"}, Case{"D5", AssetPrecision::kF16, "ggx"},
+                    Case{"D5", AssetPrecision::kI8, "tinted"}, Case{"A4", AssetPrecision::kI8, "ggx"},
+                    Case{"A4", AssetPrecision::kF32, "tinted"}, Case{"B3", AssetPrecision::kF16, "lambert"}));
+
+TEST(Render, EveryChannelIsTheSameFromCpuAndShader) {
+    const SyntheticAsset data({.precision = AssetPrecision::kI8});
+    for (const Channel channel :
+         {Channel::kShaded, Channel::kAmbient, Channel::kError, Channel::kClusters, Channel::kNormals})
+        for (const VisibilitySource source : {VisibilitySource::kModel, VisibilitySource::kTruth}) {
+            RenderOptions options = smallPicture();
+            options.channel = channel;
+            options.source = source;
+            options.path = EvaluationPath::kCpu;
+            const Image cpu = render(options, data);
+            options.path = EvaluationPath::kGlsl;
+            EXPECT_LT(difference255(cpu, render(options, data)), 0.02)
+                << "channel " << int(channel) << " source " << int(source);
+        }
+}
+
+// Light from the upper left and a little from the front: the picture's upper left is the bright part.
+TEST(Render, LightFromTheUpperLeftBrightensTheUpperLeft) {
+    const SyntheticAsset data({.basis_size = 0, .open = true, .light_from = {-1, 1, 0.5f}, .light_ambient = 0});
+    RenderOptions options = smallPicture();
+    options.clip = "still";
+    options.frame = 0;
+    const Image image = render(options, data);
+    double x = 0, y = 0, total = 0;
+    for (int row = 0; row < image.height; ++row)
+        for (int column = 0; column < image.width; ++column) {
+            const double g = image.pixels[std::size_t(row * image.width + column)].y;
+            total += g;
+            x += g * (column + 0.5 - image.width / 2.0);
+            y += g * (row + 0.5 - image.height / 2.0);
+        }
+    EXPECT_LT(x / total, -6);  // measured: -7.7 pixels of a radius of 46
+    EXPECT_LT(y / total, -6);
+    EXPECT_NEAR(x, y, 0.02 * std::abs(x)) << "the sphere and the light are symmetric about that diagonal";
+}
+
+// A white Lambert surface without occlusion under radiance 1 from everywhere reflects 1, and E = 1. Vertices are exact
+// to 1e-7; llvmpipe's interpolation at centroids errs by up to 2.2e-4 (none without multisampling).
+TEST(Render, OpenWhiteSurfaceUnderEvenLightIsWhite) {
+    for (const char* convention : {"D5", "A4"}) {
+        const SyntheticAsset data({.convention = convention, .basis_size = 0, .open = true});
+        RenderOptions options = smallPicture();
+        options.light = "even";
+        for (const Channel channel : {Channel::kShaded, Channel::kAmbient}) {
+            options.channel = channel;
+            const Image image = render(options, data);
+            const Vec3 centre = image.pixels[std::size_t(48 * 96 + 48)];
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(centre[c], 1, 5e-4) << convention;
+            EXPECT_EQ(image.alpha[48 * 96 + 48], 1);
+            EXPECT_EQ(image.alpha[0], 0);
+        }
+    }
+}
+
+// The truth is unoccluded, so that E(truth) = 1 and the error of a model with E = 1 is 0, whatever the pose.
+TEST(Render, TruthFindsItsVerticesAndTheErrorOfAPerfectModelIsZero) {
+    const SyntheticAsset data({.basis_size = 0, .open = true});
+    RenderOptions options = smallPicture();
+    options.channel = Channel::kError;
+    const RenderResult result = renderOffscreen(options, data.asset, &data.truth, 1);
+    ASSERT_TRUE(result.ambient_error);
+    EXPECT_LT(result.ambient_error->max, 1e-5);
+
+    const SyntheticAsset shadowed({.basis_size = 0});  // mean darkened by 0.6 + 0.4 cos v: 1 - E is 0.4 on average
+    const RenderResult wrong = renderOffscreen(options, shadowed.asset, &shadowed.truth, 1);
+    EXPECT_NEAR(wrong.ambient_error->mean, 0.4, 0.01);
+    EXPECT_NEAR(wrong.ambient_error->max, 0.8, 0.01);
+
+    options.channel = Channel::kAmbient;
+    options.source = VisibilitySource::kTruth;
+    const Image image = render(options, shadowed);
+    EXPECT_NEAR(image.pixels[48 * 96 + 48].x, 1, 5e-4);
+}
+
+// Seen from +z with an unturned sphere: +x is right, +y up, and the middle looks at the eye.
+TEST(Render, NormalsAreInTheModelFrame) {
+    const SyntheticAsset data;
+    RenderOptions options = smallPicture();
+    options.clip = "still";
+    options.frame = 0;
+    options.channel = Channel::kNormals;
+    const Image image = render(options, data);
+    const auto at = [&](int x, int y) { return image.pixels[std::size_t(y * 96 + x)]; };
+    EXPECT_NEAR(at(48, 48).z, 1, 0.01);
+    EXPECT_NEAR(at(48, 48).x, 0.5, 0.02);
+    EXPECT_GT(at(75, 48).x, 0.7) << "right";
+    EXPECT_LT(at(20, 48).x, 0.3) << "left";
+    EXPECT_GT(at(48, 20).y, 0.7) << "top";
+    EXPECT_LT(at(48, 75).y, 0.3) << "bottom";
+}
+
+TEST(Render, SamePixelsEveryTimeAndForAnyThreadCount) {
+    const SyntheticAsset data;
+    for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl}) {
+        RenderOptions options = smallPicture();
+        options.path = path;
+        const Image first = renderOffscreen(options, data.asset, nullptr, 1).image;
+        for (const int threads : {1, 2, 8}) {
+            const Image again = renderOffscreen(options, data.asset, nullptr, threads).image;
+            EXPECT_EQ(again.pixels, first.pixels) << threads << " threads";
+            EXPECT_EQ(again.alpha, first.alpha);
+        }
+    }
+}
+
+TEST(Render, ExposureScalesRadianceAndBackgroundFillsWhatIsLeft) {
+    const SyntheticAsset data;
+    RenderOptions options = smallPicture();
+    const Image plain = render(options, data);
+    options.exposure = 2;
+    options.background = Vec3{0.25f, 0.5f, 1};
+    const Image over = render(options, data);
+    EXPECT_TRUE(over.alpha.empty());
+    for (std::size_t i = 0; i < plain.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            EXPECT_FLOAT_EQ(over.pixels[i][c],
+                            2 * plain.pixels[i][c] + (1 - plain.alpha[i]) * (*options.background)[c]);
+}
+
+TEST(Render, SizeAndCameraAreKept) {
+    const SyntheticAsset data;
+    RenderOptions options = smallPicture();
+    options.width = 120;
+    options.height = 60;
+    const Image image = render(options, data);
+    EXPECT_EQ(image.width, 120);
+    EXPECT_EQ(image.height, 60);
+    int columns = 0, rows = 0;  // the sphere stays round
+    for (int x = 0; x < 120; ++x) columns += image.alpha[std::size_t(30 * 120 + x)] > 0.5f;
+    for (int y = 0; y < 60; ++y) rows += image.alpha[std::size_t(y * 120 + 60)] > 0.5f;
+    EXPECT_NEAR(columns, rows, 3);
+    options.camera = "distance=1000";
+    const Image far = render(options, data);
+    int covered = 0;
+    for (const float a : far.alpha) covered += a > 0;
+    EXPECT_LE(covered, 4);
+}
+
+std::string messageOf(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
+    try {
+        renderOffscreen(options, asset, truth, 1);
+    } catch (const UsageError& error) {
+        return std::string("usage: ") + error.what();
+    } catch (const InvalidInput& error) {
+        return std::string("input: ") + error.what();
+    }
+    return "";
+}
+
+TEST(Render, UnknownNamesAreUsageErrorsThatListTheKnownOnes) {
+    const SyntheticAsset data;
+    RenderOptions options = smallPicture();
+    options.clip = "walk";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --clip: the asset has no \"walk\"; it has swing, still");
+    options = smallPicture();
+    options.brdf = "gold";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr),
+              "usage: --brdf: the asset has no \"gold\"; it has lambert, ggx, tinted");
+    options = smallPicture();
+    options.light = "moon";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --light: the asset has no \"moon\"; it has sky, even");
+    options = smallPicture();
+    options.frame = 3;
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --frame must be 0..2 for clip \"swing\", not 3");
+    options = smallPicture();
+    options.camera = "roll=3";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr).substr(0, 16), "usage: --camera:");
+}
+
+TEST(Render, WhatIsMissingIsSaid) {
+    SyntheticAsset data;
+    RenderOptions options = smallPicture();
+    options.channel = Channel::kError;
+    EXPECT_NE(messageOf(options, data.asset, nullptr).find("usage: --channel error"), std::string::npos);
+    data.truth.animation.clips[0].name = "walk";
+    EXPECT_EQ(messageOf(options, data.asset, &data.truth), "input: the truth has no clip \"swing\"");
+    data.truth.animation.clips[0] = {"swing", 0, 1, false};
+    EXPECT_NE(messageOf(options, data.asset, &data.truth).find("so none of number 1"), std::string::npos);
+    data.truth.animation.clips[0] = {"swing", 1, 3, false};  // another time
+    EXPECT_NE(messageOf(options, data.asset, &data.truth).find("sampled differently"), std::string::npos);
+    data.truth.has_truth = false;
+    EXPECT_NE(messageOf(options, data.asset, &data.truth).find("no baked frames"), std::string::npos);
+    options = smallPicture();
+    data.asset.materials.clear();
+    EXPECT_NE(messageOf(options, data.asset, nullptr).find("holds no brdf"), std::string::npos);
+    data.asset.has_model = false;
+    EXPECT_NE(messageOf(options, data.asset, nullptr).find("holds no model"), std::string::npos);
+}
+
+TEST(Render, TooManySamplesOrPixelsAreUnsupported) {
+    const SyntheticAsset data;
+    RenderOptions options = smallPicture();
+    options.backend = GlBackend::kOsMesa;
+    options.samples = 8;  // llvmpipe has 4
+    EXPECT_THROW(render(options, data), Unsupported);
+}
+
+}  // namespace
+}  // namespace penumbra
