@@ -1,14 +1,20 @@
 // Reading HDF5 files that anybody may have made: see hdf5_handle.h.
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <memory>
 
 #include "formats/errors.h"
 #include "formats/fp16.h"
 #include "formats/hdf5_handle.h"
+#include "formats/hdf5_heap_check.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;
@@ -21,6 +27,27 @@ static void silence() {
     (void)once;
 }
 
+static void checkBytes(const fs::path& path, std::uint64_t length) {
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    void* bytes = file < 0 ? MAP_FAILED : ::mmap(nullptr, length, PROT_READ, MAP_PRIVATE, file, 0);
+    const int reason = errno;
+    if (file >= 0) ::close(file);
+    if (bytes == MAP_FAILED) throw IoError(path.string() + ": cannot read: " + std::strerror(reason));
+    const auto unmap = [length](void* address) { ::munmap(address, length); };
+    const std::unique_ptr<void, decltype(unmap)> mapped(bytes, unmap);
+    checkGlobalHeaps({static_cast<const std::byte*>(bytes), length}, path.string());
+}
+
+// What checkGlobalHeaps() takes for granted.
+static void checkAddresses(const Hdf5Reader& in) {
+    const Hdf5Handle creation(H5Fget_create_plist(in.file), H5Pclose, in.name);
+    std::size_t address_bytes = 0, length_bytes = 0;
+    hsize_t user_block = 0;
+    if (H5Pget_sizes(creation, &address_bytes, &length_bytes) < 0 || H5Pget_userblock(creation, &user_block) < 0 ||
+        address_bytes != 8 || length_bytes != 8 || user_block != 0)
+        throw Unsupported(in.name + ": an HDF5 file with a user block or without 8-byte addresses");
+}
+
 Hdf5Reader openHdf5(const fs::path& path) {
     silence();
     std::error_code error;
@@ -29,6 +56,7 @@ Hdf5Reader openHdf5(const fs::path& path) {
     const std::uint64_t length = fs::file_size(path, error);
     if (error) throw IoError(path.string() + ": cannot read: " + error.message());
     if (length == 0) throw InvalidInput(path.string() + ": empty file");
+    checkBytes(path, length);
     const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "HDF5 file access");
     H5Pset_file_locking(access, false, true);  // read-only folders and network file systems
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
@@ -38,7 +66,9 @@ Hdf5Reader openHdf5(const fs::path& path) {
         if (!reason.empty()) throw IoError(path.string() + ": cannot read: " + reason);
         throw InvalidInput(path.string() + ": not an HDF5 file, or cut short");
     }
-    return {Hdf5Handle(file, H5Fclose, path.string()), path.string(), length};
+    Hdf5Reader in{Hdf5Handle(file, H5Fclose, path.string()), path.string(), length};
+    checkAddresses(in);
+    return in;
 }
 
 // A handle from a call that fails only when the file is wrong.

@@ -1,0 +1,195 @@
+// Visibility and model files as an enemy, a full disk or a bad cable would leave them: cut short, or with bytes
+// changed. A reader says InvalidInput, IoError or Unsupported and names the file; nothing else may come out, least of
+// all a crash.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "formats/errors.h"
+#include "formats/hdf5_handle.h"
+#include "formats/write_file.h"
+#include "tests/formats/stage_samples.h"
+
+namespace penumbra {
+namespace {
+
+void readAllOfVisibility(const std::filesystem::path& path) {
+    const VisibilityReader reader(path);
+    for (std::size_t f = 0; f < reader.header().frames.frameCount(); ++f) (void)reader.readFrame(f);
+}
+
+struct Victim {
+    const char* name;
+    std::function<void(const std::filesystem::path&)> write, read;
+};
+
+const std::vector<Victim>& victims() {
+    static const std::vector<Victim> all = {
+        {"visibility f32",
+         [](const auto& path) { samples::writeVisibility(path, samples::visibilityHeader(3, 2), Precision::kFloat32); },
+         readAllOfVisibility},
+        {"visibility f16",
+         [](const auto& path) { samples::writeVisibility(path, samples::visibilityHeader(3, 2), Precision::kFloat16); },
+         readAllOfVisibility},
+        {"model", [](const auto& path) { writeModel(path, samples::model(FeatureKind::kRelativeBones)); },
+         [](const auto& path) { (void)readModel(path); }},
+    };
+    return all;
+}
+
+// True when the reader took the file, false when it refused it properly.
+bool accepted(const Victim& victim, const std::filesystem::path& path) {
+    try {
+        victim.read(path);
+        return true;
+    } catch (const InvalidInput& error) {
+        EXPECT_NE(std::string(error.what()).find(path.filename().string()), std::string::npos) << error.what();
+    } catch (const IoError&) {
+    } catch (const Unsupported&) {
+    } catch (const std::exception& error) {
+        ADD_FAILURE() << victim.name << ": " << error.what();
+    }
+    return false;
+}
+
+TEST(HostileFiles, EveryTruncationIsRefused) {
+    const samples::Folder folder("truncated");
+    for (const Victim& victim : victims()) {
+        victim.write(folder.path / "whole");
+        const std::string whole = samples::bytesOf(folder.path / "whole");
+        ASSERT_TRUE(accepted(victim, folder.path / "whole"));
+        // Every length near both ends, and every 97th between.
+        for (std::size_t n = 0; n < whole.size(); n += (n < 256 || n + 256 > whole.size()) ? 1 : 97) {
+            std::ofstream(folder.path / "cut", std::ios::binary) << whole.substr(0, n);
+            EXPECT_FALSE(accepted(victim, folder.path / "cut")) << victim.name << ", first " << n << " bytes";
+        }
+    }
+}
+
+TEST(HostileFiles, ChangedBytesNeverCrash) {
+    const samples::Folder folder("changed");
+    std::mt19937 random(20240607);
+    for (const Victim& victim : victims()) {
+        victim.write(folder.path / "whole");
+        const std::string whole = samples::bytesOf(folder.path / "whole");
+        int refused = 0;
+        constexpr int kTrials = 1000;
+        for (int trial = 0; trial < kTrials; ++trial) {
+            std::string changed = whole;
+            for (int flips = 1 + int(random() % 3); flips > 0; --flips)
+                changed[random() % changed.size()] ^= char(1u << random() % 8);
+            std::ofstream(folder.path / "changed", std::ios::binary) << changed;
+            refused += !accepted(victim, folder.path / "changed");
+        }
+        // Bits of stored numbers may change unnoticed; HDF5's own structures, more than half of these small files, are
+        // under checksums.
+        EXPECT_GT(refused, kTrials / 2) << victim.name;
+    }
+}
+
+// Edits one object of a good file with HDF5 itself and expects a refusal that names it.
+void expectRefused(const std::function<void(hid_t)>& edit, const std::string& named) {
+    const samples::Folder folder("edited");
+    const std::filesystem::path path = folder.path / "x.vis.h5";
+    samples::writeVisibility(path, samples::visibilityHeader(3, 2), Precision::kFloat32);
+    {
+        const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, "test");
+        edit(file);
+    }
+    try {
+        readAllOfVisibility(path);
+        ADD_FAILURE() << "accepted, though " << named << " is wrong";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find(named), std::string::npos) << error.what();
+    }
+}
+
+void removeLink(hid_t file, const char* path) { checkHdf5(H5Ldelete(file, path, H5P_DEFAULT), path); }
+
+TEST(HostileFiles, MissingPartsAreNamed) {
+    for (const char* path :
+         {"/mesh/triangles", "/mesh/rest_positions", "/mesh/source_vertex", "/skin/joint_names", "/skin/weights",
+          "/frames/positions", "/frames/bones", "/frames/time", "/clips/names", "/visibility/coefficients"})
+        expectRefused([&](hid_t file) { removeLink(file, path); }, path);
+    for (const char* name : {"format", "format_version", "sh_convention", "sh_order", "quantity", "frame", "rays",
+                             "seed", "bounces", "provenance"})
+        expectRefused([&](hid_t file) { checkHdf5(H5Adelete(file, name), name); }, name);
+}
+
+TEST(HostileFiles, OtherFilesAreOutOfReach) {
+    const char* path = "/visibility/coefficients";
+    expectRefused(
+        [&](hid_t file) {
+            removeLink(file, path);
+            checkHdf5(H5Lcreate_external("/etc/passwd", "/x", file, path, H5P_DEFAULT, H5P_DEFAULT), path);
+        },
+        path);
+    expectRefused(
+        [&](hid_t file) {
+            removeLink(file, path);
+            checkHdf5(H5Lcreate_soft("/frames/normals", file, path, H5P_DEFAULT, H5P_DEFAULT), path);
+        },
+        path);
+    expectRefused(
+        [&](hid_t file) {
+            removeLink(file, path);
+            const hsize_t shape[] = {2, 8, 9};
+            const Hdf5Handle space(H5Screate_simple(3, shape, nullptr), H5Sclose, path);
+            const Hdf5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
+            checkHdf5(H5Pset_external(creation, "/etc/passwd", 0, 2 * 8 * 9 * 4), path);
+            const Hdf5Handle made(H5Dcreate2(file, path, H5T_IEEE_F32LE, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+                                  H5Dclose, path);
+        },
+        path);
+}
+
+// 2^50 vertices in a file of some kilobytes: refused before anything is allocated. Chunks that nobody wrote likewise.
+TEST(HostileFiles, SizesAreHeldToTheFilesLength) {
+    for (const hsize_t vertices : {hsize_t(1) << 50, hsize_t(8)})
+        expectRefused(
+            [&](hid_t file) {
+                removeLink(file, "/mesh/rest_positions");
+                (void)createDataset(file, "/mesh/rest_positions", H5T_IEEE_F32LE, {vertices, 3}, {8, 3});
+            },
+            "/mesh/rest_positions");
+    expectRefused(
+        [&](hid_t file) {
+            removeLink(file, "/mesh/rest_positions");
+            (void)createDataset(file, "/mesh/rest_positions", H5T_IEEE_F32LE, {8, 3}, {});
+        },
+        "/mesh/rest_positions");
+}
+
+TEST(HostileFiles, WrongTypesAndShapesAreNamed) {
+    const auto replaced = [](const char* path, hid_t type, std::vector<hsize_t> shape) {
+        return [=](hid_t file) {
+            removeLink(file, path);
+            std::size_t count = 1;
+            for (hsize_t n : shape) count *= n;
+            writeIntegers(file, path, std::vector<std::int64_t>(count, 0), shape, type);
+        };
+    };
+    expectRefused(replaced("/frames/normals", H5T_STD_I32LE, {2, 8, 3}), "/frames/normals");
+    expectRefused(replaced("/frames/time", H5T_STD_I32LE, {2}), "/frames/time");
+    expectRefused(replaced("/mesh/triangles", H5T_STD_U32LE, {6, 4}), "/mesh/triangles");
+    expectRefused(replaced("/skin/parents", H5T_STD_I32LE, {3}), "/skin/parents");
+    expectRefused(replaced("/clips/names", H5T_STD_I32LE, {2}), "/clips/names");
+    expectRefused(replaced("/mesh", H5T_STD_I32LE, {2}), "/mesh");
+}
+
+TEST(HostileFiles, NewerVersionsAndOtherKindsAreNotGuessedAt) {
+    const auto withVersion = [](hid_t file) {
+        checkHdf5(H5Adelete(file, "format_version"), "test");
+        writeIntegerAttribute(file, "/", "format_version", kVisibilityVersion + 1);
+    };
+    expectRefused(withVersion, "version 2");
+    const samples::Folder folder("kinds");
+    writeModel(folder.path / "x.h5", samples::model(FeatureKind::kRelativeBones));
+    EXPECT_THROW(VisibilityReader(folder.path / "x.h5"), InvalidInput);
+    writeWholeFile(folder.path / "text", "not HDF5 at all");
+    EXPECT_THROW(readModel(folder.path / "text"), InvalidInput);
+}
+
+}  // namespace
+}  // namespace penumbra
