@@ -38,6 +38,9 @@ struct RigSource {
 // The importers. Nodes, clips, indices and numbers are checked; what is drawn may still be empty.
 RigSource readGltf(const std::filesystem::path& path);
 RigSource readWithAssimp(const std::filesystem::path& path);
+void collapseFbxPivots(RigSource& source);
+// `extension` in lower case, with its dot; the file's may be in any case.
+bool isExtension(const std::filesystem::path& file, const char* extension);
 
 // More vertices than this in one rig are refused before memory is taken for them.
 constexpr std::size_t kMaxSourceVertices = std::size_t(1) << 24;

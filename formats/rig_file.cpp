@@ -9,12 +9,17 @@
 
 namespace penumbra {
 
+bool isExtension(const std::filesystem::path& file, const char* extension) {
+    std::string own = file.extension().string();
+    std::transform(own.begin(), own.end(), own.begin(), [](unsigned char c) { return std::tolower(c); });
+    return own == extension;
+}
+
 static RigSource readSource(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
-    if (extension == ".glb" || extension == ".gltf") return readGltf(path);
-    if (extension == ".fbx" || extension == ".dae" || extension == ".x") return readWithAssimp(path);
+    for (const char* extension : {".glb", ".gltf"})
+        if (isExtension(path, extension)) return readGltf(path);
+    for (const char* extension : {".fbx", ".dae", ".x"})
+        if (isExtension(path, extension)) return readWithAssimp(path);
     throw Unsupported(path.string() + ": not a rig (.glb, .gltf, .fbx, .dae and .x are read)");
 }
 

@@ -1,5 +1,6 @@
 #include "formats/rig_matrix.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace penumbra {
@@ -94,6 +95,44 @@ Matrix composeTransform(const std::array<double, 3>& t, const Quaternion& q, con
     return {(1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y - z * w) * s[1],       2 * (x * z + y * w) * s[2],       t[0],
             2 * (x * y + z * w) * s[0],       (1 - 2 * (x * x + z * z)) * s[1], 2 * (y * z - x * w) * s[2],       t[1],
             2 * (x * z - y * w) * s[0],       2 * (y * z + x * w) * s[1],       (1 - 2 * (x * x + y * y)) * s[2], t[2]};
+}
+
+// Shepperd's method: the largest of w, x, y, z is the one divided by.
+static Quaternion rotationOf(const Mat3d& m) {
+    const double trace = m(0, 0) + m(1, 1) + m(2, 2);
+    const std::array<double, 4> size{m(0, 0), m(1, 1), m(2, 2), trace};
+    const int largest = int(std::max_element(size.begin(), size.end()) - size.begin());
+    Quaternion q;
+    if (largest == 3) {
+        q = {m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1), 1 + trace};
+    } else {
+        const int i = largest, j = (i + 1) % 3, k = (i + 2) % 3;
+        q[std::size_t(i)] = 1 + 2 * m(i, i) - trace;
+        q[std::size_t(j)] = m(i, j) + m(j, i);
+        q[std::size_t(k)] = m(i, k) + m(k, i);
+        q[3] = m(k, j) - m(j, k);
+    }
+    return normalized(q).value_or(Quaternion{0, 0, 0, 1});
+}
+
+Decomposition decompose(const Matrix& a) {
+    Decomposition out;
+    out.translation = {a[3], a[7], a[11]};
+    Mat3d directions;
+    double largest = 0;
+    for (int c = 0; c < 3; ++c) {
+        const Vec3d column{a[std::size_t(c)], a[std::size_t(c + 4)], a[std::size_t(c + 8)]};
+        double s = length(column);
+        largest = std::max(largest, s);
+        if (c == 0 && determinant(a) < 0) s = -s;
+        out.scale[std::size_t(c)] = s;
+        for (int r = 0; r < 3; ++r) directions(r, c) = s == 0 ? (r == c) : column[r] / s;
+    }
+    out.rotation = rotationOf(directions);
+    const Matrix again = composeTransform(out.translation, out.rotation, out.scale);
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (std::abs(again[i] - a[i]) > 1e-6 * largest) out.exact = false;
+    return out;
 }
 
 Matrix restTransform(const Node& node) {

@@ -31,8 +31,18 @@ Vec3d rotationVector(const Quaternion& q);
 // translation x rotation x scale
 Matrix composeTransform(const std::array<double, 3>& translation, const Quaternion& rotation,
                         const std::array<double, 3>& scale);
+struct Decomposition {
+    std::array<double, 3> translation{};
+    Quaternion rotation{0, 0, 0, 1};
+    std::array<double, 3> scale{};
+    bool exact = true;  // composeTransform of the three gives the matrix back to 1e-6: there was no shear
+};
+// Scale from the column lengths (x negative for a mirror), rotation from the columns' directions.
+Decomposition decompose(const Matrix& a);
 // The node's transform to its parent as it stands in the file.
 Matrix restTransform(const Node& node);
+// Every node's transform to its parent at a time of `clip`; null: at rest.
+std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, const Clip* clip, double time);
 // Node to model space at rest, for every node; parents come before children.
 std::vector<Matrix> restGlobals(const std::vector<Node>& nodes);
 

@@ -66,12 +66,12 @@ static std::array<double, N> valueAt(const Channel& channel, double time) {
     }
 }
 
-static std::vector<LocalPose> localPoses(const Rig& rig, int clip, double time) {
+static std::vector<LocalPose> localPoses(const std::vector<Node>& nodes, const Clip* clip, double time) {
     std::vector<LocalPose> poses;
-    poses.reserve(rig.nodes.size());
-    for (const Node& node : rig.nodes) poses.push_back({node.translation, node.rotation, node.scale});
-    if (clip < 0) return poses;
-    for (const Channel& channel : rig.clips[std::size_t(clip)].channels) {
+    poses.reserve(nodes.size());
+    for (const Node& node : nodes) poses.push_back({node.translation, node.rotation, node.scale});
+    if (clip == nullptr) return poses;
+    for (const Channel& channel : clip->channels) {
         LocalPose& pose = poses[std::size_t(channel.node)];
         switch (channel.path) {
             case Channel::Path::kTranslation:
@@ -86,6 +86,19 @@ static std::vector<LocalPose> localPoses(const Rig& rig, int clip, double time) 
         }
     }
     return poses;
+}
+
+static std::vector<Matrix> transformsOf(const std::vector<Node>& nodes, const std::vector<LocalPose>& poses) {
+    std::vector<Matrix> locals;
+    locals.reserve(nodes.size());
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+        locals.push_back(nodes[n].matrix ? restTransform(nodes[n])
+                                         : composeTransform(poses[n].translation, poses[n].rotation, poses[n].scale));
+    return locals;
+}
+
+std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, const Clip* clip, double time) {
+    return transformsOf(nodes, localPoses(nodes, clip, time));
 }
 
 // The rotation of `node` in the space of its nearest ancestor that is a joint (or the scene).
@@ -111,14 +124,11 @@ static std::vector<float> rotationVectors(const Rig& rig, const std::vector<Loca
 }
 
 RigPose evaluatePose(const Rig& rig, int clip, double time) {
-    const std::vector<LocalPose> poses = localPoses(rig, clip, time);
-    std::vector<Matrix> globals(rig.nodes.size());
-    for (std::size_t n = 0; n < rig.nodes.size(); ++n) {
-        const Node& node = rig.nodes[n];
-        const Matrix local = node.matrix ? restTransform(node)
-                                         : composeTransform(poses[n].translation, poses[n].rotation, poses[n].scale);
-        globals[n] = node.parent < 0 ? local : multiply(globals[std::size_t(node.parent)], local);
-    }
+    const Clip* keys = clip < 0 ? nullptr : &rig.clips.at(std::size_t(clip));
+    const std::vector<LocalPose> poses = localPoses(rig.nodes, keys, time);
+    std::vector<Matrix> globals = transformsOf(rig.nodes, poses);
+    for (std::size_t n = 0; n < globals.size(); ++n)
+        if (rig.nodes[n].parent >= 0) globals[n] = multiply(globals[std::size_t(rig.nodes[n].parent)], globals[n]);
     RigPose pose;
     for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
         const Matrix bone = multiply(globals[std::size_t(rig.node_of_joint[j])], rig.inverse_bind[j]);
@@ -130,7 +140,7 @@ RigPose evaluatePose(const Rig& rig, int clip, double time) {
                                    "': its transform is not finite at " + std::to_string(time) + " s");
         pose.bones.push_back(affine);
     }
-    pose.pose = rotationVectors(rig, poses, localPoses(rig, -1, 0));
+    pose.pose = rotationVectors(rig, poses, localPoses(rig.nodes, nullptr, 0));
     return pose;
 }
 
