@@ -232,6 +232,14 @@ static Matrix fbxToModel(const aiScene& scene) {
     return m;
 }
 
+// assimp quotes the rest of the file in some messages.
+static std::string firstLine(std::string text) {
+    text.resize(std::min(text.size(), std::size_t(160)));
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < ' ') c = ' ';
+    return text;
+}
+
 RigSource readWithAssimp(const std::filesystem::path& path) {
     std::error_code error;
     if (!std::ifstream(path) || std::filesystem::is_directory(path, error))
@@ -244,7 +252,7 @@ RigSource readWithAssimp(const std::filesystem::path& path) {
     importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
     import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
     if (import.scene == nullptr || import.scene->mRootNode == nullptr)
-        import.fail(std::string("cannot be read: ") + importer.GetErrorString());
+        import.fail("cannot be read: " + firstLine(importer.GetErrorString()));
     const Matrix to_model = isExtension(path, ".fbx") ? fbxToModel(*import.scene) : kIdentityMatrix;
     convertNodes(import, to_model);
     convertMeshes(import);

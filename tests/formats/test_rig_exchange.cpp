@@ -1,0 +1,89 @@
+// The same rig and clip as glTF, DirectX .x (left-handed), Collada and FBX (z up, centimetres).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "formats/errors.h"
+#include "tests/formats/rig_samples.h"
+
+namespace penumbra {
+namespace {
+
+using testing::HasSubstr;
+
+struct Pose {
+    std::vector<Vec3> positions, normals;
+};
+
+Pose posed(const Rig& rig, double time) {
+    Pose pose;
+    const RigPose bones = evaluatePose(rig, 0, time);
+    skinVertices(rig.mesh, rig.skin, rig.rest_normals, bones.bones, pose.positions, pose.normals);
+    return pose;
+}
+
+// Largest distance from a point of `a` to the nearest of `b`, positions and normals together.
+double farthest(const Pose& a, const Pose& b) {
+    double worst = 0;
+    for (std::size_t i = 0; i < a.positions.size(); ++i) {
+        double nearest = std::numeric_limits<double>::max();
+        for (std::size_t k = 0; k < b.positions.size(); ++k)
+            nearest = std::min(nearest,
+                               double(length(a.positions[i] - b.positions[k]) + length(a.normals[i] - b.normals[k])));
+        worst = std::max(worst, nearest);
+    }
+    return worst;
+}
+
+class RigExchange : public testing::TestWithParam<std::string> {};
+
+// 5e-7 measured; text with 9 digits and assimp's floats. Normals tell that the outside is outside in every format.
+TEST_P(RigExchange, GivesTheSamePosesAsGltf) {
+    const Rig gltf = samples::readSample("swing");
+    const Rig other = readRig({samples::samplePath("swing").replace_extension(GetParam())});
+    EXPECT_EQ(other.mesh.vertexCount(), gltf.mesh.vertexCount());
+    EXPECT_EQ(other.mesh.triangles.size(), gltf.mesh.triangles.size());
+    EXPECT_THAT(other.skin.joint_names, testing::UnorderedElementsAre("lower", "upper"));
+    ASSERT_EQ(other.clips.size(), 1u);
+    EXPECT_NEAR(other.clips[0].duration, 1, 1e-6);
+    for (const double time : {0.0, 0.2, 0.37, 0.6, 0.85, 1.0}) {
+        EXPECT_LT(farthest(posed(gltf, time), posed(other, time)), 5e-6) << time << " s";
+        EXPECT_LT(farthest(posed(other, time), posed(gltf, time)), 5e-6) << time << " s";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, RigExchange, testing::Values(".x", ".dae", ".fbx"),
+                         [](const auto& param) { return param.param.substr(1); });
+
+TEST(RigFiles, LaterFilesBringTheirClipsByName) {
+    const std::filesystem::path glb = samples::samplePath("swing"),
+                                fbx = std::filesystem::path(glb).replace_extension(".fbx");
+    const Rig rig = readRig({glb, samples::samplePath("bend"), fbx});
+    std::vector<std::string> names;
+    for (const Clip& clip : rig.clips) names.push_back(clip.name);
+    EXPECT_THAT(names, testing::ElementsAre("swing", "bend", "twist", "sway", "swing#2"));
+    EXPECT_EQ(rig.mesh.source_vertex.size(), 74u);
+    EXPECT_EQ(rig.files_read.size(), 3u);
+    EXPECT_THROW(readRig({glb, samples::samplePath("capsule_man")}), InvalidInput);
+}
+
+TEST(RigFiles, UnknownKindsMissingFilesAndFolders) {
+    EXPECT_THROW(readRig({"rig.obj"}), Unsupported);
+    for (const char* extension : {".glb", ".gltf", ".fbx", ".dae", ".x"}) {
+        EXPECT_THROW(readRig({std::string("missing") + extension}), IoError) << extension;
+        const std::filesystem::path folder =
+            std::filesystem::path(testing::TempDir()) / (std::string("folder") + extension);
+        std::filesystem::create_directories(folder);
+        EXPECT_THROW(readRig({folder}), IoError) << extension;
+        const std::filesystem::path empty =
+            std::filesystem::path(testing::TempDir()) / (std::string("empty") + extension);
+        samples::writeText(empty, "");
+        EXPECT_THROW(readRig({empty}), InvalidInput) << extension;
+        samples::writeText(empty, "nonsense");
+        EXPECT_THROW(readRig({empty}), InvalidInput) << extension;
+    }
+}
+
+}  // namespace
+}  // namespace penumbra
