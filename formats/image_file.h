@@ -12,7 +12,7 @@ namespace penumbra {
 
 struct Image {
     int width = 0, height = 0;
-    std::vector<Vec3> pixels;  // linear Rec.709
+    std::vector<Vec3> pixels;  // linear Rec.709, multiplied by alpha
     std::vector<float> alpha;  // empty, or one a pixel
 };
 
@@ -23,7 +23,7 @@ Image readImage(const std::filesystem::path& path);
 Image decodeImage(std::span<const std::byte> bytes, const std::string& name);
 // EXR: half floats, ZIP; A when the image has alpha. Deterministic bytes.
 void writeExr(const std::filesystem::path& path, const Image& image);
-// PNG: 8 bit, sRGB transfer function of max(0, pixel * exposure) clamped to 1; alpha as it is.
+// PNG: 8 bit, sRGB transfer function of max(0, pixel * exposure / alpha) clamped to 1; alpha as it is.
 void writePng(const std::filesystem::path& path, const Image& image, float exposure);
 // By extension; anything but .png and .exr is a UsageError.
 void writeImage(const std::filesystem::path& path, const Image& image, float exposure);

@@ -24,7 +24,9 @@ std::vector<std::byte> encodePng(const Image& image, float exposure) {
     std::vector<png_byte> bytes;
     bytes.reserve(image.pixels.size() * 4);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        for (int c = 0; c < 3; ++c) bytes.push_back(toSrgb8(image.pixels[i][c] * exposure));
+        // PNG wants the colour of what covers the pixel, Image has it times the coverage.
+        const float scale = has_alpha && image.alpha[i] > 0 ? exposure / image.alpha[i] : exposure;
+        for (int c = 0; c < 3; ++c) bytes.push_back(toSrgb8(image.pixels[i][c] * scale));
         if (has_alpha) bytes.push_back(png_byte(std::lround(std::clamp(image.alpha[i], 0.0f, 1.0f) * 255)));
     }
     png_image png{};

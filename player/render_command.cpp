@@ -29,14 +29,14 @@ static void parseWords(RenderCommand& command) {
         throw UsageError(command.output.string() + ": a picture must be named .png or .exr");
 }
 
-// PNG wants colours without coverage in them; and normals are numbers, so that 8-bit value / 255 must give them back:
-// the inverse of the transfer function that writePng() applies.
-static Image forPng(Image image, Channel channel) {
+// Normals are numbers, so that a PNG's 8-bit value / 255 must give them back: the inverse of the transfer function that
+// writePng() applies, on colours that it then divides by alpha.
+static Image normalsForPng(Image image) {
     const auto linear = [](float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); };
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        Vec3& pixel = image.pixels[i];
-        if (!image.alpha.empty() && image.alpha[i] > 0) pixel = pixel / image.alpha[i];
-        if (channel == Channel::kNormals) pixel = {linear(pixel.x), linear(pixel.y), linear(pixel.z)};
+        const float alpha = image.alpha.empty() ? 1 : image.alpha[i];
+        if (alpha == 0) continue;
+        for (int c = 0; c < 3; ++c) image.pixels[i][c] = alpha * linear(image.pixels[i][c] / alpha);
     }
     return image;
 }
@@ -75,8 +75,10 @@ static void runRender(RenderCommand& command, const CommonOptions& common, Repor
     report.phase("draw");
     RenderResult result = renderOffscreen(command.options, asset.view, truth_view, common.threads);
     report.phase("write");
-    const bool png = command.output.extension() == ".png";
-    writeImage(command.output, png ? forPng(std::move(result.image), command.options.channel) : result.image, 1);
+    if (command.options.channel == Channel::kNormals && command.output.extension() == ".png")
+        result.image = normalsForPng(std::move(result.image));
+    writeImage(command.output, result.image,
+               command.options.channel == Channel::kShaded ? command.options.exposure : 1);
     reportResult(result, command.options, common, report);
 }
 
@@ -89,7 +91,7 @@ static void defineRender(CLI::App& app, RenderCommand& command) {
     app.add_option("--frame", options.frame, "sampled frame of the clip, from 0")->capture_default_str();
     app.add_option("--brdf", options.brdf, "name of the material (default: the first)");
     app.add_option("--light", options.light, "name of the light (default: the first)");
-    app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 768x768)");
+    app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)");
     app.add_option("--camera", options.camera,
                    "yaw=,pitch=,fov= (degrees), distance=,target=X/Y/Z; what is not given is framed");
     app.add_option("--channel", command.channel, "shaded, ao, error, clusters or normals")->capture_default_str();
@@ -97,7 +99,7 @@ static void defineRender(CLI::App& app, RenderCommand& command) {
     app.add_option("--source", command.source, "visibility of the model or of the truth")->capture_default_str();
     app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")->capture_default_str();
     app.add_option("--gl", command.backend, "auto (a GPU, else software), egl or osmesa")->capture_default_str();
-    app.add_option("--exposure", options.exposure, "factor on the radiance")->capture_default_str();
+    app.add_option("--exposure", options.exposure, "factor on the colours of a shaded PNG")->capture_default_str();
     app.add_option("--background", command.background, "transparent or R/G/B, linear")->capture_default_str();
     app.add_option("--aa", options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str();
     app.add_option("--error-max", options.error_max, "the error that gets the brightest colour of --channel error")

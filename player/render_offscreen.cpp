@@ -35,14 +35,10 @@ static RenderResult::Error statistics(std::span<const float> e, std::span<const 
     return error;
 }
 
-// The picture as the options want it: exposure for radiance (the other channels are numbers or fixed colours), then the
-// background behind pixels that the mesh covers in part or not at all.
-static void finish(Image& image, const RenderOptions& options) {
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        if (options.channel == Channel::kShaded) image.pixels[i] *= options.exposure;
-        if (options.background) image.pixels[i] += *options.background * (1 - image.alpha[i]);
-    }
-    if (options.background) image.alpha.clear();
+// The background behind pixels that the mesh covers in part or not at all.
+static void putBehind(Image& image, Vec3 background) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += background * (1 - image.alpha[i]);
+    image.alpha.clear();
 }
 
 RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asset, const AssetView* truth,
@@ -78,7 +74,7 @@ RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asse
         painter.draw(view);
     }
     result.image = target.read();
-    finish(result.image, options);
+    if (options.background) putBehind(result.image, *options.background);
     return result;
 }
 

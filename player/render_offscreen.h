@@ -6,7 +6,7 @@
 namespace penumbra {
 
 struct RenderResult {
-    Image image;     // linear Rec.709, times exposure where the channel is light; over the background, else with alpha
+    Image image;     // linear Rec.709; over the background, or with alpha and the colours multiplied by it
     std::string gl;  // GlContext::description
     EvaluationPath path = EvaluationPath::kCpu;
     struct Error {

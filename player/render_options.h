@@ -24,13 +24,13 @@ struct RenderOptions {
     std::string clip;               // "" = the first one
     int frame = 0;                  // of the clip, 0 = its first sampled frame
     std::string brdf, light;        // names in the asset; "" = the first one
-    int width = 768, height = 768;  // pixels, 1..16384
+    int width = 512, height = 512;  // pixels, 1..16384
     std::string camera;             // sh/camera.h
     Channel channel = Channel::kShaded;
     VisibilitySource source = VisibilitySource::kModel;
     std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU
     GlBackend backend = GlBackend::kAuto;
-    float exposure = 1;              // factor on the colours, > 0
+    float exposure = 1;              // factor on the colours of a shaded PNG, > 0
     std::optional<Vec3> background;  // linear; unset: transparent
     int samples = 4;                 // a pixel, 1, 2, 4 or 8
     float error_max = 0.25f;         // the error that gets the brightest colour, > 0

@@ -161,7 +161,7 @@ TEST(ImageFile, BadFilesAreNamed) {
 
 TEST(ImageFile, PngHasTheSrgbCurve) {
     Image image = ramp(3, 1, false);
-    image.pixels = {{0, 0.5f, 1}, {0.0015f, 0.25f, 7}, {-1, 0.1f, 0.0f}};
+    image.pixels = {{0, 0.5f, 1}, {0.00075f, 0.125f, 7}, {-1, 0.1f, 0.0f}};
     image.alpha = {1, 0.5f, 0};
     writePng(scratch("curve.png"), image, 2);
     png_image png{};
@@ -173,7 +173,7 @@ TEST(ImageFile, PngHasTheSrgbCurve) {
     std::vector<int> values;
     std::vector<png_byte> bytes(PNG_IMAGE_SIZE(png));
     ASSERT_TRUE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr));
-    // exposure 2: 0.003 is on the linear piece (12.92 x = 9.9), 0.5 is 188, 0.2 is 124; alpha is not encoded.
+    // exposure 2, colours divided by alpha: 0.003 is on the linear piece (12.92 x = 9.9), 0.5 is 188, 0.2 is 124; alpha is not encoded.
     EXPECT_THAT(bytes, testing::ElementsAre(0, 255, 255, 255, 10, 188, 255, 128, 0, 124, 0, 0));
 }
 
