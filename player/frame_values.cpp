@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "formats/parallel_for.h"
-#include "player/runtime/shading.h"
 
 namespace penumbra {
 
@@ -26,24 +25,30 @@ static std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& ve
     return numbers;
 }
 
-FrameVertices evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads) {
+void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
     const std::size_t count = evaluator.vertexCount();
-    FrameVertices vertices;
     vertices.positions.resize(count);
     vertices.normals.resize(count);
     vertices.tangents.resize(count);
-    evaluator.setPose(shot.asset->animation.bonesOf(shot.frame), shot.asset->animation.poseOf(shot.frame));
     overVertices(count, threads, [&](std::size_t begin, std::size_t end) {
         evaluator.skin(begin, end, vertices.positions, vertices.normals, vertices.tangents);
     });
-    if (source == VisibilitySource::kTruth) {
-        vertices.numbers = truthNumbers(shot, vertices, threads);
-        return vertices;
-    }
-    vertices.numbers.resize(count * std::size_t(shot.asset->model.stride));
+}
+
+void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
+    vertices.numbers.resize(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
     parallelFor(evaluator.clusterCount(), threads,
                 [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.numbers); });
-    return vertices;
+}
+
+void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
+                   FrameVertices& vertices) {
+    evaluator.setPose(shot.asset->animation.bonesOf(shot.frame), shot.asset->animation.poseOf(shot.frame));
+    skinFrame(evaluator, threads, vertices);
+    if (source == VisibilitySource::kModel)
+        evaluateNumbers(evaluator, threads, vertices);
+    else
+        vertices.numbers = truthNumbers(shot, vertices, threads);
 }
 
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
@@ -59,17 +64,15 @@ std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, 
     return ambientOf(shot, truthNumbers(shot, vertices, threads), threads);
 }
 
-std::vector<Vec3> radianceOf(const Shot& shot, const FrameVertices& vertices, Vec3 eye, int threads) {
-    const ModelView& model = shot.asset->model;
-    const VertexShader shader(model.convention, model.stride, *shot.material, *shot.light);
-    std::vector<Vec3> radiance(vertices.positions.size());
+void shadeFrame(const VertexShader& shader, const FrameVertices& vertices, Vec3 eye, int threads,
+                std::vector<Vec3>& radiance) {
+    radiance.resize(vertices.positions.size());
     overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
         shader.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
                      radiance);
         for (std::size_t v = begin; v < end; ++v)
             for (int c = 0; c < 3; ++c) radiance[v][c] = std::max(radiance[v][c], 0.0f);
     });
-    return radiance;
 }
 
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {
@@ -83,9 +86,14 @@ std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {
 
 std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const FrameVertices& vertices,
                                 const std::vector<float>& true_ambient, Vec3 eye, int threads) {
-    if (channel == Channel::kShaded) return radianceOf(shot, vertices, eye, threads);
     if (channel == Channel::kNormals) return vertices.normals;
     std::vector<Vec3> values(vertices.positions.size());
+    if (channel == Channel::kShaded) {
+        const ModelView& model = shot.asset->model;
+        shadeFrame(VertexShader(model.convention, model.stride, *shot.material, *shot.light), vertices, eye, threads,
+                   values);
+        return values;
+    }
     if (channel == Channel::kClusters) {
         const std::vector<std::uint32_t> cluster = clusterOfVertex(*shot.asset);
         for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(cluster[v]);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "player/runtime/evaluator.h"
+#include "player/runtime/shading.h"
 #include "player/shot.h"
 
 namespace penumbra {
@@ -12,16 +13,22 @@ struct FrameVertices {
     std::vector<float> numbers;                      // [V, stride], of the model or of the truth
 };
 
-// Poses the evaluator for the shot's frame, skins and evaluates. `threads` as in parallelFor().
-FrameVertices evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads);
+// Poses the evaluator for the shot's frame, skins and evaluates; sizes `vertices`. `threads` as in parallelFor().
+void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
+                   FrameVertices& vertices);
+
+// Its two halves for an evaluator that has its pose: skinning, and the model's numbers.
+void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
+void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 
 // E of every vertex, from numbers of the model's convention.
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads);
 // E of the baked truth in this frame; shot.truth is set.
 std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads);
 
-// Radiance towards `eye`, negative values as 0.
-std::vector<Vec3> radianceOf(const Shot& shot, const FrameVertices& vertices, Vec3 eye, int threads);
+// Radiance of every vertex towards `eye`, negative values as 0; sizes `radiance`.
+void shadeFrame(const VertexShader& shader, const FrameVertices& vertices, Vec3 eye, int threads,
+                std::vector<Vec3>& radiance);
 
 // What the picture shows of every vertex, as the fragment shader takes it: radiance, normal, or a number in x.
 // `true_ambient` is read for kError only.

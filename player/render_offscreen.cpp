@@ -3,27 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/errors.h"
 #include "player/draw_frame.h"
 #include "player/frame_values.h"
 #include "player/offscreen_target.h"
-#include "sh/camera.h"
+#include "player/picture_view.h"
 
 namespace penumbra {
-
-static FrameView makeView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions) {
-    const double radius = framingRadius(asset);
-    FrameView view;
-    view.error_max = options.error_max;
-    try {
-        const Camera camera = makeCamera(options.camera, positions, radius);
-        clipFromModel(camera, double(options.width) / options.height, radius, view.clip_from_model);
-        view.eye = toFloat(cameraPosition(camera));
-    } catch (const std::invalid_argument& problem) {
-        throw UsageError(std::string("--camera: ") + problem.what());
-    }
-    return view;
-}
 
 static RenderResult::Error statistics(std::span<const float> e, std::span<const float> truth) {
     RenderResult::Error error;
@@ -45,8 +30,9 @@ RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asse
                              int threads) {
     const Shot shot = resolveShot(options, asset, truth);
     Evaluator evaluator(asset);
-    const FrameVertices vertices = evaluateFrame(shot, options.source, evaluator, threads);
-    const FrameView view = makeView(options, asset, vertices.positions);
+    FrameVertices vertices;
+    evaluateFrame(shot, options.source, evaluator, threads, vertices);
+    const FrameView view = makePictureView(options, asset, vertices.positions);
     RenderResult result;
     std::vector<float> true_ambient;
     if (options.channel == Channel::kError) {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "formats/errors.h"
-#include "formats/mesh.h"
 
 namespace penumbra {
 
@@ -78,10 +77,6 @@ Shot resolveShot(const RenderOptions& options, const AssetView& asset, const Ass
     if (options.channel == Channel::kShaded || !options.light.empty())
         shot.light = &findByName(asset.lights, options.light, "light");
     return shot;
-}
-
-double framingRadius(const AssetView& asset) {
-    return 0.5 * boxDiagonal({asset.mesh.positions.begin(), asset.mesh.positions.end()});
 }
 
 }  // namespace penumbra

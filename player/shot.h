@@ -19,7 +19,4 @@ struct Shot {
 // or animation. The views must outlive the shot.
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth);
 
-// Half the diagonal of the rest pose's box: the radius that cameras frame. The same number in every frame.
-double framingRadius(const AssetView& asset);
-
 }  // namespace penumbra

@@ -1,0 +1,78 @@
+#include "player/bench_command.h"
+
+#include <cstdio>
+
+#include "formats/errors.h"
+#include "player/bench.h"
+#include "player/open_asset.h"
+
+namespace penumbra {
+
+struct BenchCommand {
+    std::filesystem::path asset;
+    RenderOptions options;
+    std::string size, backend = "auto";
+    int runs = 50;
+};
+
+static void printResult(const BenchResult& r, int threads) {
+    std::printf("%zu vertices, %zu triangles, %d threads; %s\n", r.vertices, r.triangles, threads, r.gl.c_str());
+    std::printf("CPU  pose and skin       %8.3f ms\n", r.skin);
+    std::printf("CPU  evaluate visibility %8.3f ms  %6.2f GB/s  %7.2f Mvertices/s\n", r.evaluate,
+                double(r.bytes_read) / r.evaluate * 1e-6, double(r.vertices) / r.evaluate * 1e-3);
+    if (r.shade > 0)
+        std::printf("CPU  shade               %8.3f ms  %18.2f Mvertices/s\n", r.shade,
+                    double(r.vertices) / r.shade * 1e-3);
+    else
+        std::printf("CPU  shade                      -     (no material or no light in the asset)\n");
+    std::printf("GL   draw CPU's values   %8.3f ms\n", r.draw_values);
+    std::printf("GL   evaluate and draw   %8.3f ms  (the first time, with upload and shader compilation: %.0f ms)\n",
+                r.draw_model, r.first_frame);
+}
+
+static void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
+    command.options.backend = parseGlBackend(command.backend);
+    if (!command.size.empty()) parseSize(command.size, command.options.width, command.options.height);
+    if (const std::string problem = findProblem(command.options); !problem.empty()) throw UsageError(problem);
+    const OpenAsset asset(command.asset);
+    if (common.dry_run) {
+        std::printf("would time %d frames of %zu vertices\n", command.runs, asset.view.mesh.positions.size());
+        return;
+    }
+    const BenchResult r = benchAsset(command.options, asset.view, command.runs, common.threads);
+    report.figures = {{"gl", r.gl},
+                      {"vertices", r.vertices},
+                      {"triangles", r.triangles},
+                      {"bytes_read", r.bytes_read},
+                      {"skin_ms", r.skin},
+                      {"evaluate_ms", r.evaluate},
+                      {"shade_ms", r.shade},
+                      {"draw_values_ms", r.draw_values},
+                      {"draw_model_ms", r.draw_model},
+                      {"first_frame_ms", r.first_frame}};
+    if (!common.quiet) printResult(r, common.threads);
+}
+
+static void defineBench(CLI::App& app, BenchCommand& command) {
+    app.add_option("asset", command.asset, "X.pnb with a model")->required();
+    app.add_option("--runs", command.runs, "frames to time; the median counts")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    app.add_option("--brdf", command.options.brdf, "name of the material (default: the first)");
+    app.add_option("--light", command.options.light, "name of the light (default: the first)");
+    app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)");
+    app.add_option("--aa", command.options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str();
+    app.add_option("--gl", command.backend, "auto (a GPU, else software), egl or osmesa")->capture_default_str();
+}
+
+Verb benchVerb() {
+    const auto command = std::make_shared<BenchCommand>();
+    return {"bench",
+            "Time evaluation, shading and drawing of an asset.",
+            [command](CLI::App& app) { defineBench(app, *command); },
+            [command] { return std::vector<std::filesystem::path>{command->asset}; },
+            {},
+            [command](const CommonOptions& common, Report& report) { runBench(*command, common, report); }};
+}
+
+}  // namespace penumbra

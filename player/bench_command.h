@@ -1,0 +1,9 @@
+#pragma once
+#include "formats/command_line.h"
+
+namespace penumbra {
+
+// penumbra-player bench X.pnb: milliseconds a frame on this machine.
+Verb benchVerb();
+
+}  // namespace penumbra
