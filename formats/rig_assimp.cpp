@@ -242,7 +242,7 @@ static std::string firstLine(std::string text) {
 
 RigSource readWithAssimp(const std::filesystem::path& path) {
     std::error_code error;
-    if (!std::ifstream(path) || std::filesystem::is_directory(path, error))
+    if (!std::ifstream(path) || !std::filesystem::is_regular_file(path, error))
         throw IoError("cannot read " + path.string());
     AssimpImport import;
     import.source.file = path;

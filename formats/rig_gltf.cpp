@@ -115,7 +115,7 @@ static void convertSkins(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t s = 0; s < model.skins.size(); ++s) {
         const tinygltf::Skin& from = model.skins[s];
-        const std::string where = "skin " + std::to_string(s) + " '" + from.name + "'";
+        const std::string where = "skin " + std::to_string(s) + (from.name.empty() ? "" : " '" + from.name + "'");
         SourceSkin skin;
         for (const int joint : from.joints) {
             if (joint < 0 || std::size_t(joint) >= model.nodes.size())

@@ -31,11 +31,12 @@ struct Loader {
 };
 }  // namespace
 
+// Plain files only: a buffer's URI may name a device that never ends.
 static Bytes readBytes(const std::filesystem::path& path) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) throw IoError("cannot read " + path.string() + ": it is a folder");
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError("cannot read " + path.string() + ": " + std::strerror(errno));
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) throw IoError("cannot read " + path.string() + ": not a file");
     Bytes bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     if (in.bad()) throw IoError("cannot read " + path.string());
     return bytes;

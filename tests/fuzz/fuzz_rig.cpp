@@ -1,0 +1,29 @@
+// Feeds bytes to the glTF reader as a .glb, and poses what it accepts. Start it with the synthetic rigs as corpus.
+#include <unistd.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+
+#include "formats/errors.h"
+#include "formats/rig_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace penumbra;
+    static const std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("penumbra_fuzz_rig_" + std::to_string(getpid()) + ".glb");
+    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), std::streamsize(size));
+    try {
+        const Rig rig = readRig({path});
+        std::vector<Vec3> positions, normals;
+        for (int clip = -1; clip < int(rig.clips.size()); ++clip)
+            for (const double time : {0.0, 0.3, 1e9})
+                skinVertices(rig.mesh, rig.skin, rig.rest_normals, evaluatePose(rig, clip, time).bones, positions,
+                             normals);
+        sampleFrames(rig, {}, 0);
+    } catch (const InvalidInput&) {
+    } catch (const Unsupported&) {
+    } catch (const IoError&) {
+    }
+    return 0;
+}
