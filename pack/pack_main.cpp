@@ -1,1 +1,251 @@
-int main() { return 1; }
+// SPDX-License-Identifier: Apache-2.0
+// penumbra-pack: models, materials and lights to the run-time asset, and the asset against baked truth.
+#include <cmath>
+#include <cstdio>
+
+#include "formats/command_line.h"
+#include "formats/errors.h"
+#include "formats/write_file.h"
+#include "pack/check_asset.h"
+#include "pack/pack_asset.h"
+#include "pack/pack_truth.h"
+
+namespace penumbra {
+
+namespace fs = std::filesystem;
+
+static AssetPrecision parsePrecision(const std::string& word) {
+    return word == "f32" ? AssetPrecision::kF32 : word == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
+}
+
+// --- asset ----------------------------------------------------------------------------------------------------------
+
+struct AssetCommand {
+    fs::path model, output;
+    std::vector<fs::path> brdfs, lights;
+    std::string precision;
+    std::optional<double> max_error;
+
+    std::vector<fs::path> inputs() const {
+        std::vector<fs::path> all{model};
+        all.insert(all.end(), brdfs.begin(), brdfs.end());
+        all.insert(all.end(), lights.begin(), lights.end());
+        return all;
+    }
+};
+
+static std::string provenanceOf(const AssetCommand& command) {
+    nlohmann::ordered_json options;
+    options["precision"] = command.precision.empty() ? "auto" : command.precision;
+    if (command.max_error) options["max_error"] = *command.max_error;
+    return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
+}
+
+// Bytes of every section, and what counts at run time: bytes a vertex of the visibility model alone and of everything.
+static void reportSizes(const Packed& packed, bool quiet, Report& report) {
+    const AssetView asset = openAsset(packed.bytes);
+    const double vertices = double(asset.mesh.positions.size());
+    double model = 0;
+    for (const SizeOf& size : sectionSizes(asset, packed.bytes.size())) {
+        report.figures["bytes"][size.section] = size.bytes;
+        if (!quiet)
+            std::printf("  %-17s %10zu bytes  %8.1f a vertex\n", size.section.c_str(), size.bytes,
+                        double(size.bytes) / vertices);
+        if (size.section == "visibility" || size.section == "regression") model += double(size.bytes);
+    }
+    const double all = double(packed.bytes.size());
+    report.figures["bytes"]["file"] = packed.bytes.size();
+    report.figures["model_bytes_per_vertex"] = model / vertices;
+    report.figures["file_bytes_per_vertex"] = all / vertices;
+    if (!quiet)
+        std::printf("  %-17s %10.0f bytes  %8.1f a vertex\n  %-17s %10.0f bytes  %8.1f a vertex\n", "model alone",
+                    model, model / vertices, "file", all, all / vertices);
+}
+
+static void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
+    PackOptions options;
+    if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
+    options.max_error = command.max_error;
+    if (options.max_error && !(*options.max_error > 0))
+        throw UsageError("--max-error must be above 0, not " + std::to_string(*options.max_error));
+    report.phase("read");
+    const Model model = readModel(command.model);
+    std::vector<BrdfFile> brdfs;
+    std::vector<LightFile> lights;
+    for (const fs::path& path : command.brdfs) brdfs.push_back(readBrdf(path));
+    for (const fs::path& path : command.lights) lights.push_back(readLight(path));
+    report.phase("quantise");
+    const Packed packed = packAsset(model, brdfs, lights, options, provenanceOf(command), common.threads);
+    report.figures["precision"] = nameOf(packed.precision);
+    report.figures["quantization_error"] = packed.quantization_error;
+    if (!common.quiet)
+        std::printf("%s: precision %s, quantisation error %.2e of the signal\n", command.output.c_str(),
+                    nameOf(packed.precision), packed.quantization_error);
+    reportSizes(packed, common.quiet, report);
+    report.phase("write");
+    if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
+}
+
+static Verb assetVerb() {
+    const auto command = std::make_shared<AssetCommand>();
+    return {"asset",
+            "Pack a model with materials and lights into a run-time asset.",
+            [command](CLI::App& app) {
+                app.add_option("model", command->model, "X.model.h5")->required();
+                app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them");
+                app.add_option("--light", command->lights, "E.light.h5; any number of them");
+                app.add_option("-o,--output", command->output, "X.pnb")->required();
+                app.add_option("--precision", command->precision, "of the visibility basis (i8 unless --max-error)")
+                    ->check(CLI::IsMember({"f32", "f16", "i8"}));
+                app.add_option("--max-error", command->max_error,
+                               "bound on the quantisation error, relative to the signal: takes the coarsest "
+                               "precision within it, or refuses --precision beyond it");
+            },
+            [command] { return command->inputs(); },
+            [command] { return command->output; },
+            [command](const CommonOptions& common, Report& report) { runAsset(*command, common, report); }};
+}
+
+// --- truth ----------------------------------------------------------------------------------------------------------
+
+struct TruthCommand {
+    fs::path input, output;
+    std::string precision = "f16";
+    TruthOptions options;
+};
+
+static void runTruth(TruthCommand& command, const CommonOptions& common, Report& report) {
+    command.options.precision = parsePrecision(command.precision);
+    report.phase("read");
+    const VisibilityReader reader(command.input);
+    const TruthPlan plan = planTruth(reader, command.options);
+    report.figures["frames"] = plan.frames.size();
+    report.figures["moment_bytes"] = plan.bytes;
+    if (!common.quiet)
+        std::printf("%s: %zu frames, %zu vertices, %.1f MB\n", command.output.c_str(), plan.frames.size(),
+                    reader.header().mesh.vertexCount(), double(plan.bytes) * 1e-6);
+    if (common.dry_run) return;
+    report.phase("pack and write");
+    nlohmann::ordered_json options;
+    options["precision"] = command.precision;
+    options["clips"] = command.options.clips;
+    const std::string provenance = toJson(makeProvenance("penumbra-pack truth", options.dump(), {command.input}));
+    Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "packing truth", "frames",
+                      double(std::max<std::size_t>(1, plan.frames.size())));
+    packTruth(reader, plan, command.options, provenance, command.output,
+              [&](std::size_t done) { progress.update(double(done)); });
+}
+
+static Verb truthVerb() {
+    const auto command = std::make_shared<TruthCommand>();
+    return {
+        "truth",
+        "Pack baked frames as they are, for the player to show beside a model.",
+        [command](CLI::App& app) {
+            app.add_option("visibility", command->input, "X.vis.h5")->required();
+            app.add_option("-o,--output", command->output, "X.truth.pnb")->required();
+            app.add_option("--precision", command->precision, "of the moments")->check(CLI::IsMember({"f32", "f16"}));
+            app.add_option("--clips", command->options.clips, "names of the clips to pack (default: all)")
+                ->delimiter(',');
+        },
+        [command] { return std::vector<fs::path>{command->input}; },
+        [command] { return command->output; },
+        [command](const CommonOptions& common, Report& report) { runTruth(*command, common, report); }};
+}
+
+// --- check ----------------------------------------------------------------------------------------------------------
+
+struct CheckCommand {
+    fs::path asset, truth, predictions;
+};
+
+static void printRow(const ErrorFigures& f, bool predictions) {
+    std::printf("%-24s %-8s %6zu %9.4f %10.4f %10.4f %8.4f %8.4f", f.name.substr(0, 24).c_str(),
+                f.held_out ? "held out" : "training", f.frames, f.relative_error, f.truncation, f.regression, f.rms_v,
+                f.ambient_error);
+    if (predictions) std::printf(" %11.2e", f.prediction_difference);
+    std::printf("\n");
+}
+
+static nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
+    nlohmann::ordered_json json;
+    json["name"] = f.name;
+    json["held_out"] = f.held_out;
+    json["frames"] = f.frames;
+    json["relative_error"] = f.relative_error;
+    json["truncation_error"] = f.truncation;
+    json["regression_error"] = f.regression;
+    json["rms_v"] = f.rms_v;
+    json["ambient_error"] = f.ambient_error;
+    if (predictions) json["prediction_difference"] = f.prediction_difference;
+    return json;
+}
+
+static void reportCheck(const CheckResult& result, const AssetView& asset, bool predictions, Report& report) {
+    std::printf("%-24s %-8s %6s %9s %10s %10s %8s %8s%s\n", "clip", "", "frames", "relative", "truncation",
+                "regression", "rms V", "ambient", predictions ? " predictions" : "");
+    for (const ErrorFigures& clip : result.clips) {
+        printRow(clip, predictions);
+        report.figures["clips"].push_back(toJson(clip, predictions));
+    }
+    for (const ErrorFigures* all : {&result.training, &result.held_out}) {
+        if (all->frames == 0) continue;
+        printRow(*all, predictions);
+        report.figures[all->held_out ? "held_out" : "training"] = toJson(*all, predictions);
+    }
+    std::printf("%s as packed: %.2e of the signal (relative squared = truncation squared + regression squared)\n",
+                "quantisation", double(asset.model.quantization_error));
+    report.figures["quantization_error"] = asset.model.quantization_error;
+    report.figures["mean_from_truth"] = result.mean_from_truth;
+    if (!result.mean_from_truth)
+        std::printf("no training clip in the truth: relative numbers are against the model's stored mean\n");
+}
+
+static void runCheck(const CheckCommand& command, const CommonOptions& common, Report& report) {
+    report.phase("read");
+    const MappedFile file(command.asset);
+    const AssetView asset = openAsset(file.bytes(), command.asset.string());
+    const VisibilityReader truth(command.truth);
+    std::optional<VisibilityReader> predictions;
+    if (!command.predictions.empty()) predictions.emplace(command.predictions);
+    const std::size_t frames = truth.header().frames.frameCount();
+    if (common.dry_run) {
+        std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());
+        return;
+    }
+    report.phase("check");
+    CheckResult result;
+    {
+        Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "checking", "frames",
+                          double(std::max<std::size_t>(1, frames)));
+        result = checkAsset(asset, truth, predictions ? &*predictions : nullptr, common.threads,
+                            [&](std::size_t done) { progress.update(double(done)); });
+    }
+    reportCheck(result, asset, predictions.has_value(), report);
+}
+
+static Verb checkVerb() {
+    const auto command = std::make_shared<CheckCommand>();
+    return {"check",
+            "Hold the run-time evaluator against baked truth.",
+            [command](CLI::App& app) {
+                app.add_option("asset", command->asset, "X.pnb with a model")->required();
+                app.add_option("truth", command->truth, "TRUTH.vis.h5 of the same mesh")->required();
+                app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
+            },
+            [command] {
+                std::vector<fs::path> inputs{command->asset, command->truth};
+                if (!command->predictions.empty()) inputs.push_back(command->predictions);
+                return inputs;
+            },
+            nullptr,
+            [command](const CommonOptions& common, Report& report) { runCheck(*command, common, report); }};
+}
+
+}  // namespace penumbra
+
+int main(int argc, char** argv) {
+    using namespace penumbra;
+    return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.", "PNB1 1",
+                      {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
+}

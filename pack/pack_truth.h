@@ -1,0 +1,32 @@
+#pragma once
+// Baked frames as they are, for the player to show beside the model.
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "formats/asset_file.h"
+#include "formats/visibility_file.h"
+
+namespace penumbra {
+
+struct TruthOptions {
+    AssetPrecision precision = AssetPrecision::kF16;  // or F32
+    std::vector<std::string> clips;                   // empty: all of them
+};
+
+struct TruthPlan {
+    std::vector<std::size_t> frames;  // of the visibility file, ascending
+    std::size_t bytes = 0;            // of the moments
+};
+
+// UsageError: an unknown clip, or more than the 2 GiB that an asset can hold. InvalidInput: not hemisphere_visibility.
+TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options);
+
+// Writes `output` whole or not at all; `progress` is told how many frames are done. InvalidInput when a moment is not
+// finite.
+void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const TruthOptions& options,
+               const std::string& provenance, const std::filesystem::path& output,
+               const std::function<void(std::size_t)>& progress);
+
+}  // namespace penumbra
