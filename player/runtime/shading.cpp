@@ -31,8 +31,8 @@ static void basisRecurrence(std::vector<float>& a, std::vector<float>& b) {
     }
 }
 
-// 2n-1 axes, a Fibonacci set over half the sphere: together they span every band below n (tested: the lobes of a
-// random light of order 8 are at most 30 times the light).
+// 2n-1 axes, a Fibonacci set over half the sphere: together they span every band below n (a light of order 8 comes back
+// to 3e-6 in single precision).
 static std::vector<Vec3> lobeAxes(int order) {
     const int count = 2 * order - 1;
     std::vector<Vec3> axes;

@@ -91,8 +91,9 @@ double largestDifference(const std::vector<float>& a, const std::vector<float>& 
 
 // --- Tests ----------------------------------------------------------------------------------------------------------
 
-// Numbers are about 1. Measured: 5e-7.
+// Numbers reach 4. Measured: 3.7e-7; three times as much is allowed.
 TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
+    double largest = 0;
     for (const char* convention : {"A4", "B3", "D4", "D5", "A8"})
         for (FeatureKind features : {FeatureKind::kRelativeBones, FeatureKind::kJointAngles}) {
             const Model model = tubeModel({.joints = 5,
@@ -111,14 +112,14 @@ TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
                 for (std::size_t v = 0; v < evaluator.vertexCount(); ++v)
                     for (std::size_t i = 0; i < stride; ++i) {
                         const double e = i < size ? expected[asset.mesh.shading_point[v] * size + i] : 0;
-                        ASSERT_NEAR(numbers[v * stride + i], e, 3e-6)
-                            << convention << " vertex " << v << " number " << i;
+                        largest = std::max(largest, std::abs(numbers[v * stride + i] - e));
                     }
             }
         }
+    EXPECT_LT(largest, 1.2e-6);
 }
 
-// Also clusters whose count of numbers is no multiple of a register or of a tile. Measured: 5e-7 (fused or not).
+// Also clusters whose count of numbers is no multiple of a register or of a tile. Measured: 2.4e-7 (fused or not).
 TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
     for (int segments : {1, 3, 7, 37})
         for (AssetPrecision precision : {AssetPrecision::kF32, AssetPrecision::kF16, AssetPrecision::kI8}) {
@@ -135,7 +136,7 @@ TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
             const std::vector<float> expected = evaluate(evaluator, 1);
             for (const EvaluatorPath& path : paths) {
                 evaluator.usePath(path);
-                EXPECT_LT(largestDifference(evaluate(evaluator, 1), expected), 3e-6)
+                EXPECT_LT(largestDifference(evaluate(evaluator, 1), expected), 1e-6)
                     << path.name << " " << nameOf(precision) << " segments " << segments;
             }
         }
@@ -176,7 +177,7 @@ TEST(Evaluator, SameNumbersForAnyThreadCount) {
     }
 }
 
-// The evaluator blends in the same precision and order as skinVertices. Measured: equal bits; positions are about 1.
+// The evaluator blends in the same precision and order as skinVertices. Measured: 1.2e-7; positions are about 1.
 TEST(Evaluator, SkinsAsTheBakeDoes) {
     const Model model = tubeModel({.clusters = 3});
     const Packed packed = pack(model, AssetPrecision::kF32);

@@ -83,7 +83,7 @@ Vec3d toModel(const Mat3& q, Vec3d local) {
            Vec3d{q(2, 0), q(2, 1), q(2, 2)} * local.z;
 }
 
-// V = 1 over the hemisphere is exact in A and D; so is the product. Measured: 3e-7.
+// V = 1 over the hemisphere is exact in A and D; so is the product. Measured: 6e-8.
 TEST(VertexShader, OpenLambertUnderUniformLightIsItsAlbedo) {
     for (const char* name : {"A4", "A5", "D4", "D5", "D6"}) {
         Scene scene;
@@ -93,11 +93,12 @@ TEST(VertexShader, OpenLambertUnderUniformLightIsItsAlbedo) {
         const Mat3 q = someRotation(0.7f, 1.9f);
         scene.addVertex({0, 0, 0}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)},
                         numbersOf(scene.convention, [](Vec3d) { return true; }));
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.shade()[0][c], 0.2, 2e-6) << name;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.shade()[0][c], 0.2, 3e-7) << name;
     }
 }
 
-// Lambert under an order-4 light = integral of light cos / pi. Exact, as bands 0..3 of the cosine are. Measured: 5e-7.
+// Lambert under an order-4 light = integral of light cos / pi. Exact, as bands 0..3 of the cosine are.
+// Measured: 5.1e-7.
 TEST(VertexShader, OpenLambertIsTheCosineIntegralOfTheLight) {
     Scene scene;
     const LightFile light = synthetic::light(4, 1);
@@ -114,12 +115,12 @@ TEST(VertexShader, OpenLambertIsTheCosineIntegralOfTheLight) {
         Vec3d expected;
         for (const WeightedDirection& w : gaussHemisphere(16, 32))
             expected += radianceOf(light, toModel(q, w.direction)) * (w.weight * w.direction.z / kPi);
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[v][c], expected[c], 3e-6) << "vertex " << v;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[v][c], expected[c], 2e-6) << "vertex " << v;
     }
 }
 
 // A wall hides all directions with x < 0. D5 keeps the hemisphere's best fit; formulas-core section 3 has 0.5% for
-// Lambert with D5 over many occluders. Measured here: 0.3% of the unoccluded radiance.
+// Lambert with D5 over many occluders. Measured here: 0.286%.
 TEST(VertexShader, LambertBesideAWallIsTheIntegralOverWhatIsOpen) {
     Scene scene;
     const LightFile light = synthetic::light(4, 0.5);
@@ -147,7 +148,7 @@ TEST(VertexShader, LambertBesideAWallIsTheIntegralOverWhatIsOpen) {
 }
 
 // Noise for every table: any slices, numbers and light. The expectation is a quadrature of the product of the three
-// functions that the coefficients stand for. Measured: 2e-6 of the largest radiance.
+// functions that the coefficients stand for. Radiances reach 20. Measured: 1.1e-6.
 TEST(VertexShader, IsTheIntegralOfTheThreeFunctions) {
     for (const char* name : {"A4", "B3", "D5", "D4"}) {
         Scene scene;
@@ -186,7 +187,7 @@ TEST(VertexShader, IsTheIntegralOfTheThreeFunctions) {
                     for (std::size_t i = 0; i < coefficients.size(); ++i) visibility += coefficients[i] * y[i];
                     expected += w.weight * slice * visibility * radianceOf(light, toModel(q, w.direction))[int(c)];
                 }
-                EXPECT_NEAR(radiance[v][int(c)], expected * scene.material.color[int(c)], 1e-4) << name;
+                EXPECT_NEAR(radiance[v][int(c)], expected * scene.material.color[int(c)], 1e-5) << name;
             }
         }
     }
@@ -208,7 +209,7 @@ Scene noiseScene(int vertices, int light_order, int channels) {
     return scene;
 }
 
-// Counts that are no multiple of 8 too. Radiances reach 20. Measured: 4e-6 (order 4), 3e-5 (order 8).
+// Counts that are no multiple of 8 too. Radiances reach 20. Measured: 4.6e-6 (order 8).
 TEST(VertexShader, EveryPathAgreesWithThePortableOne) {
     for (int order : {1, 2, 4, 8})
         for (int vertices : {1, 7, 8, 29}) {
@@ -218,12 +219,12 @@ TEST(VertexShader, EveryPathAgreesWithThePortableOne) {
             for (const ShadePath& path : paths) {
                 const std::vector<Vec3> radiance = scene.shade(&path);
                 for (std::size_t v = 0; v < radiance.size(); ++v)
-                    EXPECT_LT(length(radiance[v] - expected[v]), 2e-4f) << path.name << " order " << order;
+                    EXPECT_LT(length(radiance[v] - expected[v]), 2e-5f) << path.name << " order " << order;
             }
         }
 }
 
-// Normals, view and light turned together change nothing. Measured: 1e-5.
+// Normals, view and light turned together change nothing. Measured: 3.5e-6.
 TEST(VertexShader, TurningEverythingLeavesTheRadiance) {
     const Scene scene = noiseScene(16, 4, 1);
     const std::vector<Vec3> expected = scene.shade();
@@ -242,7 +243,7 @@ TEST(VertexShader, TurningEverythingLeavesTheRadiance) {
     }
     turned.light_view.sh = turned.light;
     const std::vector<Vec3> radiance = turned.shade();
-    for (std::size_t v = 0; v < radiance.size(); ++v) EXPECT_LT(length(radiance[v] - expected[v]), 1e-4f);
+    for (std::size_t v = 0; v < radiance.size(); ++v) EXPECT_LT(length(radiance[v] - expected[v]), 2e-5f);
 }
 
 TEST(VertexShader, ViewFromBehindIsMirroredAtTheTangentPlane) {
@@ -250,12 +251,12 @@ TEST(VertexShader, ViewFromBehindIsMirroredAtTheTangentPlane) {
     const Vec3 n = scene.normals[0], to_eye = scene.eye - scene.positions[0];
     const Vec3 front = scene.shade()[0];
     scene.eye = scene.positions[0] + to_eye - 2 * dot(to_eye, n) * n;
-    EXPECT_LT(length(scene.shade()[0] - front), 1e-4f);
-    scene.eye = scene.positions[0];  // no direction at all: taken as the normal
+    EXPECT_LT(length(scene.shade()[0] - front), 1e-5f);  // measured: 1.7e-6
+    scene.eye = scene.positions[0];                      // no direction at all: taken as the normal
     EXPECT_TRUE(std::isfinite(scene.shade()[0].x));
 }
 
-// The fixed axes span every band: a light as hard as noise of order 8 comes back to float precision.
+// The fixed axes span every band: noise of order 8 comes back to float precision. Measured: 2.9e-6; sums reach 10.
 TEST(VertexShader, LobesReproduceALightOfAnyOrder) {
     for (int order = 1; order <= kMaxOrder; ++order) {
         Scene scene;
