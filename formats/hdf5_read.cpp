@@ -207,6 +207,7 @@ static void enlargeCache(const Hdf5Reader& in, const std::string& path, Hdf5Data
     }
     const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose, dataset.label);
     H5Pset_chunk_cache(access, 12421, std::max<std::size_t>(2 * bytes, 1 << 20), 0.75);
+    dataset.id = Hdf5Handle();  // closed first: a second handle on an open dataset shares the first one's cache
     dataset.id = fromFile(H5Dopen2(in.file, path.c_str(), access), H5Dclose, dataset.label, "is no dataset");
 }
 
