@@ -1,0 +1,121 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "formats/brdf_file.h"
+#include "formats/errors.h"
+#include "formats/light_file.h"
+#include "sh/reflectance.h"
+#include "tests/formats/stage_samples.h"
+
+namespace penumbra {
+namespace {
+
+using samples::bytesOf;
+using samples::Folder;
+
+BrdfFile sampleBrdf() {
+    BrdfFile brdf;
+    brdf.name = "ggx:alpha=0.3,f0=0.9";
+    brdf.slice_order = 3;
+    brdf.view_order = 2;
+    brdf.even_index = evenIndices(2);
+    for (int i = 0; i < 9 * 3 * 3; ++i) brdf.slices.push_back(std::sin(0.1 * i));
+    brdf.errors = {{"fit", 0.25}, {"albedo_r", 1.0 / 3}};
+    brdf.provenance = {"penumbra-fit brdf", "0.1.0", R"({"analytic":"ggx"})", {}};
+    return brdf;
+}
+
+LightFile sampleLight() {
+    LightFile light;
+    light.name = "sky.exr";
+    light.order = 2;
+    for (int i = 0; i < 12; ++i) light.sh.push_back(std::cos(0.3 * i));
+    light.residual = 0.125;
+    light.provenance = {"penumbra-fit light", "0.1.0", R"({"order":2})", {{"sky.exr", std::string(64, 'a')}}};
+    return light;
+}
+
+TEST(BrdfFile, RoundTripIsExactAndDeterministic) {
+    const Folder folder("brdf");
+    const auto path = folder.path / "m.brdf.h5";
+    const BrdfFile brdf = sampleBrdf();
+    writeBrdf(path, brdf);
+    const std::string first = bytesOf(path);
+    const BrdfFile back = readBrdf(path);
+    EXPECT_EQ(back.name, brdf.name);
+    EXPECT_EQ(back.slice_order, 3);
+    EXPECT_EQ(back.view_order, 2);
+    EXPECT_EQ(back.even_index, brdf.even_index);
+    EXPECT_EQ(back.slices, brdf.slices);
+    EXPECT_EQ(back.errors, brdf.errors);
+    EXPECT_EQ(toJson(back.provenance), toJson(brdf.provenance));
+    writeBrdf(path, brdf);
+    EXPECT_EQ(bytesOf(path), first);
+    EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST(LightFile, RoundTripIsExactAndDeterministic) {
+    const Folder folder("light");
+    const auto path = folder.path / "e.light.h5";
+    const LightFile light = sampleLight();
+    writeLight(path, light);
+    const std::string first = bytesOf(path);
+    const LightFile back = readLight(path);
+    EXPECT_EQ(back.name, light.name);
+    EXPECT_EQ(back.order, 2);
+    EXPECT_EQ(back.sh, light.sh);
+    EXPECT_EQ(back.residual, light.residual);
+    EXPECT_EQ(toJson(back.provenance), toJson(light.provenance));
+    writeLight(path, light);
+    EXPECT_EQ(bytesOf(path), first);
+}
+
+// Every prefix of a file: HDF5 itself notices most, because the root says how long the file is.
+template <class Read>
+void expectEveryTruncationFails(const std::filesystem::path& whole_path, const Read& read) {
+    const std::string whole = bytesOf(whole_path);
+    const auto cut = whole_path.parent_path() / "cut.h5";
+    for (std::size_t n = 0; n < whole.size(); n += n < 128 ? 1 : 61) {
+        std::ofstream(cut, std::ios::binary) << whole.substr(0, n);
+        EXPECT_THROW(read(cut), InvalidInput) << "first " << n << " of " << whole.size() << " bytes";
+    }
+}
+
+TEST(BrdfFile, RejectsTruncation) {
+    const Folder folder("brdf_cut");
+    writeBrdf(folder.path / "m.brdf.h5", sampleBrdf());
+    expectEveryTruncationFails(folder.path / "m.brdf.h5", readBrdf);
+}
+
+TEST(LightFile, RejectsTruncation) {
+    const Folder folder("light_cut");
+    writeLight(folder.path / "e.light.h5", sampleLight());
+    expectEveryTruncationFails(folder.path / "e.light.h5", readLight);
+}
+
+TEST(BrdfFile, OtherKindsAreNamed) {
+    const Folder folder("kinds");
+    writeLight(folder.path / "e.light.h5", sampleLight());
+    try {
+        readBrdf(folder.path / "e.light.h5");
+        FAIL() << "a light was read as a BRDF";
+    } catch (const InvalidInput& error) {
+        EXPECT_THAT(error.what(),
+                    testing::AllOf(testing::HasSubstr("e.light.h5"), testing::HasSubstr("penumbra.light")));
+    }
+    EXPECT_THROW(readLight(folder.path / "none.h5"), IoError);
+}
+
+TEST(BrdfFile, NaNIsRefused) {
+    const Folder folder("nan");
+    BrdfFile brdf = sampleBrdf();
+    brdf.slices[5] = std::nan("");
+    writeBrdf(folder.path / "m.brdf.h5", brdf);
+    EXPECT_THROW(readBrdf(folder.path / "m.brdf.h5"), InvalidInput);
+}
+
+}  // namespace
+}  // namespace penumbra
