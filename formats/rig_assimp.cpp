@@ -22,9 +22,7 @@ struct AssimpImport {
     std::vector<const aiNode*> nodes;         // ours to assimp's; null where it has none
     std::map<std::string, int> node_of_name;  // of several, the first, as assimp's own look-up does
 
-    [[noreturn]] void fail(const std::string& problem) const {
-        throw InvalidInput(source.file.string() + ": " + problem);
-    }
+    [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
 };
 }  // namespace
 
@@ -32,7 +30,7 @@ static Matrix toMatrix(const aiMatrix4x4& m) {
     return {m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4};
 }
 
-static std::string textOf(const aiString& s) { return {s.data, s.length}; }
+static std::string textOf(const aiString& s) { return cleanText({s.data, s.length}); }
 
 static void setTransform(const AssimpImport& import, const Matrix& m, Node& node) {
     if (!allFinite(m)) import.fail("node '" + node.name + "': its transform is not finite");
@@ -232,14 +230,6 @@ static Matrix fbxToModel(const aiScene& scene) {
     return m;
 }
 
-// assimp quotes the rest of the file in some messages.
-static std::string firstLine(std::string text) {
-    text.resize(std::min(text.size(), std::size_t(160)));
-    for (char& c : text)
-        if (static_cast<unsigned char>(c) < ' ') c = ' ';
-    return text;
-}
-
 RigSource readWithAssimp(const std::filesystem::path& path) {
     std::error_code error;
     if (!std::ifstream(path) || !std::filesystem::is_regular_file(path, error))
@@ -252,7 +242,8 @@ RigSource readWithAssimp(const std::filesystem::path& path) {
     importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
     import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
     if (import.scene == nullptr || import.scene->mRootNode == nullptr)
-        import.fail("cannot be read: " + firstLine(importer.GetErrorString()));
+        import.fail("cannot be read: " +
+                    std::string(importer.GetErrorString()).substr(0, 160));  // it may quote the file
     const Matrix to_model = isExtension(path, ".fbx") ? fbxToModel(*import.scene) : kIdentityMatrix;
     convertNodes(import, to_model);
     convertMeshes(import);

@@ -45,7 +45,8 @@ bool isExtension(const std::filesystem::path& file, const char* extension);
 // More vertices than this in one rig are refused before memory is taken for them.
 constexpr std::size_t kMaxSourceVertices = std::size_t(1) << 24;
 
-// "FILE: node 'NAME': WHAT"
+// InvalidInput "FILE: WHAT" and "FILE: node 'NAME': WHAT".
+[[noreturn]] void failAtFile(const std::filesystem::path& file, const std::string& what);
 [[noreturn]] void failAtNode(const RigSource& source, int node, const std::string& what);
 
 // Joints of the rig, and which of them moves each part.
@@ -71,6 +72,8 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
 // Fills mesh and the joints and weights of skin; drops triangles without area.
 void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
 
+// Control characters become "_": names go into messages of one line and into HDF5, which ends them at a NUL.
+std::string cleanText(std::string text);
 // Names made unique: the second "arm" becomes "arm#2".
 std::vector<std::string> uniqueNames(std::vector<std::string> names);
 

@@ -2,6 +2,7 @@
 // links exist in each file. One node each again: then a clip fits the rig of another file, and a joint has its
 // rotation.
 #include <algorithm>
+#include <utility>
 
 #include "formats/rig_build.h"
 
@@ -73,11 +74,10 @@ static void bakeChain(const std::vector<Node>& nodes, const Clip& clip, const st
     out.insert(out.end(), channels.begin(), channels.end());
 }
 
-void collapseFbxPivots(RigSource& source) {
-    const std::vector<std::vector<int>> chains = findChains(source.nodes);
-    const std::vector<Node> old_nodes = std::move(source.nodes);
+// One node for each chain; the result maps old nodes to new ones, links to -1.
+static std::vector<int> mergeNodes(const std::vector<Node>& old_nodes, const std::vector<std::vector<int>>& chains,
+                                   std::vector<Node>& nodes) {
     const std::vector<Matrix> rest = localTransforms(old_nodes, nullptr, 0);
-    source.nodes.clear();
     std::vector<int> new_of_old(old_nodes.size(), -1);
     for (std::size_t n = 0; n < old_nodes.size(); ++n) {
         if (chains[n].empty()) continue;
@@ -85,21 +85,31 @@ void collapseFbxPivots(RigSource& source) {
         const int parent = old_nodes[std::size_t(chains[n].front())].parent;
         node.parent = parent < 0 ? -1 : new_of_old[std::size_t(parent)];
         if (chains[n].size() > 1) setDecomposed(productOf(rest, chains[n]), node);
-        new_of_old[n] = int(source.nodes.size());
-        source.nodes.push_back(std::move(node));
+        new_of_old[n] = int(nodes.size());
+        nodes.push_back(std::move(node));
     }
+    return new_of_old;
+}
+
+void collapseFbxPivots(RigSource& source) {
+    const std::vector<std::vector<int>> chains = findChains(source.nodes);
+    const std::vector<Node> old_nodes = std::exchange(source.nodes, {});
+    const std::vector<int> new_of_old = mergeNodes(old_nodes, chains, source.nodes);
     for (SourceSkin& skin : source.skins)
         for (int& node : skin.nodes) node = new_of_old[std::size_t(node)];
     for (SourcePart& part : source.parts) part.node = new_of_old[std::size_t(part.node)];
     for (Clip& clip : source.clips) {
         std::vector<Channel> channels;
-        for (Channel& channel : clip.channels)
-            if (new_of_old[std::size_t(channel.node)] >= 0 && chains[std::size_t(channel.node)].size() == 1) {
-                channels.push_back(channel);
-                channels.back().node = new_of_old[std::size_t(channel.node)];
-            }
+        std::vector<bool> whole(old_nodes.size());
+        for (const Channel& channel : clip.channels) {
+            const std::size_t n = std::size_t(channel.node);
+            if (new_of_old[n] < 0) continue;
+            whole[n] = true;
+            channels.push_back(channel);
+            channels.back().node = new_of_old[n];
+        }
         for (std::size_t n = 0; n < chains.size(); ++n)
-            if (chains[n].size() > 1) bakeChain(old_nodes, clip, chains[n], new_of_old[n], channels);
+            if (!whole[n] && chains[n].size() > 1) bakeChain(old_nodes, clip, chains[n], new_of_old[n], channels);
         clip.channels = std::move(channels);
     }
 }

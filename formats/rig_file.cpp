@@ -112,6 +112,7 @@ Rig readRig(const std::vector<std::filesystem::path>& paths) {
 }
 
 constexpr double kMaxFrames = 1e7;
+constexpr double kSameKey = 1e-5;  // seconds
 
 static std::vector<double> frameTimes(const Clip& clip, double fps) {
     std::vector<double> times;
@@ -124,7 +125,9 @@ static std::vector<double> frameTimes(const Clip& clip, double fps) {
     }
     for (const Channel& channel : clip.channels) times.insert(times.end(), channel.times.begin(), channel.times.end());
     std::sort(times.begin(), times.end());
-    times.erase(std::unique(times.begin(), times.end()), times.end());
+    // The same key of two tracks may differ by the rounding of its float.
+    const auto same = [](double a, double b) { return b - a < kSameKey; };
+    times.erase(std::unique(times.begin(), times.end(), same), times.end());
     return times;
 }
 

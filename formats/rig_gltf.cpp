@@ -15,14 +15,12 @@ struct Importer {
     RigSource source;
     std::vector<int> node_of_file_node;  // glTF's node index to ours
 
-    [[noreturn]] void fail(const std::string& problem) const {
-        throw InvalidInput(file.path.string() + ": " + problem);
-    }
+    [[noreturn]] void fail(const std::string& problem) const { failAtFile(file.path, problem); }
 };
 }  // namespace
 
 static std::string nodeName(const tinygltf::Model& model, std::size_t node) {
-    return model.nodes[node].name.empty() ? "node" + std::to_string(node) : model.nodes[node].name;
+    return model.nodes[node].name.empty() ? "node" + std::to_string(node) : cleanText(model.nodes[node].name);
 }
 
 static std::vector<int> fileParents(const Importer& importer) {
@@ -295,7 +293,7 @@ static void convertClips(Importer& importer) {
     for (std::size_t a = 0; a < model.animations.size(); ++a) {
         const tinygltf::Animation& from = model.animations[a];
         Clip clip;
-        clip.name = from.name.empty() ? "clip" + std::to_string(a) : from.name;
+        clip.name = from.name.empty() ? "clip" + std::to_string(a) : cleanText(from.name);
         const std::string where = "clip '" + clip.name + "'";
         if (from.channels.empty()) importer.fail(where + ": has no keys");
         for (const tinygltf::AnimationChannel& channel : from.channels) {

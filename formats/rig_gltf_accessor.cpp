@@ -3,7 +3,7 @@
 #include <cstring>
 #include <span>
 
-#include "formats/errors.h"
+#include "formats/rig_build.h"
 #include "formats/rig_gltf.h"
 
 namespace penumbra {
@@ -21,9 +21,7 @@ struct Reader {
     const GltfFile& file;
     const std::string& what;
 
-    [[noreturn]] void fail(const std::string& problem) const {
-        throw InvalidInput(file.path.string() + ": " + what + ": " + problem);
-    }
+    [[noreturn]] void fail(const std::string& problem) const { failAtFile(file.path, what + ": " + problem); }
     // `count` elements of `components` each, `offset` bytes into a buffer view; stride 0: the view's own, else packed.
     Layout locate(int view_index, std::size_t offset, std::size_t count, std::size_t components, int type) const;
 };

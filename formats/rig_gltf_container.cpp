@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/errors.h"
+#include "formats/rig_build.h"
 #include "formats/rig_gltf.h"
 #include "formats/rig_meshopt.h"
 
@@ -27,7 +28,7 @@ struct Loader {
     std::filesystem::path path;
     std::vector<std::filesystem::path> files_read;
 
-    [[noreturn]] void fail(const std::string& problem) const { throw InvalidInput(path.string() + ": " + problem); }
+    [[noreturn]] void fail(const std::string& problem) const { failAtFile(path, problem); }
 };
 }  // namespace
 
@@ -99,11 +100,12 @@ static bool isSupported(const std::string& extension) {
 
 static void checkVersionAndExtensions(const Loader& loader, const Json& document) {
     const std::string version = document.at("asset").at("version");
-    if (!startsWith(version, "2.")) throw Unsupported(loader.path.string() + ": is glTF " + version + ", not 2.0");
+    if (!startsWith(version, "2."))
+        throw Unsupported(loader.path.string() + ": is glTF " + cleanText(version) + ", not 2.0");
     for (const std::string extension : document.value("extensionsRequired", Json::array())) {
         if (isSupported(extension)) continue;
         const char* advice = extension == "KHR_draco_mesh_compression" ? " (decode it first: gltf-transform copy)" : "";
-        throw Unsupported(loader.path.string() + ": requires the extension " + extension +
+        throw Unsupported(loader.path.string() + ": requires the extension " + cleanText(extension) +
                           ", which Penumbra does not have" + advice);
     }
 }
@@ -128,7 +130,8 @@ static Bytes readUri(Loader& loader, const std::string& uri, const std::string& 
             loader.fail(where + " has a data URI that cannot be decoded");
         return bytes;
     }
-    if (uri.find("://") != std::string::npos) throw Unsupported(loader.path.string() + ": " + where + " is at " + uri);
+    if (uri.find("://") != std::string::npos)
+        throw Unsupported(loader.path.string() + ": " + where + " is at " + cleanText(uri));
     const std::string name = percentDecoded(uri);
     if (name.find('\0') != std::string::npos) loader.fail(where + " has a wrong URI");
     const std::filesystem::path file = loader.path.parent_path() / name;
@@ -254,7 +257,6 @@ static void parseModel(const Loader& loader, const std::string& text, Bytes&& bu
     if (text.size() > std::numeric_limits<unsigned>::max()) loader.fail("its JSON is too long");
     if (!parser.LoadASCIIFromString(&model, &errors, &warnings, text.c_str(), unsigned(text.size()), "")) {
         std::replace(errors.begin(), errors.end(), '\n', ' ');
-        while (!errors.empty() && errors.back() == ' ') errors.pop_back();
         loader.fail("is not valid glTF: " + errors);
     }
     model.buffers.resize(1);

@@ -2,15 +2,25 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "formats/errors.h"
 #include "formats/rig_build.h"
 
 namespace penumbra {
 
+void failAtFile(const std::filesystem::path& file, const std::string& what) {
+    throw InvalidInput(file.string() + ": " + cleanText(what));
+}
+
 void failAtNode(const RigSource& source, int node, const std::string& what) {
-    const std::string& name = source.nodes[std::size_t(node)].name;
-    throw InvalidInput(source.file.string() + ": node '" + name + "': " + what);
+    failAtFile(source.file, "node '" + source.nodes[std::size_t(node)].name + "': " + what);
+}
+
+std::string cleanText(std::string text) {
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '_';
+    return text;
 }
 
 static std::span<const double> restValue(const Node& node, Channel::Path path) {
@@ -175,17 +185,13 @@ JointTable chooseJoints(RigSource& source) {
 }
 
 std::vector<std::string> uniqueNames(std::vector<std::string> names) {
-    std::map<std::string, int> seen;
-    for (const std::string& name : names) seen.emplace(name, 0);
+    const std::set<std::string> taken(names.begin(), names.end());
+    std::map<std::string, int> uses;
     for (std::string& name : names) {
-        int& count = seen[name];
+        int& count = uses[name];
         if (++count == 1) continue;
-        std::string candidate;
-        do candidate = name + "#" + std::to_string(count++);
-        while (seen.contains(candidate));
-        --count;
-        seen.emplace(candidate, 1);
-        name = candidate;
+        while (taken.contains(name + "#" + std::to_string(count))) ++count;
+        name += "#" + std::to_string(count);
     }
     return names;
 }

@@ -51,50 +51,56 @@ static std::vector<Influence> influencesOf(const RigSource& source, const Source
     return list;
 }
 
-// Triangles keep their outside when a joint mirrors them (negative determinant): positions and winding flip together.
-static void appendTriangles(const SourcePart& part, const std::vector<bool>& mirrored_vertex, std::uint32_t first,
-                            std::vector<Triangle>& out) {
-    for (Triangle t : part.triangles) {
-        if (mirrored_vertex[t[0]]) std::swap(t[1], t[2]);
-        out.push_back({t[0] + first, t[1] + first, t[2] + first});
-    }
-}
-
-SourceVertices gatherVertices(const RigSource& source, const JointTable& table) {
+// Which joints mirror at rest. Triangles keep their outside: where positions are mirrored (negative determinant of
+// skinning matrix x placement), winding is too.
+static std::vector<bool> mirroringJoints(const RigSource& source, const JointTable& table) {
     const std::vector<Matrix> globals = restGlobals(source.nodes);
     std::vector<bool> mirrors;
     for (std::size_t j = 0; j < table.nodes.size(); ++j)
         mirrors.push_back(determinant(multiply(globals[std::size_t(table.nodes[j])], table.inverse_bind[j])) < 0);
+    return mirrors;
+}
 
+static Vec3 placedPosition(const RigSource& source, const SourcePart& part, const Matrix& placement, std::size_t v) {
+    const Vec3 p = toFloat(transformPoint(placement, toDouble(part.positions[v])));
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+        failAtNode(source, part.node, "vertex " + std::to_string(v) + " is not at a finite place");
+    return p;
+}
+
+// Rows of K, padded with joint 0 of weight 0.
+static void packInfluences(const std::vector<std::vector<Influence>>& influences, SourceVertices& out) {
+    for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
+    const std::size_t k = std::size_t(out.influences);
+    out.joints.assign(influences.size() * k, 0);
+    out.weights.assign(influences.size() * k, 0);
+    for (std::size_t v = 0; v < influences.size(); ++v)
+        for (std::size_t i = 0; i < influences[v].size(); ++i) {
+            out.joints[v * k + i] = std::uint16_t(influences[v][i].joint);
+            out.weights[v * k + i] = float(influences[v][i].weight);
+        }
+}
+
+SourceVertices gatherVertices(const RigSource& source, const JointTable& table) {
+    const std::vector<bool> mirrors = mirroringJoints(source, table);
     SourceVertices out;
     std::vector<std::vector<Influence>> influences;
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SourcePart& part = source.parts[p];
         const std::uint32_t first = std::uint32_t(out.positions.size());
-        const bool mirrored_part = determinant(table.placement_of_part[p]) < 0;
-        std::vector<bool> mirrored_vertex;
         for (std::size_t v = 0; v < part.positions.size(); ++v) {
-            if (part.skin < 0)
-                influences.push_back({{table.joint_of_part[p], 1.0}});
-            else
-                influences.push_back(influencesOf(source, part, table.joint_of_skin[std::size_t(part.skin)], v));
-            const Vec3 position = toFloat(transformPoint(table.placement_of_part[p], toDouble(part.positions[v])));
-            if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z))
-                failAtNode(source, part.node, "vertex " + std::to_string(v) + " is not at a finite place");
-            out.positions.push_back(position);
-            mirrored_vertex.push_back(mirrors[std::size_t(influences.back()[0].joint)] != mirrored_part);
+            out.positions.push_back(placedPosition(source, part, table.placement_of_part[p], v));
+            influences.push_back(part.skin < 0
+                                     ? std::vector<Influence>{{table.joint_of_part[p], 1.0}}
+                                     : influencesOf(source, part, table.joint_of_skin[std::size_t(part.skin)], v));
         }
-        appendTriangles(part, mirrored_vertex, first, out.triangles);
+        const bool mirrored_part = determinant(table.placement_of_part[p]) < 0;
+        for (const Triangle& t : part.triangles) {
+            const bool mirrored = mirrors[std::size_t(influences[first + t[0]][0].joint)] != mirrored_part;
+            out.triangles.push_back({first + t[0], first + t[mirrored ? 2 : 1], first + t[mirrored ? 1 : 2]});
+        }
     }
-
-    for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
-    out.joints.assign(influences.size() * std::size_t(out.influences), 0);
-    out.weights.assign(out.joints.size(), 0);
-    for (std::size_t v = 0; v < influences.size(); ++v)
-        for (std::size_t k = 0; k < influences[v].size(); ++k) {
-            out.joints[v * std::size_t(out.influences) + k] = std::uint16_t(influences[v][k].joint);
-            out.weights[v * std::size_t(out.influences) + k] = float(influences[v][k].weight);
-        }
+    packInfluences(influences, out);
     return out;
 }
 

@@ -1,4 +1,4 @@
-"""Writes the synthetic rigs of data-samples/README.md: make_samples.py FOLDER. numpy only; the same bytes every time."""
+"""Writes the synthetic rigs of data-samples/README.md: make_samples.py FOLDER. Needs numpy; same bytes every time."""
 import os
 import sys
 
@@ -78,7 +78,8 @@ def sparse():
     points, _ = tube(1.0, 0.1, 9, 8)
     rows = np.flatnonzero(points[:, 1] > 0.6)
     moved = points[rows] + [0.05, 0, 0]
-    g.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = g.sparse_accessor(points.astype(np.float32), rows, moved)
+    attributes = g.json["meshes"][0]["primitives"][0]["attributes"]
+    attributes["POSITION"] = g.sparse_accessor(points.astype(np.float32), rows, moved)
     t = np.linspace(0, 1, 5)
     g.clip("slide", (lower, "translation", t, np.zeros((5, 3))), (upper, "rotation", t, turn("z", 60 * t)))
     values = g.sparse_accessor(None, np.array([1, 4]), [[0.1, 0, 0], [0, 0, 0.2]])
@@ -121,7 +122,10 @@ def interpolation():
     move = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.2, 0], [0, 0, 0.1]])
     size = np.array([[1, 1, 1], [1.2, 1, 0.8], [0.9, 1.1, 1], [1, 1, 1]])
     g.clip(
-        "step", (upper, "rotation", t, angles, "STEP"), (lower, "translation", t, move, "STEP"), (lower, "scale", t, size, "STEP")
+        "step",
+        (upper, "rotation", t, angles, "STEP"),
+        (lower, "translation", t, move, "STEP"),
+        (lower, "scale", t, size, "STEP"),
     )
 
     def spline(values, slope):
@@ -139,10 +143,12 @@ def interpolation():
 
 
 def props():
-    """Rigid things: under a bone, mirrored under a still node, moving by itself under a bone and in the scene, still."""
+    """Rigid things: under a bone, mirrored under a still node, moving by itself under a bone and in the scene."""
     g, lower, upper = arm_sample()
     blade = lambda size: g.mesh(primitive(g, *box(size)))
-    g.node("sword", upper, mesh=blade([0.05, 0.6, 0.02]), translation=[0.1, 0.5, 0], rotation=turn("z", 60)[0].tolist(), scale=[1, 1.5, 0.5])
+    slant = turn("z", 60)[0].tolist()
+    sword = blade([0.05, 0.6, 0.02])
+    g.node("sword", upper, mesh=sword, translation=[0.1, 0.5, 0], rotation=slant, scale=[1, 1.5, 0.5])
     strap = g.node("strap", lower, translation=[0, 0.2, 0.12], rotation=turn("y", 30)[0].tolist())
     g.node("shield", strap, mesh=blade([0.3, 0.4, 0.04]), scale=[-1, 1, 1])
     flag = g.node("flag", upper, mesh=blade([0.2, 0.1, 0.01]), translation=[-0.1, 0.3, 0])
@@ -188,9 +194,11 @@ def matrix_nodes():
     upper = g.node("upper", holder, scale=[1, 1, 1.25])
     points, triangles = tube(100.0, 10.0, 9, 8)
     joints, weights = two_bone_weights(points / 100)
-    g.node("tube", mesh=g.mesh(primitive(g, points, triangles, joints, weights)), skin=g.skin([lower, upper], translation_to([[0, 0, 0], [0, 50, 0]])))
-    strip = {"attributes": {"POSITION": g.accessor(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], np.float32) * 30)}, "mode": 5}
-    fan = {"attributes": {"POSITION": g.accessor(np.array([[0, 0, 1], [1, 0, 1], [1.2, 0.6, 1], [0, 1, 1]], np.float32) * 30)}, "mode": 6}
+    skin = g.skin([lower, upper], translation_to([[0, 0, 0], [0, 50, 0]]))
+    g.node("tube", mesh=g.mesh(primitive(g, points, triangles, joints, weights)), skin=skin)
+    bare = lambda corners, mode: {"attributes": {"POSITION": g.accessor(np.float32(corners) * 30)}, "mode": mode}
+    strip = bare([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], 5)
+    fan = bare([[0, 0, 1], [1, 0, 1], [1.2, 0.6, 1], [0, 1, 1]], 6)
     points_only = {"attributes": strip["attributes"], "mode": 0}
     g.node("panes", holder, mesh=g.mesh(strip, fan, points_only), scale=[1, -1, 1])
     t = np.linspace(0, 1, 6)
@@ -214,9 +222,11 @@ def swing_in_other_formats(folder):
     write_x(bones, os.path.join(folder, "swing.x"))
     write_dae(bones, os.path.join(folder, "swing.dae"))
     write_fbx(bones, os.path.join(folder, "swing.fbx"))
+    write_fbx(bones, os.path.join(folder, "swing_pivot.fbx"), pivot=[3, -2, 10])
 
 
-SAMPLES = [bend, capsule_man, influences8, sparse, quantized, weights_u16, interpolation, props, two_skins, matrix_nodes]
+SAMPLES = [bend, capsule_man, influences8, sparse, quantized, weights_u16, interpolation, props, two_skins]
+SAMPLES += [matrix_nodes]
 
 
 def main():

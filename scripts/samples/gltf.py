@@ -73,7 +73,8 @@ class Gltf:
     def skin(self, joints, inverse_bind=None):
         skin = {"joints": joints}
         if inverse_bind is not None:  # [J,4,4]; glTF stores columns
-            skin["inverseBindMatrices"] = self.accessor(inverse_bind.transpose(0, 2, 1).reshape(-1, 16).astype(np.float32))
+            columns = inverse_bind.transpose(0, 2, 1).reshape(-1, 16)
+            skin["inverseBindMatrices"] = self.accessor(columns.astype(np.float32))
         self.json["skins"].append(skin)
         return len(self.json["skins"]) - 1
 
@@ -84,7 +85,8 @@ class Gltf:
             values = np.asarray(values)
             normalized = values.dtype != np.float32 and values.dtype != np.float64
             values = values if normalized else values.astype(np.float32)
-            sampler = {"input": self.accessor(np.asarray(times, np.float32)), "output": self.accessor(values, normalized)}
+            keys = self.accessor(np.asarray(times, np.float32))
+            sampler = {"input": keys, "output": self.accessor(values, normalized)}
             if mode:
                 sampler["interpolation"] = mode[0]
             targets.append({"sampler": len(samplers), "target": {"node": node, "path": path}})

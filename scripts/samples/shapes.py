@@ -1,4 +1,4 @@
-"""Surfaces, rotations and weights that the samples are made of. y up, metres; triangles are counter-clockwise outside."""
+"""Surfaces, rotations and weights of the samples. y up, metres; triangles run counter-clockwise seen from outside."""
 import numpy as np
 
 

@@ -7,7 +7,7 @@ MIRROR = np.diag([1.0, 1, -1, 1])  # ours to DirectX: left-handed
 
 
 class Bones:
-    """points [n,3], triangles [m,3], weights [n,J]; names, parents and local [J][key] 4x4 matrices at `times`; rest [J]."""
+    """points [n,3], triangles [m,3], weights [n,J]; a joint: name, parent, rest matrix, local matrices at `times`."""
 
     def __init__(self, points, triangles, weights, names, parents, times, local, rest):
         self.points, self.triangles, self.weights = points, triangles, weights
@@ -52,7 +52,8 @@ def write_x(bones, path):
     for j, name in enumerate(b.names):
         used = np.flatnonzero(b.weights[:, j])
         skin += 'SkinWeights { "%s"; %d;\n%s;\n%s;\n%s }\n' % (
-            name, len(used), ",".join(map(str, used)), numbers(b.weights[used, j], ", "), x_matrix(np.linalg.inv(b.bind(j)))
+            name, len(used), ",".join(map(str, used)), numbers(b.weights[used, j], ", "),
+            x_matrix(np.linalg.inv(b.bind(j))),
         )  # fmt: skip
     keys = ""
     for j, name in enumerate(b.names):
@@ -61,7 +62,8 @@ def write_x(bones, path):
     with open(path, "w") as f:
         f.write("xof 0303txt 0032\nAnimTicksPerSecond { 4800; }\n")
         f.write("".join(frame(j) for j in b.children(-1)))
-        f.write("Frame tube {\nMesh {\n%d;\n%s;\n%d;\n%s;\n%s}\n}\n" % (len(b.points), points, len(b.triangles), faces, skin))
+        mesh = "%d;\n%s;\n%d;\n%s;\n%s" % (len(b.points), points, len(b.triangles), faces, skin)
+        f.write("Frame tube {\nMesh {\n%s}\n}\n" % mesh)
         f.write("AnimationSet swing {\n%s}\n" % keys)
 
 
@@ -89,7 +91,8 @@ def collada_skin(b):
             weights.append(row[j])
     return (
         '<controller id="skin"><skin source="#mesh"><bind_shape_matrix>%s</bind_shape_matrix>\n%s%s%s'
-        '<joints><input semantic="JOINT" source="#skin-j"/><input semantic="INV_BIND_MATRIX" source="#skin-b"/></joints>\n'
+        '<joints><input semantic="JOINT" source="#skin-j"/>'
+        '<input semantic="INV_BIND_MATRIX" source="#skin-b"/></joints>\n'
         '<vertex_weights count="%d"><input semantic="JOINT" source="#skin-j" offset="0"/><input semantic="WEIGHT" '
         'source="#skin-w" offset="1"/><vcount>%s</vcount><v>%s</v></vertex_weights></skin></controller>\n'
         % (
@@ -120,19 +123,22 @@ def write_dae(bones, path):
             collada_source("i-" + name, ["LINEAR"] * len(b.times), 1, "Name", "INTERPOLATION"),
         )  # fmt: skip
         tracks += (
-            '<sampler id="s-%s"><input semantic="INPUT" source="#t-%s"/><input semantic="OUTPUT" source="#m-%s"/><input '
-            'semantic="INTERPOLATION" source="#i-%s"/></sampler><channel source="#s-%s" target="%s/transform"/></animation>\n'
+            '<sampler id="s-%s"><input semantic="INPUT" source="#t-%s"/><input semantic="OUTPUT" source="#m-%s"/>'
+            '<input semantic="INTERPOLATION" source="#i-%s"/></sampler>'
+            '<channel source="#s-%s" target="%s/transform"/></animation>\n'
             % (*[name] * 6,)
         )
     skeleton = "".join(node(j) for j in b.children(-1))
     roots = "".join("<skeleton>#%s</skeleton>" % b.names[j] for j in b.children(-1))
     with open(path, "w") as f:
-        f.write('<?xml version="1.0" encoding="utf-8"?>\n<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" ')
+        f.write('<?xml version="1.0" encoding="utf-8"?>\n')
+        f.write('<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" ')
         f.write('version="1.4.1"><asset><unit name="centimeter" meter="0.01"/><up_axis>Z_UP</up_axis></asset>\n')
         f.write('<library_geometries><geometry id="mesh"><mesh>%s</mesh></geometry></library_geometries>\n' % mesh)
         f.write("<library_controllers>%s</library_controllers>\n" % collada_skin(b))
         f.write('<library_animations><animation id="swing">%s</animation></library_animations>\n' % tracks)
-        f.write('<library_visual_scenes><visual_scene id="scene">%s<node id="tube"><instance_controller url="#skin">' % skeleton)
+        f.write('<library_visual_scenes><visual_scene id="scene">%s' % skeleton)
+        f.write('<node id="tube"><instance_controller url="#skin">')
         f.write("%s</instance_controller></node></visual_scene></library_visual_scenes>\n" % roots)
         f.write('<scene><instance_visual_scene url="#scene"/></scene></COLLADA>\n')
 
@@ -142,18 +148,28 @@ def fbx_array(name, values):
     return "%s: *%d { a: %s }\n" % (name, len(values), numbers(values, ","))
 
 
+def pre_rotation(b, j):
+    """Degrees about our z axis (-y in FBX's space) that joints below the root have before their animated rotation: what
+    FBX calls PreRotation, as most tools write it."""
+    return np.array([0, -30.0, 0]) if b.parents[j] >= 0 else np.zeros(3)
+
+
 def euler_xyz(m):
     """Degrees (x, y, z) of the rotation Rz Ry Rx, FBX's default order."""
     x, y = np.arctan2(m[2, 1], m[2, 2]), np.arcsin(np.clip(-m[2, 0], -1, 1))
     return np.degrees([x, y, np.arctan2(m[1, 0], m[0, 0])])
 
 
-def fbx_curves(b, connect):
+def fbx_curves(b, connect, pivot):
     """Animation curves of translation and rotation; object numbers from 1000 on."""
     ticks = 46186158000  # a second
     number, text = 1000, ""
     for j in range(len(b.names)):
-        for kind, short, of in (("Translation", "T", lambda m: m[:3, 3]), ("Rotation", "R", euler_xyz)):
+        # FBX turns about translation + pivot: T P R P^-1 is the matrix that we want for this translation.
+        p = pivot if b.parents[j] >= 0 else np.zeros(3)
+        moved = lambda m: m[:3, 3] - p + m[:3, :3] @ p
+        turned = lambda m: euler_xyz(m) - pre_rotation(b, j)  # about one axis, so that angles add up
+        for kind, short, of in (("Translation", "T", moved), ("Rotation", "R", turned)):
             values = np.array([of(m) for m in b.local[j]])
             node, number = number, number + 1
             text += 'AnimationCurveNode: %d, "AnimCurveNode::%s", "" { Properties70: {\n' % (node, short)
@@ -172,7 +188,8 @@ def fbx_curves(b, connect):
     return text
 
 
-def write_fbx(bones, path):
+def write_fbx(bones, path, pivot=np.zeros(3)):
+    """`pivot` (FBX space): RotationPivot of the joints below the root."""
     b = bones.moved(Z_UP)
     connections = []
     connect = connections.append
@@ -180,13 +197,19 @@ def write_fbx(bones, path):
     text = 'Geometry: 100, "Geometry::tube", "Mesh" {\n%s%sGeometryVersion: 124\n}\n' % (
         fbx_array("Vertices", b.points), fbx_array("PolygonVertexIndex", polygons)
     )  # fmt: skip
-    text += 'Model: 200, "Model::tube", "Mesh" { Version: 232\n}\nDeformer: 300, "Deformer::skin", "Skin" { Version: 101\n}\n'
+    text += 'Model: 200, "Model::tube", "Mesh" { Version: 232\n}\n'
+    text += 'Deformer: 300, "Deformer::skin", "Skin" { Version: 101\n}\n'
     for pair in ("100,200", "200,0", "300,100"):
         connect('"OO",' + pair)
     for j, name in enumerate(b.names):
-        translation, rotation = numbers(b.rest[j][:3, 3], ","), numbers(euler_xyz(b.rest[j]), ",")
+        translation, rotation = numbers(b.rest[j][:3, 3], ","), numbers(euler_xyz(b.rest[j]) - pre_rotation(b, j), ",")
         text += 'Model: %d, "Model::%s", "LimbNode" { Version: 232\nProperties70: {\n' % (210 + j, name)
         text += 'P: "Lcl Translation", "Lcl Translation", "", "A",%s\n' % translation
+        text += 'P: "RotationActive", "bool", "", "",1\nP: "PreRotation", "Vector3D", "Vector", "",%s\n' % numbers(
+            pre_rotation(b, j), ","
+        )
+        if b.parents[j] >= 0 and np.any(pivot):
+            text += 'P: "RotationPivot", "Vector3D", "Vector", "",%s\n' % numbers(pivot, ",")
         text += 'P: "Lcl Rotation", "Lcl Rotation", "", "A",%s\n} }\n' % rotation
         used = np.flatnonzero(b.weights[:, j])
         text += 'Deformer: %d, "SubDeformer::%s", "Cluster" { Version: 100\n' % (310 + j, name)
@@ -198,7 +221,7 @@ def write_fbx(bones, path):
         connect('"OO",%d,%d' % (210 + j, 310 + j))
     text += 'AnimationStack: 400, "AnimStack::swing", "" {\n}\nAnimationLayer: 401, "AnimLayer::base", "" {\n}\n'
     connect('"OO",401,400')
-    text += fbx_curves(b, connect)
+    text += fbx_curves(b, connect, np.asarray(pivot, float))
     axes = {"UpAxis": 2, "UpAxisSign": 1, "FrontAxis": 1, "FrontAxisSign": -1, "CoordAxis": 0, "CoordAxisSign": 1}
     with open(path, "w") as f:
         f.write("; FBX 7.4.0 project file\nFBXHeaderExtension: { FBXHeaderVersion: 1003\nFBXVersion: 7400\n}\n")

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <regex>
 
 #include "formats/errors.h"
 #include "tests/formats/rig_samples.h"
@@ -41,7 +42,7 @@ class RigExchange : public testing::TestWithParam<std::string> {};
 // 5e-7 measured; text with 9 digits and assimp's floats. Normals tell that the outside is outside in every format.
 TEST_P(RigExchange, GivesTheSamePosesAsGltf) {
     const Rig gltf = samples::readSample("swing");
-    const Rig other = readRig({samples::samplePath("swing").replace_extension(GetParam())});
+    const Rig other = readRig({samples::samplePath("swing").replace_filename(GetParam())});
     EXPECT_EQ(other.mesh.vertexCount(), gltf.mesh.vertexCount());
     EXPECT_EQ(other.mesh.triangles.size(), gltf.mesh.triangles.size());
     EXPECT_THAT(other.skin.joint_names, testing::UnorderedElementsAre("lower", "upper"));
@@ -53,8 +54,9 @@ TEST_P(RigExchange, GivesTheSamePosesAsGltf) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, RigExchange, testing::Values(".x", ".dae", ".fbx"),
-                         [](const auto& param) { return param.param.substr(1); });
+// swing_pivot.fbx turns about a pivot, for which assimp writes tracks of several links.
+INSTANTIATE_TEST_SUITE_P(Formats, RigExchange, testing::Values("swing.x", "swing.dae", "swing.fbx", "swing_pivot.fbx"),
+                         [](const auto& file) { return std::regex_replace(file.param, std::regex("\\."), "_"); });
 
 TEST(RigFiles, LaterFilesBringTheirClipsByName) {
     const std::filesystem::path glb = samples::samplePath("swing"),
