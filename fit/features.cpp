@@ -9,7 +9,8 @@ namespace penumbra {
 namespace {
 
 constexpr double kSingular = 1e-9;
-constexpr double kNearness = 0.02;  // box diagonals squared: a bone closer than 0.14 counts as 0.14 away
+constexpr double kNearness = 0.02;  // box diagonals squared: keeps the weight of the nearest bones finite
+constexpr double kRotationWeight = 0.3;
 
 Mat3d toDouble(const Mat3& a) {
     Mat3d out;
@@ -89,7 +90,7 @@ std::vector<double> featureWeights(const FeatureRecipe& recipe, int cluster_join
             const Vec3d d = rest + Vec3d{raw(r, at), raw(r, at + 1), raw(r, at + 2)};
             d2 += dot(d, d) / double(rows.size());
         }
-        for (std::size_t i = 0; i < 12; ++i) weights[at++] = 1 / std::sqrt(kNearness + d2);
+        for (std::size_t i = 0; i < 12; ++i) weights[at++] = (i < 3 ? 1 : kRotationWeight) / (kNearness + d2);
     }
     return weights;
 }

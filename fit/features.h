@@ -29,8 +29,11 @@ void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const
                  std::span<const Mat3> rotations, std::span<const float> pose, std::span<double> out);
 
 // Factor of each raw feature before the input PCA, so that its variance says how much it should matter. Joint angles: 1
-// (the paper's way). Relative bones: 1 / sqrt(0.02 + d^2) for the twelve numbers of a bone, d^2 = mean over `rows` of
-// the squared distance between the bone's centre and the cluster's in box diagonals: near bones hide more of the sky.
+// (the paper's way). Relative bones: 1 / (0.02 + d^2) for the position of a bone, 0.3 times that for its rotation; d^2
+// = mean over `rows` of the squared distance of its centre from the cluster's, in box diagonals: near bones hide more
+// of the sky. Chosen by blocked cross-validation over the training clips of a 13,380-vertex character (199 frames,
+// inputs at 90% / 99%): relative error 0.716 / 0.704, with weights 1 0.759 / 0.745, with the square root of these 0.729
+// / 0.717; within 0.005 of that for exponents 2 to 3, 0.01 to 0.02 and rotations at 0.15 to 1.
 std::vector<double> featureWeights(const FeatureRecipe& recipe, int cluster_joint, Vec3 cluster_center,
                                    const Matrix& raw, std::span<const std::size_t> rows);
 

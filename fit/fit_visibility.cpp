@@ -76,7 +76,7 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.features = options.features;
     model.feature_scale = boxDiagonal(header.mesh.rest_positions);
     model.joint_centers = jointCenters(header.mesh, *header.skin);
-    model.input_variance = options.input_variance;
+    model.input_variance = inputVariance(options);
     model.output_variance = options.output_variance;
 }
 
@@ -151,7 +151,7 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
                                          job.split.train,
                                          &job.folds,
                                          model.convention,
-                                         job.options.input_variance,
+                                         inputVariance(job.options),
                                          job.options.output_variance,
                                          job.clusters.joint[c],
                                          centerOf(model.mesh, job.clusters.vertices[c])};
@@ -235,9 +235,14 @@ FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& error
 
 }  // namespace
 
+double inputVariance(const FitOptions& options) {
+    if (options.input_variance != 0) return options.input_variance;
+    return options.features == FeatureKind::kJointAngles ? 0.9 : 0.99;
+}
+
 std::string findProblem(const FitOptions& options) {
     if (options.clusters < 0) return "--clusters must be auto or at least 1, not " + std::to_string(options.clusters);
-    if (!(options.input_variance > 0 && options.input_variance <= 1))
+    if (!(inputVariance(options) > 0 && inputVariance(options) <= 1))
         return "--input-variance must lie in (0, 1], not " + std::to_string(options.input_variance);
     if (!(options.output_variance > 0 && options.output_variance <= 1))
         return "--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance);

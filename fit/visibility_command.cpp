@@ -15,7 +15,8 @@ namespace {
 
 struct VisibilityCommand {
     std::string input, output;
-    std::string model = "linear", features = "relative-bones", clusters = "auto", convention = "D5";
+    std::string model = "linear", features = "relative-bones", clusters = "auto", input_variance = "auto",
+                convention = "D5";
     FitOptions options;
 };
 
@@ -28,12 +29,23 @@ void define(CLI::App& app, VisibilityCommand& command) {
         ->check(CLI::IsMember({"joint-angles", "relative-bones"}))
         ->capture_default_str();
     app.add_option("--clusters", command.clusters, "number of clusters, or auto")->capture_default_str();
-    app.add_option("--input-variance", options.input_variance, "share of the features' variance to keep, (0, 1]")
+    app.add_option(
+           "--input-variance", command.input_variance,
+           "share of the features' variance to keep, (0, 1]; auto: 0.9 for joint-angles, 0.99 for relative-bones")
         ->capture_default_str();
     app.add_option("--output-variance", options.output_variance, "share of the visibility's variance to keep, (0, 1]")
         ->capture_default_str();
     app.add_option("--holdout", options.holdout, "clips that no step of the fit sees, for the errors")->delimiter(',');
     app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...")->capture_default_str();
+}
+
+double parseInputVariance(const std::string& text) {
+    if (text == "auto") return 0;
+    char* end = nullptr;
+    const double share = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0' || !(share > 0 && share <= 1))
+        throw UsageError("--input-variance must be auto or lie in (0, 1], not '" + text + "'");
+    return share;
 }
 
 int parseClusters(const std::string& text) {
@@ -49,6 +61,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
     FitOptions options = command.options;
     options.features = command.features == "joint-angles" ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
     options.clusters = parseClusters(command.clusters);
+    options.input_variance = parseInputVariance(command.input_variance);
     try {
         options.convention = parseConvention(command.convention);
     } catch (const std::invalid_argument& error) {
@@ -64,7 +77,7 @@ std::string optionsJson(const VisibilityCommand& command, const FitOptions& opti
     json["model"] = command.model;
     json["features"] = command.features;
     json["clusters"] = command.clusters;
-    json["input_variance"] = options.input_variance;
+    json["input_variance"] = inputVariance(options);
     json["output_variance"] = options.output_variance;
     json["holdout"] = options.holdout;
     json["convention"] = options.convention.name();
