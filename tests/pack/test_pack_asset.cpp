@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "formats/errors.h"
+#include "pack/pack_asset.h"
+#include "pack/quantize.h"
+#include "player/runtime/evaluator.h"
+#include "tests/synthetic_model.h"
+
+namespace penumbra {
+namespace {
+
+using synthetic::tubeModel;
+
+std::vector<float> decoded(const NumbersView& numbers) {
+    std::vector<float> values(numbers.count);
+    decode(numbers, values);
+    return values;
+}
+
+TEST(Quantize, EveryPrecisionStaysWithinItsBound) {
+    synthetic::Noise noise(1);
+    std::vector<float> values;
+    synthetic::fillNoise(values, 600, 3, noise);
+    for (std::size_t i = 200; i < 400; ++i) values[i] *= 1e-3f;  // the second row is small: it has its own scale
+    values[7] = 1e-7f;
+    const StoredNumbers f32 = quantize(values, 200, AssetPrecision::kF32, "x");
+    EXPECT_EQ(decoded(f32.view()), values);
+    const std::vector<float> f16 = decoded(quantize(values, 200, AssetPrecision::kF16, "x").view());
+    const StoredNumbers i8 = quantize(values, 200, AssetPrecision::kI8, "x");
+    ASSERT_EQ(i8.scale.size(), 3u);
+    const std::vector<float> bytes = decoded(i8.view());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        EXPECT_LE(std::abs(f16[i] - values[i]), std::max(std::abs(values[i]) * 0x1p-11f, 0x1p-25f));
+        EXPECT_LE(std::abs(bytes[i] - values[i]), i8.scale[i / 200] * 0.5001f);
+    }
+}
+
+TEST(Quantize, RowsOfZerosAndOfNextToNothingBecomeZeros) {
+    const std::vector<float> values = {0, 0, 0, 0, 1e-40f, -1e-40f, 0, 1e-42f};
+    for (float v : decoded(quantize(values, 4, AssetPrecision::kI8, "x").view())) EXPECT_NEAR(v, 0, 2e-40);
+}
+
+TEST(Quantize, RefusesWhatThePrecisionCannotHold) {
+    const std::vector<float> large = {1, 70000}, bad = {1, NAN};
+    EXPECT_THROW(quantize(large, 2, AssetPrecision::kF16, "x"), InvalidInput);
+    EXPECT_NO_THROW(quantize(large, 2, AssetPrecision::kI8, "x"));
+    for (AssetPrecision p : {AssetPrecision::kF32, AssetPrecision::kF16, AssetPrecision::kI8})
+        EXPECT_THROW(quantize(bad, 2, p, "x"), InvalidInput);
+}
+
+TEST(PackAsset, MakesEveryClusterAContiguousRange) {
+    const Model model = tubeModel({.clusters = 4});
+    const Packed packed = packAsset(model, {}, {}, {}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    std::size_t v = 0;
+    for (std::size_t c = 0; c < model.clusters.size(); ++c)
+        for (std::uint32_t old : model.clusters[c].vertices) {
+            ASSERT_EQ(asset.mesh.shading_point[v], old);
+            EXPECT_EQ(asset.mesh.positions[v], model.mesh.rest_positions[old]);
+            EXPECT_EQ(asset.mesh.normals[v], model.rest_normals[old]);
+            EXPECT_EQ(asset.mesh.skin_joints[2 * v + 1], model.skin.joints[2 * old + 1]);
+            EXPECT_EQ(asset.mesh.skin_weights[2 * v + 1], model.skin.weights[2 * old + 1]);
+            ++v;
+        }
+    EXPECT_EQ(v, model.mesh.vertexCount());
+    for (std::size_t t = 0; t < model.mesh.triangles.size(); ++t)
+        for (std::size_t i = 0; i < 3; ++i)
+            EXPECT_EQ(asset.mesh.shading_point[asset.mesh.triangles[3 * t + i]], model.mesh.triangles[t][i]);
+    for (std::size_t r = 0; r < model.mesh.source_vertex.size(); ++r)
+        EXPECT_EQ(asset.mesh.shading_point[asset.mesh.source_vertex[r]], model.mesh.source_vertex[r]);
+}
+
+// |error of a number| <= |error of its mean| + sum_k |y_k| scale_k / 2, whatever the pose; and the stored error is the
+// one that the evaluator shows.
+TEST(PackAsset, QuantisationErrorIsBoundedAndMeasured) {
+    const Model model = tubeModel({.rings = 12, .segments = 9, .components = 6, .frames = 8});
+    const PackOptions f32{.precision = AssetPrecision::kF32, .max_error = {}};
+    const Packed exact = packAsset(model, {}, {}, f32, "{}", 1), packed = packAsset(model, {}, {}, {}, "{}", 2);
+    EXPECT_EQ(packed.precision, AssetPrecision::kI8);
+    const AssetView a = openAsset(packed.bytes), b = openAsset(exact.bytes);
+    EXPECT_EQ(b.model.quantization_error, 0);
+    Evaluator coarse(a), fine(b);
+    std::vector<float> x(coarse.vertexCount() * std::size_t(a.model.stride)), y(x.size());
+    double difference = 0, variation = 0;
+    for (std::size_t f = 0; f < a.animation.frameCount(); ++f) {
+        coarse.setPose(a.animation.bonesOf(f), {});
+        fine.setPose(b.animation.bonesOf(f), {});
+        for (std::size_t c = 0; c < coarse.clusterCount(); ++c) {
+            coarse.evaluateCluster(c, x);
+            fine.evaluateCluster(c, y);
+            const ClusterView& cluster = a.model.clusters[c];
+            double bound = 4 * 0x1p-11 + 1e-3;  // the mean reaches 4; scores differ a little: half-precision inputs
+            for (std::size_t k = 0; k < cluster.components(); ++k)
+                bound += std::abs(coarse.scores(c)[k]) * cluster.basis.scale[k] / 2;
+            const std::vector<float> mean = decoded(b.model.clusters[c].mean);
+            const std::size_t first = cluster.first_vertex * std::size_t(a.model.stride);
+            for (std::size_t i = 0; i < mean.size(); ++i) {
+                ASSERT_LE(std::abs(x[first + i] - y[first + i]), bound);
+                difference += std::pow(double(x[first + i]) - y[first + i], 2);
+                variation += std::pow(double(y[first + i]) - mean[i], 2);
+            }
+        }
+    }
+    EXPECT_NEAR(packed.quantization_error, std::sqrt(difference / variation), 1e-12);
+    EXPECT_FLOAT_EQ(a.model.quantization_error, float(packed.quantization_error));
+    EXPECT_GT(packed.quantization_error, 1e-4);
+    EXPECT_LT(packed.quantization_error, 2e-2);
+}
+
+TEST(PackAsset, MaxErrorTakesTheCoarsestPrecisionWithinIt) {
+    const Model model = tubeModel();
+    const auto pack = [&](double bound) {
+        return packAsset(model, {}, {}, {.precision = {}, .max_error = bound}, "{}", 1);
+    };
+    const double i8 =
+        packAsset(model, {}, {}, {.precision = AssetPrecision::kI8, .max_error = {}}, "{}", 1).quantization_error;
+    const double f16 =
+        packAsset(model, {}, {}, {.precision = AssetPrecision::kF16, .max_error = {}}, "{}", 1).quantization_error;
+    ASSERT_LT(f16, i8);
+    EXPECT_EQ(pack(i8 * 1.01).precision, AssetPrecision::kI8);
+    EXPECT_EQ(pack(i8 * 0.99).precision, AssetPrecision::kF16);
+    EXPECT_EQ(pack(f16 * 0.99).precision, AssetPrecision::kF32);
+    const PackOptions too_coarse{.precision = AssetPrecision::kI8, .max_error = i8 * 0.99};
+    EXPECT_THROW(packAsset(model, {}, {}, too_coarse, "{}", 1), UsageError);
+}
+
+TEST(PackAsset, SameBytesForAnyThreadCount) {
+    const Model model = tubeModel({.rings = 20, .segments = 12, .clusters = 7});
+    const std::vector<std::byte> expected = packAsset(model, {}, {}, {}, "{}", 1).bytes;
+    for (int threads : {2, 8}) EXPECT_EQ(packAsset(model, {}, {}, {}, "{}", threads).bytes, expected);
+}
+
+TEST(PackAsset, OneSliceSetWhereChannelsDifferByAFactorOnly) {
+    BrdfFile tinted = synthetic::lambert({0.2, 0.8, 0.0}), mixed = synthetic::lambert();
+    tinted.name = "tinted";
+    mixed.slices[4] += 0.1;  // one entry of the green channel
+    const std::vector<BrdfFile> brdfs = {tinted, mixed};
+    const Packed packed = packAsset(tubeModel(), brdfs, {}, {}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    ASSERT_EQ(asset.materials.size(), 2u);
+    EXPECT_EQ(asset.materials[0].channels, 1);
+    EXPECT_EQ(asset.materials[1].channels, 3);
+    const std::size_t count = tinted.slices.size() / 3;
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            EXPECT_NEAR(asset.materials[0].slices[i] * asset.materials[0].color[int(c)], tinted.slices[3 * i + c],
+                        1e-7);
+            EXPECT_FLOAT_EQ(asset.materials[1].slices[c * count + i], float(mixed.slices[3 * i + c]));
+        }
+}
+
+TEST(PackAsset, RefusesAMaterialOrALightTwice) {
+    const std::vector<BrdfFile> brdfs(2, synthetic::lambert());
+    const std::vector<LightFile> lights(2, synthetic::light(4, 0));
+    EXPECT_THROW(packAsset(tubeModel(), brdfs, {}, {}, "{}", 1), InvalidInput);
+    EXPECT_THROW(packAsset(tubeModel(), {}, lights, {}, "{}", 1), InvalidInput);
+}
+
+TEST(PackAsset, SectionSizesAddUpToTheFile) {
+    const Packed packed = packAsset(tubeModel(), {}, {}, {}, "{}", 1);
+    std::size_t sum = 0;
+    for (const SizeOf& size : sectionSizes(openAsset(packed.bytes), packed.bytes.size())) sum += size.bytes;
+    EXPECT_EQ(sum, packed.bytes.size());
+}
+
+}  // namespace
+}  // namespace penumbra
