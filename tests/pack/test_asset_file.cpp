@@ -8,9 +8,8 @@
 #include "formats/errors.h"
 #include "formats/write_file.h"
 #include "pack/pack_asset.h"
-#include "player/runtime/evaluator.h"
-#include "player/runtime/shading.h"
 #include "tests/synthetic_model.h"
+#include "tests/use_asset.h"
 
 namespace penumbra {
 namespace {
@@ -19,21 +18,6 @@ std::vector<std::byte> tinyAsset(AssetPrecision precision = AssetPrecision::kI8)
     const std::vector<BrdfFile> brdfs = {synthetic::lambert()};
     const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};
     return packAsset(synthetic::tubeModel(), brdfs, lights, {.precision = precision, .max_error = {}}, "{}", 1).bytes;
-}
-
-// What a player does with an asset that was accepted: every part of the run time reads it.
-void useAsset(const AssetView& asset) {
-    if (!asset.has_model || asset.animation.frameCount() == 0) return;
-    Evaluator evaluator(asset);
-    const std::size_t count = evaluator.vertexCount();
-    std::vector<float> numbers(count * std::size_t(asset.model.stride));
-    std::vector<Vec3> positions(count), normals(count), tangents(count), radiance(count);
-    evaluator.setPose(asset.animation.bonesOf(0), asset.animation.poseOf(0));
-    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
-    evaluator.skin(0, count, positions, normals, tangents);
-    if (asset.materials.empty() || asset.lights.empty()) return;
-    const VertexShader shader(asset.model.convention, asset.model.stride, asset.materials[0], asset.lights[0]);
-    shader.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
 }
 
 TEST(AssetFile, RejectsEveryTruncation) {

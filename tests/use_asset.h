@@ -1,0 +1,31 @@
+#pragma once
+#include <vector>
+
+#include "player/runtime/evaluator.h"
+#include "player/runtime/shading.h"
+
+namespace penumbra {
+
+// What a player does with an asset that was accepted: every part of the run time reads it. For tests on hostile bytes.
+inline void useAsset(const AssetView& asset) {
+    if (asset.has_truth && asset.animation.frameCount() > 0) {
+        std::vector<float> moments(std::size_t(coefficientCount(asset.truth.order)));
+        readTruth(asset, asset.animation.frameCount() - 1, asset.mesh.positions.size() - 1, moments);
+    }
+    if (!asset.has_model || asset.animation.frameCount() == 0) return;
+    Evaluator evaluator(asset);
+    const std::size_t count = evaluator.vertexCount();
+    std::vector<float> numbers(count * std::size_t(asset.model.stride));
+    std::vector<Vec3> positions(count), normals(count), tangents(count), radiance(count);
+    if (asset.model.features == AssetFeatures::kJointAngles && asset.animation.pose.empty()) return;
+    evaluator.setPose(asset.animation.bonesOf(0), asset.animation.poseOf(0));
+    for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+    evaluator.skin(0, count, positions, normals, tangents);
+    for (const MaterialView& material : asset.materials)
+        for (const LightView& light : asset.lights) {
+            const VertexShader shader(asset.model.convention, asset.model.stride, material, light);
+            shader.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+        }
+}
+
+}  // namespace penumbra
