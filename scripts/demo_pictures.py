@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-SIZE = 400
+SIZE = 760
 CAMERA = "yaw=35,pitch=12"
 MATERIAL = "lambert:color=0.75/0.7/0.65"
 COLUMNS = ["truth", "paper", "ours", "error_paper", "error_ours"]
@@ -43,7 +43,7 @@ def run(*command):
 def render_row(bins, folder, clip, light, exposure, vis_frame, clip_frame):
     common = ["--size", f"{SIZE}x{SIZE}", "--camera", CAMERA, "--exposure", f"{exposure:.4g}"]
     out = {name: folder / f"{name}_{clip_frame:03d}.png" for name in COLUMNS}
-    run(bins / "penumbra-bake", "reference", folder / "character.vis.h5", "--frame", vis_frame, "--brdf", MATERIAL,
+    run(bins / "penumbra-bake", "reference", folder / "character.vis.h5", "--frame", vis_frame, "--brdf", MATERIAL, "--samples", 512,
         "--light", light, "-o", out["truth"], *common)
     for model in ("paper", "ours"):
         base = [bins / "penumbra-player", "render", folder / f"{model}.pnb", "--clip", clip, "--frame", clip_frame]
@@ -65,33 +65,33 @@ def rmse(path, truth_path):
     return float(np.sqrt(((a - b)[covered][:, :3] ** 2).mean()))
 
 
+def common_box(rows, margin=16):
+    """The box that holds the character in every picture."""
+    boxes = np.array([Image.open(pictures["truth"]).convert("RGBA").getchannel("A").getbbox() for _, pictures in rows])
+    low, high = boxes[:, :2].min(0) - margin, boxes[:, 2:].max(0) + margin
+    return (*np.maximum(low, 0), *np.minimum(high, SIZE))
+
+
 def contact_sheet(rows, errors, path):
-    font = ImageFont.truetype("DejaVuSans.ttf", 15) if has_font() else ImageFont.load_default()
-    bar = 26
-    sheet = Image.new("RGB", (SIZE * len(COLUMNS), bar + (SIZE + bar) * len(rows)), (30, 31, 34))
+    font = ImageFont.truetype("DejaVuSans.ttf", 15)
+    bar, box = 26, common_box(rows)
+    width, height = max(box[2] - box[0], 230), box[3] - box[1]
+    sheet = Image.new("RGB", (width * len(COLUMNS), bar + (height + bar) * len(rows)), (30, 31, 34))
     draw = ImageDraw.Draw(sheet)
     for c, name in enumerate(COLUMNS):
-        draw.text((c * SIZE + 10, 5), TITLES[name], fill=(235, 235, 235), font=font)
+        draw.text((c * width + 10, 5), TITLES[name], fill=(235, 235, 235), font=font)
         for r, (frame, pictures) in enumerate(rows):
-            y = bar + r * (SIZE + bar)
-            sheet.paste(over_grey(pictures[name]), (c * SIZE, y))
+            y = bar + r * (height + bar)
+            sheet.paste(over_grey(pictures[name]).crop(box), (c * width, y))
             label = f"held-out frame {frame}" if name == "truth" else \
                 f"RMSE {errors[frame][name]:.1f} / 255" if name in errors[frame] else "dark blue 0, yellow 0.25"
-            draw.text((c * SIZE + 10, y + SIZE + 4), label, fill=(200, 200, 200), font=font)
+            draw.text((c * width + 10, y + height + 4), label, fill=(200, 200, 200), font=font)
     sheet.save(path)
-
-
-def has_font():
-    try:
-        ImageFont.truetype("DejaVuSans.ttf", 15)
-        return True
-    except OSError:
-        return False
 
 
 def main():
     bins, folder, clip, light = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3], sys.argv[4]
-    exposure = 0.9 / max(mean_radiance(folder), 1e-6)
+    exposure = 0.45 / max(mean_radiance(folder), 1e-6)
     rows, errors = [], {}
     for vis_frame, clip_frame in held_out_frames(folder / "character.vis.h5", clip, 3):
         pictures = render_row(bins, folder, clip, light, exposure, vis_frame, clip_frame)
