@@ -14,12 +14,13 @@ using shapes::relativeError;
 using shapes::Shape;
 
 static std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>& points,
-                                    const std::vector<Vec3>& normals, int order, int rays = 1024, bool ground = false) {
+                                    const std::vector<Vec3>& normals, int order, int rays = 1024, bool ground = false,
+                                    std::uint64_t seed = 1) {
     const SceneScale scale = sceneScale(shape.positions, boxDiagonal(shape.positions));
     std::vector<Vec3> scaled;
     for (Vec3 p : shape.positions) scaled.push_back(scale.apply(p));
     const OcclusionScene scene(scaled, shape.triangles);
-    const RayDirections directions = makeRayDirections(rays, 1, order);
+    const RayDirections directions = makeRayDirections(rays, seed, order);
     std::vector<float> b(points.size() * std::size_t(coefficientCount(order)));
     traceMoments({scene, directions, scale, 1e-4f, ground}, points, normals, b);
     return b;
@@ -41,27 +42,48 @@ static Vec3d wallNormal(double azimuth, double elevation) {
     return {-std::sin(e) * std::cos(a), -std::sin(e) * std::sin(a), std::cos(e)};
 }
 
-// A point that looks along +z, at order 6. Error of 1024 directions against the closed form; the bound is 1%.
-static double errorOfCase(const std::string& name, const Shape& occluder) {
+// Relative error of a point at the origin against the closed form; `turn` takes the frame of the cases to the model.
+static double errorOfCase(const std::string& name, const Shape& occluder, const Mat3d& turn, int order, int rays) {
     Shape shape = occluder;
     shapes::append(shape, {{{0, 0, -0.1f}, {1e-3f, 0, -0.1f}, {0, 1e-3f, -0.1f}}, {{0, 1, 2}}});
-    return relativeError(momentsOf(shape, {{0, 0, 0}}, {{0, 0, 1}}, 6), goldenMoments(name));
+    for (Vec3& p : shape.positions) p = toFloat(turn * toDouble(p));
+    const std::vector<double> golden = goldenMoments(name);
+    std::vector<double> expected(std::size_t(coefficientCount(order)));
+    apply(makeShRotation(order, turn), std::span(golden).first(expected.size()), expected);
+    const Vec3 normal = toFloat(turn * Vec3d{0, 0, 1});
+    return relativeError(momentsOf(shape, {{0, 0, 0}}, {normal}, order, rays), expected);
 }
 
-TEST(Moments, OpenPointMatchesClosedForm) { EXPECT_LT(errorOfCase("open", {}), 0.01); }
-
-// A half-space is blocked: a square of 2000 units, half a unit away. The bias is 0.3 units there.
-TEST(Moments, WallsMatchClosedForm) {
-    for (const auto& [name, normal] :
-         {std::pair("wall_az0_e30", wallNormal(0, 30)), std::pair("wall_az0_e90", wallNormal(0, 90)),
-          std::pair("wall_az70_e50", wallNormal(70, 50))})
-        EXPECT_LT(errorOfCase(name, shapes::square(normal * -0.5, normal, 1000)), 0.01) << name;
+struct ClosedForm {
+    const char* name;
+    Shape occluder;
+};
+static std::vector<ClosedForm> closedForms() {
+    // A wall is a half-space: a square of 2000 units, half a unit away. The bias is 0.3 units there. The sphere's
+    // inscribed facets lose 1 - cos(pi / 256) of its radius: 8e-5.
+    const auto wall = [](Vec3d normal) { return shapes::square(normal * -0.5, normal, 1000); };
+    return {{"open", {}},
+            {"wall_az0_e30", wall(wallNormal(0, 30))},
+            {"wall_az0_e90", wall(wallNormal(0, 90))},
+            {"wall_az70_e50", wall(wallNormal(70, 50))},
+            {"sphere_r0.5_d1", shapes::sphere(normalized(Vec3d{0.3, -0.2, 1}), 0.5, 128)}};
 }
 
-TEST(Moments, SphereMatchesClosedForm) {
-    // Inscribed facets lose 1 - cos(pi / 256) of the radius: 8e-5.
-    const Shape ball = shapes::sphere(normalized(Vec3d{0.3, -0.2, 1}), 0.5, 128);
-    EXPECT_LT(errorOfCase("sphere_r0.5_d1", ball), 0.01);
+static const Mat3d kTurned = fromRows(Vec3d{0.36, 0.48, -0.8}, Vec3d{-0.8, 0.6, 0}, Vec3d{0.48, 0.64, 0.6});
+
+// 1024 directions at order 4, in the frame of the cases: measured 0.2% to 0.8%.
+TEST(Moments, MatchClosedFormsWithDefaultRays) {
+    for (const auto& [name, occluder] : closedForms())
+        EXPECT_LT(errorOfCase(name, occluder, {}, 4, 1024), 0.01) << name;
+}
+
+// Any orientation and order: 4096 directions; measured 0.05% to 0.97%. (1024 directions reach 2.8% in the worst of
+// these cases, a wall along a spiral of the set, and stay below 1.7% elsewhere: the noise falls as N^-3/4.)
+TEST(Moments, MatchClosedFormsInAnyOrientation) {
+    for (const auto& [name, occluder] : closedForms())
+        for (const Mat3d& turn : {Mat3d{}, kTurned})
+            for (const int order : {4, 5, 6})
+                EXPECT_LT(errorOfCase(name, occluder, turn, order, 4096), 0.01) << name << " order " << order;
 }
 
 // --- Invariants
@@ -106,7 +128,7 @@ TEST(Moments, RotateWithTheModel) {
     // The set of directions stays where it is, so the difference is the bake's own noise: measured 1.0%.
     const Shape shape = shapes::clutter(16);
     const std::vector<Vec3> normals = vertexNormals(shape.triangles, shape.positions);
-    const Mat3d turn = fromRows(Vec3d{0.36, 0.48, -0.8}, Vec3d{-0.8, 0.6, 0}, Vec3d{0.48, 0.64, 0.6});
+    const Mat3d turn = kTurned;
     Shape turned = shape;
     std::vector<Vec3> turned_normals;
     for (Vec3& p : turned.positions) p = toFloat(turn * toDouble(p));
@@ -149,8 +171,9 @@ TEST(Moments, DegenerateTrianglesDoNoHarm) {
 // --- Brute force
 // ------------------------------------------------------------------------------------------------------
 
-// Every `step`-th vertex against plain loops over all triangles, other directions, double precision, both 1024 above
-// the horizon. The bound is the project's 2%.
+// Every `step`-th vertex against plain loops over all triangles in double precision. With the same 2 x 1024 directions
+// only hits within float rounding of an edge differ: measured 0 to 0.03%, bound 0.2%. With another set of as many the
+// noise of both adds up: measured 1.6% to 1.8%; the bound is the project's 2%.
 static void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normals, double diagonal, std::size_t step,
                              const std::string& what) {
     std::vector<Vec3> points, chosen_normals;
@@ -162,9 +185,12 @@ static void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normal
             shapes::bruteForceMoments(5, toDouble(points.back()), toDouble(normals[v]), 1e-4 * diagonal, shape);
         expected.insert(expected.end(), b.begin(), b.end());
     }
-    const double error = relativeError(momentsOf(shape, points, chosen_normals, 5), expected);
-    std::printf("%s: %.4f over %zu vertices\n", what.c_str(), error, points.size());
-    EXPECT_LT(error, 0.02) << what;
+    const double same = relativeError(momentsOf(shape, points, chosen_normals, 5, 1024, false, 1), expected);
+    const double other = relativeError(momentsOf(shape, points, chosen_normals, 5, 1024, false, 2), expected);
+    std::printf("%s: %.5f with the same directions, %.4f with others, %zu vertices\n", what.c_str(), same, other,
+                points.size());
+    EXPECT_LT(same, 2e-3) << what;
+    EXPECT_LT(other, 0.02) << what;
 }
 
 TEST(Moments, MatchBruteForceOnClutter) {
