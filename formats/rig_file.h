@@ -1,5 +1,13 @@
 #pragma once
 // Animated characters from glTF 2.0 (.glb, .gltf through tinygltf), FBX, Collada and DirectX .x (through assimp).
+//
+// Positions are those of the scene that the file shows, skinned as glTF 2.0 section 3.7.3 has it: the node of a skinned
+// mesh does not move it. Morph targets are ignored, default weights included. FBX is turned and scaled by the axes and
+// the unit that it states; .x states neither and is only mirrored to right-handed. Joints are the nodes of all skins
+// that are drawn, then one for each node that moves a mesh without skin (its own or that of an animated ancestor, under
+// the nearest joint), then "scene" for meshes that stand still. A node that two skins use with different inverse bind
+// matrices is two joints, "arm" and "arm#2", unless one transform S takes the second mesh to the first one's space in
+// all joints: then rest_positions of the second mesh are S x POSITION.
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -53,14 +61,15 @@ struct Rig {
 // Zero-area triangles are dropped; a mesh without triangles, missing weights, NaN or a one-vertex mesh are errors.
 Rig readRig(const std::vector<std::filesystem::path>& paths);
 
-// The frames that `clips` (names; empty = all) have at `fps` (0: the union of the clip's own key times). A clip whose
-// duration is 0 has one frame. Unknown clip names: UsageError that lists the known ones. No clips at all: one frame of
-// the rest pose in a clip called "rest".
+// The frames that `clips` (names; empty = all) have at `fps` (0: the union of the clip's own key times; keys closer
+// than 1e-5 s are one). A clip whose duration is 0 has one frame. Unknown clip names: UsageError that lists the known
+// ones. No clips at all: one frame of the rest pose in a clip called "rest".
 FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, double fps);
 
 struct RigPose {
     std::vector<Affine> bones;  // [J] skinning matrices, model space
-    std::vector<float> pose;  // [3J] rotation vector of each joint's local rotation relative to rest, log(q_rest^-1 q)
+    std::vector<float> pose;    // [3J] rotation vector of each joint relative to its parent joint and to rest,
+                                // log(q_rest^-1 q); q is the node's own rotation, times those of nodes between the two
 };
 // `clip` indexes rig.clips, -1 = rest pose (node transforms as they stand in the file). Times outside clamp to the
 // keys.

@@ -107,6 +107,16 @@ TEST(RigJoints, RigidThingsMoveWithTheirJointOrTheirOwn) {
     EXPECT_NEAR(volume(rig.mesh, posed(rig, -1, 0)), expected, 1e-6);
 }
 
+// A strip and a fan in the node's xy plane, mirrored by their node, under a matrix that turns z to y.
+TEST(RigJoints, StripsFansAndMirrorsFaceOutside) {
+    const Rig rig = readSample("matrix_nodes");
+    ASSERT_EQ(rig.mesh.source_vertex.size(), 82u);
+    EXPECT_EQ(rig.mesh.triangles.size(), 148u);
+    std::vector<Vec3> positions, normals;
+    skinVertices(rig.mesh, rig.skin, rig.rest_normals, evaluatePose(rig, -1, 0).bones, positions, normals);
+    for (std::size_t v = 74; v < 82; ++v) EXPECT_NEAR(normals[rig.mesh.source_vertex[v]].y, 1, 1e-6) << v;
+}
+
 // Two meshes whose bind spaces differ by one transform share their joints; the rest mesh is then in one space.
 TEST(RigJoints, SkinsThatDifferByASpaceShareTheirJoints) {
     const Rig rig = readSample("two_skins");

@@ -42,7 +42,7 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
         for (int i = 0; i < 1000; ++i) {
             const float x = float(i) * 1e-3f * 0.0625f;  // below 1/16: floats are 4e-9 apart
             positions.push_back({x, 0, 0});
-            positions.push_back({x + gap, 0, 0});
+            positions.push_back({x + (i % 2 == 0 ? gap : -gap), 0, 0});
         }
         Mesh mesh;
         Skin skin;
