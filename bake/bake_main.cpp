@@ -8,6 +8,7 @@
 
 #include "bake/bake_reference.h"
 #include "bake/bake_visibility.h"
+#include "bake/info_command.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "sh/sh_basis.h"
@@ -208,6 +209,7 @@ static Verb referenceVerb() {
 
 int main(int argc, char** argv) {
     using namespace penumbra;
-    return runProgram("penumbra-bake", "Ray-traced visibility of animated characters.", "penumbra.visibility 1",
-                      {visibilityVerb(), referenceVerb()}, argc, argv);
+    return runProgram("penumbra-bake", "Ray-traced visibility of animated characters.",
+                      "penumbra.visibility 1, penumbra.model 1, penumbra.brdf 1, penumbra.light 1, penumbra.asset 1",
+                      {visibilityVerb(), referenceVerb(), infoVerb()}, argc, argv);
 }

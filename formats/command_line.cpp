@@ -23,6 +23,9 @@ using std::chrono::steady_clock;
 
 constexpr int kMaxThreads = 1024;
 constexpr const char* kCommonGroup = "Options that all programs share";
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done, 1 usage, 2 cannot read or write, 3 input invalid, 4 failed while running or stopped, "
+    "5 unsupported";
 
 void Report::phase(const std::string& name) {
     const steady_clock::time_point now = steady_clock::now();
@@ -72,16 +75,16 @@ static void defineCommandLine(CommandLine& line, const char* program, const std:
     line.app.require_subcommand(1);
     line.app.get_formatter()->column_width(38);
     line.app.get_formatter()->label("Subcommands", "Verbs");
-    line.app.footer(
-        std::string("Options of a verb: ") + program +
-        " VERB --help\nExit codes: 0 done, 1 usage, 2 cannot read or write, 3 input invalid, 4 failed while "
-        "running or stopped, 5 unsupported");
+    line.app.footer(std::string("Options of a verb: ") + program + " VERB --help\n" + kExitCodes);
     for (const Verb& verb : verbs) {
-        CLI::App* sub = line.app.add_subcommand(verb.name, verb.help);
+        CLI::App* sub = line.app.add_subcommand(verb.name, verb.help)->group("Verbs");
+        sub->footer(kExitCodes);
         sub->set_version_flag("--version", version, "Print versions and exit");
         sub->option_defaults()->always_capture_default();
         if (verb.define) verb.define(*sub);
         sub->option_defaults()->always_capture_default(false);
+        for (CLI::Option* option : sub->get_options())
+            if (option->get_default_str() == "[]") option->default_str("");  // an empty list
         addCommonOptions(*sub, line.common);
         line.verbs.push_back(sub);
     }
@@ -125,8 +128,10 @@ static std::optional<int> parse(CommandLine& line, const char* program, int argc
     } catch (const CLI::ParseError& error) {
         const auto parsed = line.app.get_subcommands();
         const std::string name = std::string(program) + (parsed.empty() ? "" : " " + parsed.front()->get_name());
-        const bool no_verb = parsed.empty() && argc < 2;
-        throw UsageError((no_verb ? "a verb is required" : std::string(error.what())) + " (see " + name + " --help)");
+        std::string what = error.what();
+        if (parsed.empty())
+            what = argc < 2 ? "a verb is required" : "\"" + std::string(argv[1]) + "\" is neither a verb nor an option";
+        throw UsageError(what + " (see " + name + " --help)");
     }
     checkValues(*line.app.get_subcommands().front());
     if (line.common.threads == 0) line.common.threads = threadsFromEnvironment();

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,6 +43,8 @@ struct Hdf5Reader {
     Hdf5Handle file;
     std::string name;
     std::uint64_t length = 0;  // bytes
+    std::shared_ptr<const std::byte> mapped;
+    std::span<const std::byte> bytes() const { return {mapped.get(), length}; }
 };
 Hdf5Reader openHdf5(const std::filesystem::path& path);  // IoError when it cannot be read, InvalidInput when not HDF5
 

@@ -14,7 +14,7 @@
 #include "formats/errors.h"
 #include "formats/fp16.h"
 #include "formats/hdf5_handle.h"
-#include "formats/hdf5_heap_check.h"
+#include "formats/hdf5_text.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;
@@ -27,15 +27,14 @@ static void silence() {
     (void)once;
 }
 
-static void checkBytes(const fs::path& path, std::uint64_t length) {
+static std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t length) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     void* bytes = file < 0 ? MAP_FAILED : ::mmap(nullptr, length, PROT_READ, MAP_PRIVATE, file, 0);
     const int reason = errno;
     if (file >= 0) ::close(file);
     if (bytes == MAP_FAILED) throw IoError(path.string() + ": cannot read: " + std::strerror(reason));
-    const auto unmap = [length](void* address) { ::munmap(address, length); };
-    const std::unique_ptr<void, decltype(unmap)> mapped(bytes, unmap);
-    checkGlobalHeaps({static_cast<const std::byte*>(bytes), length}, path.string());
+    return {static_cast<const std::byte*>(bytes),
+            [length](const std::byte* address) { ::munmap(const_cast<std::byte*>(address), length); }};
 }
 
 // What checkGlobalHeaps() takes for granted.
@@ -56,7 +55,8 @@ Hdf5Reader openHdf5(const fs::path& path) {
     const std::uint64_t length = fs::file_size(path, error);
     if (error) throw IoError(path.string() + ": cannot read: " + error.message());
     if (length == 0) throw InvalidInput(path.string() + ": empty file");
-    checkBytes(path, length);
+    const std::shared_ptr<const std::byte> bytes = mapFile(path, length);
+    checkGlobalHeaps({bytes.get(), length}, path.string());
     const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "HDF5 file access");
     H5Pset_file_locking(access, false, true);  // read-only folders and network file systems
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
@@ -66,7 +66,7 @@ Hdf5Reader openHdf5(const fs::path& path) {
         if (!reason.empty()) throw IoError(path.string() + ": cannot read: " + reason);
         throw InvalidInput(path.string() + ": not an HDF5 file, or cut short");
     }
-    Hdf5Reader in{Hdf5Handle(file, H5Fclose, path.string()), path.string(), length};
+    Hdf5Reader in{Hdf5Handle(file, H5Fclose, path.string()), path.string(), length, bytes};
     checkAddresses(in);
     return in;
 }
@@ -295,34 +295,14 @@ static std::vector<std::string> fixedStrings(const std::vector<char>& bytes, std
     return strings;
 }
 
-static std::vector<std::string> takeVariableStrings(std::vector<char*>& pointers, const std::string& label) {
-    std::vector<std::string> strings;
-    bool complete = true;
-    for (char* pointer : pointers) {
-        complete = complete && pointer;
-        strings.emplace_back(pointer ? pointer : "");
-        H5free_memory(pointer);
-    }
-    if (!complete) throw InvalidInput(label + ": a text is missing");
-    return strings;
-}
-
-static Hdf5Handle variableTextType(hid_t file_type) {
-    Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 text type");
-    checkHdf5(H5Tset_size(type, H5T_VARIABLE), "HDF5 text type");
-    checkHdf5(H5Tset_cset(type, H5Tget_cset(file_type)), "HDF5 text type");
-    return type;
-}
-
 std::vector<std::string> readStrings(const Hdf5Reader& in, const std::string& path) {
     Hdf5Dataset dataset = openDataset(in, path);
     const Hdf5Handle type = fromFile(H5Dget_type(dataset.id), H5Tclose, dataset.label, "no type");
     if (H5Tget_class(type) != H5T_STRING) throw InvalidInput(dataset.label + ": is not of text");
     std::vector<hsize_t> any{0};
     readShape(dataset, any);
-    // A text of variable length takes 16 bytes in the dataset and at least one elsewhere in the file.
     const bool variable = H5Tis_variable_str(type) > 0;
-    const std::size_t size = variable ? 16 : H5Tget_size(type);
+    const std::size_t size = variable ? kTextReferenceBytes : H5Tget_size(type);
     checkStorage(dataset, size, in.length);
     if (dataset.count() == 0) return {};
     if (!variable) {
@@ -330,9 +310,13 @@ std::vector<std::string> readStrings(const Hdf5Reader& in, const std::string& pa
         readRaw(dataset, type, H5S_ALL, H5S_ALL, bytes.data());
         return fixedStrings(bytes, size, dataset.count());
     }
-    std::vector<char*> pointers(dataset.count());
-    readRaw(dataset, variableTextType(type), H5S_ALL, H5S_ALL, pointers.data());
-    return takeVariableStrings(pointers, dataset.label);
+    const haddr_t begin = H5Dget_offset(dataset.id);
+    if (!dataset.chunk.empty() || begin == HADDR_UNDEF)
+        throw Unsupported(dataset.label + ": text of variable length in chunks");
+    std::vector<std::string> strings;
+    for (std::size_t i = 0; i < dataset.count(); ++i)
+        strings.push_back(textOfReference(in.bytes(), begin + i * size, dataset.label));
+    return strings;
 }
 
 struct Attribute {
@@ -362,14 +346,27 @@ static void readRawAttribute(const Attribute& attribute, hid_t type, void* out) 
     if (H5Aread(attribute.id, type, out) < 0) throw InvalidInput(attribute.label + ": damaged");
 }
 
+static std::string variableText(const Hdf5Reader& in, const std::string& object, const std::string& name,
+                                const Attribute& attribute) {
+    H5O_info_t info;
+    if (H5Oget_info_by_name(in.file, object.c_str(), &info, H5P_DEFAULT) < 0)
+        throw InvalidInput(attribute.label + ": damaged");
+    if (const auto value = uncheckedAttribute(in.bytes(), info.addr, name, attribute.label))
+        return textOfReference(in.bytes(), *value, attribute.label);
+    const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 text type");
+    checkHdf5(H5Tset_size(type, H5T_VARIABLE), "HDF5 text type");
+    checkHdf5(H5Tset_cset(type, H5Tget_cset(attribute.type)), "HDF5 text type");
+    char* pointer = nullptr;
+    readRawAttribute(attribute, type, &pointer);
+    const std::string text = pointer ? pointer : "";
+    H5free_memory(pointer);
+    return text;
+}
+
 std::string readTextAttribute(const Hdf5Reader& in, const std::string& object, const std::string& name) {
     const Attribute attribute = openAttribute(in, object, name);
     if (H5Tget_class(attribute.type) != H5T_STRING) throw InvalidInput(attribute.label + ": is not text");
-    if (H5Tis_variable_str(attribute.type) > 0) {
-        std::vector<char*> pointer(1);
-        readRawAttribute(attribute, variableTextType(attribute.type), pointer.data());
-        return takeVariableStrings(pointer, attribute.label)[0];
-    }
+    if (H5Tis_variable_str(attribute.type) > 0) return variableText(in, object, name, attribute);
     const std::size_t size = H5Tget_size(attribute.type);
     if (size > in.length) throw InvalidInput(attribute.label + ": larger than the file can hold");
     std::vector<char> bytes(size);

@@ -246,6 +246,7 @@ static Verb checkVerb() {
 
 int main(int argc, char** argv) {
     using namespace penumbra;
-    return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.", "PNB1 1",
+    return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
+                      "penumbra.asset 1, penumbra.visibility 1, penumbra.model 1, penumbra.brdf 1, penumbra.light 1",
                       {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

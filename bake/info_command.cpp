@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/info_command.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <numbers>
+
+#include "formats/asset_file.h"
+#include "formats/brdf_file.h"
+#include "formats/errors.h"
+#include "formats/light_file.h"
+#include "formats/model_file.h"
+#include "formats/stage_file_kind.h"
+#include "formats/visibility_file.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+// Every describer returns what it found as JSON: that goes into --report, and is printed line by line.
+
+static Json describe(const Provenance& provenance) { return Json::parse(toJson(provenance)); }
+
+static Json describe(const Mesh& mesh) {
+    return {{"vertices", mesh.vertexCount()},
+            {"source_vertices", mesh.source_vertex.size()},
+            {"triangles", mesh.triangles.size()},
+            {"rest_diagonal", boxDiagonal(mesh.rest_positions)}};
+}
+
+static Json describe(const FrameList& frames) {
+    Json clips = Json::array();
+    for (std::size_t c = 0; c < frames.clip_names.size(); ++c) {
+        const auto [begin, end] = std::equal_range(frames.clip.begin(), frames.clip.end(), std::uint16_t(c));
+        Json clip{{"name", frames.clip_names[c]}, {"frames", end - begin}};
+        if (begin != end) {
+            clip["from_seconds"] = frames.time[std::size_t(begin - frames.clip.begin())];
+            clip["to_seconds"] = frames.time[std::size_t(end - frames.clip.begin()) - 1];
+        }
+        clips.push_back(clip);
+    }
+    return clips;
+}
+
+// Least and greatest coefficient, and the mean open share of the hemisphere: b_0 = y_0 integral of V, which is 2 pi y_0
+// where nothing blocks, y_0 = 1 / sqrt(4 pi) (twice that for mirrored visibility). All frames of some vertices, in the
+// blocks that the file keeps together, or of all vertices.
+static Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
+    constexpr std::size_t kBlock = 64, kSampledBlocks = 16;
+    const VisibilityHeader& header = reader.header();
+    const std::size_t vertices = header.mesh.vertexCount(), blocks = (vertices + kBlock - 1) / kBlock;
+    const std::size_t step = all_vertices ? 1 : std::max<std::size_t>(1, blocks / kSampledBlocks);
+    const std::size_t stride = header.coefficientCount(), frames = header.frames.frameCount();
+    const double unblocked = std::sqrt(std::numbers::pi) * (header.quantity == "mirrored_visibility" ? 2 : 1);
+    double least = INFINITY, greatest = -INFINITY, open = 0;
+    std::size_t read = 0;
+    for (std::size_t begin = 0; begin < vertices; begin += step * kBlock) {
+        throwIfInterrupted();
+        const std::size_t end = std::min(begin + kBlock, vertices);
+        std::vector<float> coefficients(frames * (end - begin) * stride);
+        reader.readVertices(begin, end, coefficients);
+        const auto [low, high] = std::minmax_element(coefficients.begin(), coefficients.end());
+        least = std::min(least, double(*low));
+        greatest = std::max(greatest, double(*high));
+        for (std::size_t i = 0; i < coefficients.size(); i += stride) open += coefficients[i] / unblocked;
+        read += end - begin;
+    }
+    return {{"vertices_read", read},
+            {"least", least},
+            {"greatest", greatest},
+            {"mean_open_share", open / double(frames * read)}};
+}
+
+static Json describeVisibility(const fs::path& path, bool all_vertices) {
+    const VisibilityReader reader(path);
+    const VisibilityHeader& header = reader.header();
+    Json json{{"quantity", header.quantity},
+              {"sh_order", header.order},
+              {"rays", header.rays},
+              {"seed", header.seed},
+              {"bounces", header.bounces}};
+    if (header.ground_y) json["ground_y"] = *header.ground_y;
+    json["mesh"] = describe(header.mesh);
+    json["joints"] = header.skin ? header.skin->jointCount() : 0;
+    json["influences"] = header.skin ? header.skin->influences : 0;
+    json["pose"] = {{"numbers", header.pose_size}, {"parameterisation", header.pose_parameterisation}};
+    json["frames"] = header.frames.frameCount();
+    json["clips"] = describe(header.frames);
+    json["coefficients"] = describeCoefficients(reader, all_vertices);
+    json["provenance"] = describe(header.provenance);
+    return json;
+}
+
+template <class Number>
+static Json rangeOf(const std::vector<ClusterModel>& clusters, Number number) {
+    std::vector<std::size_t> values;
+    for (const ClusterModel& cluster : clusters) values.push_back(number(cluster));
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    return {{"least", *low}, {"most", *high}};
+}
+
+static Json describeModel(const fs::path& path) {
+    const Model model = readModel(path);
+    Json json{{"model", "linear"},
+              {"features", model.features == FeatureKind::kJointAngles ? "joint-angles" : "relative-bones"},
+              {"convention", model.convention.name()},
+              {"sh_order", model.convention.order},
+              {"input_variance", model.input_variance},
+              {"output_variance", model.output_variance}};
+    json["mesh"] = describe(model.mesh);
+    json["joints"] = model.skin.jointCount();
+    json["frames"] = model.frames.frameCount();
+    json["clips"] = describe(model.frames);
+    json["holdout_clips"] = model.holdout_clips;
+    json["clusters"] = model.clusters.size();
+    json["cluster_vertices"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.vertices.size(); });
+    json["inputs"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.input_min.size(); });
+    json["components"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.bias.size(); });
+    json["errors"] = Json::array();
+    for (const ClipError& error : model.clip_errors)
+        json["errors"].push_back({{"clip", error.clip},
+                                  {"held_out", error.held_out},
+                                  {"relative_error", error.relative_error},
+                                  {"rms_v", error.rms_v},
+                                  {"ambient_error", error.ambient_error}});
+    json["provenance"] = describe(model.provenance);
+    return json;
+}
+
+static Json describeBrdf(const fs::path& path) {
+    const BrdfFile brdf = readBrdf(path);
+    return {{"name", brdf.name},
+            {"slice_order", brdf.slice_order},
+            {"view_order", brdf.view_order},
+            {"view_functions", brdf.even_index.size()},
+            {"errors", brdf.errors},
+            {"provenance", describe(brdf.provenance)}};
+}
+
+static Json describeLight(const fs::path& path) {
+    const LightFile light = readLight(path);
+    Json json{{"name", light.name}, {"sh_order", light.order}, {"residual", light.residual}};
+    // Mean radiance over the sphere: coefficient 0 over y_0 4 pi, y_0 = 1 / sqrt(4 pi).
+    json["mean_radiance"] = Json::array();
+    for (std::size_t c = 0; c < 3; ++c) json["mean_radiance"].push_back(light.sh[c] / std::sqrt(4 * std::numbers::pi));
+    json["provenance"] = describe(light.provenance);
+    return json;
+}
+
+static const char* nameOf(AssetPrecision precision) {
+    return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
+}
+
+static void describeAssetModel(const AssetView& asset, Json& json) {
+    const ModelView& model = asset.model;
+    json["model"] = {{"features", model.features == AssetFeatures::kJointAngles ? "joint-angles" : "relative-bones"},
+                     {"convention", model.convention.name()},
+                     {"clusters", model.clusters.size()},
+                     {"precision", model.clusters.empty() ? "" : nameOf(model.clusters[0].basis.precision)},
+                     {"quantization_error", model.quantization_error}};
+}
+
+static Json describeAsset(const fs::path& path) {
+    const MappedFile file(path);
+    AssetView asset;
+    try {
+        asset = openAsset(file.bytes());
+    } catch (const InvalidInput& error) {
+        throw InvalidInput(path.string() + ": " + error.what());
+    }
+    Json json = Json::object();
+    if (asset.has_mesh)
+        json["mesh"] = {{"vertices", asset.mesh.positions.size()},
+                        {"source_vertices", asset.mesh.source_vertex.size()},
+                        {"triangles", asset.mesh.triangles.size() / 3},
+                        {"bytes_per_vertex", double(file.bytes().size()) / double(asset.mesh.positions.size())}};
+    json["joints"] = asset.animation.jointCount();
+    json["frames"] = asset.animation.times.size();
+    json["clips"] = Json::array();
+    for (const ClipView& clip : asset.animation.clips)
+        json["clips"].push_back({{"name", clip.name}, {"frames", clip.frame_count}, {"held_out", clip.held_out}});
+    if (asset.has_model) describeAssetModel(asset, json);
+    if (asset.has_truth)
+        json["truth"] = {{"sh_order", asset.truth.order}, {"precision", nameOf(asset.truth.precision)}};
+    for (const MaterialView& material : asset.materials) json["materials"].push_back(material.name);
+    for (const LightView& light : asset.lights) json["lights"].push_back(light.name);
+    json["provenance"] = Json::parse(asset.provenance, nullptr, false);
+    return json;
+}
+
+// --- Printing -------------------------------------------------------------------------------------------------------
+
+static std::string shortText(const Json& value) {
+    if (value.is_string()) return value.get<std::string>();
+    if (value.is_number_float()) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%.6g", value.get<double>());
+        return text;
+    }
+    if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+    return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// Control characters of a name in a file must not reach the terminal.
+static void printLine(const std::string& indent, const std::string& key, std::string text) {
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < ' ' || c == 127) c = ' ';
+    std::printf("%s%-*s %s\n", indent.c_str(), int(22 - std::min<std::size_t>(indent.size(), 20)), key.c_str(),
+                text.c_str());
+}
+
+static bool isFlat(const Json& value) {
+    return std::none_of(value.begin(), value.end(), [](const Json& item) { return item.is_structured(); });
+}
+
+static void print(const std::string& indent, const Json& object) {
+    for (const auto& [name_or_index, value] : object.items()) {
+        const std::string key = object.is_array() ? "-" : name_or_index;
+        if (!value.is_structured()) {
+            printLine(indent, key, shortText(value));
+        } else if (isFlat(value)) {
+            std::string text;
+            for (const auto& [name, item] : value.items())
+                text += (text.empty() ? "" : ", ") + (value.is_object() ? name + " " : "") + shortText(item);
+            printLine(indent, key, text);
+        } else {
+            printLine(indent, key, "");
+            print(indent + "  ", value);
+        }
+    }
+}
+
+// --- The verb -------------------------------------------------------------------------------------------------------
+
+static Json describeFile(const fs::path& path, bool all_vertices) {
+    std::array<char, 8> head{};
+    std::ifstream(path, std::ios::binary).read(head.data(), head.size());
+    Json json{{"file", path.string()}, {"bytes", fs::file_size(path)}};
+    std::string format = "penumbra.asset";
+    Json content;
+    if (std::string_view(head.data() + 4, 4) == kAssetIdentifier) {
+        content = describeAsset(path);
+    } else {
+        format = stageFileKind(path);
+        if (format == "penumbra.visibility") content = describeVisibility(path, all_vertices);
+        if (format == "penumbra.model") content = describeModel(path);
+        if (format == "penumbra.brdf") content = describeBrdf(path);
+        if (format == "penumbra.light") content = describeLight(path);
+        if (content.is_null()) throw Unsupported(path.string() + ": attribute format: \"" + format + "\" is unknown");
+    }
+    json["format"] = format;
+    json.update(content);
+    return json;
+}
+
+struct InfoCommand {
+    std::string file;
+    bool all = false;
+};
+
+Verb infoVerb() {
+    const auto command = std::make_shared<InfoCommand>();
+    Verb verb;
+    verb.name = "info";
+    verb.help = "What is in a Penumbra file of any kind, who made it and from what.";
+    verb.define = [command](CLI::App& app) {
+        app.add_option("file", command->file, ".vis.h5, .model.h5, .brdf.h5, .light.h5 or .pnb")->required();
+        app.add_flag("--all", command->all, "read the visibility of all vertices, not of some, for its range");
+    };
+    verb.inputs = [command] { return std::vector<fs::path>{command->file}; };
+    verb.run = [command](const CommonOptions&, Report& report) {
+        report.phase("read");
+        report.figures = describeFile(command->file, command->all);
+        print("", report.figures);
+    };
+    return verb;
+}
+
+}  // namespace penumbra

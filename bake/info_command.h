@@ -1,0 +1,9 @@
+#pragma once
+#include "formats/command_line.h"
+
+namespace penumbra {
+
+// penumbra-bake info FILE: what is in a Penumbra file of any kind, who made it and from what.
+Verb infoVerb();
+
+}  // namespace penumbra

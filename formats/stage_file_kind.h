@@ -1,0 +1,10 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+namespace penumbra {
+
+// The root attribute `format` of an HDF5 file ("penumbra.visibility", ...); InvalidInput when it has none.
+std::string stageFileKind(const std::filesystem::path& path);
+
+}  // namespace penumbra

@@ -1,0 +1,214 @@
+# The command line that all programs share: --help, --version, exit codes, one line for an error, and nothing left behind.
+# Usage: test_command_line.py BIN_FOLDER
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+BIN = Path(sys.argv[1]).resolve()
+ROOT = Path(__file__).resolve().parents[2]
+failures = 0
+
+# Program, verb, arguments; {in} is an input, {out} the output. Every verb that writes a file stands here.
+VERBS = [
+    ("penumbra-bake", "visibility", ["{in}", "-o", "{out}"]),
+    ("penumbra-bake", "reference", ["{in}", "--frame", "0", "-o", "{out}"]),
+    ("penumbra-fit", "visibility", ["{in}", "-o", "{out}"]),
+    ("penumbra-fit", "predict", ["{in}", "{in}", "-o", "{out}"]),
+    ("penumbra-fit", "light", ["{in}", "-o", "{out}"]),
+    ("penumbra-pack", "asset", ["{in}", "-o", "{out}"]),
+    ("penumbra-pack", "truth", ["{in}", "-o", "{out}"]),
+    ("penumbra-player", "render", ["{in}", "-o", "{out}"]),
+]
+READERS = [
+    ("penumbra-bake", "info", ["{in}"]),
+    ("penumbra-player", "bench", ["{in}"]),
+    ("penumbra-pack", "check", ["{in}", "{in}"]),
+]
+EXTENSION = {"reference": ".png", "render": ".png"}
+
+
+def check(condition, what):
+    global failures
+    if not condition:
+        failures += 1
+        print("FAILED:", what)
+
+
+def run(arguments, cwd, **options):
+    environment = {k: v for k, v in os.environ.items() if k not in ("PENUMBRA_THREADS", "CUE_THREADS")}
+    environment.update(options.pop("env", {}))
+    return subprocess.run([str(a) for a in arguments], cwd=cwd, capture_output=True, text=True, env=environment,
+                          timeout=300, **options)
+
+
+def entries(folder):
+    return sorted(p.name for p in Path(folder).iterdir())
+
+
+def expect_error(result, code, what, *words):
+    """Exit code, one line on stderr that starts with the program's name and holds the words, nothing on stdout."""
+    lines = result.stderr.splitlines()
+    check(result.returncode == code, f"{what}: exit code {result.returncode}, not {code}: {result.stderr.strip()}")
+    check(len(lines) == 1 and lines[0].startswith("penumbra-"), f"{what}: not one line: {result.stderr!r}")
+    check(result.stdout == "", f"{what}: wrote to stdout: {result.stdout!r}")
+    for word in words:
+        check(word in result.stderr, f"{what}: {word!r} is not in {result.stderr!r}")
+
+
+def command(verb, source, target):
+    program, name, arguments = verb
+    return [BIN / program, name] + [a.format(**{"in": source, "out": target}) for a in arguments]
+
+
+def test_programs(folder):
+    for program in sorted({verb[0] for verb in VERBS + READERS}):
+        for flag in ("-h", "--help"):
+            result = run([BIN / program, flag], folder)
+            check(result.returncode == 0 and "Verbs" in result.stdout and result.stderr == "", f"{program} {flag}")
+        result = run([BIN / program, "--version"], folder)
+        check(result.returncode == 0 and result.stdout.startswith(program + " ") and "penumbra." in result.stdout,
+              f"{program} --version: {result.stdout!r}")
+        expect_error(run([BIN / program], folder), 1, f"{program} without a verb", "verb", "--help")
+        expect_error(run([BIN / program, "frobnicate"], folder), 1, f"{program} frobnicate", "frobnicate")
+        expect_error(run([BIN / program, "--frobnicate"], folder), 1, f"{program} --frobnicate", "--frobnicate")
+
+
+def test_usage(folder):
+    for verb in VERBS + READERS:
+        name = f"{verb[0]} {verb[1]}"
+        result = run([BIN / verb[0], verb[1], "--help"], folder)
+        check(result.returncode == 0 and "Options that all programs share" in result.stdout, f"{name} --help")
+        good = command(verb, "in", "out" + EXTENSION.get(verb[1], ".out"))
+        expect_error(run(good + ["--no-such-flag"], folder), 1, f"{name} --no-such-flag", "--no-such-flag")
+        expect_error(run(good + ["--threads", "0"], folder), 1, f"{name} --threads 0", "--threads", "0", "1024")
+        expect_error(run(good + ["--threads", "two"], folder), 1, f"{name} --threads two", "--threads", "two")
+        expect_error(run(good + ["--progress", "loud"], folder), 1, f"{name} --progress loud", "--progress", "loud")
+        for variable in ("PENUMBRA_THREADS", "CUE_THREADS"):
+            expect_error(run(good, folder, env={variable: "-3"}), 1, f"{name} with {variable}=-3", variable, "-3")
+        expect_error(run([BIN / verb[0], verb[1]], folder), 1, f"{name} without arguments", "required")
+
+
+def test_files(folder):
+    empty, rubbish = folder / "empty.glb", folder / "rubbish.glb"
+    empty.write_bytes(b"")
+    rubbish.write_bytes(bytes(range(256)) * 64)
+    for verb in VERBS + READERS:
+        name, output = f"{verb[0]} {verb[1]}", "out" + EXTENSION.get(verb[1], ".out")
+        writes = verb in VERBS
+        before = entries(folder)
+        expect_error(run(command(verb, "missing.glb", output), folder), 2, f"{name} of a missing file", "missing.glb")
+        expect_error(run(command(verb, ".", output), folder), 2, f"{name} of a folder")
+        expect_error(run(command(verb, empty, output), folder), 3, f"{name} of an empty file", "empty.glb")
+        expect_error(run(command(verb, rubbish, output), folder), 3, f"{name} of rubbish", "rubbish.glb")
+        if writes:
+            expect_error(run(command(verb, rubbish, "no/such/" + output), folder), 2, f"{name} into no folder", "no/such")
+            expect_error(run(command(verb, rubbish, "/proc/" + output), folder), 2, f"{name} into /proc", "/proc")
+            expect_error(run(command(verb, rubbish, "/dev/full"), folder), 2, f"{name} to a device", "/dev/full")
+            expect_error(run(command(verb, rubbish, rubbish), folder), 1, f"{name} onto its input", "rubbish.glb")
+            (folder / output).write_text("old")
+            expect_error(run(command(verb, rubbish, output), folder), 3, f"{name} over an old file")
+            expect_error(run(command(verb, rubbish, output) + ["--no-clobber"], folder), 2, f"{name} --no-clobber", output)
+            check((folder / output).read_text() == "old", f"{name}: a failure changed the old file")
+            (folder / output).unlink()
+        check(entries(folder) == before, f"{name} left {set(entries(folder)) - set(before)}")
+
+
+def test_report_of_a_failure(folder):
+    before = entries(folder)
+    (folder / "empty.h5").write_bytes(b"")
+    result = run([BIN / "penumbra-bake", "info", "empty.h5", "--report", "report.json"], folder)
+    report = json.loads((folder / "report.json").read_text())
+    check(result.returncode == 3 and report["exit_code"] == 3, "report: exit code of a failure")
+    check(report["schema"] == "penumbra.report" and report["schema_version"] == 1, "report: schema")
+    check("empty.h5" in report["error"] and report["verb"] == "info", "report: error of a failure")
+    expect_error(run([BIN / "penumbra-bake", "info", "empty.h5", "--depfile", "x.d"], folder), 1, "depfile without output")
+    (folder / "empty.h5").unlink()
+    (folder / "report.json").unlink()
+    check(entries(folder) == before, "report: left something")
+
+
+def bake(rig, output, *more):
+    return [BIN / "penumbra-bake", "visibility", rig, "-o", output, "--order", "3", *more]
+
+
+def test_bake(folder, rig):
+    """A whole run: report, depfile, dry run, info; then a full disk and a signal."""
+    result = run(bake(rig, "dry.vis.h5", "--dry-run", "--report", "dry.json"), folder)
+    check(result.returncode == 0 and entries(folder) == [], f"--dry-run wrote {entries(folder)}: {result.stderr}")
+    small = ["--fps", "2", "--rays", "16"]
+    result = run(bake(rig, "a.vis.h5", "--report", "a.json", "--depfile", "a.d", "--threads", "1", *small), folder)
+    check(result.returncode == 0, f"bake: {result.stderr}")
+    check(entries(folder) == ["a.d", "a.json", "a.vis.h5"], f"bake left {entries(folder)}")
+    report = json.loads((folder / "a.json").read_text())
+    check(report["exit_code"] == 0 and report["threads"] == 1 and report["phases"], "report of a bake")
+    check((folder / "a.d").read_text().split() == ["a.vis.h5:", "\\", str(rig).replace(" ", "\\ ")], "depfile of a bake")
+    result = run(bake(rig, "b.vis.h5", *small), folder, env={"CUE_THREADS": "3", "PENUMBRA_THREADS": "2"})
+    check((folder / "a.vis.h5").read_bytes() == (folder / "b.vis.h5").read_bytes(), "other bytes with other threads")
+
+    result = run([BIN / "penumbra-bake", "info", "a.vis.h5", "--report", "info.json"], folder)
+    check(result.returncode == 0 and "hemisphere_visibility" in result.stdout, f"info: {result.stdout}{result.stderr}")
+    figures = json.loads((folder / "info.json").read_text())["figures"]
+    check(figures["provenance"]["tool"] == "penumbra-bake visibility", "info: tool")
+    check(0.2 < figures["coefficients"]["mean_open_share"] < 1, "info: open share")
+    with open("/dev/full", "w") as full:
+        result = subprocess.run([BIN / "penumbra-bake", "info", folder / "a.vis.h5"], stdout=full, stderr=subprocess.PIPE)
+        check(result.returncode == 2, "info to a full disk")
+
+
+def test_full_disk(folder, rig):
+    """A limit on the size of files, at several sizes, is to a program what a full disk is."""
+    whole = (folder / "a.vis.h5").stat().st_size
+    (folder / "full.vis.h5").write_text("old")
+    before = entries(folder)
+    for limit in (0, 100, 4096, whole // 2, whole - 1):
+        result = run(bake(rig, "full.vis.h5", "--fps", "2", "--rays", "16"), folder,
+                     preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        expect_error(result, 2, f"bake with {limit} bytes of disk", "full.vis.h5", "File too large")
+        check(entries(folder) == before and (folder / "full.vis.h5").read_text() == "old",
+              f"full disk: {entries(folder)}")
+
+
+def test_signals(folder, rig):
+    before = entries(folder)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        process = subprocess.Popen([str(a) for a in bake(rig, "c.vis.h5", "--fps", "60", "--rays", "4096")], cwd=folder,
+                                   stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 60
+        while not any("part" in name for name in entries(folder)) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        time.sleep(0.3)
+        process.send_signal(number)
+        start = time.monotonic()
+        _, message = process.communicate(timeout=60)
+        seconds = time.monotonic() - start
+        check(process.returncode == 4, f"{number.name}: exit code {process.returncode}: {message}")
+        check(seconds < 1.5, f"{number.name}: took {seconds:.2f} s")  # a second, and what a busy machine adds
+        check(entries(folder) == before, f"{number.name}: left {set(entries(folder)) - set(before)}")
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="penumbra_command_line_") as name:
+        top = Path(name)
+        tests = [test_programs, test_usage, test_files, test_report_of_a_failure]
+        for test in tests:
+            folder = top / test.__name__
+            folder.mkdir()
+            test(folder)
+        subprocess.run([sys.executable, ROOT / "scripts" / "make_samples.py", top / "samples"], check=True,
+                       stdout=subprocess.DEVNULL)
+        rig = top / "samples" / "bend.glb"
+        folder = top / "bake"
+        folder.mkdir()
+        for test in (test_bake, test_full_disk, test_signals):
+            test(folder, rig)
+    print("command line:", "ok" if failures == 0 else f"{failures} failures")
+    return failures != 0
+
+
+sys.exit(main())
