@@ -250,7 +250,8 @@ void SyntheticAsset::makeMaterials() {
 
 void SyntheticAsset::makeLights(const AssetRecipe& recipe) {
     const Vec3d from = normalized(toDouble(recipe.light_from));
-    std::vector<double> lobe(4), sh(16);
+    std::vector<double> lobe(std::size_t(recipe.light_order));
+    std::vector<double> sh(std::size_t(coefficientCount(recipe.light_order)));
     clampedCosineZonal(lobe);
     rotateZonal(lobe, from, sh);
     for (std::size_t i = 0; i < sh.size(); ++i)
@@ -259,7 +260,7 @@ void SyntheticAsset::makeLights(const AssetRecipe& recipe) {
                            (i == 0 ? recipe.light_ambient * float(std::sqrt(4 * kPi)) : 0.0f));
     even_.assign(12, 0);
     std::fill_n(even_.begin(), 3, float(std::sqrt(4 * kPi)));
-    asset.lights = {{"sky", 4, sky_}, {"even", 2, even_}};
+    asset.lights = {{"sky", recipe.light_order, sky_}, {"even", 2, even_}};
 }
 
 }  // namespace penumbra::player_test

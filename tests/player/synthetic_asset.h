@@ -18,11 +18,12 @@ struct AssetRecipe {
     bool open = false;             // mean = unoccluded, else darkened from vertex to vertex
     Vec3 light_from{-1, 1, 0.5f};  // where most of the light comes from
     float light_ambient = 0.4f;    // radiance that comes from everywhere
-    float light_lobe = 1;          // irradiance-like size of the directed part
+    float light_lobe = 1;          // size of the directed part, a clamped cosine
+    int light_order = 4;           // of "sky"
 };
 
 // Owns what `asset` and `truth` look at. Clips "swing" (3 frames) and "still" (1 frame); materials "lambert", "ggx"
-// and "tinted" (three channels); lights "sky" (order 4) and "even" (order 2, radiance 1 from everywhere).
+// and "tinted" (three channels); lights "sky" and "even" (order 2, radiance 1 from everywhere).
 class SyntheticAsset {
 public:
     explicit SyntheticAsset(const AssetRecipe& recipe = {});

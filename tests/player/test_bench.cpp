@@ -1,7 +1,6 @@
-#include "player/bench.h"
-
 #include <gtest/gtest.h>
 
+#include "player/bench.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {
