@@ -29,12 +29,11 @@ static std::vector<float> openMoments(int order) {
     return {moments.begin(), moments.end()};
 }
 
-// Slices of one analytic BRDF, [J^2, E] (formulas-core section 3b), by quadrature and cosine-weighted least squares.
-static std::vector<float> fitSlices(const BrdfSpec& spec) {
+std::vector<float> fitSlices(const BrdfSpec& spec, int grid) {
     constexpr int kCount = coefficientCount(kSliceOrder), kEven = kSliceViewOrder * (kSliceViewOrder + 1) / 2;
     std::vector<double> gram(kEven * kEven), right(std::size_t(kEven) * kCount);
-    const std::vector<WeightedDirection> incoming = gaussHemisphere(24, 40);
-    for (const WeightedDirection& view : gaussHemisphere(10, 20)) {
+    const std::vector<WeightedDirection> incoming = gaussHemisphere(2 * grid, 4 * grid);
+    for (const WeightedDirection& view : gaussHemisphere(grid, 2 * grid)) {
         std::array<double, coefficientCount(kSliceViewOrder)> basis;
         evalBasis(kSliceViewOrder, view.direction, basis);
         std::vector<double> even;
