@@ -69,30 +69,6 @@ private:
     ErrorFigures figuresOf(std::span<const ClipSums* const> clips, std::span<const double> mean) const;
 };
 
-void checkFits(const AssetView& asset, const VisibilityHeader& header, const char* what) {
-    const std::string file(what);
-    const MeshView& mesh = asset.mesh;
-    if (!header.skin) throw InvalidInput(file + ": has no skin; the asset's model needs one");
-    if (header.mesh.vertexCount() != mesh.positions.size())
-        throw InvalidInput(file + ": has " + std::to_string(header.mesh.vertexCount()) + " vertices, the asset " +
-                           std::to_string(mesh.positions.size()));
-    if (header.skin->jointCount() != asset.animation.jointCount())
-        throw InvalidInput(file + ": has " + std::to_string(header.skin->jointCount()) + " joints, the asset " +
-                           std::to_string(asset.animation.jointCount()));
-    if (header.order < asset.model.convention.order)
-        throw InvalidInput(file + ": sh_order is " + std::to_string(header.order) + ", the asset needs " +
-                           std::to_string(asset.model.convention.order));
-    if (asset.model.features == AssetFeatures::kJointAngles &&
-        std::uint32_t(header.pose_size) != asset.animation.pose_size)
-        throw InvalidInput(file + ": has a pose of " + std::to_string(header.pose_size) + " numbers, the asset of " +
-                           std::to_string(asset.animation.pose_size));
-    const double tolerance = 1e-5 * boxDiagonal(header.mesh.rest_positions);
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-        if (!(length(mesh.positions[v] - header.mesh.rest_positions[mesh.shading_point[v]]) <= tolerance))
-            throw InvalidInput(file + ": /mesh/rest_positions are not those of the asset (vertex " +
-                               std::to_string(mesh.shading_point[v]) + ")");
-}
-
 Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const VisibilityReader* predictions)
     : asset_(asset), truth_(truth), predictions_(predictions), evaluator_(asset) {
     const std::size_t count = evaluator_.vertexCount(), numbers = count * std::size_t(asset.model.stride);
@@ -252,13 +228,34 @@ CheckResult Checker::result() const {
 
 }  // namespace
 
+void checkFits(const AssetView& asset, const VisibilityHeader& header) {
+    if (!asset.has_model) throw InvalidInput("the asset has no model to check");
+    const MeshView& mesh = asset.mesh;
+    if (!header.skin) throw InvalidInput("has no skin; the asset's model needs one");
+    if (header.mesh.vertexCount() != mesh.positions.size())
+        throw InvalidInput("has " + std::to_string(header.mesh.vertexCount()) + " vertices, the asset " +
+                           std::to_string(mesh.positions.size()));
+    if (header.skin->jointCount() != asset.animation.jointCount())
+        throw InvalidInput("has " + std::to_string(header.skin->jointCount()) + " joints, the asset " +
+                           std::to_string(asset.animation.jointCount()));
+    if (header.order < asset.model.convention.order)
+        throw InvalidInput("sh_order is " + std::to_string(header.order) + ", the asset needs " +
+                           std::to_string(asset.model.convention.order));
+    if (asset.model.features == AssetFeatures::kJointAngles &&
+        std::uint32_t(header.pose_size) != asset.animation.pose_size)
+        throw InvalidInput("has a pose of " + std::to_string(header.pose_size) + " numbers, the asset of " +
+                           std::to_string(asset.animation.pose_size));
+    const double tolerance = 1e-5 * boxDiagonal(header.mesh.rest_positions);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+        if (!(length(mesh.positions[v] - header.mesh.rest_positions[mesh.shading_point[v]]) <= tolerance))
+            throw InvalidInput("/mesh/rest_positions are not those of the asset (vertex " +
+                               std::to_string(mesh.shading_point[v]) + ")");
+}
+
 CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const VisibilityReader* predictions,
                        int threads, const std::function<void(std::size_t)>& progress) {
-    if (!asset.has_model) throw InvalidInput("the asset has no model to check");
-    if (truth.header().quantity != "hemisphere_visibility")
-        throw InvalidInput("truth: quantity is " + truth.header().quantity + ", expected hemisphere_visibility");
-    checkFits(asset, truth.header(), "truth");
-    if (predictions) checkFits(asset, predictions->header(), "predictions");
+    checkFits(asset, truth.header());
+    if (predictions) checkFits(asset, predictions->header());
     Checker checker(asset, truth, predictions);
     for (std::size_t f = 0; f < truth.header().frames.frameCount(); ++f) {
         throwIfInterrupted();

@@ -30,8 +30,11 @@ struct CheckResult {
     bool mean_from_truth = false;
 };
 
+// InvalidInput when the mesh, skin, pose or order of a visibility file is not what the asset's model needs.
+void checkFits(const AssetView& asset, const VisibilityHeader& header);
+
 // Clips that the asset does not know count as held out. `predictions`, if any, must have every frame (clip and time) of
-// the truth. InvalidInput when mesh, skin or order do not fit the asset. Deterministic for any number of threads.
+// the truth, else InvalidInput. Both must fit the asset. Deterministic for any number of threads.
 CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const VisibilityReader* predictions,
                        int threads, const std::function<void(std::size_t)>& progress);
 

@@ -18,6 +18,16 @@ static AssetPrecision parsePrecision(const std::string& word) {
     return word == "f32" ? AssetPrecision::kF32 : word == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
 }
 
+// Runs `work`, whose complaints about its input do not say which file that is.
+template <class Work>
+static auto naming(const fs::path& path, Work work) {
+    try {
+        return work();
+    } catch (const InvalidInput& error) {
+        throw InvalidInput(path.string() + ": " + error.what());
+    }
+}
+
 // --- asset ----------------------------------------------------------------------------------------------------------
 
 struct AssetCommand {
@@ -75,7 +85,8 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
     for (const fs::path& path : command.brdfs) brdfs.push_back(readBrdf(path));
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
     report.phase("quantise");
-    const Packed packed = packAsset(model, brdfs, lights, options, provenanceOf(command), common.threads);
+    const Packed packed = naming(
+        command.model, [&] { return packAsset(model, brdfs, lights, options, provenanceOf(command), common.threads); });
     report.figures["precision"] = nameOf(packed.precision);
     report.figures["quantization_error"] = packed.quantization_error;
     if (!common.quiet)
@@ -118,7 +129,7 @@ static void runTruth(TruthCommand& command, const CommonOptions& common, Report&
     command.options.precision = parsePrecision(command.precision);
     report.phase("read");
     const VisibilityReader reader(command.input);
-    const TruthPlan plan = planTruth(reader, command.options);
+    const TruthPlan plan = naming(command.input, [&] { return planTruth(reader, command.options); });
     report.figures["frames"] = plan.frames.size();
     report.figures["moment_bytes"] = plan.bytes;
     if (!common.quiet)
@@ -132,8 +143,10 @@ static void runTruth(TruthCommand& command, const CommonOptions& common, Report&
     const std::string provenance = toJson(makeProvenance("penumbra-pack truth", options.dump(), {command.input}));
     Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "packing truth", "frames",
                       double(std::max<std::size_t>(1, plan.frames.size())));
-    packTruth(reader, plan, command.options, provenance, command.output,
-              [&](std::size_t done) { progress.update(double(done)); });
+    naming(command.input, [&] {
+        packTruth(reader, plan, command.options, provenance, command.output,
+                  [&](std::size_t done) { progress.update(double(done)); });
+    });
 }
 
 static Verb truthVerb() {
@@ -208,6 +221,12 @@ static void runCheck(const CheckCommand& command, const CommonOptions& common, R
     const VisibilityReader truth(command.truth);
     std::optional<VisibilityReader> predictions;
     if (!command.predictions.empty()) predictions.emplace(command.predictions);
+    if (!asset.has_model) throw InvalidInput(command.asset.string() + ": has no model to check");
+    if (truth.header().quantity != "hemisphere_visibility")
+        throw InvalidInput(command.truth.string() + ": quantity is " + truth.header().quantity +
+                           "; truth is hemisphere_visibility");
+    naming(command.truth, [&] { checkFits(asset, truth.header()); });
+    if (predictions) naming(command.predictions, [&] { checkFits(asset, predictions->header()); });
     const std::size_t frames = truth.header().frames.frameCount();
     if (common.dry_run) {
         std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());

@@ -1,0 +1,134 @@
+"""penumbra-pack as a user runs it: rig -> bake -> fit -> pack -> check, and what bad input gives.
+
+usage: test_pack.py BIN
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+BIN = os.path.abspath(sys.argv[1])
+RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+
+
+def run(tool, *words):
+    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True)
+
+
+def good(tool, *words):
+    result = run(tool, *words)
+    assert result.returncode == 0, (tool, words, result.stderr)
+    return result
+
+
+def fails(code, *words, says=""):
+    result = run("pack", *words)
+    assert result.returncode == code, (words, result.returncode, result.stderr)
+    lines = result.stderr.splitlines()
+    assert len(lines) == 1 and says in lines[0], (words, says, result.stderr)
+
+
+def figures(report):
+    with open(report) as f:
+        return json.load(f)["figures"]
+
+
+def make_inputs():
+    good("bake", "visibility", RIG, "-o", "x.vis.h5", "--fps", 6, "--rays", 128)
+    for convention in ("D5", "A4"):
+        for features in ("relative-bones", "joint-angles"):
+            name = convention + features[0]
+            good("fit", "visibility", "x.vis.h5", "-o", name + ".model.h5", "--holdout", "walk", "--clusters", 13,
+                 "--features", features, "--convention", convention)
+            good("fit", "predict", name + ".model.h5", "x.vis.h5", "-o", name + ".pred.vis.h5")
+    good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
+    good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", "ggx.brdf.h5")
+
+
+def check_agrees_with_the_fit():
+    """The run-time evaluator in single precision is what penumbra-fit predicts, up to rounding."""
+    worst = 0.0
+    for name in ("D5r", "D5j", "A4r", "A4j"):
+        good("pack", "asset", name + ".model.h5", "-o", "f32.pnb", "--precision", "f32")
+        good("pack", "check", "f32.pnb", "x.vis.h5", "--predictions", name + ".pred.vis.h5", "--report", "r.json")
+        f = figures("r.json")
+        assert [c["held_out"] for c in f["clips"]] == [c["name"] == "walk" for c in f["clips"]], f["clips"]
+        assert 0 < f["training"]["relative_error"] < 1, f["training"]
+        for row in f["clips"] + [f["training"], f["held_out"]]:
+            worst = max(worst, row["prediction_difference"])
+            total = row["truncation_error"] ** 2 + row["regression_error"] ** 2
+            assert abs(total - row["relative_error"] ** 2) < 1e-6, row
+    assert worst < 5e-5, worst
+    print("evaluator against penumbra-fit predict, f32: relative difference", worst)
+
+
+def check_precisions():
+    """Each precision is as far from the predictions as the packer measured, and the total error hardly moves."""
+    rows = {}
+    for precision in ("f32", "f16", "i8"):
+        out = precision + ".pnb"
+        good("pack", "asset", "D5r.model.h5", "--brdf", "lambert.brdf.h5", "--brdf", "ggx.brdf.h5", "-o", out,
+             "--precision", precision, "--report", "r.json")
+        packed = figures("r.json")
+        good("pack", "check", out, "x.vis.h5", "--predictions", "D5r.pred.vis.h5", "--report", "r.json")
+        rows[precision] = (packed["quantization_error"], figures("r.json"), packed["model_bytes_per_vertex"])
+        assert packed["bytes"]["file"] == os.path.getsize(out), packed["bytes"]
+        print(precision, "quantisation %.1e, held out %.4f, model %.0f bytes a vertex" %
+              (packed["quantization_error"], rows[precision][1]["held_out"]["relative_error"], rows[precision][2]))
+    assert rows["f32"][0] == 0 < rows["f16"][0] < rows["i8"][0] < 0.03, rows
+    assert rows["f32"][2] > 1.8 * rows["f16"][2] > 1.8 * 1.5 * rows["i8"][2], rows
+    exact = rows["f32"][1]["held_out"]["relative_error"]
+    assert abs(rows["i8"][1]["held_out"]["relative_error"] - exact) < 0.01 * exact
+    good("pack", "asset", "D5r.model.h5", "-o", "bound.pnb", "--max-error", rows["i8"][0] / 2, "--report", "r.json")
+    assert figures("r.json")["precision"] == "f16"
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-error", 1e-9, "--precision", "i8", says="--max-error")
+
+
+def check_same_bytes():
+    for threads in (1, 2, 8):
+        good("pack", "asset", "D5r.model.h5", "-o", "t%d.pnb" % threads, "--threads", threads)
+        good("pack", "truth", "x.vis.h5", "-o", "t%d.truth.pnb" % threads, "--threads", threads)
+    for kind in (".pnb", ".truth.pnb"):
+        contents = [open("t%d%s" % (n, kind), "rb").read() for n in (1, 2, 8)]
+        assert contents[0] == contents[1] == contents[2], kind
+    good("pack", "truth", "x.vis.h5", "-o", "walk.pnb", "--clips", "walk", "--precision", "f32")
+    assert os.path.getsize("walk.pnb") < os.path.getsize("t1.truth.pnb")
+
+
+def check_bad_input():
+    before = set(os.listdir("."))
+    whole = open("i8.pnb", "rb").read()
+    for name, content in (("empty.pnb", b""), ("cut.pnb", whole[:-100]), ("noise.pnb", os.urandom(5000)),
+                          ("flip.pnb", whole[:90000] + bytes([whole[90000] ^ 1]) + whole[90001:])):
+        open(name, "wb").write(content)
+        fails(3, "check", name, "x.vis.h5", says=name)
+        before.add(name)
+    fails(3, "check", "t1.truth.pnb", "x.vis.h5", says="t1.truth.pnb: has no model")
+    fails(3, "check", "i8.pnb", "D5r.pred.vis.h5", says="quantity")
+    fails(3, "asset", "x.vis.h5", "-o", "no.pnb", says="x.vis.h5")
+    fails(3, "asset", "D5r.model.h5", "--brdf", "ggx.brdf.h5", "--brdf", "ggx.brdf.h5", "-o", "no.pnb", says="twice")
+    fails(3, "truth", "D5r.pred.vis.h5", "-o", "no.pnb", says="D5r.pred.vis.h5: quantity")
+    fails(1, "truth", "x.vis.h5", "-o", "no.pnb", "--clips", "run", says="walk")
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--precision", "f64", says="f64")
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-error", "-1", says="--max-error")
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--colour", says="--colour")
+    fails(1, "asset", "D5r.model.h5", "-o", "D5r.model.h5", says="input and output")
+    fails(2, "asset", "missing.model.h5", "-o", "no.pnb", says="missing.model.h5")
+    fails(2, "asset", "D5r.model.h5", "-o", "nowhere/no.pnb", says="nowhere")
+    fails(2, "asset", "D5r.model.h5", "-o", "i8.pnb", "--no-clobber", says="--no-clobber")
+    good("pack", "asset", "D5r.model.h5", "-o", "no.pnb", "--dry-run")
+    good("pack", "truth", "x.vis.h5", "-o", "no.pnb", "--dry-run")
+    assert set(os.listdir(".")) == before, set(os.listdir(".")) ^ before
+    assert open("i8.pnb", "rb").read() == whole
+
+
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    make_inputs()
+    check_agrees_with_the_fit()
+    check_precisions()
+    check_same_bytes()
+    check_bad_input()
+print("penumbra-pack: agrees with the fit, keeps its error bound, same bytes for any thread count, refuses bad input")
