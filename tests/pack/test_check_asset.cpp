@@ -103,6 +103,25 @@ TEST(CheckAsset, AModelThatMadeTheTruthHasNoError) {
     }
 }
 
+// Sum over a clip's frames of (y - mean)^2, mean over the first clip's (the training) frames; y = model + noise.
+double variationOf(const SyntheticBake& bake, std::size_t clip) {
+    Evaluator evaluator(bake.asset);
+    const std::size_t count = evaluator.vertexCount() * 16;
+    std::vector<double> y, mean(count);
+    std::vector<float> numbers(count);
+    for (std::size_t f = 0; f < 6; ++f) {
+        evaluator.setPose(bake.asset.animation.bonesOf(f), {});
+        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+        for (std::size_t i = 0; i < count; ++i) {
+            y.push_back(double(numbers[i]) + bake.noise[f * count + i]);
+            if (f < 3) mean[i] += y.back() / 3;
+        }
+    }
+    double sum = 0;
+    for (std::size_t i = 3 * clip * count; i < 3 * (clip + 1) * count; ++i) sum += std::pow(y[i] - mean[i % count], 2);
+    return sum;
+}
+
 // The noise is all of the error, so rms V is its root mean square, and relative^2 = truncation^2 + regression^2.
 TEST(CheckAsset, FiguresAreThoseOfTheNoise) {
     const SyntheticBake bake(0.1f);
@@ -124,8 +143,10 @@ TEST(CheckAsset, FiguresAreThoseOfTheNoise) {
         }
         const ErrorFigures& f = result.clips[std::size_t(clip)];
         EXPECT_NEAR(f.rms_v, std::sqrt(squares / double(3 * vertices) / (4 * std::numbers::pi)), 1e-6);
+        EXPECT_NEAR(f.relative_error, std::sqrt(squares / variationOf(bake, std::size_t(clip))), 1e-5);
         EXPECT_NEAR(f.ambient_error, ambient_error / double(3 * vertices), 1e-6);
         EXPECT_NEAR(std::hypot(f.truncation, f.regression), f.relative_error, 1e-9);
+        EXPECT_EQ(f.relative_error, (clip ? result.held_out : result.training).relative_error);
         EXPECT_GT(f.regression, 0);
         EXPECT_GT(f.truncation, f.regression) << "noise lies mostly outside a span of 3";
     }

@@ -88,12 +88,13 @@ TEST(VertexShader, OpenLambertUnderUniformLightIsItsAlbedo) {
     for (const char* name : {"A4", "A5", "D4", "D5", "D6"}) {
         Scene scene;
         scene.convention = parseConvention(name);
-        scene.setMaterial(synthetic::lambert({0.2, 0.2, 0.2}));
+        scene.setMaterial(synthetic::lambert());
+        scene.material.color = {0.2f, 0.5f, 0};
         scene.setLight(synthetic::light(4, 0));
         const Mat3 q = someRotation(0.7f, 1.9f);
         scene.addVertex({0, 0, 0}, {q(2, 0), q(2, 1), q(2, 2)}, {q(0, 0), q(0, 1), q(0, 2)},
                         numbersOf(scene.convention, [](Vec3d) { return true; }));
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.shade()[0][c], 0.2, 3e-7) << name;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.shade()[0][c], scene.material.color[c], 3e-7) << name;
     }
 }
 
