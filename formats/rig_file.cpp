@@ -57,6 +57,7 @@ static void addClips(RigSource& rig, RigSource&& from) {
 
 static void makeClipNamesUnique(std::vector<Clip>& clips) {
     std::vector<std::string> names;
+    names.reserve(clips.size());
     for (const Clip& clip : clips) names.push_back(clip.name);
     names = uniqueNames(std::move(names));
     for (std::size_t i = 0; i < clips.size(); ++i) clips[i].name = names[i];

@@ -114,6 +114,7 @@ static std::vector<Vec3d> boxCorners(const RigSource& source, int skin) {
                     high[i] = std::max(high[i], double(p[i]));
                 }
     std::vector<Vec3d> corners;
+    corners.reserve(8);
     for (int c = 0; c < 8; ++c)
         corners.push_back({c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z});
     return corners;

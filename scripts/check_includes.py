@@ -26,7 +26,7 @@ EDGES = {
     r"tbb/|oneapi/": ["formats/parallel_for.cpp", "tests/"],
     r"tiny_gltf\.h": ["formats/rig_gltf"],
     r"assimp/": ["formats/rig_assimp"],
-    r"meshoptimizer\.h": ["formats/rig_"],
+    r"meshoptimizer\.h": ["formats/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image_"],
     r"png\.h": ["formats/image_"],
     r"CLI/": ["formats/command_line.h"],
