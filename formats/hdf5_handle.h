@@ -57,6 +57,9 @@ struct Hdf5Dataset {
     std::size_t count() const;
 };
 Hdf5Dataset openFloats(const Hdf5Reader& in, const std::string& dataset, std::vector<hsize_t>& expected);
+// Opens it again with room for every chunk that crosses one entry of the first axis (a frame), so that a reader who
+// goes frame by frame decompresses each chunk once. Costs that much memory.
+void cacheOneFrame(const Hdf5Reader& in, const std::string& dataset, Hdf5Dataset& opened);
 // The part [begin, begin + count) along each axis; out.size() is the product of `count`.
 void readPart(const Hdf5Dataset& dataset, const std::vector<hsize_t>& begin, const std::vector<hsize_t>& count,
               std::span<float> out);

@@ -194,9 +194,8 @@ static Hdf5Dataset openNumbers(const Hdf5Reader& in, const std::string& path, st
     return dataset;
 }
 
-// Opens it again with room for every chunk that crosses one entry of the first axis (a frame), so that a reader who
-// goes frame by frame decompresses each chunk once.
-static void enlargeCache(const Hdf5Reader& in, const std::string& path, Hdf5Dataset& dataset) {
+void cacheOneFrame(const Hdf5Reader& in, const std::string& path, Hdf5Dataset& dataset) {
+    if (dataset.chunk.empty() || dataset.count() == 0) return;
     constexpr std::size_t kMostBytes = std::size_t(256) << 20;
     std::size_t bytes = dataset.half ? 2 : 4;
     for (std::size_t axis = 0; axis < dataset.shape.size(); ++axis) {
@@ -212,9 +211,7 @@ static void enlargeCache(const Hdf5Reader& in, const std::string& path, Hdf5Data
 }
 
 Hdf5Dataset openFloats(const Hdf5Reader& in, const std::string& path, std::vector<hsize_t>& expected) {
-    Hdf5Dataset dataset = openNumbers(in, path, expected, H5T_FLOAT);
-    if (!dataset.chunk.empty() && dataset.count() > 0) enlargeCache(in, path, dataset);
-    return dataset;
+    return openNumbers(in, path, expected, H5T_FLOAT);
 }
 
 template <class T>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <mutex>
 #include <stdexcept>
 
 #include "formats/errors.h"
@@ -162,6 +163,7 @@ struct VisibilityReader::Impl {
     VisibilityHeader header;
     Hdf5Dataset positions, normals, bones, pose, coefficients;
     bool has_bones = false, has_pose = false;
+    std::once_flag by_frame;  // set when coefficients are read by frame; by vertex range they need no cache
 };
 
 static VisibilityHeader readHeader(const Hdf5Reader& in) {
@@ -208,6 +210,10 @@ VisibilityReader::VisibilityReader(const std::filesystem::path& path) : impl_(st
         file.header.pose_size = int(shape[1]);
         file.header.pose_parameterisation = readTextAttribute(file.in, "/frames/pose", "parameterisation");
     }
+    cacheOneFrame(file.in, "/frames/positions", file.positions);
+    cacheOneFrame(file.in, "/frames/normals", file.normals);
+    if (file.has_bones) cacheOneFrame(file.in, "/frames/bones", file.bones);
+    if (file.has_pose) cacheOneFrame(file.in, "/frames/pose", file.pose);
     shape = {frames, vertices, file.header.coefficientCount()};
     file.coefficients = openFloats(file.in, kCoefficients, shape);
 }
@@ -241,6 +247,7 @@ VisibilityFrame VisibilityReader::readPose(std::size_t frame) const {
 }
 
 VisibilityFrame VisibilityReader::readFrame(std::size_t frame) const {
+    std::call_once(impl_->by_frame, [&] { cacheOneFrame(impl_->in, kCoefficients, impl_->coefficients); });
     VisibilityFrame out = readPose(frame);
     out.coefficients.resize(impl_->header.mesh.vertexCount() * impl_->header.coefficientCount());
     readFrameOf(impl_->coefficients, frame, out.coefficients);
