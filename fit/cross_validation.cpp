@@ -40,15 +40,19 @@ Matrix centredRows(const Matrix& m, std::span<const std::size_t> rows, std::span
     return out;
 }
 
+struct Fold {
+    std::vector<std::size_t> kept, left_out;  // rows
+};
+
 // In the PCA of the inputs x = U s, the ridge is diagonal: a left-out row with scores z is predicted as
 // sum_i z_i d_i (U_i^T Y), d_i = s_i / (s_i^2 + alpha^2). So the squared error of the fold, |Y_out|^2 - 2 d.c + d.Bd,
 // costs I^2 for each alpha: c_i = (Z^T Y_out)_i . (U^T Y)_i, B_ij = (Z^T Z)_ij (U^T Y)_i . (U^T Y)_j.
-void addFoldErrors(const Matrix& features, const Matrix& outputs, std::span<const std::size_t> kept,
-                   std::span<const std::size_t> left_out, double input_variance, std::span<const double> alphas,
-                   std::span<double> errors) {
-    const std::vector<double> x_mean = meanOfRows(features, kept), y_mean = meanOfRows(outputs, kept);
-    const Matrix x = centredRows(features, kept, x_mean), y = centredRows(outputs, kept, y_mean);
-    const Matrix x_out = centredRows(features, left_out, x_mean), y_out = centredRows(outputs, left_out, y_mean);
+std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, const Fold& fold, double input_variance,
+                               std::span<const double> alphas) {
+    const std::vector<double> x_mean = meanOfRows(features, fold.kept), y_mean = meanOfRows(outputs, fold.kept);
+    const Matrix x = centredRows(features, fold.kept, x_mean), y = centredRows(outputs, fold.kept, y_mean);
+    const Matrix x_out = centredRows(features, fold.left_out, x_mean);
+    const Matrix y_out = centredRows(outputs, fold.left_out, y_mean);
     const Pca pca = principalComponents(x);
     const std::size_t inputs = std::min(componentsFor(pca, input_variance), pca.energies.size());
     const auto n = Eigen::Index(inputs);
@@ -60,10 +64,12 @@ void addFoldErrors(const Matrix& features, const Matrix& outputs, std::span<cons
     const Eigen::VectorXd c = (z.transpose() * asEigen(y_out)).cwiseProduct(uy).rowwise().sum();
     const Eigen::MatrixXd b = (z.transpose() * z).cwiseProduct(uy * uy.transpose());
     const double square = asEigen(y_out).squaredNorm();
-    for (std::size_t a = 0; a < alphas.size(); ++a) {
-        const Eigen::VectorXd d = s.array() / (s.array().square() + alphas[a] * alphas[a]);
-        errors[a] += square - 2 * d.dot(c) + d.dot(b * d);
+    std::vector<double> errors;
+    for (double alpha : alphas) {
+        const Eigen::VectorXd d = s.array() / (s.array().square() + alpha * alpha);
+        errors.push_back(square - 2 * d.dot(c) + d.dot(b * d));
     }
+    return errors;
 }
 
 }  // namespace
@@ -88,10 +94,11 @@ std::vector<double> blockedErrors(const Matrix& weighted_features, const Matrix&
     std::vector<double> errors(alphas.size());
     const int fold_count = folds.empty() ? 0 : 1 + *std::max_element(folds.begin(), folds.end());
     if (fold_count < 2) return errors;
-    for (int fold = 0; fold < fold_count; ++fold) {
-        std::vector<std::size_t> kept, left_out;
-        for (std::size_t i = 0; i < folds.size(); ++i) (folds[i] == fold ? left_out : kept).push_back(i);
-        addFoldErrors(weighted_features, outputs, kept, left_out, input_variance, alphas, errors);
+    for (int f = 0; f < fold_count; ++f) {
+        Fold fold;
+        for (std::size_t i = 0; i < folds.size(); ++i) (folds[i] == f ? fold.left_out : fold.kept).push_back(i);
+        const std::vector<double> of_fold = foldErrors(weighted_features, outputs, fold, input_variance, alphas);
+        for (std::size_t a = 0; a < alphas.size(); ++a) errors[a] += of_fold[a];
     }
     return errors;
 }

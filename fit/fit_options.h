@@ -1,5 +1,6 @@
 #pragma once
 // What the visibility fit needs to know. The defaults here are the documented ones; nothing else holds a default.
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -10,14 +11,16 @@ namespace penumbra {
 struct FitOptions {
     ModelKind model = ModelKind::kLinear;
     FeatureKind features = FeatureKind::kRelativeBones;
-    int clusters = 0;  // 0: what mean-shift finds, split until no cluster is larger than kAutoClusterSize
+    int clusters = 0;  // 0: what mean-shift finds, or one for every kAutoClusterSize vertices if more
     // Of the (weighted) features that PCA keeps, in (0, 1]; 0: 0.9 for joint angles, the papers' value, and 0.99 for
     // relative bones, where blocked cross-validation gains from every input (0.716 at 0.9, 0.704 at 0.99).
     double input_variance = 0;
     double output_variance = 0.95;     // of the numbers of a cluster that PCA keeps, in (0, 1]
     std::vector<std::string> holdout;  // clips that no step sees; errors only
     Convention convention;             // D5
-    int threads = 0;                   // 0: all cores; never changes the result
+    // Of numbers in memory at a time, at least one cluster's: more clusters take more passes over the file.
+    std::size_t batch_bytes = std::size_t(256) << 20;
+    int threads = 0;  // 0: all cores; like batch_bytes it never changes the result
 };
 
 double inputVariance(const FitOptions& options);  // with the default resolved

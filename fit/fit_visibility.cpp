@@ -18,8 +18,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kBatchBytes = std::size_t(256) << 20;  // of numbers in memory at a time; at least one cluster
-
 struct Split {
     std::vector<std::size_t> train, held_out;  // frames
 };
@@ -80,14 +78,14 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.output_variance = options.output_variance;
 }
 
-// Consecutive clusters whose numbers fit in kBatchBytes.
-std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters, std::size_t frames,
-                                                             std::size_t numbers_per_vertex) {
+// Consecutive clusters whose numbers fit in batch_bytes.
+std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters,
+                                                             std::size_t bytes_per_vertex, std::size_t batch_bytes) {
     std::vector<std::pair<std::size_t, std::size_t>> batches;
     std::size_t bytes = 0;
     for (std::size_t c = 0; c < clusters.vertices.size(); ++c) {
-        const std::size_t size = clusters.vertices[c].size() * frames * numbers_per_vertex * sizeof(float);
-        if (batches.empty() || bytes + size > kBatchBytes) {
+        const std::size_t size = clusters.vertices[c].size() * bytes_per_vertex;
+        if (batches.empty() || bytes + size > batch_bytes) {
             batches.emplace_back(c, c);
             bytes = 0;
         }
@@ -135,7 +133,8 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     // Reading and rotating takes about as long as fitting.
     SharedProgress progress(job.observer, 2.0 * double(vertices));
     std::vector<ClusterFit> fits(job.clusters.vertices.size());
-    for (auto [begin, end] : makeBatches(job.clusters, job.poses.frameCount(), std::size_t(model.convention.size()))) {
+    const std::size_t bytes_per_vertex = job.poses.frameCount() * std::size_t(model.convention.size()) * sizeof(float);
+    for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, job.options.batch_bytes)) {
         ClusterNumbersRequest request;
         request.convention = model.convention;
         request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};

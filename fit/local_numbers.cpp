@@ -57,25 +57,38 @@ Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {
     return part;
 }
 
-void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const Part& part,
-                       std::span<const Wanted> wanted, std::span<const float> moments, std::size_t moments_begin,
-                       std::size_t stride, std::size_t frame, std::vector<MatrixF>& out) {
+// A range of vertices in memory.
+struct VertexRange {
+    std::size_t begin = 0, end = 0;
+    std::size_t stride = 0;      // moments a vertex
+    std::vector<float> moments;  // [F, end - begin, stride]
+    std::span<const Wanted> wanted;
+    Part part;  // the wanted vertices
+
+    std::span<const float> momentsOf(std::size_t frame, std::uint32_t vertex, std::size_t count) const {
+        const std::size_t at = (frame * (end - begin) + vertex - begin) * stride;
+        return std::span(moments).subspan(at, count);
+    }
+};
+
+void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
+                       std::size_t frame, std::vector<MatrixF>& out) {
     std::vector<Vec3> positions, normals;
     const std::span<const Affine> bones = poses.bonesOf(frame);
-    skinVertices(part.mesh, part.skin, part.rest_normals, {bones.begin(), bones.end()}, positions, normals);
+    skinVertices(range.part.mesh, range.part.skin, range.part.rest_normals, {bones.begin(), bones.end()}, positions,
+                 normals);
     const int order = request.convention.order;
+    const auto count = std::size_t(coefficientCount(order)), size = std::size_t(request.convention.size());
     std::array<float, coefficientCount(kMaxOrder)> local;
-    const std::span<float> local_moments = std::span(local).first(std::size_t(coefficientCount(order)));
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-        const std::uint32_t v = wanted[i].vertex;
-        const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[v]];
+    for (std::size_t i = 0; i < range.wanted.size(); ++i) {
+        const Wanted& wanted = range.wanted[i];
+        const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[wanted.vertex]];
         const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
-        const Vec3 tangent = carriedTangent(normals[i], rotation, (*request.frames.rest_tangents)[v]);
-        const ShRotation to_model = makeShRotation(order, localFrame(normals[i], tangent));
-        applyTransposed(to_model, moments.subspan((v - moments_begin) * stride, local_moments.size()), local_moments);
-        fromMoments(
-            request.convention, local_moments,
-            out[wanted[i].cluster].row(frame).subspan(wanted[i].column, std::size_t(request.convention.size())));
+        const Vec3 tangent = carriedTangent(normals[i], rotation, (*request.frames.rest_tangents)[wanted.vertex]);
+        applyTransposed(makeShRotation(order, localFrame(normals[i], tangent)),
+                        range.momentsOf(frame, wanted.vertex, count), std::span(local).first(count));
+        fromMoments(request.convention, std::span(local).first(count),
+                    out[wanted.cluster].row(frame).subspan(wanted.column, size));
     }
 }
 
@@ -107,26 +120,22 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
         out.emplace_back(frames, vertices.size() * std::size_t(request.convention.size()));
 
     const std::vector<Wanted> wanted = wantedVertices(request);
-    const std::size_t range =
+    const std::size_t step =
         std::max<std::size_t>(kBlockFloats / (frames * stride) / kBlockVertices, 1) * kBlockVertices;
-    std::vector<float> moments;
-    for (std::size_t first = 0; first < wanted.size();) {
+    VertexRange range;
+    range.stride = stride;
+    for (std::size_t first = 0; first < wanted.size(); first += range.wanted.size()) {
         throwIfInterrupted();
-        const std::size_t begin = wanted[first].vertex / range * range;
-        const std::size_t end = std::min(begin + range, header.mesh.vertexCount());
+        range.begin = wanted[first].vertex / step * step;
+        range.end = std::min(range.begin + step, header.mesh.vertexCount());
         std::size_t last = first;
-        while (last < wanted.size() && wanted[last].vertex < end) ++last;
-        const std::span<const Wanted> here(wanted.data() + first, last - first);
-        moments.resize(frames * (end - begin) * stride);
-        reader.readVertices(begin, end, moments);
-        const Part part = makePart(header, here);
-        parallelFor(frames, request.threads, [&](std::size_t f) {
-            const std::size_t size = (end - begin) * stride;
-            writeFrameNumbers(poses, request, part, here, std::span(moments).subspan(f * size, size), begin, stride, f,
-                              out);
-        });
+        while (last < wanted.size() && wanted[last].vertex < range.end) ++last;
+        range.wanted = {wanted.data() + first, last - first};
+        range.moments.resize(frames * (range.end - range.begin) * stride);
+        reader.readVertices(range.begin, range.end, range.moments);
+        range.part = makePart(header, range.wanted);
+        parallelFor(frames, request.threads, [&](std::size_t f) { writeFrameNumbers(poses, request, range, f, out); });
         if (request.vertices_done) request.vertices_done(last - first);
-        first = last;
     }
     return out;
 }

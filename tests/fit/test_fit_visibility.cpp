@@ -63,25 +63,27 @@ TEST(FitVisibility, DoesNotSeeAMotionOfTheWholeCharacter) {
             EXPECT_NEAR(a.model.clusters[c].mean[i], b.model.clusters[c].mean[i], 2e-5);
 }
 
-TEST(FitVisibility, WritesTheSameBytesForAnyThreadCount) {
+TEST(FitVisibility, WritesTheSameBytesForAnyThreadCountAndBatch) {
     const TemporaryFile file("threads.vis.h5");
     synthetic::Options character;
     character.noise = 0.3;
     synthetic::writeCharacter(file.path, character);
-    const auto bytes = [&](int threads) {
+    const auto bytes = [&](int threads, std::size_t batch_bytes) {
         FitOptions options;
         options.clusters = 7;
         options.convention = character.convention;
         options.holdout = {"clip0"};
         options.threads = threads;
+        options.batch_bytes = batch_bytes;
         const TemporaryFile model("threads.model.h5");
         writeModel(model.path, fitFile(file.path, options).model);
         std::ifstream in(model.path, std::ios::binary);
         return std::string(std::istreambuf_iterator<char>(in), {});
     };
-    const std::string one = bytes(1);
+    const std::string one = bytes(1, FitOptions{}.batch_bytes);
     EXPECT_GT(one.size(), 1000u);
-    for (int threads : {2, 8}) EXPECT_TRUE(bytes(threads) == one) << threads << " threads";
+    for (int threads : {2, 8}) EXPECT_TRUE(bytes(threads, FitOptions{}.batch_bytes) == one) << threads << " threads";
+    EXPECT_TRUE(bytes(2, 1) == one) << "a cluster at a time";
 }
 
 // Held-out frames do not enter: whatever they hold, everything that was fitted stays the same.
