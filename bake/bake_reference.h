@@ -15,12 +15,12 @@ enum class ReferenceChannel { kShaded, kAmbient, kNormals };
 
 struct ReferenceOptions {
     ReferenceChannel channel = ReferenceChannel::kShaded;
-    BrdfSpec brdf;
-    int width = 512, height = 512;   // pixels, each 1..16384
-    int samples = 256;               // shadow rays a pixel, 4..2^20, shared by its camera rays
-    int camera_rays = 4;             // a pixel, 1..64
-    std::optional<Vec3> background;  // linear; unset: transparent
-    double bias = 1e-4;              // start of a shadow ray above the surface, in box diagonals of the frame
+    BrdfSpec brdf = {};
+    int width = 512, height = 512;        // pixels, each 1..16384
+    int samples = 256;                    // shadow rays a pixel, 4..2^20, shared by its camera rays
+    int camera_rays = 4;                  // a pixel, 1..64
+    std::optional<Vec3> background = {};  // linear; unset: transparent
+    double bias = 1e-4;                   // start of a shadow ray above the surface, in box diagonals of the frame
 };
 std::string findProblem(const ReferenceOptions& options);
 

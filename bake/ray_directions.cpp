@@ -31,7 +31,7 @@ static Mat3d randomRotation(std::uint64_t seed) {
 RayDirections makeRayDirections(int rays, std::uint64_t seed, int order) {
     assert(rays > 0 && order >= 1 && order <= kMaxOrder);
     std::vector<Vec3d> directions = fibonacciSphere(2 * rays);
-    const Mat3d rotation = randomRotation(seed);
+    const Mat3d rotation = seed == 1 ? Mat3d{} : randomRotation(seed);
     for (Vec3d& d : directions) d = rotation * d;
     directions = mortonSorted(std::move(directions));
 

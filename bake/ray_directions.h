@@ -26,8 +26,8 @@ struct RayDirections {
     std::vector<float> basis;              // [packet][n^2][kLanes]: 4 pi / count * y_i(direction)
 };
 
-// 2 `rays` directions: the spherical Fibonacci set, turned by a rotation that `seed` draws uniformly (every seed turns
-// it, 1 too, so that no mesh is aligned with the set by design), sorted along a Morton curve.
+// 2 `rays` directions: the spherical Fibonacci set (sh/quadrature.h) as it is for seed 1, turned by a rotation that any
+// other seed draws uniformly; sorted along a Morton curve.
 RayDirections makeRayDirections(int rays, std::uint64_t seed, int order);
 
 // 1 in the lanes with direction . normal > 0 and, with `ground`, direction.y >= 0; returns how many there are.

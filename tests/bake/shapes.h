@@ -1,0 +1,106 @@
+#pragma once
+// Meshes with known answers, and a ray tracer without an acceleration structure.
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "formats/mesh.h"
+#include "sh/quadrature.h"
+#include "sh/sh_project.h"
+
+namespace penumbra::shapes {
+
+struct Shape {
+    std::vector<Vec3> positions;
+    std::vector<Triangle> triangles;
+};
+
+inline void append(Shape& to, const Shape& more) {
+    const auto first = std::uint32_t(to.positions.size());
+    to.positions.insert(to.positions.end(), more.positions.begin(), more.positions.end());
+    for (Triangle t : more.triangles) to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+// Latitude-longitude sphere; its vertices lie on it.
+inline Shape sphere(Vec3d centre, double radius, int rings) {
+    Shape s;
+    const int columns = 2 * rings;
+    s.positions.push_back(toFloat(centre + Vec3d{0, radius, 0}));
+    for (int i = 1; i < rings; ++i)
+        for (int j = 0; j < columns; ++j) {
+            const double t = std::numbers::pi * i / rings, p = 2 * std::numbers::pi * j / columns;
+            s.positions.push_back(
+                toFloat(centre + Vec3d{std::sin(t) * std::cos(p), std::cos(t), std::sin(t) * std::sin(p)} * radius));
+        }
+    s.positions.push_back(toFloat(centre - Vec3d{0, radius, 0}));
+    const auto last = std::uint32_t(s.positions.size() - 1);
+    const auto at = [&](int i, int j) { return std::uint32_t(1 + (i - 1) * columns + j % columns); };
+    for (int j = 0; j < columns; ++j) {
+        s.triangles.push_back({0, at(1, j + 1), at(1, j)});
+        s.triangles.push_back({last, at(rings - 1, j), at(rings - 1, j + 1)});
+        for (int i = 1; i + 1 < rings; ++i) {
+            s.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j)});
+            s.triangles.push_back({at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)});
+        }
+    }
+    return s;
+}
+
+// A square of half-size `half` through `centre`, across `normal`.
+inline Shape square(Vec3d centre, Vec3d normal, double half) {
+    const Vec3d side = std::abs(normal.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    const Vec3d u = normalized(cross(normal, side)) * half, v = normalized(cross(normal, u)) * half;
+    return {{toFloat(centre - u - v), toFloat(centre + u - v), toFloat(centre + u + v), toFloat(centre - u + v)},
+            {{0, 1, 2}, {0, 2, 3}}};
+}
+
+// Two spheres that nearly touch, over a floor: every kind of shadow.
+inline Shape clutter(int rings) {
+    Shape s = sphere({0, 1, 0}, 0.5, rings);
+    append(s, sphere({0.8, 1.3, 0.3}, 0.45, rings));
+    append(s, square({0, 0.3, 0}, {0, 1, 0}, 3));
+    return s;
+}
+
+// Moeller and Trumbore 1997, in double; any hit beyond the origin.
+inline bool blocked(Vec3d origin, Vec3d direction, const std::vector<Vec3>& positions,
+                    const std::vector<Triangle>& triangles) {
+    for (const Triangle& t : triangles) {
+        const Vec3d a = toDouble(positions[t[0]]), e1 = toDouble(positions[t[1]]) - a,
+                    e2 = toDouble(positions[t[2]]) - a;
+        const Vec3d p = cross(direction, e2);
+        const double determinant = dot(e1, p);
+        if (determinant == 0) continue;
+        const Vec3d s = origin - a, q = cross(s, e1);
+        const double u = dot(s, p) / determinant, v = dot(direction, q) / determinant;
+        if (u >= 0 && v >= 0 && u + v <= 1 && dot(e2, q) / determinant > 0) return true;
+    }
+    return false;
+}
+
+// Hemisphere moments of one point over the plain Fibonacci set of 2 x 1024 directions, without the bake's code.
+inline std::vector<double> bruteForceMoments(int order, Vec3d point, Vec3d normal, double lift, const Shape& shape) {
+    static const std::vector<Vec3d> directions = fibonacciSphere(2048);
+    std::vector<std::uint8_t> visible;
+    for (const Vec3d& d : directions)
+        visible.push_back(dot(d, normal) > 0 && !blocked(point + normal * lift, d, shape.positions, shape.triangles));
+    std::vector<double> b(std::size_t(coefficientCount(order)));
+    projectVisibility(order, directions, visible, b);
+    return b;
+}
+
+// sqrt(sum (a - b)^2 / sum b^2).
+template <class A, class B>
+double relativeError(const A& a, const B& b) {
+    double difference = 0, size = 0;
+    for (std::size_t i = 0; i < std::size(b); ++i) {
+        difference += std::pow(double(a[i]) - double(b[i]), 2);
+        size += std::pow(double(b[i]), 2);
+    }
+    return std::sqrt(difference / size);
+}
+
+}  // namespace penumbra::shapes
