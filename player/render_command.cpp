@@ -87,10 +87,10 @@ static void defineRender(CLI::App& app, RenderCommand& command) {
     app.add_option("asset", command.asset, "X.pnb with a model")->required();
     app.add_option("-o,--output", command.output, "OUT.png or OUT.exr (half floats, colours times coverage)")
         ->required();
-    app.add_option("--clip", options.clip, "name of the clip (default: the first)");
+    app.add_option("--clip", options.clip, "name of the clip, or how only it begins (default: the first)");
     app.add_option("--frame", options.frame, "sampled frame of the clip, from 0")->capture_default_str();
-    app.add_option("--brdf", options.brdf, "name of the material (default: the first)");
-    app.add_option("--light", options.light, "name of the light (default: the first)");
+    app.add_option("--brdf", options.brdf, "name of the material, likewise");
+    app.add_option("--light", options.light, "name of the light, likewise");
     app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)");
     app.add_option("--camera", options.camera,
                    "yaw=,pitch=,fov= (degrees), distance=,target=X/Y/Z; what is not given is framed");

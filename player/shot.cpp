@@ -7,17 +7,26 @@
 
 namespace penumbra {
 
-// The element of `list` called `name`, or its first one for "".
+// The element of `list` called `name`, else the only one whose name begins so ("ggx" for "ggx:alpha=0.3"), or the
+// first for "".
 template <class T>
 static const T& findByName(const std::vector<T>& list, const std::string& name, const std::string& option) {
     if (list.empty())
         throw InvalidInput("the asset holds no " + option + "; give penumbra-pack asset one with --" + option);
     if (name.empty()) return list.front();
-    for (const T& element : list)
-        if (element.name == name) return element;
+    const T* beginning = nullptr;
+    int beginnings = 0;
     std::string known;
-    for (const T& element : list) known += (known.empty() ? "" : ", ") + std::string(element.name);
-    throw UsageError("--" + option + ": the asset has no \"" + name + "\"; it has " + known);
+    for (const T& element : list) {
+        if (element.name == name) return element;
+        known += (known.empty() ? "" : ", ") + std::string(element.name);
+        if (!element.name.starts_with(name)) continue;
+        beginning = &element;
+        ++beginnings;
+    }
+    if (beginnings == 1) return *beginning;
+    throw UsageError("--" + option + ": the asset has " + (beginnings == 0 ? "no" : "more than one") + " \"" + name +
+                     "\"; it has " + known);
 }
 
 static const ClipView* findClip(const AnimationView& animation, std::string_view name) {

@@ -237,6 +237,12 @@ TEST(Render, UnknownNamesAreUsageErrorsThatListTheKnownOnes) {
     EXPECT_EQ(messageOf(options, data.asset, nullptr),
               "usage: --brdf: the asset has no \"gold\"; it has lambert, ggx, tinted");
     options = smallPicture();
+    options.clip = "s";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr),
+              "usage: --clip: the asset has more than one \"s\"; it has swing, still");
+    options.clip = "sw";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "");
+    options = smallPicture();
     options.light = "moon";
     EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --light: the asset has no \"moon\"; it has sky, even");
     options = smallPicture();

@@ -1,0 +1,210 @@
+"""penumbra-player as a user runs it: rig -> bake -> fit -> pack -> pictures, held against ray-traced pictures.
+
+usage: test_player_render.py BIN
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import zlib
+
+import numpy as np
+
+BIN = os.path.abspath(sys.argv[1])
+RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+FRAME = ["--clip", "squat", "--frame", 3]  # held out
+VIEW = ["--camera", "yaw=30,pitch=10", "--size", "128x128", "--background", "0/0/0", "--exposure", 0.4]
+
+
+def run(tool, *words):
+    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True)
+
+
+def good(tool, *words):
+    result = run(tool, *words)
+    assert result.returncode == 0, (tool, words, result.stderr)
+    return result
+
+
+def fails(code, *words, says=""):
+    result = run("player", "render", *words)
+    assert result.returncode == code, (words, result.returncode, result.stderr)
+    lines = result.stderr.splitlines()
+    assert len(lines) == 1 and says in lines[0], (words, says, result.stderr)
+
+
+def read_png(path):
+    """Pixels of an 8-bit RGB or RGBA PNG, [height, width, channels], 0..255."""
+    with open(path, "rb") as f:
+        data = f.read()
+    width, height = np.frombuffer(data[16:24], ">u4").astype(int)
+    channels = {2: 3, 6: 4}[data[25]]
+    packed, at = b"", 8
+    while at < len(data):
+        size = int.from_bytes(data[at:at + 4], "big")
+        if data[at + 4:at + 8] == b"IDAT":
+            packed += data[at + 8:at + 8 + size]
+        at += 12 + size
+    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, 1 + width * channels).astype(int)
+    out = np.zeros((height, width * channels), int)
+    for y in range(height):
+        line, above = rows[y, 1:].copy(), out[y - 1] if y else np.zeros(width * channels, int)
+        for x in range(width * channels):
+            left, corner = (line[x - channels], above[x - channels]) if x >= channels else (0, 0)
+            estimate = left + above[x] - corner
+            near = [abs(estimate - left), abs(estimate - above[x]), abs(estimate - corner)]
+            paeth = (left, above[x], corner)[near.index(min(near))]
+            line[x] = (line[x] + (0, left, above[x], (left + above[x]) // 2, paeth)[rows[y, 0]]) % 256
+        out[y] = line
+    return out.reshape(height, width, channels)
+
+
+def linear(picture):
+    c = picture[..., :3] / 255.0
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+def rmse(a, b):
+    return float(np.sqrt(np.mean((a - b) ** 2.0)))
+
+
+def write_sky(path):
+    """A lat-long Radiance picture: sky above, ground below, a soft sun at the upper left."""
+    height, width = 32, 64
+    polar, azimuth = np.meshgrid((np.arange(height) + 0.5) / height * np.pi,
+                                 ((np.arange(width) + 0.5) / width - 0.5) * 2 * np.pi, indexing="ij")
+    direction = np.stack([np.sin(polar) * np.cos(azimuth), np.cos(polar), np.sin(polar) * np.sin(azimuth)], -1)
+    sun = direction @ (np.array([-1, 1, 1]) / np.sqrt(3))
+    value = np.where(direction[..., 1] > 0, 0.5, 0.2)[..., None] * [0.8, 0.9, 1.0] + 3 * (sun[..., None] > 0.8)
+    exponent = np.ceil(np.log2(value.max(-1))) + 1
+    mantissa = np.floor(value / 2.0 ** exponent[..., None] * 256)
+    rgbe = np.concatenate([mantissa, exponent[..., None] + 128], -1).astype(np.uint8)
+    with open(path, "wb") as f:
+        f.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width) + rgbe.tobytes())
+
+
+def make_assets():
+    good("bake", "visibility", RIG, "-o", "x.vis.h5", "--fps", 4, "--rays", 512)
+    good("fit", "visibility", "x.vis.h5", "-o", "x.model.h5", "--holdout", "squat", "--clusters", 13)
+    write_sky("sky.hdr")
+    good("fit", "light", "sky.hdr", "-o", "sky.light.h5", "--order", 4)
+    good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
+    good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", "ggx.brdf.h5")
+    for precision in ("f16", "i8"):
+        good("pack", "asset", "x.model.h5", "--brdf", "lambert.brdf.h5", "--brdf", "ggx.brdf.h5", "--light",
+             "sky.light.h5", "-o", precision + ".pnb", "--precision", precision)
+    good("pack", "truth", "x.vis.h5", "-o", "x.truth.pnb", "--clips", "squat")
+
+
+def check_paths_agree():
+    """The picture of the evaluating shader is the CPU evaluator's: the bound is an RMSE of 0.5 in 255."""
+    worst = 0.0
+    for asset in ("f16.pnb", "i8.pnb"):
+        for channel in ("shaded", "ao", "error", "clusters", "normals"):
+            for source in ("model", "truth"):
+                for path in ("cpu", "glsl"):
+                    good("player", "render", asset, *FRAME, *VIEW, "--brdf", "ggx", "--channel", channel, "--source",
+                         source, "--truth", "x.truth.pnb", "--path", path, "-o", path + ".png")
+                cpu = read_png("cpu.png")
+                worst = max(worst, rmse(cpu, read_png("glsl.png")))
+                assert channel == "error" or cpu.max() > 100, (channel, cpu.max())
+    assert worst < 0.5, worst
+    print("CPU path against GLSL path, worst of all channels: RMSE %.3f / 255" % worst)
+
+
+def frame_number():
+    """Index of FRAME in x.vis.h5."""
+    import h5py
+    with h5py.File("x.vis.h5") as f:
+        names = [n.decode() if isinstance(n, bytes) else n for n in f["clips/names"][:]]
+        return int(np.flatnonzero(f["frames/clip"][:] == names.index(FRAME[1]))[0]) + FRAME[3]
+
+
+def check_against_ray_tracing():
+    """Truth through our shading, and a picture that knows no SH but the light's: same outline, light, brightness.
+
+    Measured: 0.037 and 0.107 in the median pixel. Where capsules meet, interpolation from vertices that lie inside the
+    next one is the whole error, hence no mean square.
+    """
+    for brdf, spec, bound in (("lambert", "lambert", 0.05), ("ggx", "ggx:alpha=0.3,f0=0.9", 0.15)):
+        good("bake", "reference", "x.vis.h5", "--frame", frame_number(), *VIEW, "--brdf", spec, "--light", "sky.hdr",
+             "--light-order", 4, "--samples", 1024, "-o", "traced.png")
+        good("player", "render", "f16.pnb", *FRAME, *VIEW, "--brdf", brdf, "--source", "truth", "--truth",
+             "x.truth.pnb", "-o", "drawn.png")
+        traced, drawn = linear(read_png("traced.png")), linear(read_png("drawn.png"))
+        outline = np.mean((traced.sum(-1) > 0) != (drawn.sum(-1) > 0))
+        inside = (traced.sum(-1) > 0) & (drawn.sum(-1) > 0)
+        assert inside.mean() > 0.05 and traced[inside].max() < 1, (inside.mean(), traced[inside].max())
+        error = np.median(np.abs(traced - drawn)[inside].max(-1) / traced[inside].max(-1))
+        shift = drawn[inside].mean() / traced[inside].mean() - 1
+        print("%s: truth drawn against ray tracing: median relative error %.4f of %d pixels, mean %+.3f, outline "
+              "differs at %.2f%%" % (brdf, error, inside.sum(), shift, 100 * outline))
+        assert error < bound, (brdf, error)
+        assert abs(shift) < 0.08, shift
+        assert outline < 0.01, outline
+
+
+def check_report_and_bytes():
+    first = None
+    for threads in (1, 2, 8):
+        good("player", "render", "i8.pnb", *FRAME, *VIEW, "--channel", "error", "--truth", "x.truth.pnb", "--threads",
+             threads, "-o", "again.png", "--report", "r.json")
+        with open("again.png", "rb") as f:
+            data = f.read()
+        first = first or data
+        assert data == first, "%d threads give another picture" % threads
+    with open("r.json") as f:
+        figures = json.load(f)["figures"]
+    assert 0 < figures["ambient_error_mean"] < 0.2 and figures["ambient_error_mean"] < figures["ambient_error_max"] <= 1
+    said = good("player", "render", "i8.pnb", *FRAME, *VIEW, "--channel", "error", "--truth", "x.truth.pnb", "-o",
+                "again.png").stdout
+    assert "mean %.5f, max %.5f" % (figures["ambient_error_mean"], figures["ambient_error_max"]) in said, said
+    said = good("player", "bench", "i8.pnb", "--runs", 3, "--size", "64x64").stdout
+    assert "evaluate visibility" in said and "Mvertices/s" in said, said
+
+
+def check_alpha_and_numbers():
+    """Normals are n/2 + 1/2 in the bytes of a PNG; what the mesh does not cover is transparent."""
+    good("player", "render", "i8.pnb", *FRAME, "--size", "64x64", "--channel", "normals", "-o", "n.png")
+    picture = read_png("n.png")
+    assert picture.shape == (64, 64, 4) and picture[0, 0, 3] == 0
+    covered = picture[picture[..., 3] == 255][:, :3] / 255.0 * 2 - 1
+    length = np.sqrt((covered ** 2).sum(-1))
+    assert len(covered) > 50 and np.median(np.abs(length - 1)) < 0.03, np.median(np.abs(length - 1))
+
+
+def check_errors():
+    out = ["-o", "no.png"]
+    fails(1, "i8.pnb", *out, "--clip", "jump", says="walk")
+    fails(1, "i8.pnb", *out, "--brdf", "gold", says="lambert")
+    fails(1, "i8.pnb", *out, "--light", "moon", says="sky")
+    fails(1, "i8.pnb", *out, "--frame", 10000, says="--frame")
+    fails(1, "i8.pnb", *out, "--size", "0x10", says="1..16384")
+    fails(1, "i8.pnb", *out, "--channel", "depth", says="normals")
+    fails(1, "i8.pnb", *out, "--channel", "error", says="--truth")
+    fails(1, "i8.pnb", *out, "--camera", "roll=1", says="--camera")
+    fails(1, "i8.pnb", *out, "--gl", "vulkan", says="osmesa")
+    fails(1, "i8.pnb", "-o", "no.jpg", says=".png or .exr")
+    fails(2, "none.pnb", *out, says="none.pnb")
+    fails(2, "i8.pnb", "-o", "no_folder/no.png", says="no_folder")
+    fails(3, "x.truth.pnb", *out, says="no model")
+    fails(3, "i8.pnb", *out, "--truth", "f16.pnb", "--source", "truth", says="no baked frames")
+    fails(3, "i8.pnb", *out, "--truth", "x.truth.pnb", "--source", "truth", "--clip", "walk", says="walk")
+    fails(3, "x.vis.h5", *out, says="not a Penumbra asset")
+    open("empty.pnb", "w").close()
+    fails(3, "empty.pnb", *out, says="empty.pnb")
+    assert not [name for name in os.listdir(".") if name.startswith("no")], os.listdir(".")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    make_assets()
+    check_paths_agree()
+    check_against_ray_tracing()
+    check_report_and_bytes()
+    check_alpha_and_numbers()
+    check_errors()
+    os.chdir("/")
+print("ok")
