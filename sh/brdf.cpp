@@ -125,6 +125,7 @@ BrdfSpec parseBrdf(std::string_view text) {
     BrdfSpec spec;
     spec.name = model.name;
     for (const Parameter& parameter : model.parameters) spec.parameters[parameter.name] = parameter.fallback;
+    if (colon + 1 == text.size()) throw std::invalid_argument("expected key=value after '" + std::string(text) + "'");
     if (colon != std::string_view::npos)
         for (const KeyValue& item : splitKeyValues(text.substr(colon + 1))) setParameter(spec, model, item);
     return spec;

@@ -117,5 +117,18 @@ TEST(BrdfFile, NaNIsNotWritten) {
     EXPECT_FALSE(std::filesystem::exists(folder.path / "m.brdf.h5"));
 }
 
+TEST(BrdfFile, NaNIsRefused) {
+    const Folder folder("nan");
+    BrdfFile brdf = sampleBrdf();
+    brdf.slices[5] = 0.123456789;
+    writeBrdf(folder.path / "m.brdf.h5", brdf);
+    std::string bytes = bytesOf(folder.path / "m.brdf.h5");
+    const double nan = std::nan("");
+    const std::string from(reinterpret_cast<const char*>(&brdf.slices[5]), 8);
+    bytes.replace(bytes.find(from), 8, reinterpret_cast<const char*>(&nan), 8);
+    std::ofstream(folder.path / "m.brdf.h5", std::ios::binary) << bytes;
+    EXPECT_THROW(readBrdf(folder.path / "m.brdf.h5"), InvalidInput);
+}
+
 }  // namespace
 }  // namespace penumbra

@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+#include "sh/brdf.h"
+#include "sh/quadrature.h"
+#include "sh/reflectance.h"
+#include "tests/sh/golden.h"
+
+namespace penumbra {
+namespace {
+
+std::string messageOf(const std::string& text) {
+    try {
+        parseBrdf(text);
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Brdf, TextRoundTrips) {
+    for (const char* text : {"lambert", "lambert:color=0.5/0.25/1", "phong", "phong:exponent=50", "ward:ay=0.1",
+                             "ward-gmd:ax=0.3,ay=0.3", "ashikhmin-shirley:rd=0", "ggx:alpha=0.1,f0=0.04,color=0.5"}) {
+        const BrdfSpec spec = parseBrdf(text);
+        EXPECT_EQ(parseBrdf(toString(spec)), spec) << text;
+    }
+    EXPECT_EQ(toString(parseBrdf("ggx")), "ggx:alpha=0.3,f0=0.9");
+    EXPECT_EQ(toString(parseBrdf("lambert:color=0.5")), "lambert:color=0.5/0.5/0.5");
+}
+
+TEST(Brdf, BadTextNamesWhatIsWrong) {
+    EXPECT_EQ(messageOf("ggx:alpha=3"), "ggx alpha must be a number from 0.01 to 1, not '3'");
+    for (const char* text :
+         {"", "gloss", "ggx:", "ggx:alpha", "ggx:alpha=", "ggx:=1", "ggx:alpha=0.3,", "ggx:alpha=nan", "ggx:alpha=0.3x",
+          "ggx:alpha=0.3,alpha=0.3", "ggx:ax=0.1", "lambert:color=1/2", "lambert:color=1/2/3/4", "lambert:color=-1/0/0",
+          "lambert:color=1//2"})
+        EXPECT_NE(messageOf(text), "") << text;
+}
+
+TEST(Brdf, EveryModelIsReciprocalAndDarkBelowTheHorizon) {
+    for (const std::string& name : brdfNames()) {
+        const BrdfFunction f = brdfFunction(parseBrdf(name));
+        const std::vector<Vec3d> directions = fibonacciSphere(40);
+        for (Vec3d a : directions)
+            for (Vec3d b : directions) {
+                const double ab = f(a, b), ba = f(b, a);
+                EXPECT_NEAR(ab, ba, 1e-12 * std::max(1.0, ab)) << name;
+                EXPECT_GE(ab, 0) << name;
+                EXPECT_TRUE((a.z > 0 && b.z > 0) || ab == 0) << name;
+            }
+    }
+}
+
+double albedo(const BrdfSpec& spec, Vec3d view) {
+    double sum = 0;
+    for (const auto& [direction, weight] : gaussHemisphere(64, 128))
+        sum += weight * direction.z * evalBrdf(spec, direction, view);
+    return sum;
+}
+
+// Closed forms at normal view: Lambert and Phong of any exponent reflect all; the others tend to 1 for a narrow
+// lobe.
+TEST(Brdf, AlbedosAtNormalViewMatchClosedForms) {
+    const Vec3d normal{0, 0, 1};
+    EXPECT_NEAR(albedo(parseBrdf("lambert"), normal), 1, 1e-12);
+    for (const char* text : {"phong:exponent=0", "phong:exponent=1", "phong:exponent=10", "phong:exponent=50"})
+        EXPECT_NEAR(albedo(parseBrdf(text), normal), 1, 1e-12) << text;
+    EXPECT_NEAR(albedo(parseBrdf("ggx:alpha=0.1,f0=1"), normal), 1, 0.02);  // 0.988: masked light is lost
+    EXPECT_NEAR(albedo(parseBrdf("ward-gmd:ax=0.1,ay=0.1"), normal), 1, 0.03);
+    EXPECT_NEAR(albedo(parseBrdf("ward:ax=0.1,ay=0.1"), normal), 1, 0.03);
+}
+
+TEST(Brdf, IsotropyIsThatOfTheFunction) {
+    const Vec3d a = normalized(Vec3d{0.3, -0.4, 0.6}), b = normalized(Vec3d{-0.5, 0.1, 0.7});
+    const auto turned = [](Vec3d v) { return Vec3d{0.8 * v.x - 0.6 * v.y, 0.6 * v.x + 0.8 * v.y, v.z}; };
+    for (const char* text : {"lambert", "phong", "ggx", "ward", "ward:ax=0.3,ay=0.3", "ward-gmd", "ward-gmd:ax=0.5",
+                             "ashikhmin-shirley", "ashikhmin-shirley:nu=50"}) {
+        const BrdfSpec spec = parseBrdf(text);
+        const double before = evalBrdf(spec, a, b), after = evalBrdf(spec, turned(a), turned(b));
+        EXPECT_EQ(isIsotropic(spec), std::abs(before - after) < 1e-12 * before) << text;
+    }
+}
+
+// slice36: order-6 coefficients of f cos for three views, by quadrature that is good to 3e-3.
+TEST(Brdf, SlicesMatchGolden) {
+    const auto golden = readGolden("rpo.json");
+    const std::map<std::string, std::string> specs = {{"lambert", "lambert"},
+                                                      {"phong10", "phong:exponent=10"},
+                                                      {"ggx_.3", "ggx:alpha=0.3,f0=0.9"},
+                                                      {"ward_gmd_.2_.5", "ward-gmd:ax=0.2,ay=0.5"}};
+    for (const auto& test : golden.at("cases")) {
+        const BrdfFunction f = brdfFunction(parseBrdf(specs.at(test.at("brdf"))));
+        for (std::size_t v = 0; v < 3; ++v) {
+            const Vec3d view = vec3(golden.at("views")[v]);
+            std::vector<double> slice(36), y(36);
+            for (const auto& [direction, weight] : gaussHemisphere(160, 320)) {
+                evalBasis(6, direction, y);
+                for (std::size_t i = 0; i < 36; ++i) slice[i] += weight * direction.z * f(direction, view) * y[i];
+            }
+            expectNear(slice, doubles(test.at("slice36")[v]), 3e-3);
+        }
+    }
+}
+
+TEST(Reflectance, EvenIndicesAreThoseEvenInZ) {
+    for (int order = 1; order <= kMaxOrder; ++order) {
+        const std::vector<int> even = evenIndices(order);
+        EXPECT_EQ(int(even.size()), order * (order + 1) / 2);
+        const Vec3d up = normalized(Vec3d{0.2, 0.5, 0.4}), down{up.x, up.y, -up.z};
+        std::vector<double> a(coefficientCount(order)), b(a.size());
+        evalBasis(order, up, a);
+        evalBasis(order, down, b);
+        for (int i = 0; i < coefficientCount(order); ++i)
+            EXPECT_NEAR(b[i], std::count(even.begin(), even.end(), i) ? a[i] : -a[i], 1e-14) << i;
+    }
+}
+
+TEST(Reflectance, SliceIsTheMatrixProduct) {
+    std::vector<float> slices(25 * 15), f(25), even(15);
+    for (std::size_t i = 0; i < slices.size(); ++i) slices[i] = std::sin(float(i));
+    const Vec3 view = normalized(Vec3{0.1f, -0.7f, 0.5f});
+    evalSlice(slices, 5, 5, view, f);
+    std::vector<double> y(25);
+    evalBasis(5, toDouble(view), y);
+    for (int i = 0; i < 25; ++i) {
+        double sum = 0;
+        for (int e = 0; e < 15; ++e) sum += double(slices[i * 15 + e]) * y[evenIndices(5)[e]];
+        EXPECT_NEAR(f[i], sum, 1e-5);
+    }
+}
+
+}  // namespace
+}  // namespace penumbra
