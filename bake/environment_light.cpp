@@ -115,7 +115,9 @@ double EnvironmentLight::density(Vec3d direction) const {
 }
 
 EnvironmentLight readEnvironmentLight(const std::filesystem::path& path) {
-    return EnvironmentLight::fromImage(readImage(path));
+    if (path.extension() != ".h5") return EnvironmentLight::fromImage(readImage(path));
+    const LightFile file = readLight(path);
+    return EnvironmentLight::fromSh(file.order, file.sh);
 }
 
 }  // namespace penumbra

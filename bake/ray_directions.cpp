@@ -62,7 +62,7 @@ std::size_t aboveHorizon(const RayDirections& directions, Vec3 normal, bool grou
         const DirectionPacket& d = directions.packets[p];
         for (std::size_t k = 0; k < kLanes; ++k) {
             const float cosine = d.x[k] * normal.x + d.y[k] * normal.y + d.z[k] * normal.z;
-            above[p].lane[k] = (cosine > 0) & (d.y[k] >= lowest_y) ? 1.0f : 0.0f;
+            above[p].lane[k] = float((cosine > 0) & (d.y[k] >= lowest_y));
         }
         for (std::size_t k = 0; k < kLanes; ++k) count += above[p].lane[k];
     }
