@@ -171,7 +171,8 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
     const Image image = renderReference(input, camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");
-    writeImage(command.output, image, command.exposure);
+    const bool shaded = command.options.channel == ReferenceChannel::kShaded;
+    writeImage(command.output, image, shaded ? command.exposure : 1);
 }
 
 static void defineReference(CLI::App& app, ReferenceCommand& command) {
@@ -186,7 +187,7 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option("--size", command.size, "WIDTHxHEIGHT, pixels");
     app.add_option("--samples", options.samples, "shadow rays a pixel");
     app.add_option("--aa", options.camera_rays, "camera rays a pixel");
-    app.add_option("--exposure", command.exposure, "factor on the colours of a PNG");
+    app.add_option("--exposure", command.exposure, "factor on the colours of a shaded PNG");
     app.add_option("--background", command.background, "transparent or R/G/B (linear)");
     app.add_option("--channel", command.channel, "what to draw")->check(CLI::IsMember({"shaded", "ao", "normals"}));
 }

@@ -71,7 +71,10 @@ EnvironmentLight EnvironmentLight::fromSh(int order, std::vector<double> sh) {
 }
 
 EnvironmentLight EnvironmentLight::bandLimited(int order) const {
-    assert(!image_.pixels.empty());
+    if (image_.pixels.empty()) {
+        const int kept = std::min(order, order_);
+        return fromSh(kept, {sh_.begin(), sh_.begin() + 3 * coefficientCount(kept)});
+    }
     // The basis is constant over a cell: cells of at most 1/256 turn keep that error below 1e-4.
     const int split = std::max(1, 256 / width_), rows = height_ * std::max(split, 128 / height_),
               columns = width_ * split;

@@ -20,7 +20,7 @@ public:
     static EnvironmentLight fromImage(Image image);
     // Band limited: sh is [order^2, 3]; may be negative somewhere.
     static EnvironmentLight fromSh(int order, std::vector<double> sh);
-    // The picture's own projection, with exact solid angles, put in its place.
+    // The picture's own projection, with exact solid angles, put in its place; SH is cut to at most `order`.
     EnvironmentLight bandLimited(int order) const;
 
     Vec3d radiance(Vec3d direction) const;
