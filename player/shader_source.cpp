@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "player/light_lobes.h"
+#include "player/runtime/light_lobes.h"
 #include "player/sh_glsl.h"
 #include "player_shaders.h"
 #include "sh/reflectance.h"
@@ -117,7 +117,7 @@ static std::string productGlsl(const ShaderRecipe& recipe, const std::string& ty
 
 // L = sum over lobes d and bands l of w_dl sum over m of y_lm(Q s_d) t_lm (light_lobes.h).
 static std::string lightGlsl(int order) {
-    std::string text = "    vec3 radiance = vec3(0.0);\n    for (int d = 0; d < " + std::to_string(3 * order - 1) +
+    std::string text = "    vec3 radiance = vec3(0.0);\n    for (int d = 0; d < " + std::to_string(2 * order - 1) +
                        "; ++d) {\n    vec3 s = local_from_model * lobe_direction[d].xyz;\n" +
                        basisGlsl(order, false, "y", "s");
     for (int band = 0; band < order; ++band) {
@@ -133,7 +133,7 @@ static std::string shadeGlsl(const ShaderRecipe& recipe) {
     const std::string type = recipe.slices.channels == 3 ? "vec3" : "float";
     const std::size_t entries = recipe.slices.entries.size();
     const std::size_t texels = std::max<std::size_t>(1, recipe.slices.channels == 3 ? entries : (entries + 3) / 4);
-    const int lobes = 3 * recipe.light_order - 1;
+    const int lobes = 2 * recipe.light_order - 1;
     return "layout(std140) uniform Slices { vec4 material_color; vec4 slices[" + std::to_string(texels) + "]; };\n" +
            "layout(std140) uniform Light { vec4 lobe_direction[" + std::to_string(lobes) + "]; vec4 lobe_weight[" +
            std::to_string(lobes * recipe.light_order) + "]; };\n" +

@@ -45,7 +45,7 @@ struct ShadeTables {
     const ProductTerm* products;
     const Vec3* axes;  // model frame, unit
     std::size_t axis_count;
-    const float* lobes;  // g: [axis, light_order, 3]; with one channel the material's colour is in it
+    const Vec3* lobes;  // g: [axis, light_order], RGB; with one channel the material's colour is in it
     // y(l, +-m) = q_l {Re, Im}(x + iy)^m; q_m = a, q_l = a z q_(l-1) - b q_(l-2); a, b at [l * kMaxOrder + m].
     const float *basis_a, *basis_b;
 };

@@ -90,21 +90,22 @@ inline void transfer(const ShadeTables& tables, std::size_t channel, const Lanes
 inline void light(const ShadeTables& tables, const LaneFrames& frames, const Lanes (*t)[kMaxOrder * kMaxOrder],
                   Lanes* radiance) {
     Lanes basis[kMaxOrder * kMaxOrder];
-    const float* g = tables.lobes;
+    const Vec3* g = tables.lobes;
     for (std::size_t d = 0; d < tables.axis_count; ++d) {
         const Vec3 a = tables.axes[d];
         const LaneVec3 local{frames.tangent.x * a.x + frames.tangent.y * a.y + frames.tangent.z * a.z,
                              frames.bitangent.x * a.x + frames.bitangent.y * a.y + frames.bitangent.z * a.z,
                              frames.normal.x * a.x + frames.normal.y * a.y + frames.normal.z * a.z};
         laneBasis(tables, tables.light_order, local, basis);
-        for (int l = 0; l < tables.light_order; ++l, g += 3) {
+        for (int l = 0; l < tables.light_order; ++l, ++g) {
+            const float weight[3] = {g->x, g->y, g->z};
             Lanes sum = {};
             for (std::size_t c = 0; c < 3; ++c) {
                 if (c < tables.channels) {
                     sum = t[c][l * l] * basis[l * l];
                     for (int i = l * l + 1; i < (l + 1) * (l + 1); ++i) sum += t[c][i] * basis[i];
                 }
-                radiance[c] += g[c] * sum;
+                radiance[c] += weight[c] * sum;
             }
         }
     }

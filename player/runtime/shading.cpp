@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "player/runtime/light_lobes.h"
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
 #include "sh/sh_rotation.h"
@@ -31,63 +32,12 @@ static void basisRecurrence(std::vector<float>& a, std::vector<float>& b) {
     }
 }
 
-// 2n-1 axes, a Fibonacci set over half the sphere: together they span every band below n (a light of order 8 comes back
-// to 3e-6 in single precision).
-static std::vector<Vec3> lobeAxes(int order) {
-    const int count = 2 * order - 1;
-    std::vector<Vec3> axes;
-    for (int i = 0; i < count; ++i) {
-        const double z = 1 - (i + 0.5) / count, r = std::sqrt(1 - z * z);
-        const double azimuth = i * std::numbers::pi * (3 - std::sqrt(5.0));
-        axes.push_back({float(r * std::cos(azimuth)), float(r * std::sin(azimuth)), float(z)});
-    }
-    return axes;
-}
-
-// x = A^-1 b in place, A symmetric positive definite [n, n]; b has `columns` columns. Gauss without pivoting.
-static void solveInPlace(std::vector<double>& a, std::vector<double>& b, int n, int columns) {
-    for (int p = 0; p < n; ++p)
-        for (int r = 0; r < n; ++r) {
-            if (r == p) continue;
-            const double factor = a[std::size_t(r * n + p)] / a[std::size_t(p * n + p)];
-            for (int c = p; c < n; ++c) a[std::size_t(r * n + c)] -= factor * a[std::size_t(p * n + c)];
-            for (int c = 0; c < columns; ++c)
-                b[std::size_t(r * columns + c)] -= factor * b[std::size_t(p * columns + c)];
-        }
-    for (int r = 0; r < n; ++r)
-        for (int c = 0; c < columns; ++c) b[std::size_t(r * columns + c)] /= a[std::size_t(r * n + r)];
-}
-
-// One band: the shortest g with sum_d g_d y_lm(a_d) = light_lm, that is g = Y^T (Y Y^T)^-1 light. basis: [axis, n^2].
-static void bandLobes(int band, int order, const std::vector<std::vector<double>>& basis, std::span<const float> light,
-                      std::vector<float>& lobes) {
-    const int rows = 2 * band + 1, first = band * band;
-    std::vector<double> gram(std::size_t(rows * rows)), right(std::size_t(rows * 3));
-    for (int r = 0; r < rows; ++r) {
-        for (int c = 0; c < rows; ++c)
-            for (const auto& y : basis) gram[std::size_t(r * rows + c)] += y[first + r] * y[first + c];
-        for (int c = 0; c < 3; ++c) right[std::size_t(r * 3 + c)] = light[std::size_t((first + r) * 3 + c)];
-    }
-    solveInPlace(gram, right, rows, 3);
-    for (std::size_t d = 0; d < basis.size(); ++d)
-        for (int c = 0; c < 3; ++c) {
-            double g = 0;
-            for (int r = 0; r < rows; ++r) g += basis[d][std::size_t(first + r)] * right[std::size_t(r * 3 + c)];
-            lobes[(d * std::size_t(order) + std::size_t(band)) * 3 + std::size_t(c)] = float(g);
-        }
-}
-
 void VertexShader::addLobes(const MaterialView& material, const LightView& light) {
-    axes_ = lobeAxes(light.order);
-    std::vector<std::vector<double>> basis;
-    for (Vec3 axis : axes_) {
-        basis.emplace_back(coefficientCount(light.order));
-        evalBasis(light.order, toDouble(axis), basis.back());
-    }
-    lobes_.resize(axes_.size() * std::size_t(light.order) * 3);
-    for (int band = 0; band < light.order; ++band) bandLobes(band, light.order, basis, light.sh, lobes_);
+    LightLobes lobes = makeLightLobes(light);
+    axes_ = std::move(lobes.directions);
+    lobes_ = std::move(lobes.weights);
     if (material.channels == 1)
-        for (std::size_t i = 0; i < lobes_.size(); ++i) lobes_[i] *= material.color[int(i % 3)];
+        for (Vec3& weight : lobes_) weight = weight * material.color;
 }
 
 // The entries of C that are not zero: of an isotropic material only those that couple equal m. Entries below 1e-7 of

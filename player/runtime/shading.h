@@ -32,7 +32,7 @@ private:
     std::vector<ProductRow> rows_;
     std::vector<ProductTerm> products_;
     std::vector<Vec3> axes_;
-    std::vector<float> lobes_;
+    std::vector<Vec3> lobes_;  // [axis, light order]
     std::vector<float> basis_a_, basis_b_;
     Convention convention_;
     int stride_ = 0, view_order_ = 0, slice_order_ = 0, light_order_ = 0, channels_ = 1;

@@ -118,7 +118,9 @@ void main() {
     value = vec3(abs(ambientOf(numbers) - true_ambient));
 #else
     mat3 local_from_model = transpose(mat3(s.tangent, cross(s.normal, s.tangent), s.normal));
-    vec3 to_eye = local_from_model * normalize(eye - s.position);
+    vec3 to_eye = eye - s.position;
+    float distance = length(to_eye);
+    to_eye = local_from_model * (distance > 0.0 ? to_eye / distance : s.normal);
     to_eye.z = abs(to_eye.z);  // seen from behind: mirrored at the tangent plane, as on the CPU
     value = max(shade(numbers, to_eye, local_from_model), 0.0);
 #endif

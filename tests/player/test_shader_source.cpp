@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "player/light_lobes.h"
+#include "player/runtime/light_lobes.h"
 #include "player/sh_glsl.h"
 #include "player/shader_source.h"
 #include "sh/sh_basis.h"

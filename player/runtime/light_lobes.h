@@ -9,12 +9,12 @@
 namespace penumbra {
 
 struct LightLobes {
-    std::vector<Vec3> directions;  // [D], D = 3 order - 1
+    std::vector<Vec3> directions;  // [D], D = 2 order - 1: as many as the last band has functions
     std::vector<Vec3> weights;     // [D, order], RGB
 };
 
-// 2 order - 1 directions would do (the size of the last band); the half as many more bring the worst condition number
-// of the per-band systems from 47 to 7 for orders up to 8.
+// The directions are a spherical Fibonacci set over half the sphere. They span every band: the worst condition number
+// of the per-band systems is 47, for orders up to 8.
 LightLobes makeLightLobes(const LightView& light);
 
 }  // namespace penumbra

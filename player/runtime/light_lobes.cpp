@@ -1,4 +1,4 @@
-#include "player/light_lobes.h"
+#include "player/runtime/light_lobes.h"
 
 #include <cmath>
 #include <numbers>
@@ -39,7 +39,7 @@ static void solvePositive(std::vector<double>& g, std::vector<Vec3d>& b) {
 }
 
 LightLobes makeLightLobes(const LightView& light) {
-    const int order = light.order, count = 3 * order - 1;
+    const int order = light.order, count = 2 * order - 1;
     const std::vector<Vec3d> directions = hemisphereDirections(count);
     std::vector<std::vector<double>> basis;  // [D][n^2]
     for (const Vec3d& direction : directions)
