@@ -185,6 +185,28 @@ TEST(Render, SamePixelsEveryTimeAndForAnyThreadCount) {
     }
 }
 
+TEST(Render, NegativeRadianceIsBlack) {
+    const SyntheticAsset data({.open = true, .light_ambient = -1, .light_lobe = 0});
+    for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl}) {
+        RenderOptions options = smallPicture();
+        options.path = path;
+        EXPECT_EQ(render(options, data).pixels, std::vector<Vec3>(96 * 96));
+    }
+}
+
+// In software EGL and OSMesa are one rasteriser; a GPU may round otherwise.
+TEST(Render, SamePictureFromEglAndOsMesa) {
+    const SyntheticAsset data;
+    for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl}) {
+        RenderOptions options = smallPicture();
+        options.path = path;
+        options.backend = GlBackend::kOsMesa;
+        const Image osmesa = render(options, data);
+        options.backend = GlBackend::kEgl;
+        EXPECT_LT(difference255(osmesa, render(options, data)), 0.5);
+    }
+}
+
 TEST(Render, BackgroundFillsWhatIsLeft) {
     const SyntheticAsset data;
     RenderOptions options = smallPicture();
