@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "player/draw_frame.h"
 
 #include "formats/errors.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "player/gl_context.h"
 
 #include "formats/errors.h"

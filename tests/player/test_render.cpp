@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole pictures from a synthetic asset: parity of the two paths, orientation, closed forms, determinism.
 #include <gtest/gtest.h>
 
