@@ -28,7 +28,7 @@ EDGES = {
     r"assimp/": ["formats/rig_assimp"],
     r"meshoptimizer\.h": ["formats/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image_"],
-    r"png\.h": ["formats/image_"],
+    r"png\.h": ["formats/image_", "tests/formats/test_image_file.cpp"],
     r"CLI/": ["formats/command_line.h"],
     r"EGL/|GL/": ["player/"],
     r"Eigen/": ["fit/", "tests/"],

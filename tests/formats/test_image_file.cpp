@@ -173,7 +173,8 @@ TEST(ImageFile, PngHasTheSrgbCurve) {
     std::vector<int> values;
     std::vector<png_byte> bytes(PNG_IMAGE_SIZE(png));
     ASSERT_TRUE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr));
-    // exposure 2, colours divided by alpha: 0.003 is on the linear piece (12.92 x = 9.9), 0.5 is 188, 0.2 is 124; alpha is not encoded.
+    // exposure 2, colours divided by alpha: 0.003 is on the linear piece (12.92 x = 9.9), 0.5 is 188, 0.2 is 124; alpha
+    // is not encoded.
     EXPECT_THAT(bytes, testing::ElementsAre(0, 255, 255, 255, 10, 188, 255, 128, 0, 124, 0, 0));
 }
 
