@@ -82,17 +82,18 @@ static void checkHeader(const Imf::Header& header, const std::string& name) {
 // Rows are decoded in bands and the picture grows with them, so that a short file that claims a large size fails
 // before much memory is taken.
 static Image readRows(Imf::InputFile& file) {
-    constexpr int kBand = 256;
+    constexpr int kBandPixels = 1 << 20;
     const Imath::Box2i window = file.header().dataWindow();
     Image image;
     image.width = window.max.x - window.min.x + 1;
     image.height = window.max.y - window.min.y + 1;
     const bool has_alpha = file.header().channels().findChannel("A") != nullptr;
     const std::size_t width = std::size_t(image.width);
-    std::vector<Vec3> band(width * kBand);
-    std::vector<float> alpha(has_alpha ? width * kBand : 0);
-    for (int y = window.min.y; y <= window.max.y; y += kBand) {
-        const int last = std::min(y + kBand - 1, window.max.y);
+    const int band_rows = std::clamp(kBandPixels / image.width, 1, std::min(256, image.height));
+    std::vector<Vec3> band(width * std::size_t(band_rows));
+    std::vector<float> alpha(has_alpha ? band.size() : 0);
+    for (int y = window.min.y; y <= window.max.y; y += band_rows) {
+        const int last = std::min(y + band_rows - 1, window.max.y);
         Imf::FrameBuffer buffer;
         const Imath::Box2i rows(Imath::V2i(window.min.x, y), Imath::V2i(window.max.x, last));
         const auto insert = [&](const char* channel, float* first, std::size_t stride) {

@@ -11,12 +11,14 @@
 
 #include "formats/errors.h"
 #include "formats/image_file.h"
+#include "tests/formats/stage_samples.h"
 
 namespace penumbra {
 namespace {
 
 std::filesystem::path scratch(const std::string& name) {
-    return std::filesystem::path(testing::TempDir()) / ("penumbra_image_" + name);
+    static const samples::Folder folder("image");
+    return folder.path / name;
 }
 
 std::vector<std::byte> bytesOf(const std::filesystem::path& path) {
@@ -143,7 +145,7 @@ TEST(ImageFile, HdrFlipsAndExposure) {
 
 TEST(ImageFile, BadFilesAreNamed) {
     EXPECT_THROW(readImage(scratch("does_not_exist.exr")), IoError);
-    EXPECT_THROW(readImage(testing::TempDir()), IoError);
+    EXPECT_THROW(readImage(scratch("")), IoError);
     std::ofstream(scratch("empty.exr")).close();
     EXPECT_THROW(readImage(scratch("empty.exr")), InvalidInput);
     Image image = ramp(2, 2, false);

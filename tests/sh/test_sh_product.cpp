@@ -38,7 +38,8 @@ TEST(TripleProduct, MatchesGolden) {
 }
 
 TEST(TripleProduct, CountsMatchGolden) {
-    for (const auto& row : readGolden("gamma_counts.json").at("rows")) {
+    const auto golden = readGolden("gamma_counts.json");
+    for (const auto& row : golden.at("rows")) {
         const bool mixed = row.contains("n1");
         const int a = row.at(mixed ? "n1" : "n"), b = row.at(mixed ? "n2" : "n"), c = row.at(mixed ? "n3" : "n");
         std::size_t i_le_j = 0, sorted = 0, j_le_k = 0;
