@@ -117,6 +117,17 @@ TEST(BrdfFile, NaNIsNotWritten) {
     EXPECT_FALSE(std::filesystem::exists(folder.path / "m.brdf.h5"));
 }
 
+TEST(BrdfFile, OtherViewFunctionsAreRefused) {
+    const Folder folder("even");
+    writeBrdf(folder.path / "m.brdf.h5", sampleBrdf());
+    std::string bytes = bytesOf(folder.path / "m.brdf.h5");
+    const std::string even("\0\0\0\0\1\0\0\0\3\0\0\0", 12);  // 0, 1, 3
+    ASSERT_NE(bytes.find(even), std::string::npos);
+    bytes[bytes.find(even) + 8] = 2;
+    std::ofstream(folder.path / "m.brdf.h5", std::ios::binary) << bytes;
+    EXPECT_THROW(readBrdf(folder.path / "m.brdf.h5"), InvalidInput);
+}
+
 TEST(BrdfFile, NaNIsRefused) {
     const Folder folder("nan");
     BrdfFile brdf = sampleBrdf();

@@ -45,5 +45,23 @@ TEST(Camera, PixelsAndClipSpaceAgree) {
             }
 }
 
+// The model's sphere and as much again before and behind it is not clipped; depth is -1 at the near plane, 1 at the
+// far.
+TEST(Camera, DepthSpansTheModel) {
+    for (const char* text : {"", "distance=40", "distance=0.5"}) {
+        const Camera camera = makeCamera(text, kBox, 2);
+        std::array<float, 16> m;
+        clipFromModel(camera, 1, 2, m);
+        const auto depth = [&](double distance) {  // of the point so far before the camera
+            const Vec3d p = cameraPosition(camera) + pixelDirection(camera, 0.5, 0.5, 1, 1) * distance;
+            return (m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]) / (m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15]);
+        };
+        const double far = camera.distance + 8, near = std::max(camera.distance - 8, 1e-3 * camera.distance);
+        EXPECT_NEAR(depth(near), -1, 1e-3) << text;
+        EXPECT_NEAR(depth(far), 1, 1e-5) << text;
+        EXPECT_LT(depth(camera.distance), depth(camera.distance + 1)) << text;
+    }
+}
+
 }  // namespace
 }  // namespace penumbra
