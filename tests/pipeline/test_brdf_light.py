@@ -1,0 +1,92 @@
+"""penumbra-fit brdf and light as a user runs them: files, figures, exit codes, nothing left behind on a failure."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+BIN = pathlib.Path(sys.argv[1]).resolve()
+
+
+def run(folder, *arguments):
+    done = subprocess.run([BIN / "penumbra-fit", *arguments], cwd=folder, capture_output=True, text=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+def write_hdr(path, rgbe):
+    """A flat Radiance file of [height, width, 4] bytes."""
+    height, width, _ = rgbe.shape
+    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
+    path.write_bytes(header + rgbe.astype(np.uint8).tobytes())
+
+
+def check_brdf(folder):
+    spec = "ggx:alpha=0.3,f0=0.9,color=1/0.5/0.25"
+    code, out, err = run(folder, "brdf", "--analytic", spec, "-o", "m.brdf.h5", "--report", "r.json")
+    assert code == 0 and err == "", (code, err)
+    with h5py.File(folder / "m.brdf.h5") as f:
+        assert f.attrs["format"] == "penumbra.brdf" and f.attrs["name"] == spec
+        assert f.attrs["sh_convention"] == "real-orthonormal-cs"
+        slices, even = f["/reflectance/slices"][()], f["/reflectance/even_index"][()]
+        assert json.loads(f.attrs["provenance"])["options"]["analytic"] == spec
+        fit_error = f["/error"].attrs["fit"]
+    assert slices.shape == (25, 15, 3) and list(even[:5]) == [0, 1, 3, 4, 6]
+    assert np.allclose(slices[..., 1], slices[..., 0] / 2) and np.allclose(slices[..., 2], slices[..., 0] / 4)
+    figures = json.loads((folder / "r.json").read_text())
+    assert fit_error == figures["figures"]["fit"] and f"{fit_error:.4f}" in out, (fit_error, figures, out)
+    first = (folder / "m.brdf.h5").read_bytes()
+    for threads in ("1", "2", "8"):
+        assert run(folder, "brdf", "--analytic", spec, "-o", "m.brdf.h5", "--threads", threads)[0] == 0
+        assert (folder / "m.brdf.h5").read_bytes() == first, f"{threads} threads give other bytes"
+    print("brdf: slices, figures, the same bytes for 1, 2 and 8 threads")
+
+
+def check_light(folder):
+    # Radiance (1, 2, 0.5) everywhere: c 2^(e-136).
+    write_hdr(folder / "sky.hdr", np.broadcast_to(np.array([64, 128, 32, 130]), (4, 8, 4)))
+    code, out, err = run(folder, "light", "sky.hdr", "-o", "e.light.h5", "--order", "3")
+    assert code == 0 and err == "", (code, err)
+    with h5py.File(folder / "e.light.h5") as f:
+        assert f.attrs["format"] == "penumbra.light" and f.attrs["sh_order"] == 3
+        sh, residual = f["/light/sh"][()], f["/light"].attrs["residual"]
+        assert json.loads(f.attrs["provenance"])["inputs"][0]["name"] == "sky.hdr"
+    assert sh.shape == (9, 3)
+    assert np.allclose(sh[0], np.sqrt(4 * np.pi) * np.array([1, 2, 0.5])) and np.abs(sh[1:]).max() < 1e-9
+    assert residual < 1e-6, residual
+    print("light: a uniform sky has band 0 only")
+
+
+def check_failures(folder):
+    write_hdr(folder / "square.hdr", np.full((4, 4, 4), 128))
+    (folder / "empty.exr").write_bytes(b"")
+    (folder / "cut.hdr").write_bytes((folder / "sky.hdr").read_bytes()[:-3])
+    before = sorted(p.name for p in folder.iterdir())
+    cases = [
+        (1, "--analytic", ["brdf", "-o", "x.h5"]),
+        (1, "gloss", ["brdf", "--analytic", "gloss", "-o", "x.h5"]),
+        (1, "alpha", ["brdf", "--analytic", "ggx:alpha=7", "-o", "x.h5"]),
+        (1, "--operators", ["brdf", "--analytic", "ggx", "-o", "x.h5", "--operators", "8"]),
+        (1, "--order", ["light", "sky.hdr", "-o", "x.h5", "--order", "9"]),
+        (2, "none.exr", ["light", "none.exr", "-o", "x.h5"]),
+        (2, "no/such", ["light", "sky.hdr", "-o", "no/such/x.h5"]),
+        (2, "e.light.h5", ["light", "sky.hdr", "-o", "e.light.h5", "--no-clobber"]),
+        (3, "empty.exr", ["light", "empty.exr", "-o", "x.h5"]),
+        (3, "cut.hdr", ["light", "cut.hdr", "-o", "x.h5"]),
+        (3, "4 x 4", ["light", "square.hdr", "-o", "x.h5"]),
+        (0, "", ["light", "sky.hdr", "-o", "x.h5", "--dry-run"]),
+        (0, "", ["brdf", "--analytic", "ggx", "-o", "x.h5", "--dry-run"]),
+    ]
+    for expected, named, arguments in cases:
+        code, _, err = run(folder, *arguments)
+        assert code == expected and named in err and err.count("\n") == (expected != 0), (arguments, code, err)
+        assert sorted(p.name for p in folder.iterdir()) == before, arguments
+    print(f"{len(cases)} failures and dry runs: exit codes, one line each, nothing left")
+
+
+with tempfile.TemporaryDirectory() as name:
+    check_brdf(pathlib.Path(name))
+    check_light(pathlib.Path(name))
+    check_failures(pathlib.Path(name))
