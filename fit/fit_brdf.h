@@ -1,5 +1,5 @@
 #pragma once
-// Reflectance slices of a BRDF, formulas-core section 3(b): F_i(o) = integral over the hemisphere of f(wi, o) cos y_i
+// Reflectance slices of a BRDF, docs/formulas.md section 3: F_i(o) = integral over the hemisphere of f(wi, o) cos y_i
 // dwi for i < J^2, then C = argmin sum over o of w_o z_o |F(o) - C y_even(o)|^2. No 4D table and no SVD.
 #include <vector>
 

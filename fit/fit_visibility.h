@@ -1,5 +1,5 @@
 #pragma once
-// x.vis.h5 -> model: clusters, tangent frames, PCA and a ridge per cluster (design section 6).
+// x.vis.h5 -> model: clusters, tangent frames, PCA and a ridge per cluster (docs/formulas.md section 4).
 #include <functional>
 
 #include "fit/fit_options.h"
@@ -8,7 +8,7 @@
 namespace penumbra {
 
 struct ErrorFigures {
-    double relative_error = 0, rms_v = 0, ambient_error = 0;  // design section 7
+    double relative_error = 0, rms_v = 0, ambient_error = 0;  // docs/formulas.md section 5
 };
 
 struct FitReport {

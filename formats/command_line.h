@@ -1,5 +1,5 @@
 #pragma once
-// The command line that all programs share (design section 9), on CLI11: only *_main.cpp files include this.
+// The command line that all programs share (README.md), on CLI11: only *_main.cpp files include this.
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>

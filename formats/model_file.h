@@ -43,7 +43,7 @@ struct ClusterModel {
 struct ClipError {
     std::string clip;
     bool held_out = false;
-    double relative_error = 0, rms_v = 0, ambient_error = 0;  // design section 7
+    double relative_error = 0, rms_v = 0, ambient_error = 0;  // docs/formulas.md section 5
 };
 
 struct Model {

@@ -1,5 +1,5 @@
 #pragma once
-// The run-time evaluator against baked truth, in the terms of design section 7.
+// The run-time evaluator against baked truth, in the terms of docs/formulas.md section 5.
 #include <filesystem>
 #include <functional>
 #include <optional>

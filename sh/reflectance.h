@@ -1,5 +1,5 @@
 #pragma once
-// Reflectance slices, formulas-core section 3(b): the cosine-weighted BRDF as seen from omega_o is f = C
+// Reflectance slices, docs/formulas.md section 3: the cosine-weighted BRDF as seen from omega_o is f = C
 // y_even(omega_o), with J = slice order, E = number of z-even SH (l+m even) of order E_order. Shading: L = l . (f x v),
 // Gamma exact.
 #include <span>

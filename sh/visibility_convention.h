@@ -1,6 +1,6 @@
 #pragma once
 // How a vertex' visibility is turned into numbers in its local frame (z = normal). Everything derives from the
-// hemisphere moments b_i = integral over s.N >= 0 of V y_i, exactly (paper 000 eq. 1 and formulas-core section 2):
+// hemisphere moments b_i = integral over s.N >= 0 of V y_i, exactly (paper 000 eq. 1 and docs/formulas.md section 2):
 //   A: V = 1 below the horizon, b + Delta.   B: V = 0 below, b.   D: mirrored, V(x,y,-z) = V(x,y,z): 2 b for l+m even
 //   only.
 #include <span>

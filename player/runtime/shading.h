@@ -1,6 +1,6 @@
 #pragma once
 // Radiance from visibility, light and reflectance: L = l . (f x v), f = C y_even(omega_o) in the vertex' local frame,
-// the product exact (formulas-core section 3b).
+// the product exact (docs/formulas.md section 3).
 #include <cstddef>
 #include <cstdint>
 #include <span>

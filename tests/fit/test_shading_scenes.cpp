@@ -1,5 +1,5 @@
 // Radiance from D5 visibility and J = 5 slices against the integral of light, binary visibility and the true BRDF, on
-// the very scenes of the accuracy table in formulas-core section 3: light order 4, 61 occluders, 54 views, 6 lights.
+// the very scenes of the accuracy table in docs/formulas.md section 3: light order 4, 61 occluders, 54 views, 6 lights.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -11,8 +11,8 @@
 
 namespace penumbra::player_test {
 
-// Slices of one analytic BRDF, [J^2, E] (formulas-core section 3b), by quadrature and cosine-weighted least squares, on
-// `grid` heights times 2 grid azimuths of the view.
+// Slices of one analytic BRDF, [J^2, E] (docs/formulas.md section 3), by quadrature and cosine-weighted least squares,
+// on `grid` heights times 2 grid azimuths of the view.
 std::vector<float> fitSlices(const BrdfSpec& spec, int grid = 10);
 
 struct AssetRecipe {

@@ -120,7 +120,7 @@ TEST(VertexShader, OpenLambertIsTheCosineIntegralOfTheLight) {
     }
 }
 
-// A wall hides all directions with x < 0. D5 keeps the hemisphere's best fit; formulas-core section 3 has 0.5% for
+// A wall hides all directions with x < 0. D5 keeps the hemisphere's best fit; docs/formulas.md section 3 has 0.5% for
 // Lambert with D5 over many occluders. Measured here: 0.286%.
 TEST(VertexShader, LambertBesideAWallIsTheIntegralOverWhatIsOpen) {
     Scene scene;

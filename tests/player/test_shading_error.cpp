@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a vertex is drawn with, held to brute force: the true BRDF, binary visibility and a band-limited light
-// integrated on a fine grid, over the kinds of occluders, views and lights of formulas-core section 3 (own random
+// integrated on a fine grid, over the kinds of occluders, views and lights of docs/formulas.md section 3 (own random
 // draws).
 #include <gtest/gtest.h>
 
@@ -199,7 +199,7 @@ double shadingError(const std::string& brdf, const Convention& convention) {
     return std::sqrt(difference / size);
 }
 
-// The bounds are formulas-core section 8, n = 4; its table has .0049 and .044 for D5 and .0157 and .071 for A4, on
+// The bounds are docs/formulas.md section 3; its table has .0049 and .044 for D5 and .0157 and .071 for A4, on
 // other draws of the same scenes.
 TEST(ShadingError, OfTruthAgainstBruteForceIsWithinTheTable) {
     const Convention d5 = parseConvention("D5"), a4 = parseConvention("A4");
