@@ -20,8 +20,8 @@ std::string findProblem(const BakeOptions& options) {
     // Written as "not inside" so that NaN is a problem too.
     if (!(options.fps >= 0 && options.fps <= 1000)) return outOfRange("--fps", "0..1000 samples a second", options.fps);
     if (options.order < 1 || options.order > kMaxOrder) return outOfRange("--order", "1..8 bands", options.order);
-    if (options.rays < 16 || options.rays > 1 << 20)
-        return outOfRange("--rays", "16..1048576 directions above the horizon", options.rays);
+    if (options.rays < 16 || options.rays > 1 << 16)
+        return outOfRange("--rays", "16..65536 directions above the horizon", options.rays);
     if (!(options.bias >= 1e-7 && options.bias <= 0.1))
         return outOfRange("--bias", "1e-7..0.1 diagonals of the rest pose", options.bias);
     return "";

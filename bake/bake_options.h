@@ -20,7 +20,7 @@ struct BakeOptions {
     double fps = 0;                         // samples a second, 0..1000; 0 = the clips' own key times
     std::optional<FrameRange> frames = {};  // nothing = all
     int order = 5;                          // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
-    int rays = 1024;         // directions above the horizon (the set over the sphere has twice as many), 16..2^20
+    int rays = 1024;         // directions above the horizon (the set over the sphere has twice as many), 16..2^16
     std::uint64_t seed = 1;  // 1: the plain set of directions; others turn it
     double bias = 1e-4;      // start of a ray above the surface, in diagonals of the rest pose, 1e-7..1e-1
     bool ground = false;     // directions that point down are blocked: an infinite floor

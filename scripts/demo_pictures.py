@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-SIZE = 760
+SIZE = 600
 CAMERA = "yaw=35,pitch=12"
 MATERIAL = "lambert:color=0.75/0.7/0.65"
 COLUMNS = ["truth", "paper", "ours", "error_paper", "error_ours"]
@@ -43,12 +43,12 @@ def run(*command):
 def render_row(bins, folder, clip, light, exposure, vis_frame, clip_frame):
     common = ["--size", f"{SIZE}x{SIZE}", "--camera", CAMERA, "--exposure", f"{exposure:.4g}"]
     out = {name: folder / f"{name}_{clip_frame:03d}.png" for name in COLUMNS}
-    run(bins / "penumbra-bake", "reference", folder / "character.vis.h5", "--frame", vis_frame, "--brdf", MATERIAL, "--samples", 512,
-        "--light", light, "-o", out["truth"], *common)
+    run(bins / "penumbra-bake", "reference", folder / "character.vis.h5", "--frame", vis_frame, "--brdf", MATERIAL,
+        "--samples", 2048, "--light", light, "-o", out["truth"], *common)
     for model in ("paper", "ours"):
         base = [bins / "penumbra-player", "render", folder / f"{model}.pnb", "--clip", clip, "--frame", clip_frame]
         run(*base, "-o", out[model], *common)
-        run(*base, "-o", out[f"error_{model}"], *common, "--channel", "error", "--truth", folder / "character.truth.pnb")
+        run(*base, "-o", out[f"error_{model}"], *common[:4], "--channel", "error", "--truth", folder / "character.truth.pnb")
     return out
 
 
