@@ -138,11 +138,26 @@ static std::optional<int> parse(CommandLine& line, const char* program, int argc
     return std::nullopt;
 }
 
+struct Run {
+    const char* program;
+    const Verb& verb;
+    const CommonOptions& common;
+    Report report;
+    steady_clock::time_point start = steady_clock::now();
+    bool report_checked = false;  // --report may be written
+
+    std::vector<fs::path> inputs() const { return verb.inputs ? verb.inputs() : std::vector<fs::path>{}; }
+    fs::path output() const { return verb.output ? verb.output() : fs::path(); }
+};
+
 // --- Files: everything that can fail fails before the work ----------------------------------------------------------
 
 static void checkReadable(const fs::path& path) {
     std::error_code error;
-    if (fs::is_directory(path, error)) throw IoError(path.string() + ": is a folder");
+    const fs::file_status status = fs::status(path, error);
+    if (fs::is_directory(status)) throw IoError(path.string() + ": is a folder");
+    // To open a pipe would wait for its writer, and a device has no end.
+    if (fs::exists(status) && !fs::is_regular_file(status)) throw IoError(path.string() + ": not a regular file");
     if (!std::ifstream(path, std::ios::binary)) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
 }
 
@@ -156,18 +171,39 @@ static void checkWritable(const fs::path& path, bool dry_run) {
         throw IoError(path.string() + ": cannot write here: " + std::strerror(errno));
 }
 
-static void checkFiles(const CommonOptions& common, const std::vector<fs::path>& inputs, const fs::path& output) {
-    if (!common.depfile.empty() && output.empty()) throw UsageError("--depfile: this verb has no output to depend on");
-    if (common.no_clobber && !output.empty() && fs::exists(output))
-        throw IoError(output.string() + ": exists, and --no-clobber was given");
-    for (const fs::path& input : inputs) checkReadable(input);
-    for (const fs::path& written : {output, fs::path(common.report), fs::path(common.depfile)}) {
-        if (written.empty()) continue;
-        std::error_code error;
-        for (const fs::path& input : inputs)
-            if (fs::equivalent(input, written, error)) throw UsageError(written.string() + ": is input and output");
-        checkWritable(written, common.dry_run);
-    }
+// Also for files that do not exist yet.
+static bool sameFile(const fs::path& first, const fs::path& second) {
+    if (first.empty() || second.empty()) return false;
+    const fs::path a = fs::absolute(first).lexically_normal(), b = fs::absolute(second).lexically_normal();
+    std::error_code error;
+    return a == b || fs::equivalent(a, b, error) ||
+           (a.filename() == b.filename() && fs::equivalent(a.parent_path(), b.parent_path(), error));
+}
+
+// One of the files that a run writes.
+static void checkWritten(const fs::path& path, const Run& run) {
+    if (path.empty()) return;
+    for (const fs::path& input : run.inputs())
+        if (sameFile(input, path)) throw UsageError(path.string() + ": is input and output");
+    int same = 0;
+    for (const fs::path& written : {run.output(), fs::path(run.common.report), fs::path(run.common.depfile)})
+        same += sameFile(written, path);
+    if (same > 1) throw UsageError(path.string() + ": output, --report and --depfile must be different files");
+    std::error_code error;
+    if (run.common.no_clobber && fs::exists(path, error))
+        throw IoError(path.string() + ": exists, and --no-clobber was given");
+    checkWritable(path, run.common.dry_run);
+}
+
+// The report comes first: it is written for a failure too, but only when its own name may be written.
+static void checkFiles(Run& run) {
+    checkWritten(run.common.report, run);
+    run.report_checked = true;
+    if (!run.common.depfile.empty() && run.output().empty())
+        throw UsageError("--depfile: this verb has no output to depend on");
+    for (const fs::path& input : run.inputs()) checkReadable(input);
+    checkWritten(run.output(), run);
+    checkWritten(run.common.depfile, run);
 }
 
 // A name in a make rule: blanks and # take a backslash, $ is doubled.
@@ -189,19 +225,8 @@ static void writeDepfile(const std::string& path, const fs::path& output, const 
 
 // --- Running --------------------------------------------------------------------------------------------------------
 
-struct Run {
-    const char* program;
-    const Verb& verb;
-    const CommonOptions& common;
-    Report report;
-    steady_clock::time_point start = steady_clock::now();
-
-    std::vector<fs::path> inputs() const { return verb.inputs ? verb.inputs() : std::vector<fs::path>{}; }
-    fs::path output() const { return verb.output ? verb.output() : fs::path(); }
-};
-
 static void writeReport(Run& run, int exit_code, const std::string& error) {
-    if (run.common.report.empty() || run.common.dry_run) return;
+    if (!run.report_checked || run.common.report.empty() || run.common.dry_run) return;
     nlohmann::ordered_json json;
     json["schema"] = "penumbra.report";
     json["schema_version"] = 1;
@@ -229,7 +254,8 @@ static void writeReport(Run& run, int exit_code, const std::string& error) {
     writeWholeFile(run.common.report, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
-// Results that never reached the reader are a failure; a reader that went away (| head) is not.
+// Results that never reached the reader are a failure, though the output stays: it is whole. A reader that went away
+// (| head) is none.
 static void flushResults() {
     std::cout.flush();
     errno = 0;
@@ -239,7 +265,7 @@ static void flushResults() {
 
 static int runVerb(Run& run) {
     try {
-        checkFiles(run.common, run.inputs(), run.output());
+        checkFiles(run);
         throwIfInterrupted();
         run.verb.run(run.common, run.report);
         flushResults();
@@ -259,7 +285,7 @@ static int runVerb(Run& run) {
 
 int runProgram(const char* program, const char* description, const char* format_versions, std::vector<Verb> verbs,
                int argc, char** argv) try {
-    catchSignals();
+    catchSignals(program);
     const std::string version =
         std::string(program) + " " + std::string(penumbraVersion()) + "\nformats: " + format_versions;
     CommandLine line(description);

@@ -1,10 +1,20 @@
 #include "formats/hdf5_handle.h"
 
+#include <mutex>
 #include <utility>
 
 #include "formats/errors.h"
 
 namespace penumbra {
+
+void initHdf5() {
+    // After a failed write HDF5 tries again at exit, and complains, hangs or crashes there; we report it where it
+    // happens. HDF5 hears this only before it starts.
+    static std::once_flag once;
+    std::call_once(once, [] { H5dont_atexit(); });
+    thread_local const herr_t silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // its error stacks are per thread
+    (void)silent;
+}
 
 std::string hdf5Reason() {
     std::string reason;

@@ -30,6 +30,8 @@ private:
     Closer closer_ = nullptr;
 };
 
+// Before any other HDF5 call of a thread: HDF5 shall neither print nor do anything at exit.
+void initHdf5();
 // What the operating system said in the last failed HDF5 call of this thread ("No space left on device"), else "".
 std::string hdf5Reason();
 // IoError "what: reason" if the call failed.

@@ -22,11 +22,6 @@ namespace fs = std::filesystem;
 // No byte of deflate stream gives more than this (zlib's documentation); nothing else that we accept expands.
 constexpr std::uint64_t kMaxExpansion = 1032;
 
-static void silence() {
-    thread_local const herr_t once = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    (void)once;
-}
-
 static std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t length) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     void* bytes = file < 0 ? MAP_FAILED : ::mmap(nullptr, length, PROT_READ, MAP_PRIVATE, file, 0);
@@ -48,7 +43,7 @@ static void checkAddresses(const Hdf5Reader& in) {
 }
 
 Hdf5Reader openHdf5(const fs::path& path) {
-    silence();
+    initHdf5();
     std::error_code error;
     if (fs::is_directory(path, error)) throw IoError(path.string() + ": is a folder");
     if (!std::ifstream(path, std::ios::binary)) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
@@ -78,7 +73,7 @@ static Hdf5Handle fromFile(hid_t id, Hdf5Handle::Closer closer, const std::strin
 }
 
 bool exists(const Hdf5Reader& in, const std::string& path) {
-    silence();
+    initHdf5();
     for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
         const std::string part = path.substr(0, end);
         if (part == "/") return true;
@@ -166,7 +161,7 @@ static void checkStorage(Hdf5Dataset& dataset, std::uint64_t item, std::uint64_t
 }
 
 static Hdf5Dataset openDataset(const Hdf5Reader& in, const std::string& path) {
-    silence();
+    initHdf5();
     const std::string label = in.name + ": " + path;
     if (!exists(in, path)) throw InvalidInput(label + ": missing");
     return {fromFile(H5Dopen2(in.file, path.c_str(), H5P_DEFAULT), H5Dclose, label, "is no dataset"), label, {}, {}};
@@ -228,7 +223,7 @@ static void readRaw(const Hdf5Dataset& dataset, hid_t type, hid_t memory, hid_t 
 }
 
 static void readFloatsFrom(const Hdf5Dataset& dataset, hid_t memory, hid_t file, std::span<float> out) {
-    silence();
+    initHdf5();
     if (out.empty()) return;
     if (dataset.half) {
         std::vector<std::uint16_t> halves(out.size());

@@ -23,10 +23,7 @@ static std::string targetOf(hid_t file) {
 }
 
 Hdf5Handle createHdf5(const std::filesystem::path& path) {
-    // After a failed write HDF5 tries again at exit, and complains or hangs there; we report it where it happens.
-    static const herr_t once = H5dont_atexit();
-    (void)once;
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+    initHdf5();
     const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "HDF5 file access");
     const Hdf5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "HDF5 file creation");
     checkHdf5(H5Pset_file_locking(access, false, true), "HDF5 file locking");  // PartialFile has locked it

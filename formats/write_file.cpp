@@ -10,6 +10,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -32,6 +33,7 @@ struct PartialName {
 };
 static std::array<PartialName, 64> partial_names;
 static std::atomic<int> caught_signal{0};
+static std::array<char, 128> stop_message{};
 
 static void remember(const fs::path& partial) {
     const std::string text = fs::absolute(partial).string();
@@ -58,8 +60,8 @@ static void forget(const fs::path& partial) {
 static void stopAtOnce(int) {
     for (PartialName& name : partial_names)
         if (name.ready) ::unlink(name.path.data());
-    static const char message[] = "stopped by a signal\n";
-    [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, message, sizeof message - 1);
+    [[maybe_unused]] const ssize_t written =
+        ::write(STDERR_FILENO, stop_message.data(), std::strlen(stop_message.data()));
     ::_exit(kExitFailed);
 }
 
@@ -69,7 +71,8 @@ static void onSignal(int signal_number) {
     ::setitimer(ITIMER_REAL, &grace, nullptr);
 }
 
-void catchSignals() {
+void catchSignals(const char* program) {
+    std::snprintf(stop_message.data(), stop_message.size(), "%s: stopped by a signal\n", program);
     struct sigaction action {};
     action.sa_handler = onSignal;
     for (int signal_number : {SIGINT, SIGTERM}) ::sigaction(signal_number, &action, nullptr);

@@ -134,8 +134,7 @@ template <class Work>
 std::pair<int, double> terminate(const Work& work) {
     const pid_t child = ::fork();
     if (child == 0) {
-        ::close(STDERR_FILENO);
-        catchSignals();
+        catchSignals("test");
         ::kill(::getpid(), SIGTERM);
         work();
         ::_exit(77);
@@ -148,6 +147,7 @@ std::pair<int, double> terminate(const Work& work) {
 }
 
 TEST(Signals, LoopsSeeTheFlag) {
+    testing::internal::CaptureStderr();
     const auto [status, seconds] = terminate([] {
         try {
             for (;;) throwIfInterrupted();
@@ -157,16 +157,19 @@ TEST(Signals, LoopsSeeTheFlag) {
     });
     EXPECT_EQ(status, kExitFailed);
     EXPECT_LT(seconds, 0.7);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "test: stopped by SIGTERM\n");
 }
 
 TEST(Signals, WorkThatNeverLooksIsStoppedWithinASecondAndLeavesNothing) {
     const samples::Folder folder("signal");
+    testing::internal::CaptureStderr();
     const auto [status, seconds] = terminate([&] {
         const PartialFile partial(folder.path / "out");
         for (int i = 0; i < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
     });
     EXPECT_EQ(status, kExitFailed);
     EXPECT_LT(seconds, 1.5);  // 0.8 and what a busy machine adds
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "test: stopped by a signal\n");
     EXPECT_EQ(folder.entries(), 0u);
 }
 

@@ -133,6 +133,36 @@ def test_report_of_a_failure(folder):
     check(entries(folder) == before, "report: left something")
 
 
+def test_names_of_files(folder):
+    """What a run writes: each under a name of its own, which is no input's. What it reads: regular files."""
+    source, old = folder / "in.glb", b"rubbish that stays"
+    source.write_bytes(old)
+    (folder / "linked").symlink_to(".")
+    (folder / "old.json").write_text("old")
+    before = entries(folder)
+    good = [BIN / "penumbra-bake", "visibility", "in.glb", "-o", "q.vis.h5"]
+    for word in ("--report", "--depfile"):
+        for same in ("in.glb", "./in.glb", source, "linked/in.glb"):
+            expect_error(run(good + [word, same], folder), 1, f"{word} {same}", "is input and output")
+        for same in ("q.vis.h5", "./q.vis.h5", folder / "q.vis.h5", "linked/q.vis.h5"):
+            expect_error(run(good + [word, same], folder), 1, f"{word} {same}", "different files")
+        expect_error(run(good + [word, "old.json", "--no-clobber"], folder), 2, f"{word} --no-clobber", "old.json")
+        expect_error(run(good + [word, "no/x"], folder), 2, f"{word} into no folder", "no/x")
+    expect_error(run(good + ["--report", "x", "--depfile", "./x"], folder), 1, "report as depfile", "different files")
+    check(source.read_bytes() == old and (folder / "old.json").read_text() == "old", "names: a file was replaced")
+    check(entries(folder) == before, f"names: left {entries(folder)}")
+    # The report's own name is right here, so it tells of the failure.
+    result = run(good[:-1] + ["in.glb", "--report", "r.json"], folder)
+    expect_error(result, 1, "output onto the input, with a report", "is input and output")
+    check(json.loads((folder / "r.json").read_text())["exit_code"] == 1, "names: report of a usage error")
+    os.mkfifo(folder / "pipe")
+    (folder / "link").symlink_to("pipe")
+    for verb in VERBS + READERS:
+        for name in ("pipe", "link", "/dev/zero"):
+            result = run(command(verb, name, "out" + EXTENSION.get(verb[1], ".out")), folder)
+            expect_error(result, 2, f"{verb[0]} {verb[1]} of {name}", name, "not a regular file")
+
+
 def bake(rig, output, *more):
     return [BIN / "penumbra-bake", "visibility", rig, "-o", output, "--order", "3", *more]
 
@@ -163,15 +193,35 @@ def test_bake(folder, rig):
 
 def test_full_disk(folder, rig):
     """A limit on the size of files, at several sizes, is to a program what a full disk is."""
-    whole = (folder / "a.vis.h5").stat().st_size
-    (folder / "full.vis.h5").write_text("old")
-    before = entries(folder)
-    for limit in (0, 100, 4096, whole // 2, whole - 1):
-        result = run(bake(rig, "full.vis.h5", "--fps", "2", "--rays", "16"), folder,
-                     preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-        expect_error(result, 2, f"bake with {limit} bytes of disk", "full.vis.h5", "File too large")
-        check(entries(folder) == before and (folder / "full.vis.h5").read_text() == "old",
-              f"full disk: {entries(folder)}")
+    (folder / "sky.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n" + bytes([90, 99, 120, 128]) * 128)
+    stages = [
+        ("bake", "visibility", "f.vis.h5", [rig, "--order", "5", "--fps", "2", "--rays", "16"]),
+        ("fit", "visibility", "f.model.h5", ["f.vis.h5"]),
+        ("fit", "predict", "p.vis.h5", ["f.model.h5", "f.vis.h5"]),
+        ("fit", "brdf", "f.brdf.h5", ["--analytic", "lambert"]),
+        ("fit", "light", "f.light.h5", ["sky.hdr"]),
+        ("pack", "asset", "f.pnb", ["f.model.h5", "--brdf", "f.brdf.h5", "--light", "f.light.h5"]),
+        ("pack", "truth", "f.truth.pnb", ["f.vis.h5"]),
+        ("player", "render", "f.png", ["f.pnb", "--size", "64x64"]),
+    ]
+    for program, verb, output, words in stages:
+        command = [BIN / f"penumbra-{program}", verb, *words, "-o", output]
+        result = run(command, folder)
+        check(result.returncode == 0, f"{program} {verb}: {result.stderr}")
+        whole = (folder / output).read_bytes()
+        before = entries(folder)
+        for limit in sorted({0, 100, min(4096, len(whole) - 1), len(whole) // 2, len(whole) - 1}):
+            result = run(command + ["--quiet"], folder,
+                         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+            expect_error(result, 2, f"{program} {verb} with {limit} bytes of disk", output, "File too large")
+            check(entries(folder) == before and (folder / output).read_bytes() == whole,
+                  f"{program} {verb}, full disk: {entries(folder)}")
+    with open("/dev/full", "w") as full:
+        (folder / "f.pnb").unlink()
+        result = subprocess.run([BIN / "penumbra-pack", "asset", "f.model.h5", "-o", "f.pnb"], cwd=folder, stdout=full,
+                                stderr=subprocess.PIPE, text=True)
+        check(result.returncode == 2 and len(result.stderr.splitlines()) == 1, f"asset to a full disk: {result.stderr}")
+        check((folder / "f.pnb").exists(), "results that cannot be printed take the whole output away")
 
 
 def test_signals(folder, rig):
@@ -195,7 +245,7 @@ def test_signals(folder, rig):
 def main():
     with tempfile.TemporaryDirectory(prefix="penumbra_command_line_") as name:
         top = Path(name)
-        tests = [test_programs, test_usage, test_files, test_report_of_a_failure]
+        tests = [test_programs, test_usage, test_files, test_report_of_a_failure, test_names_of_files]
         for test in tests:
             folder = top / test.__name__
             folder.mkdir()
