@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // penumbra-bake: ray-traced visibility over an animation, and ray-traced pictures to hold results against.
 #include <sys/resource.h>
 

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "bake/bake_options.h"
 
 #include <charconv>

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "bake/info_command.h"
 
 #include <algorithm>

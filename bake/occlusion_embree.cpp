@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include <embree3/rtcore.h>
 #include <pmmintrin.h>
 #include <xmmintrin.h>

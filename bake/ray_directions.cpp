@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "bake/ray_directions.h"
 
 #include <cassert>

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "fit/fit_verbs.h"
 
 int main(int argc, char** argv) {

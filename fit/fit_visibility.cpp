@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "fit/fit_visibility.h"
 
 #include <algorithm>

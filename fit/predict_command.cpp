@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // penumbra-fit predict X.model.h5 POSES.vis.h5 -o PRED.vis.h5: predicted visibility in the layout of a bake.
 #include <cstdio>
 #include <memory>

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // penumbra-fit visibility X.vis.h5 -o X.model.h5: parse, read, compute, write.
 #include <algorithm>
 #include <cmath>

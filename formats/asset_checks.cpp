@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // The checks behind openAsset(): sizes are compared in 64 bits before anything is read through them.
 #include "formats/asset_checks.h"
 

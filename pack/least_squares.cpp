@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "pack/least_squares.h"
 
 #include <algorithm>

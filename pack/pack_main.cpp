@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // penumbra-pack: models, materials and lights to the run-time asset, and the asset against baked truth.
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "pack/pack_truth.h"
 
 #include <algorithm>

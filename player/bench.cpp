@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "player/bench.h"
 
 #include <algorithm>

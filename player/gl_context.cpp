@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "player/gl_context.h"
 
 #include "formats/errors.h"

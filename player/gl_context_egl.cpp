@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // EGL without a surface, through libglvnd's libEGL.so.1: GPU devices first (EGL_EXT_platform_device, what NVIDIA's and
 // Mesa's drivers offer without a display), then Mesa's surfaceless platform.
 #include <EGL/egl.h>

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // Mesa's off-screen interface. Opened with RTLD_LOCAL: linked beside libGL it makes every gl* symbol ambiguous.
 // Constants are those of GL/osmesa.h, copied because that header (package libosmesa6-dev) brings nothing else.
 #include <dlfcn.h>

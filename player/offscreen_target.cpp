@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 #include "player/offscreen_target.h"
 
 #include <array>

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // penumbra-player: an asset as pictures. Links neither HDF5, Embree nor Ceres.
 #include "player/bench_command.h"
 #include "player/render_command.h"

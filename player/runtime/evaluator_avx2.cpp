@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // Compiled with -mavx2 -mfma -mf16c, called only where the processor has them. Nothing inline from the standard library
 // may be used here: the linker could keep this file's copy for everyone.
 #include "player/runtime/combine.h"

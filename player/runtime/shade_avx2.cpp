@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // Compiled with -mavx2 -mfma and contraction of a * b + c allowed, called only where the processor has them.
 #include "player/runtime/shade_kernel.h"
 

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // Bake throughput against bare Embree loops over the same rays in the same run: what skinning, scene building,
 // accumulation and writing cost on top of ray tracing.
 //   bench_bake [RIG...] [--rays N] [--threads N] [--runs N]

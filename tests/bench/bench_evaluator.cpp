@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // bench_evaluator [ASSET.pnb] [--threads N] [--write OUT.pnb]: what a frame costs on the CPU. Without an asset: a
 // made-up one of a real character's size (13,380 vertices, 31 joints, 31 clusters, 10 components, D5), at every
 // precision. Minimum and median of 200 runs; ratios are against one thread on the portable path of the same run.

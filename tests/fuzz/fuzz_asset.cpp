@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // Any bytes are an asset that the run time can use, or InvalidInput. The content hash is put right first: it would stop
 // nearly every input before the checks that are to be tested. An input too short for an asset is replaced by a tiny
 // valid one, so that a run needs no corpus.

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // In a file of its own, so that no caller sees through operator new and delete.
 #include "tests/player/count_allocations.h"
 

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // Whole pictures from a synthetic asset: parity of the two paths, orientation, closed forms, determinism.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,3 @@
-// SPDX-License-Identifier: Apache-2.0
 // What a vertex is drawn with, held to brute force: the true BRDF, binary visibility and a band-limited light
 // integrated on a fine grid, over the kinds of occluders, views and lights of docs/formulas.md section 3 (own random
 // draws).
