@@ -10,6 +10,7 @@
 #include "bake/info_command.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "formats/name_list_option.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -26,6 +27,7 @@ struct VisibilityCommand {
     std::filesystem::path output;
     BakeOptions options;
     std::string frames, precision = "f32";
+    std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused and does not wrap
 };
 
 static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report) {
@@ -36,9 +38,22 @@ static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report&
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
 }
 
+static void refuseTwice(const std::vector<std::filesystem::path>& rigs) {
+    for (std::size_t i = 0; i < rigs.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            std::error_code missing;  // readRig() says so
+            if (rigs[i] == rigs[j] || std::filesystem::equivalent(rigs[i], rigs[j], missing))
+                throw UsageError(rigs[i].string() + ": given twice");
+        }
+}
+
 static void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
     BakeOptions& options = command.options;
     if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
+    if (command.seed < 0)
+        throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
+    options.seed = std::uint64_t(command.seed);
+    refuseTwice(command.rigs);
     options.precision = command.precision == "f16" ? Precision::kFloat16 : Precision::kFloat32;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
@@ -71,12 +86,12 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     BakeOptions& options = command.options;
     app.add_option("rig", command.rigs, "rig; further files may bring clips only")->required();
     app.add_option("-o,--output", command.output, "X.vis.h5")->required();
-    app.add_option("--clips", options.clips, "names of the clips to bake (default: all)")->delimiter(',');
+    addNameListOption(app, "--clips", options.clips, "names of the clips to bake (default: all)");
     app.add_option("--fps", options.fps, "samples a second (default: the clips' own keys)");
     app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all chosen clips");
     app.add_option("--order", options.order, "SH bands, 1..8");
     app.add_option("--rays", options.rays, "directions above the horizon");
-    app.add_option("--seed", options.seed, "turns the set of directions");
+    app.add_option("--seed", command.seed, "turns the set of directions");
     app.add_option("--bias", options.bias, "start of a ray above the surface, in rest diagonals");
     app.add_option("--precision", command.precision, "of the coefficients on disk")
         ->check(CLI::IsMember({"f32", "f16"}));
@@ -98,8 +113,9 @@ static Verb visibilityVerb() {
 struct ReferenceCommand {
     std::filesystem::path input, output, light;
     ReferenceOptions options;
-    std::size_t frame = 0;
+    std::int64_t frame = 0;
     int light_order = 0;  // 0: the picture itself
+    const CLI::Option* light_order_option = nullptr;
     std::string brdf = "lambert", camera, size = "512x512", channel = "shaded", background = "transparent";
     float exposure = 1;
 };
@@ -129,6 +145,8 @@ static void finishOptions(ReferenceCommand& command) {
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--brdf: ") + error.what());
     }
+    if (command.light_order_option->count() > 0 && command.light.empty())
+        throw UsageError("--light-order needs --light: the default light is the same at any order");
     if (command.light_order < 0 || command.light_order > kMaxOrder)
         throw UsageError("--light-order must be 0 (the picture itself) or 1..8, not " +
                          std::to_string(command.light_order));
@@ -149,10 +167,10 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
     report.phase("read");
     const VisibilityReader reader(command.input);
     const VisibilityHeader& header = reader.header();
-    if (command.frame >= header.frames.frameCount())
-        throw UsageError("--frame must be 0.." + std::to_string(header.frames.frameCount() - 1) + ", not " +
-                         std::to_string(command.frame));
-    const VisibilityFrame frame = reader.readPose(command.frame);
+    const auto count = std::int64_t(header.frames.frameCount());
+    if (command.frame < 0 || command.frame >= count)
+        throw UsageError("--frame must be 0.." + std::to_string(count - 1) + ", not " + std::to_string(command.frame));
+    const VisibilityFrame frame = reader.readPose(std::size_t(command.frame));
     Camera camera;
     try {
         camera = makeCamera(command.camera, frame.positions, boxDiagonal(header.mesh.rest_positions) / 2);
@@ -161,8 +179,8 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
     }
     const EnvironmentLight light = readLightOf(command);
     if (common.dry_run) {
-        std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", command.frame, command.options.width,
-                    command.options.height, command.options.samples);
+        std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", std::size_t(command.frame),
+                    command.options.width, command.options.height, command.options.samples);
         return;
     }
     report.phase("render");
@@ -181,7 +199,8 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option("--frame", command.frame, "index into the file's frames")->required();
     app.add_option("--brdf", command.brdf, "NAME[:key=value,...]; anisotropic ones get a stand-in tangent");
     app.add_option("--light", command.light, "lat-long picture (.exr, .hdr) or .light.h5 (default: white, radiance 1)");
-    app.add_option("--light-order", command.light_order, "replace the picture by its SH of this order (0: do not)");
+    command.light_order_option = app.add_option("--light-order", command.light_order,
+                                                "replace the picture of --light by its SH of this order (0: do not)");
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
     app.add_option("--size", command.size, "WIDTHxHEIGHT, pixels");
     app.add_option("--samples", options.samples, "shadow rays a pixel");

@@ -247,6 +247,11 @@ std::string findProblem(const FitOptions& options) {
     return {};
 }
 
+void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
+    checkInput(header, file, options);
+    splitFrames(header.frames, options.holdout);
+}
+
 FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
                         const FitObserver& observer) {
     const VisibilityHeader& header = reader.header();

@@ -33,6 +33,8 @@ struct FitObserver {
 
 // `file` names the reader's file in messages: UsageError for options that do not go with it, InvalidInput or
 // Unsupported for a file that cannot be fitted.
+void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options);
+// The same errors.
 FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
                         const FitObserver& observer);
 

@@ -7,6 +7,7 @@
 #include "fit/fit_verbs.h"
 #include "fit/fit_visibility.h"
 #include "formats/errors.h"
+#include "formats/name_list_option.h"
 
 namespace penumbra {
 
@@ -34,7 +35,7 @@ void define(CLI::App& app, VisibilityCommand& command) {
         ->capture_default_str();
     app.add_option("--output-variance", options.output_variance, "share of the visibility's variance to keep, (0, 1]")
         ->capture_default_str();
-    app.add_option("--holdout", options.holdout, "clips that no step of the fit sees, for the errors")->delimiter(',');
+    addNameListOption(app, "--holdout", options.holdout, "clips that no step of the fit sees, for the errors");
     app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...")->capture_default_str();
 }
 
@@ -154,6 +155,7 @@ void printTable(const FitResult& result) {
 void run(const VisibilityCommand& command, const CommonOptions& common, Report& report) {
     const FitOptions options = resolveOptions(command, common);
     const VisibilityReader reader(command.input);
+    checkFit(reader.header(), command.input, options);
     if (common.dry_run) {
         std::printf("would fit %zu frames of %zu vertices and write %s\n", reader.header().frames.frameCount(),
                     reader.header().mesh.vertexCount(), command.output.c_str());

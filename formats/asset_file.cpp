@@ -103,7 +103,9 @@ AssetView openAsset(std::span<const std::byte> bytes, std::string_view name) {
     const std::size_t offset = hashOffset(bytes, *asset);
     if (offset == 0 || offset % 8 != 0 || assetHash(bytes, offset) != asset->content_hash())
         throw InvalidInput(file + ": content_hash does not match: the file is damaged");
-    return viewOfAsset(*asset, file);
+    AssetView view = viewOfAsset(*asset, file);
+    view.name = file;
+    return view;
 }
 
 void readTruth(const AssetView& asset, std::size_t frame, std::size_t shading_point, std::span<float> out) {

@@ -118,6 +118,7 @@ struct AssetView {
     TruthView truth;
     std::vector<MaterialView> materials;
     std::vector<LightView> lights;
+    std::string name = "asset";  // of the file, for messages
 };
 
 // Verifier, version, content hash, then every count, index, range and finite number; InvalidInput starts with `name`

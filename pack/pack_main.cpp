@@ -4,6 +4,7 @@
 
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "formats/name_list_option.h"
 #include "formats/write_file.h"
 #include "pack/check_asset.h"
 #include "pack/pack_asset.h"
@@ -102,8 +103,8 @@ static Verb assetVerb() {
             "Pack a model with materials and lights into a run-time asset.",
             [command](CLI::App& app) {
                 app.add_option("model", command->model, "X.model.h5")->required();
-                app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them");
-                app.add_option("--light", command->lights, "E.light.h5; any number of them");
+                app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
+                app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
                 app.add_option("-o,--output", command->output, "X.pnb")->required();
                 app.add_option("--precision", command->precision, "of the visibility basis (i8 unless --max-error)")
                     ->check(CLI::IsMember({"f32", "f16", "i8"}));
@@ -157,8 +158,7 @@ static Verb truthVerb() {
             app.add_option("visibility", command->input, "X.vis.h5")->required();
             app.add_option("-o,--output", command->output, "X.truth.pnb")->required();
             app.add_option("--precision", command->precision, "of the moments")->check(CLI::IsMember({"f32", "f16"}));
-            app.add_option("--clips", command->options.clips, "names of the clips to pack (default: all)")
-                ->delimiter(',');
+            addNameListOption(app, "--clips", command->options.clips, "names of the clips to pack (default: all)");
         },
         [command] { return std::vector<fs::path>{command->input}; },
         [command] { return command->output; },

@@ -13,6 +13,8 @@ struct RenderCommand {
     std::filesystem::path asset, truth, output;
     RenderOptions options;
     std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
+    std::vector<const CLI::Option*> shading;  // what only --channel shaded reads
+    const CLI::Option *truth_option = nullptr, *error_max_option = nullptr;
 };
 
 static void parseWords(RenderCommand& command) {
@@ -27,6 +29,18 @@ static void parseWords(RenderCommand& command) {
     const std::string extension = command.output.extension();
     if (extension != ".png" && extension != ".exr")
         throw UsageError(command.output.string() + ": a picture must be named .png or .exr");
+}
+
+static void refuseUnused(const RenderCommand& command) {
+    const Channel channel = command.options.channel;
+    for (const CLI::Option* option : command.shading)
+        if (option->count() > 0 && channel != Channel::kShaded)
+            throw UsageError(option->get_name() + " is of no use to --channel " + command.channel);
+    if (command.error_max_option->count() > 0 && channel != Channel::kError)
+        throw UsageError("--error-max is of no use to --channel " + command.channel);
+    if (command.truth_option->count() > 0 && channel != Channel::kError &&
+        command.options.source != VisibilitySource::kTruth)
+        throw UsageError("--truth is of no use without --channel error or --source truth");
 }
 
 // Normals are numbers, so that a PNG's 8-bit value / 255 must give them back: the inverse of the transfer function that
@@ -60,6 +74,7 @@ static void reportResult(const RenderResult& result, const RenderOptions& option
 
 static void runRender(RenderCommand& command, const CommonOptions& common, Report& report) {
     parseWords(command);
+    refuseUnused(command);
     report.phase("read");
     const OpenAsset asset(command.asset);
     std::optional<OpenAsset> truth;
@@ -89,21 +104,24 @@ static void defineRender(CLI::App& app, RenderCommand& command) {
         ->required();
     app.add_option("--clip", options.clip, "name of the clip, or how only it begins (default: the first)");
     app.add_option("--frame", options.frame, "sampled frame of the clip, from 0")->capture_default_str();
-    app.add_option("--brdf", options.brdf, "name of the material, likewise");
-    app.add_option("--light", options.light, "name of the light, likewise");
+    command.shading = {
+        app.add_option("--brdf", options.brdf, "name of the material, likewise"),
+        app.add_option("--light", options.light, "name of the light, likewise"),
+        app.add_option("--exposure", options.exposure, "factor on the colours of a shaded PNG")->capture_default_str()};
     app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)");
     app.add_option("--camera", options.camera,
                    "yaw=,pitch=,fov= (degrees), distance=,target=X/Y/Z; what is not given is framed");
     app.add_option("--channel", command.channel, "shaded, ao, error, clusters or normals")->capture_default_str();
-    app.add_option("--truth", command.truth, "X.truth.pnb: baked frames, for --channel error and --source truth");
+    command.truth_option =
+        app.add_option("--truth", command.truth, "X.truth.pnb: baked frames, for --channel error and --source truth");
     app.add_option("--source", command.source, "visibility of the model or of the truth")->capture_default_str();
     app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")->capture_default_str();
     app.add_option("--gl", command.backend, "auto (a GPU, else software), egl or osmesa")->capture_default_str();
-    app.add_option("--exposure", options.exposure, "factor on the colours of a shaded PNG")->capture_default_str();
     app.add_option("--background", command.background, "transparent or R/G/B, linear")->capture_default_str();
     app.add_option("--aa", options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str();
-    app.add_option("--error-max", options.error_max, "the error that gets the brightest colour of --channel error")
-        ->capture_default_str();
+    command.error_max_option =
+        app.add_option("--error-max", options.error_max, "the error that gets the brightest colour of --channel error")
+            ->capture_default_str();
 }
 
 Verb renderVerb() {

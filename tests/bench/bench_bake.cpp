@@ -5,6 +5,7 @@
 #include <embree3/rtcore.h>
 #include <pmmintrin.h>
 #include <sys/resource.h>
+#include <unistd.h>
 #include <xmmintrin.h>
 
 #include <algorithm>
@@ -269,7 +270,8 @@ void benchWhole(const std::filesystem::path& rig, const Settings& settings) {
     }
     options.frames = FrameRange{middle, middle + count, 1};
     const BakePlan plan = planBake({rig}, options);
-    const std::filesystem::path out = std::filesystem::temp_directory_path() / "bench_bake.vis.h5";
+    const std::filesystem::path out =
+        std::filesystem::temp_directory_path() / ("bench_bake" + std::to_string(::getpid()) + ".vis.h5");
     double rays = 0;
     const auto bare = [&](bool coherent) {
         for (std::size_t f = 0; f < count; ++f)

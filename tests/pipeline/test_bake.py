@@ -106,6 +106,17 @@ def check_dry_run(folder):
     text = bake(out, "--fps", "2", "--rays", "256", "--dry-run").stdout
     assert "frames" in text and "vertices" in text and "Mray" in text and "MB" in text, text
     assert not os.path.exists(out)
+    for words, name in (
+        ([MAN, "--seed", "-1"], "--seed must be 0..9223372036854775807, not -1"),
+        ([MAN, "--clips", "moonwalk"], "moonwalk"),
+        ([MAN, MAN], "given twice"),
+    ):
+        result = run("visibility", *words, "-o", out, "--dry-run")
+        assert result.returncode == 1 and name in result.stderr, (words, result)
+    # A list takes one word, so that the rig may follow it.
+    assert run("visibility", "--clips", "walk", MAN, "-o", out, "--dry-run").returncode == 0
+    both = run("visibility", "--clips", "walk,squat", MAN, "-o", out, "--dry-run").stdout
+    assert run("visibility", "--clips", "walk", "--clips", "squat", MAN, "-o", out, "--dry-run").stdout == both
 
 
 def check_failures(folder):
@@ -131,6 +142,10 @@ def check_failures(folder):
         ([folder], 2, folder),
         ([MAN, "--clips", "moonwalk"], 1, "moonwalk"),
         ([MAN, "--clips", "walk,walk"], 1, "walk"),
+        ([MAN, "--clips", ","], 1, "--clips"),
+        ([MAN, "--clips", "walk,"], 1, "--clips"),
+        ([MAN, "--clips", ""], 1, "--clips"),
+        ([MAN, os.path.join(SAMPLES, ".", "capsule_man.glb")], 1, "given twice"),
         ([MAN, "--frames", "0:100000"], 1, "--frames"),
         ([MAN, "--frames", "3:3"], 1, "--frames"),
         ([MAN, "--order", "9"], 1, "--order"),
@@ -221,6 +236,7 @@ def check_reference(folder, baked):
     os.remove(place("again.png"))
     cases = [
         (["--frame", 14], 1, "--frame"),
+        (["--frame", -1], 1, "--frame must be 0..13, not -1"),
         (["--frame", 0, "--brdf", "velvet"], 1, "velvet"),
         (["--frame", 0, "--brdf", "ggx:alpha=7"], 1, "alpha"),
         (["--frame", 0, "--camera", "zoom=3"], 1, "zoom"),
@@ -228,7 +244,8 @@ def check_reference(folder, baked):
         (["--frame", 0, "--aa", "0"], 1, "--aa"),
         (["--frame", 0, "--light", place("missing.exr")], 2, "missing.exr"),
         (["--frame", 0, "--light", MAN], 3, "capsule_man.glb"),
-        (["--frame", 0, "--light-order", 9], 1, "--light-order"),
+        (["--frame", 0, "--light-order", 4], 1, "--light-order needs --light"),
+        (["--frame", 0, "--light", MAN, "--light-order", 9], 1, "--light-order must be"),
         (["--frame", 0, "--exposure", "0"], 1, "--exposure"),
         (["--frame", 0, "--background", "1/2"], 1, "--background"),
     ]

@@ -97,6 +97,12 @@ def check_errors(folder):
     run("visibility", bake, "-o", model, "--convention", "A3", "--clusters", "0", code=1, says="--clusters")
     run("visibility", bake, "-o", model, "--convention", "A3", "--clusters", "999", code=1, says="40 vertices")
     run("visibility", bake, "-o", model, "--convention", "A3", "--input-variance", "1.5", code=1, says="(0, 1]")
+    dry = ("visibility", "--convention", "A3", "-o", model, "--dry-run")
+    run(*dry, "--holdout", "clip1", bake, says="would fit 36 frames")  # a list takes one word
+    run(*dry, "--holdout", ",", bake, code=1, says="--holdout")
+    run(*dry, "--holdout", "nope", bake, code=1, says="clip0, clip1, clip2")
+    run(*dry, "--holdout", "clip0,clip1,clip2", bake, code=1, says="no clip is left")
+    run(*dry, "--clusters", "1000000", bake, code=1, says="40 vertices")
     run("visibility", bake, "-o", model, "--convention", "E3", code=1, says="--convention")
     run("visibility", bake, "-o", model, code=1, says="order 5")  # the default D5 of an order 3 file
     run("visibility", bake, "-o", model, "--wiggle", "3", code=1, says="--wiggle")

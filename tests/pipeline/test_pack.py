@@ -120,6 +120,9 @@ def check_bad_input():
     fails(2, "asset", "D5r.model.h5", "-o", "i8.pnb", "--no-clobber", says="--no-clobber")
     good("pack", "asset", "D5r.model.h5", "-o", "no.pnb", "--dry-run")
     good("pack", "truth", "x.vis.h5", "-o", "no.pnb", "--dry-run")
+    good("pack", "asset", "--brdf", "lambert.brdf.h5", "D5r.model.h5", "-o", "no.pnb", "--dry-run")
+    good("pack", "truth", "--clips", "walk", "x.vis.h5", "-o", "no.pnb", "--dry-run")
+    fails(1, "truth", "--clips", ",", "x.vis.h5", "-o", "no.pnb", says="--clips")
     assert set(os.listdir(".")) == before, set(os.listdir(".")) ^ before
     assert open("i8.pnb", "rb").read() == whole
 

@@ -14,7 +14,8 @@ import numpy as np
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 FRAME = ["--clip", "squat", "--frame", 3]  # held out
-VIEW = ["--camera", "yaw=30,pitch=10", "--size", "128x128", "--background", "0/0/0", "--exposure", 0.4]
+FRAMING = ["--camera", "yaw=30,pitch=10", "--size", "128x128", "--background", "0/0/0"]
+VIEW = [*FRAMING, "--exposure", 0.4]
 
 
 def run(tool, *words):
@@ -103,10 +104,12 @@ def check_paths_agree():
     worst = 0.0
     for asset in ("f16.pnb", "i8.pnb"):
         for channel in ("shaded", "ao", "error", "clusters", "normals"):
+            look = [*VIEW, "--brdf", "ggx"] if channel == "shaded" else FRAMING
             for source in ("model", "truth"):
+                truth = ["--truth", "x.truth.pnb"] if "error" == channel or source == "truth" else []
                 for path in ("cpu", "glsl"):
-                    good("player", "render", asset, *FRAME, *VIEW, "--brdf", "ggx", "--channel", channel, "--source",
-                         source, "--truth", "x.truth.pnb", "--path", path, "-o", path + ".png")
+                    good("player", "render", asset, *FRAME, *look, "--channel", channel, "--source", source, *truth,
+                         "--path", path, "-o", path + ".png")
                 cpu = read_png("cpu.png")
                 worst = max(worst, rmse(cpu, read_png("glsl.png")))
                 assert channel == "error" or cpu.max() > 100, (channel, cpu.max())
@@ -149,7 +152,7 @@ def check_against_ray_tracing():
 def check_report_and_bytes():
     first = None
     for threads in (1, 2, 8):
-        good("player", "render", "i8.pnb", *FRAME, *VIEW, "--channel", "error", "--truth", "x.truth.pnb", "--threads",
+        good("player", "render", "i8.pnb", *FRAME, *FRAMING, "--channel", "error", "--truth", "x.truth.pnb", "--threads",
              threads, "-o", "again.png", "--report", "r.json")
         with open("again.png", "rb") as f:
             data = f.read()
@@ -158,7 +161,7 @@ def check_report_and_bytes():
     with open("r.json") as f:
         figures = json.load(f)["figures"]
     assert 0 < figures["ambient_error_mean"] < 0.2 and figures["ambient_error_mean"] < figures["ambient_error_max"] <= 1
-    said = good("player", "render", "i8.pnb", *FRAME, *VIEW, "--channel", "error", "--truth", "x.truth.pnb", "-o",
+    said = good("player", "render", "i8.pnb", *FRAME, *FRAMING, "--channel", "error", "--truth", "x.truth.pnb", "-o",
                 "again.png").stdout
     assert "mean %.5f, max %.5f" % (figures["ambient_error_mean"], figures["ambient_error_max"]) in said, said
     said = good("player", "bench", "i8.pnb", "--runs", 3, "--size", "64x64").stdout
@@ -189,8 +192,13 @@ def check_errors():
     fails(1, "i8.pnb", "-o", "no.jpg", says=".png or .exr")
     fails(2, "none.pnb", *out, says="none.pnb")
     fails(2, "i8.pnb", "-o", "no_folder/no.png", says="no_folder")
-    fails(3, "x.truth.pnb", *out, says="no model")
-    fails(3, "i8.pnb", *out, "--truth", "f16.pnb", "--source", "truth", says="no baked frames")
+    for channel in ("normals", "clusters", "ao", "error"):
+        for option, value in (("--brdf", "ggx"), ("--light", "sky"), ("--exposure", 1)):
+            fails(1, "i8.pnb", *out, "--channel", channel, option, value, says=option + " is of no use")
+    fails(1, "i8.pnb", *out, "--error-max", 0.25, says="--error-max is of no use")
+    fails(1, "i8.pnb", *out, "--truth", "x.truth.pnb", says="--truth is of no use")
+    fails(3, "x.truth.pnb", *out, says="x.truth.pnb: holds no model")
+    fails(3, "i8.pnb", *out, "--truth", "f16.pnb", "--source", "truth", says="f16.pnb: holds no baked frames")
     fails(3, "i8.pnb", *out, "--truth", "x.truth.pnb", "--source", "truth", "--clip", "walk", says="walk")
     fails(3, "x.vis.h5", *out, says="not a Penumbra asset")
     open("empty.pnb", "w").close()

@@ -281,7 +281,7 @@ TEST(Render, WhatIsMissingIsSaid) {
     options.channel = Channel::kError;
     EXPECT_NE(messageOf(options, data.asset, nullptr).find("usage: --channel error"), std::string::npos);
     data.truth.animation.clips[0].name = "walk";
-    EXPECT_EQ(messageOf(options, data.asset, &data.truth), "input: the truth has no clip \"swing\"");
+    EXPECT_EQ(messageOf(options, data.asset, &data.truth), "input: asset: has no clip \"swing\"");
     data.truth.animation.clips[0] = {"swing", 0, 1, false};
     EXPECT_NE(messageOf(options, data.asset, &data.truth).find("so none of number 1"), std::string::npos);
     data.truth.animation.clips[0] = {"swing", 1, 3, false};  // another time
