@@ -1,0 +1,23 @@
+#pragma once
+// An option that takes names: "--clips a,b --clips c". One word an occurrence, so that a positional may follow it.
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace penumbra {
+
+// CLI11's own delimiter drops empty elements, so that "--clips ," would mean all clips.
+inline CLI::Option* addNameListOption(CLI::App& app, const std::string& option, std::vector<std::string>& names,
+                                      const std::string& help) {
+    const auto store = [option, &names](const std::vector<std::string>& words) {
+        for (const std::string& word : words)
+            for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+                end = word.find(',', begin);
+                names.push_back(word.substr(begin, end == std::string::npos ? end : end - begin));
+                if (names.back().empty()) throw CLI::ValidationError(option, "an empty name in '" + word + "'");
+            }
+    };
+    return app.add_option_function<std::vector<std::string>>(option, store, help)->allow_extra_args(false);
+}
+
+}  // namespace penumbra
