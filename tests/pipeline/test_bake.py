@@ -201,7 +201,7 @@ def check_signals(folder):
     for number in (signal.SIGTERM, signal.SIGINT):
         out = os.path.join(folder, "stopped.vis.h5")
         process = subprocess.Popen(
-            [BAKE, "visibility", MAN, "-o", out, "--rays", "100000", "--fps", "10"],
+            [BAKE, "visibility", MAN, "-o", out, "--rays", "65536", "--fps", "10"],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )
         while not any(name.startswith("stopped") for name in os.listdir(folder)) and process.poll() is None:
