@@ -75,7 +75,7 @@ def common_box(rows, margin=16):
 def contact_sheet(rows, errors, path):
     font = ImageFont.truetype("DejaVuSans.ttf", 15)
     bar, box = 26, common_box(rows)
-    width, height = max(box[2] - box[0], 230), box[3] - box[1]
+    width, height = max(box[2] - box[0], 230), box[3] - box[1]  # a title needs 230 pixels
     sheet = Image.new("RGB", (width * len(COLUMNS), bar + (height + bar) * len(rows)), (30, 31, 34))
     draw = ImageDraw.Draw(sheet)
     for c, name in enumerate(COLUMNS):
