@@ -113,9 +113,8 @@ std::vector<double> squaredNorms(const MatrixF& m) {
     return sums;
 }
 
-std::vector<double> ambientErrors(const Convention& convention, const MatrixF& residual) {
-    std::vector<float> w(std::size_t(convention.size()));
-    ambientWeights(convention, w);
+std::vector<double> ambientErrors(const std::vector<float>& w, const MatrixF& residual) {
+    if (w.empty()) return std::vector<double>(residual.rows, std::numeric_limits<double>::quiet_NaN());
     std::vector<double> sums(residual.rows);
     for (std::size_t f = 0; f < residual.rows; ++f)
         for (std::size_t c = 0; c < residual.columns; c += w.size()) {
@@ -187,7 +186,7 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
 
     subtractPrediction(fit.model, raw, numbers);
     fit.errors.squared = squaredNorms(numbers);
-    fit.errors.ambient = ambientErrors(problem.convention, numbers);
+    fit.errors.ambient = ambientErrors(problem.ambient_weights, numbers);
     setErrorRatios(fit, problem.train);
     return fit;
 }

@@ -14,7 +14,7 @@ struct ClusterProblem {
     const PoseTable* poses = nullptr;
     std::span<const std::size_t> train;       // frames
     const std::vector<int>* folds = nullptr;  // of the training frames
-    Convention convention;
+    std::vector<float> ambient_weights;       // E = sum of weights times a vertex' numbers; empty: E is not known
     double input_variance = 0.9, output_variance = 0.95;
     int joint = 0;
     Vec3 center;  // of the cluster, rest pose
@@ -24,7 +24,7 @@ struct ClusterProblem {
 struct FrameErrors {
     std::vector<double> squared;   // [F] |prediction - truth|^2
     std::vector<double> variance;  // [F] |truth - training mean|^2
-    std::vector<double> ambient;   // [F] |E(prediction) - E(truth)|
+    std::vector<double> ambient;   // [F] |E(prediction) - E(truth)|, NaN without ambient_weights
 };
 
 struct ClusterFit {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "fit/local_numbers.h"
 #include "formats/model_file.h"
 
 namespace penumbra {
@@ -18,6 +19,10 @@ struct FitOptions {
     double output_variance = 0.95;     // of the numbers of a cluster that PCA keeps, in (0, 1]
     std::vector<std::string> holdout;  // clips that no step sees; errors only
     Convention convention;             // D5
+    // For comparisons; a model of the second kind of either is never written to a file. Convention A or B only, and not
+    // both at once.
+    Target target = Target::kVisibility;
+    Frame frame = Frame::kLocal;
     // Of numbers in memory at a time, at least one cluster's: more clusters take more passes over the file.
     std::size_t batch_bytes = std::size_t(256) << 20;
     int threads = 0;  // 0: all cores; like batch_bytes it never changes the result

@@ -46,10 +46,10 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
         throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
     if (!header.skin)
         throw Unsupported(file + ": /skin: the file has no skeleton; only skinned characters can be fitted so far");
-    if (options.convention.order > header.order)
+    const int needed = options.convention.order + (options.target == Target::kCosineWeighted ? 1 : 0);
+    if (needed > header.order)
         throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
-                         std::to_string(options.convention.order) + "; the file has order " +
-                         std::to_string(header.order));
+                         std::to_string(needed) + "; the file has order " + std::to_string(header.order));
     if (std::size_t(options.clusters) > header.mesh.vertexCount())
         throw UsageError("--clusters " + std::to_string(options.clusters) + " is more than the " +
                          std::to_string(header.mesh.vertexCount()) + " vertices");
@@ -126,6 +126,18 @@ struct FitJob {
     std::vector<int> folds;
 };
 
+// E = (1/pi) integral of V cos. Cosine-weighted: that integral is sqrt(4 pi) times the first number. In the model frame
+// the weights would turn with the normal.
+std::vector<float> ambientWeightsOf(const FitOptions& options) {
+    if (options.frame == Frame::kGlobal) return {};
+    std::vector<float> weights(std::size_t(options.convention.size()));
+    if (options.target == Target::kCosineWeighted)
+        weights[0] = float(2 * std::numbers::inv_sqrtpi);
+    else
+        ambientWeights(options.convention, weights);
+    return weights;
+}
+
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe{job.options.features, model.feature_scale, model.joint_centers, job.poses.pose_size};
     const std::size_t vertices = model.mesh.vertexCount();
@@ -138,6 +150,8 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
         request.convention = model.convention;
         request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
         request.vertices_of_cluster = std::span(job.clusters.vertices).subspan(begin, end - begin);
+        request.target = job.options.target;
+        request.frame = job.options.frame;
         request.threads = job.options.threads;
         request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
         std::vector<MatrixF> numbers = readClusterNumbers(job.reader, job.poses, request);
@@ -148,7 +162,7 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
                                          &job.poses,
                                          job.split.train,
                                          &job.folds,
-                                         model.convention,
+                                         ambientWeightsOf(job.options),
                                          inputVariance(job.options),
                                          job.options.output_variance,
                                          job.clusters.joint[c],
@@ -244,6 +258,11 @@ std::string findProblem(const FitOptions& options) {
         return "--input-variance must lie in (0, 1], not " + std::to_string(options.input_variance);
     if (!(options.output_variance > 0 && options.output_variance <= 1))
         return "--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance);
+    const bool cosine = options.target == Target::kCosineWeighted, global = options.frame == Frame::kGlobal;
+    if (cosine && global) return "a fit is cosine-weighted or in the model frame, not both";
+    if ((cosine || global) && options.convention.below == BelowHorizon::kMirrored)
+        return "a cosine-weighted fit or one in the model frame takes convention A or B, not " +
+               options.convention.name();
     return {};
 }
 
@@ -254,6 +273,13 @@ void checkFit(const VisibilityHeader& header, const std::string& file, const Fit
 
 FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
                         const FitObserver& observer) {
+    checkFit(reader.header(), file, options);
+    if (observer.phase) observer.phase("poses");
+    return fitVisibility(reader, readPoses(reader, options.threads), file, options, observer);
+}
+
+FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, const std::string& file,
+                        const FitOptions& options, const FitObserver& observer) {
     const VisibilityHeader& header = reader.header();
     const auto phase = [&](const char* name) {
         throwIfInterrupted();
@@ -263,8 +289,6 @@ FitResult fitVisibility(const VisibilityReader& reader, const std::string& file,
     const Split split = splitFrames(header.frames, options.holdout);
     FitResult result;
     Model& model = result.model;
-    phase("poses");
-    const PoseTable poses = readPoses(reader, options.threads);
     copyInput(header, poses, options, model);
     phase("clusters");
     const VertexClusters clusters =

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
+#include <cmath>
 
 #include "fit/tangent_frames.h"
 #include "formats/parallel_for.h"
@@ -76,22 +78,42 @@ void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& requ
     const std::span<const Affine> bones = poses.bonesOf(frame);
     skinVertices(range.part.mesh, range.part.skin, range.part.rest_normals, {bones.begin(), bones.end()}, positions,
                  normals);
-    const int order = request.convention.order;
+    const bool cosine = request.target == Target::kCosineWeighted;
+    const int order = request.convention.order + (cosine ? 1 : 0);
     const auto count = std::size_t(coefficientCount(order)), size = std::size_t(request.convention.size());
-    std::array<float, coefficientCount(kMaxOrder)> local;
+    std::array<float, coefficientCount(kMaxOrder)> buffer;
+    const std::span<float> local = std::span(buffer).first(count);
     for (std::size_t i = 0; i < range.wanted.size(); ++i) {
         const Wanted& wanted = range.wanted[i];
         const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[wanted.vertex]];
         const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
         const Vec3 tangent = carriedTangent(normals[i], rotation, (*request.frames.rest_tangents)[wanted.vertex]);
-        applyTransposed(makeShRotation(order, localFrame(normals[i], tangent)),
-                        range.momentsOf(frame, wanted.vertex, count), std::span(local).first(count));
-        fromMoments(request.convention, std::span(local).first(count),
-                    out[wanted.cluster].row(frame).subspan(wanted.column, size));
+        const ShRotation to_model = makeShRotation(order, localFrame(normals[i], tangent));
+        const std::span<float> numbers = out[wanted.cluster].row(frame).subspan(wanted.column, size);
+        applyTransposed(to_model, range.momentsOf(frame, wanted.vertex, count), local);
+        if (cosine)
+            timesZ(order - 1, local, numbers);
+        else
+            fromMoments(request.convention, local, numbers);
+        if (request.frame == Frame::kGlobal) {
+            std::copy(numbers.begin(), numbers.end(), local.begin());
+            apply(to_model, local, numbers);
+        }
     }
 }
 
 }  // namespace
+
+void timesZ(int order, std::span<const float> moments, std::span<float> out) {
+    assert(int(moments.size()) == coefficientCount(order + 1) && int(out.size()) == coefficientCount(order));
+    const auto a = [](int l, int m) { return std::sqrt(double(l * l - m * m) / (4.0 * l * l - 1)); };
+    for (int l = 0; l < order; ++l)
+        for (int m = -l; m <= l; ++m) {
+            const double below = std::abs(m) < l ? a(l, m) * double(moments[std::size_t(shIndex(l - 1, m))]) : 0;
+            out[std::size_t(shIndex(l, m))] =
+                float(below + a(l + 1, m) * double(moments[std::size_t(shIndex(l + 1, m))]));
+        }
+}
 
 PoseTable readPoses(const VisibilityReader& reader, int threads) {
     const VisibilityHeader& header = reader.header();

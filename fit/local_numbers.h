@@ -24,6 +24,16 @@ struct PoseTable {
 };
 PoseTable readPoses(const VisibilityReader& reader, int threads);
 
+// What the numbers are of. kCosineWeighted: moments of V(s) max(s.N, 0), 0 below the horizon whatever the convention
+// (A or B) says; exact, so it takes moments of one order more.
+enum class Target { kVisibility, kCosineWeighted };
+// kGlobal: the same functions in the model frame (convention A: with the 1 below the vertex' own horizon).
+enum class Frame { kLocal, kGlobal };
+
+// Moments of z f(s), order^2 of them, from those of f, (order + 1)^2: z y_lm = a(l+1,m) y_(l+1)m + a(l,m) y_(l-1)m with
+// a(l,m)^2 = (l^2 - m^2) / (4 l^2 - 1).
+void timesZ(int order, std::span<const float> moments, std::span<float> out);
+
 // Where each vertex' local frame comes from.
 struct LocalFrames {
     const std::vector<Vec3>* rest_tangents = nullptr;               // [V]
@@ -38,6 +48,8 @@ struct ClusterNumbersRequest {
     Convention convention;
     LocalFrames frames;
     std::span<const std::vector<std::uint32_t>> vertices_of_cluster;
+    Target target = Target::kVisibility;
+    Frame frame = Frame::kLocal;
     int threads = 0;
     std::function<void(std::size_t)> vertices_done;  // how many more of the asked vertices are there; may be empty
 };

@@ -19,7 +19,15 @@ static std::string clusterGroup(std::size_t index) {
     return name;
 }
 
-static const char* nameOf(FeatureKind features) {
+const char* nameOf(ModelKind kind) {
+    switch (kind) {
+        case ModelKind::kLinear:
+            return "linear";
+    }
+    return "";
+}
+
+const char* nameOf(FeatureKind features) {
     return features == FeatureKind::kJointAngles ? "joint-angles" : "relative-bones";
 }
 
@@ -64,7 +72,7 @@ static void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
 static void writeModelRoot(hid_t file, const Model& model) {
     writeRoot(file, kKind, model.convention.order, model.provenance);
     writeTextAttribute(file, "/", "convention", model.convention.name());
-    writeTextAttribute(file, "/", "model", "linear");
+    writeTextAttribute(file, "/", "model", nameOf(model.kind));
     writeTextAttribute(file, "/", "features", nameOf(model.features));
     writeNumberAttribute(file, "/", "feature_scale", model.feature_scale);
     writeNumberAttribute(file, "/", "input_variance", model.input_variance);

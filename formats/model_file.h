@@ -1,6 +1,7 @@
 #pragma once
 // x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", version 1; README.md lists every
 // dataset).
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -15,6 +16,11 @@ constexpr int kModelVersion = 1;
 
 enum class FeatureKind { kJointAngles, kRelativeBones };
 enum class ModelKind { kLinear };
+inline constexpr std::array kModelKinds{ModelKind::kLinear};
+inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
+// The words of files and command lines.
+const char* nameOf(ModelKind kind);
+const char* nameOf(FeatureKind features);
 
 // Raw features of a cluster, in this order (fit/features.h says the same, the run-time evaluator repeats it):
 //   kJointAngles: the frame's pose vector, P numbers.
