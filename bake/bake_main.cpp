@@ -7,7 +7,9 @@
 
 #include "bake/bake_reference.h"
 #include "bake/bake_visibility.h"
+#include "bake/frame_choice.h"
 #include "bake/info_command.h"
+#include "bake/poses_command.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/name_list_option.h"
@@ -26,7 +28,7 @@ struct VisibilityCommand {
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, once that is known
     std::filesystem::path output;
     BakeOptions options;
-    std::string frames, precision = "f32";
+    std::string frames, poses, precision = "f32";
     std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused and does not wrap
 };
 
@@ -38,18 +40,10 @@ static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report&
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
 }
 
-static void refuseTwice(const std::vector<std::filesystem::path>& rigs) {
-    for (std::size_t i = 0; i < rigs.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) {
-            std::error_code missing;  // readRig() says so
-            if (rigs[i] == rigs[j] || std::filesystem::equivalent(rigs[i], rigs[j], missing))
-                throw UsageError(rigs[i].string() + ": given twice");
-        }
-}
-
 static void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
     BakeOptions& options = command.options;
     if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
+    if (!command.poses.empty()) options.poses = command.poses;
     if (command.seed < 0)
         throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
     options.seed = std::uint64_t(command.seed);
@@ -89,6 +83,8 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     addNameListOption(app, "--clips", options.clips, "names of the clips to bake (default: all)");
     app.add_option("--fps", options.fps, "samples a second (default: the clips' own keys)");
     app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all chosen clips");
+    app.add_option("--poses", command.poses,
+                   "X.poses.h5 of `penumbra-bake poses`: these frames, then those of --clips");
     app.add_option("--order", options.order, "SH bands, 1..8");
     app.add_option("--rays", options.rays, "directions above the horizon");
     app.add_option("--seed", command.seed, "turns the set of directions");
@@ -103,7 +99,12 @@ static Verb visibilityVerb() {
     return {"visibility",
             "Ray-trace per-vertex SH visibility over an animation.",
             [command](CLI::App& app) { defineVisibility(app, *command); },
-            [command] { return command->files_read.empty() ? command->rigs : command->files_read; },
+            [command] {
+                std::vector<std::filesystem::path> inputs =
+                    command->files_read.empty() ? command->rigs : command->files_read;
+                if (command->files_read.empty() && !command->poses.empty()) inputs.push_back(command->poses);
+                return inputs;
+            },
             [command] { return command->output; },
             [command](const CommonOptions& common, Report& report) { runVisibility(*command, common, report); }};
 }
@@ -229,6 +230,7 @@ static Verb referenceVerb() {
 int main(int argc, char** argv) {
     using namespace penumbra;
     return runProgram("penumbra-bake", "Ray-traced visibility of animated characters.",
-                      "penumbra.visibility 1, penumbra.model 1, penumbra.brdf 1, penumbra.light 1, penumbra.asset 1",
-                      {visibilityVerb(), referenceVerb(), infoVerb()}, argc, argv);
+                      "penumbra.visibility 1, penumbra.poses 1, penumbra.model 1, penumbra.brdf 1, penumbra.light 1, "
+                      "penumbra.asset 1",
+                      {visibilityVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
 }

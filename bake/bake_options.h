@@ -2,6 +2,7 @@
 // What the visibility bake needs to know. The defaults here are the documented ones; nothing else holds a default.
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,10 +17,11 @@ struct FrameRange {
 };
 
 struct BakeOptions {
-    std::vector<std::string> clips = {};    // names; empty = all
-    double fps = 0;                         // samples a second, 0..1000; 0 = the clips' own key times
-    std::optional<FrameRange> frames = {};  // nothing = all
-    int order = 5;                          // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
+    std::vector<std::string> clips = {};              // names; empty = all (none with `poses`)
+    double fps = 0;                                   // samples a second, 0..1000; 0 = the clips' own key times
+    std::optional<FrameRange> frames = {};            // nothing = all
+    std::optional<std::filesystem::path> poses = {};  // x.poses.h5: these frames, then those of `clips`
+    int order = 5;                                    // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
     int rays = 1024;         // directions above the horizon (the set over the sphere has twice as many), 16..2^16
     std::uint64_t seed = 1;  // 1: the plain set of directions; others turn it
     double bias = 1e-4;      // start of a ray above the surface, in diagonals of the rest pose, 1e-7..1e-1

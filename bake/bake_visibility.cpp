@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bake/frame_choice.h"
 #include "bake/moments.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
@@ -16,18 +17,6 @@
 namespace penumbra {
 
 constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the default: 8 threads stay busy on small meshes
-
-static FrameList slice(const FrameList& all, const FrameRange& range) {
-    if (range.end > all.frameCount())
-        throw UsageError("--frames must end at most at " + std::to_string(all.frameCount()) +
-                         ", the number of sampled frames, not " + std::to_string(range.end));
-    FrameList out{all.clip_names, {}, {}};
-    for (std::size_t f = range.begin; f < range.end; f += range.step) {
-        out.clip.push_back(all.clip[f]);
-        out.time.push_back(all.time[f]);
-    }
-    return out;
-}
 
 // Every option that changes the result, defaults included.
 static std::string optionsJson(const BakeOptions& options) {
@@ -44,22 +33,24 @@ static std::string optionsJson(const BakeOptions& options) {
     return json.dump();
 }
 
-static std::vector<int> rigClips(const Rig& rig, const std::vector<std::string>& names) {
-    std::vector<int> indices;
-    for (const std::string& name : names) {
-        const auto found =
-            std::find_if(rig.clips.begin(), rig.clips.end(), [&](const Clip& clip) { return clip.name == name; });
-        indices.push_back(found == rig.clips.end() ? -1 : int(found - rig.clips.begin()));
+static FrameList chooseFrames(Rig& rig, const BakeOptions& options) {
+    FrameList frames;
+    if (!options.poses) {
+        frames = sampleFrames(rig, options.clips, options.fps);
+    } else {
+        frames = readPoseFrames(*options.poses, rig);
+        rig.files_read.push_back(*options.poses);
+        if (!options.clips.empty()) appendFrames(sampleFrames(rig, options.clips, options.fps), frames);
     }
-    return indices;
+    return options.frames ? sliceFrames(frames, *options.frames) : frames;
 }
 
 BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOptions& options) {
     BakePlan plan;
     plan.rig = readRig(rigs);
     const std::string rig_name = rigs.front().string();
-    const FrameList frames = sampleFrames(plan.rig, options.clips, options.fps);
-    plan.rig_clip = rigClips(plan.rig, frames.clip_names);
+    const FrameList frames = chooseFrames(plan.rig, options);
+    plan.rig_clip = clipIndices(plan.rig, frames.clip_names);
 
     std::vector<Vec3> positions, normals;
     const RigPose rest = evaluatePose(plan.rig, -1, 0);
@@ -79,7 +70,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOpti
     header.mesh = plan.rig.mesh;
     header.skin = plan.rig.skin;
     header.rest_normals = plan.rig.rest_normals;
-    header.frames = options.frames ? slice(frames, *options.frames) : frames;
+    header.frames = frames;
     header.pose_size = int(rest.pose.size());
     header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.rig.files_read);
     return plan;

@@ -4,17 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "bake/random_numbers.h"
 #include "sh/quadrature.h"
 
 namespace penumbra {
-
-// SplitMix64 (Steele, Lea, Flood 2014): the next of a sequence of uniform numbers in [0, 1).
-static double nextUniform(std::uint64_t& state) {
-    std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return double((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
 
 // Uniform over rotations (Shoemake 1992, "Uniform random rotations"), from a unit quaternion x y z w.
 static Mat3d randomRotation(std::uint64_t seed) {

@@ -19,10 +19,6 @@ struct FeatureRecipe {
     std::size_t count() const;  // N: P, or 12 (J - 1)
 };
 
-// Weighted centroid of the rest positions that each joint moves; a joint that moves nothing gets its nearest
-// ancestor's, or the centroid of the mesh.
-std::vector<Vec3> jointCenters(const Mesh& mesh, const Skin& skin);
-
 // out.size() == recipe.count(). `rotations` is nearestRotation of each bone's linear part, [J]. A cluster bone that
 // cannot be inverted (|det| < 1e-9) counts as its rotation and translation alone.
 void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const Affine> bones,

@@ -60,4 +60,25 @@ std::vector<Vec3> vertexNormals(const std::vector<Triangle>& triangles, const st
     return normals;
 }
 
+std::vector<Vec3> jointCenters(const Mesh& mesh, const Skin& skin) {
+    std::vector<Vec3d> sum(skin.jointCount());
+    std::vector<double> weight(skin.jointCount());
+    Vec3d all;
+    for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
+        all += toDouble(mesh.rest_positions[v]);
+        for (std::size_t i = v * std::size_t(skin.influences); i < (v + 1) * std::size_t(skin.influences); ++i) {
+            sum[skin.joints[i]] += toDouble(mesh.rest_positions[v]) * double(skin.weights[i]);
+            weight[skin.joints[i]] += skin.weights[i];
+        }
+    }
+    std::vector<Vec3> centers;
+    for (std::size_t j = 0; j < sum.size(); ++j) {
+        std::int32_t source = std::int32_t(j);
+        while (source >= 0 && weight[std::size_t(source)] <= 0) source = skin.parents[std::size_t(source)];
+        centers.push_back(toFloat(source >= 0 ? sum[std::size_t(source)] / weight[std::size_t(source)]
+                                              : all / double(mesh.vertexCount())));
+    }
+    return centers;
+}
+
 }  // namespace penumbra

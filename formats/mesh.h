@@ -51,6 +51,10 @@ double boxDiagonal(const std::vector<Vec3>& positions);
 void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
                   const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals);
 
+// Weighted centroid of the rest positions that each joint moves; a joint that moves nothing gets its nearest
+// ancestor's, or the centroid of the mesh.
+std::vector<Vec3> jointCenters(const Mesh& mesh, const Skin& skin);
+
 // Area-weighted vertex normals of `positions`; a vertex without area gets a unit normal that points away from the
 // centroid (or +y). Every result is unit.
 std::vector<Vec3> vertexNormals(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions);

@@ -146,7 +146,7 @@ FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, do
     std::vector<std::string> chosen = clips;
     if (chosen.empty())
         for (const Clip& clip : rig.clips) chosen.push_back(clip.name);
-    if (chosen.empty()) return {{"rest"}, {0}, {0.0}};
+    if (chosen.empty()) return {{kRestClip}, {0}, {0.0}};
     FrameList frames;
     for (const std::string& name : chosen) {
         if (std::count(chosen.begin(), chosen.end(), name) > 1)

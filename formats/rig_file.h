@@ -61,6 +61,9 @@ struct Rig {
 // Zero-area triangles are dropped; a mesh without triangles, missing weights, NaN or a one-vertex mesh are errors.
 Rig readRig(const std::vector<std::filesystem::path>& paths);
 
+// The clip that sampleFrames() gives a rig without clips.
+constexpr const char* kRestClip = "rest";
+
 // The frames that `clips` (names; empty = all) have at `fps` (0: the union of the clip's own key times; keys closer
 // than 1e-5 s are one). A clip whose duration is 0 has one frame. Unknown clip names: UsageError that lists the known
 // ones. No clips at all: one frame of the rest pose in a clip called "rest".

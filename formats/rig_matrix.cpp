@@ -90,6 +90,12 @@ Vec3d rotationVector(const Quaternion& q) {
     return (2 * std::atan2(s, sign * q[3]) / s) * v;
 }
 
+Quaternion rotationOf(Vec3d v) {
+    const double angle = length(v);
+    const double s = angle < 1e-12 ? 0.5 : std::sin(angle / 2) / angle;
+    return {s * v.x, s * v.y, s * v.z, std::cos(angle / 2)};
+}
+
 Matrix composeTransform(const std::array<double, 3>& t, const Quaternion& q, const std::array<double, 3>& s) {
     const auto [x, y, z, w] = q;
     return {(1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y - z * w) * s[1],       2 * (x * z + y * w) * s[2],       t[0],

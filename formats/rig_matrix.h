@@ -27,6 +27,7 @@ std::optional<Quaternion> normalized(const Quaternion& q);
 Quaternion slerp(const Quaternion& a, const Quaternion& b, double t);
 // log of a unit quaternion: axis times angle, in radians, length <= pi.
 Vec3d rotationVector(const Quaternion& q);
+Quaternion rotationOf(Vec3d rotation_vector);  // the other way: exp
 
 // translation x rotation x scale
 Matrix composeTransform(const std::array<double, 3>& translation, const Quaternion& rotation,

@@ -1,9 +1,11 @@
 // Poses of a rig: keys to node transforms to skinning matrices. Interpolation as in glTF 2.0 appendix C.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "formats/errors.h"
 #include "formats/rig_matrix.h"
+#include "formats/rig_poses.h"
 
 namespace penumbra {
 
@@ -142,6 +144,66 @@ RigPose evaluatePose(const Rig& rig, int clip, double time) {
     }
     pose.pose = rotationVectors(rig, poses, localPoses(rig.nodes, nullptr, 0));
     return pose;
+}
+
+// --- Poses as a clip ------------------------------------------------------------------------------------------------
+
+static Channel stepChannel(int node, Channel::Path path, std::size_t keys) {
+    Channel channel{node, path, Interpolation::kStep, {}, {}};
+    for (std::size_t k = 0; k < keys; ++k) channel.times.push_back(double(k));
+    channel.values.reserve(keys * (path == Channel::Path::kRotation ? 4 : 3));
+    return channel;
+}
+
+static void appendValue(const LocalPose& pose, Channel& channel) {
+    const auto append = [&](const auto& value) {
+        for (const double v : value) channel.values.push_back(float(v));
+    };
+    if (channel.path == Channel::Path::kTranslation) append(pose.translation);
+    if (channel.path == Channel::Path::kRotation) append(pose.rotation);
+    if (channel.path == Channel::Path::kScale) append(pose.scale);
+}
+
+Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string name) {
+    std::set<std::pair<int, Channel::Path>> moved;
+    for (const RigFrame& frame : frames)
+        if (frame.clip >= 0)
+            for (const Channel& c : rig.clips.at(std::size_t(frame.clip)).channels) moved.emplace(c.node, c.path);
+    // A clip must have a key; the rest pose has none.
+    for (std::size_t n = 0; moved.empty() && n < rig.nodes.size(); ++n)
+        if (!rig.nodes[n].matrix) moved.emplace(int(n), Channel::Path::kRotation);
+    Clip clip{std::move(name), double(frames.size() - 1), {}};
+    for (const auto& [node, path] : moved) clip.channels.push_back(stepChannel(node, path, frames.size()));
+    for (const RigFrame& frame : frames) {
+        const Clip* keys = frame.clip < 0 ? nullptr : &rig.clips.at(std::size_t(frame.clip));
+        const std::vector<LocalPose> poses = localPoses(rig.nodes, keys, frame.time);
+        for (Channel& channel : clip.channels) appendValue(poses[std::size_t(channel.node)], channel);
+    }
+    return clip;
+}
+
+bool turnsItself(const Rig& rig, std::size_t joint) {
+    const int node = rig.node_of_joint[joint];
+    const auto first = std::find(rig.node_of_joint.begin(), rig.node_of_joint.end(), node);
+    return first - rig.node_of_joint.begin() == std::ptrdiff_t(joint) && !rig.nodes[std::size_t(node)].matrix;
+}
+
+Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::string name) {
+    const std::size_t width = 3 * rig.skin.jointCount(), poses = rotations.size() / width;
+    Clip clip{std::move(name), double(poses - 1), {}};
+    for (std::size_t j = 0; j < rig.skin.jointCount(); ++j) {
+        if (!turnsItself(rig, j)) continue;
+        // The joint's rotation is that of the nodes between it and its parent joint, all at rest, times its own: only
+        // the last factor q_rest becomes q_rest exp(v).
+        const Quaternion& rest = rig.nodes[std::size_t(rig.node_of_joint[j])].rotation;
+        clip.channels.push_back(stepChannel(rig.node_of_joint[j], Channel::Path::kRotation, poses));
+        for (std::size_t p = 0; p < poses; ++p) {
+            const float* v = &rotations[p * width + 3 * j];
+            for (const double q : multiply(rest, rotationOf({v[0], v[1], v[2]})))
+                clip.channels.back().values.push_back(float(q));
+        }
+    }
+    return clip;
 }
 
 }  // namespace penumbra

@@ -9,12 +9,16 @@
 
 namespace penumbra {
 
-void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance) {
+void writeKind(hid_t file, const FileKind& kind, const Provenance& provenance) {
     writeTextAttribute(file, "/", "format", std::string(kind.format));
     writeIntegerAttribute(file, "/", "format_version", kind.version);
+    writeTextAttribute(file, "/", "provenance", toJson(provenance));
+}
+
+void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance) {
+    writeKind(file, kind, provenance);
     writeTextAttribute(file, "/", "sh_convention", std::string(kShConvention));
     writeIntegerAttribute(file, "/", "sh_order", sh_order);
-    writeTextAttribute(file, "/", "provenance", toJson(provenance));
 }
 
 static void checkText(const Hdf5Reader& in, const std::string& attribute, std::string_view expected) {
@@ -24,18 +28,22 @@ static void checkText(const Hdf5Reader& in, const std::string& attribute, std::s
                            std::string(expected) + "\"");
 }
 
-int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance) {
+void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance) {
     checkText(in, "format", kind.format);
     const std::int64_t version = readIntegerAttribute(in, "/", "format_version", 1, INT32_MAX);
     if (version > kind.version)
         throw Unsupported(in.name + ": " + std::string(kind.format) + " version " + std::to_string(version) +
                           " is newer than this program's " + std::to_string(kind.version));
-    checkText(in, "sh_convention", kShConvention);
     try {
         provenance = provenanceFromJson(readTextAttribute(in, "/", "provenance"));
     } catch (const InvalidInput& error) {
         throw InvalidInput(in.name + ": " + error.what());
     }
+}
+
+int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance) {
+    readKind(in, kind, provenance);
+    checkText(in, "sh_convention", kShConvention);
     return int(readIntegerAttribute(in, "/", "sh_order", 1, kMaxOrder));
 }
 
@@ -101,7 +109,7 @@ void writeSkin(hid_t file, const Skin& skin) {
     writeFloats(file, "/skin/weights", skin.weights, {vertices, influences});
 }
 
-static void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names) {
+void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names) {
     std::unordered_set<std::string> seen;
     for (const std::string& name : names)
         if (!seen.insert(name).second)

@@ -16,6 +16,9 @@ struct FileKind {
     int version;              // the newest that we read, and what we write
 };
 
+// format, format_version and provenance, which every file has; for files without SH.
+void writeKind(hid_t file, const FileKind& kind, const Provenance& provenance);
+void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
 void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance);
 // Checks format, version and SH convention; returns the SH order.
 int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
@@ -24,6 +27,8 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
 Mesh readMesh(const Hdf5Reader& in);
 void writeSkin(hid_t file, const Skin& skin);
 Skin readSkin(const Hdf5Reader& in, std::size_t vertices);
+// InvalidInput when a name of `dataset` is there twice.
+void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names);
 void writeFrameList(hid_t file, const FrameList& frames);
 FrameList readFrameList(const Hdf5Reader& in);
 

@@ -1,0 +1,107 @@
+#include "bake/choose_poses.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "bake/random_numbers.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+
+constexpr std::size_t kFramesPerTask = 256;
+// Distances are of rest diagonals; floats of features end at about 1e-7 of one.
+constexpr double kSamePose = 1e-6;
+
+namespace {
+// Squared distance of every frame to the nearest chosen one.
+class Gaps {
+public:
+    Gaps(const PoseFeatures& features, int threads)
+        : features_(features), threads_(threads), squared_(features.frames, std::numeric_limits<double>::infinity()) {}
+
+    void choose(std::size_t chosen) {
+        throwIfInterrupted();
+        const std::span<const float> to = features_.row(chosen);
+        const std::size_t tasks = (features_.frames + kFramesPerTask - 1) / kFramesPerTask;
+        parallelFor(tasks, threads_, [&](std::size_t task) {
+            const std::size_t end = std::min(features_.frames, (task + 1) * kFramesPerTask);
+            for (std::size_t f = task * kFramesPerTask; f < end; ++f)
+                squared_[f] = std::min(squared_[f], squaredDistance(features_.row(f), to));
+        });
+    }
+    std::size_t farthest() const {
+        return std::size_t(std::max_element(squared_.begin(), squared_.end()) - squared_.begin());
+    }
+    double operator[](std::size_t f) const { return std::sqrt(squared_[f]); }
+
+    void finish(ChosenPoses& chosen) const {
+        chosen.largest_gap = std::sqrt(squared_[farthest()]);
+        for (std::size_t f = 0; f < squared_.size(); ++f) chosen.mean_gap += (*this)[f] / double(squared_.size());
+    }
+
+private:
+    const PoseFeatures& features_;
+    int threads_;
+    std::vector<double> squared_;
+
+    static double squaredDistance(std::span<const float> a, std::span<const float> b) {
+        double sum = 0;
+        for (std::size_t i = 0; i < a.size(); ++i) sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
+        return sum;
+    }
+};
+}  // namespace
+
+static std::size_t nearestToMean(const PoseFeatures& features) {
+    std::vector<double> mean(features.width);
+    for (std::size_t f = 0; f < features.frames; ++f)
+        for (std::size_t i = 0; i < features.width; ++i) mean[i] += features.row(f)[i] / double(features.frames);
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t f = 0; f < features.frames; ++f) {
+        double squared = 0;
+        for (std::size_t i = 0; i < features.width; ++i) squared += std::pow(features.row(f)[i] - mean[i], 2);
+        if (squared < least) {
+            least = squared;
+            best = f;
+        }
+    }
+    return best;
+}
+
+ChosenPoses chooseFarthest(const PoseFeatures& features, std::size_t count, int threads) {
+    assert(features.frames > 0 && count > 0);
+    Gaps gaps(features, threads);
+    ChosenPoses chosen;
+    for (std::size_t next = nearestToMean(features); chosen.frames.size() < count; next = gaps.farthest()) {
+        const double distance = chosen.frames.empty() ? 0 : gaps[next];
+        if (!chosen.frames.empty() && distance < kSamePose) break;
+        chosen.frames.push_back(next);
+        chosen.distance.push_back(distance);
+        gaps.choose(next);
+    }
+    gaps.finish(chosen);
+    return chosen;
+}
+
+ChosenPoses chooseRandom(const PoseFeatures& features, std::size_t count, std::uint64_t seed, int threads) {
+    assert(count > 0 && count <= features.frames);
+    std::vector<std::size_t> order(features.frames);
+    std::iota(order.begin(), order.end(), 0);
+    shuffle(std::span(order), seed);
+    Gaps gaps(features, threads);
+    ChosenPoses chosen;
+    for (std::size_t i = 0; i < count; ++i) {
+        chosen.frames.push_back(order[i]);
+        chosen.distance.push_back(i == 0 ? 0 : gaps[order[i]]);
+        gaps.choose(order[i]);
+    }
+    gaps.finish(chosen);
+    return chosen;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,50 @@
+#pragma once
+// The stage of `penumbra-bake poses`: rig in, list of poses out.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bake/bake_options.h"
+#include "bake/choose_poses.h"
+#include "bake/joint_limits.h"
+#include "formats/pose_file.h"
+
+namespace penumbra {
+
+enum class ChoiceMethod { kFarthest, kRandom };
+
+struct PoseOptions {
+    // The candidates: as in BakeOptions, without the held-out clips.
+    std::vector<std::string> clips = {};
+    std::vector<std::string> holdout = {};
+    double fps = 0;
+    std::optional<FrameRange> frames = {};
+    std::int64_t choose = 0;  // candidates to choose, 0..their number
+    ChoiceMethod method = ChoiceMethod::kFarthest;
+    std::int64_t sample = 0;            // poses to sample within joint limits, 0..1e6
+    std::filesystem::path limits = {};  // CSV of joint_limits.h; "": all from the candidates
+    std::uint64_t seed = 1;             // of the random choice and of the sampling
+};
+// Empty when the options can be used, else one sentence that names the option, its range and the value given.
+std::string findProblem(const PoseOptions& options);
+
+struct PosePlan {
+    Rig rig;
+    FrameList candidates;
+};
+// Reads the rig and finds the candidates. UsageError, IoError, InvalidInput.
+PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options);
+
+struct PoseList {
+    PoseFile file;       // without provenance
+    ChosenPoses choice;  // of candidates; empty when none are to be chosen
+    JointLimits limits;  // empty when nothing is sampled
+};
+// The same for any number of threads.
+PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads);
+
+// The poses as the only clip, "poses", of a rig: pose k at k seconds (rig_poses.h).
+Rig rigOfPoses(const Rig& rig, const PoseFile& poses);
+constexpr const char* kPosesClip = "poses";
+
+}  // namespace penumbra

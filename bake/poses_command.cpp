@@ -1,0 +1,165 @@
+// penumbra-bake poses RIG... -o POSES.(h5|glb): parse, read, compute, write.
+#include "bake/poses_command.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "bake/frame_choice.h"
+#include "bake/pose_list.h"
+#include "formats/errors.h"
+#include "formats/name_list_option.h"
+
+namespace penumbra {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+struct PosesCommand {
+    std::vector<std::filesystem::path> rigs;
+    std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, once that is known
+    std::filesystem::path output;
+    PoseOptions options;
+    std::string frames, method = "farthest", limits;
+    std::int64_t seed = std::int64_t(PoseOptions{}.seed);  // signed, so that -1 is refused and does not wrap
+};
+}  // namespace
+
+// Every option that changes the result, defaults included.
+static std::string optionsJson(const PosesCommand& command) {
+    const PoseOptions& options = command.options;
+    Json json{{"clips", options.clips}, {"holdout", options.holdout}, {"fps", options.fps}};
+    if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
+    json["choose"] = options.choose;
+    json["method"] = command.method;
+    json["sample"] = options.sample;
+    json["seed"] = options.seed;
+    return json.dump();
+}
+
+static bool isGlb(const PosesCommand& command) { return command.output.extension() == ".glb"; }
+
+static void finishOptions(PosesCommand& command) {
+    PoseOptions& options = command.options;
+    if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
+    options.method = command.method == "random" ? ChoiceMethod::kRandom : ChoiceMethod::kFarthest;
+    options.limits = command.limits;
+    if (command.seed < 0)
+        throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
+    options.seed = std::uint64_t(command.seed);
+    refuseTwice(command.rigs);
+    if (!isGlb(command) && command.output.extension() != ".h5") throw UsageError("-o must end in .h5 or .glb");
+    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+}
+
+static Json poseTable(const PoseFile& file) {
+    Json table = Json::array();
+    for (std::size_t f = 0; f < file.frames.frameCount(); ++f)
+        table.push_back({{"clip", file.frames.clip_names[file.frames.clip[f]]},
+                         {"time", file.frames.time[f]},
+                         {"rank", file.rank[f]},
+                         {"distance", file.distance[f]}});
+    return table;
+}
+
+static Json limitsTable(const JointLimits& limits, const Skin& skin) {
+    Json table = Json::array();
+    for (std::size_t c = 0; c < limits.low.size(); ++c)
+        if (limits.low[c] != 0 || limits.high[c] != 0)
+            table.push_back({{"joint", skin.joint_names[c / 3]},
+                             {"axis", std::string(1, "xyz"[c % 3])},
+                             {"min", limits.low[c] * 57.29577951308232},
+                             {"max", limits.high[c] * 57.29577951308232}});
+    return table;
+}
+
+static void fillReport(const PosePlan& plan, const PoseList& list, Report& report) {
+    Json& figures = report.figures;
+    figures["candidates"] = plan.candidates.frameCount();
+    figures["chosen"] = list.choice.frames.size();
+    figures["sampled"] = list.file.sampledCount();
+    if (!list.choice.frames.empty()) {
+        figures["largest_gap"] = list.choice.largest_gap;
+        figures["mean_gap"] = list.choice.mean_gap;
+    }
+    for (std::size_t c = 0; c < list.file.frames.clip_names.size(); ++c)
+        figures["frames_by_clip"][list.file.frames.clip_names[c]] =
+            std::count(list.file.frames.clip.begin(), list.file.frames.clip.end(), std::uint16_t(c));
+    figures["poses"] = poseTable(list.file);
+    figures["limits_degrees"] = limitsTable(list.limits, plan.rig.skin);
+}
+
+static void printSummary(const PosesCommand& command, const PosePlan& plan, const PoseList& list) {
+    const auto& names = list.file.frames.clip_names;
+    std::printf("%s: %zu of %zu frames", command.output.c_str(), list.choice.frames.size(),
+                plan.candidates.frameCount());
+    if (list.file.sampledCount() > 0) std::printf(", %zu sampled poses", list.file.sampledCount());
+    std::printf("\n");
+    if (list.choice.frames.empty()) return;
+    if (list.choice.frames.size() < std::size_t(command.options.choose))
+        std::printf("all other frames equal a chosen one\n");
+    std::printf("distance to the nearest chosen frame: %.4f at most, %.4f mean (of rest diagonals)\n",
+                list.choice.largest_gap, list.choice.mean_gap);
+    for (std::size_t c = 0; c < names.size(); ++c)
+        std::printf(
+            "%-24s %6zu\n", names[c].c_str(),
+            std::size_t(std::count(list.file.frames.clip.begin(), list.file.frames.clip.end(), std::uint16_t(c))));
+}
+
+static void writeGlbOfPoses(const PosesCommand& command, const PosePlan& plan, const PoseFile& file) {
+    Json extras{{"penumbra_poses", poseTable(file)}, {"provenance", Json::parse(toJson(file.provenance))}};
+    writeGlb(command.output, rigOfPoses(plan.rig, file), extras.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+static void runPoses(PosesCommand& command, const CommonOptions& common, Report& report) {
+    finishOptions(command);
+    report.phase("read");
+    const PosePlan plan = planPoses(command.rigs, command.options);
+    command.files_read = plan.rig.files_read;
+    if (!command.limits.empty()) command.files_read.emplace_back(command.limits);
+    if (common.dry_run) {
+        std::printf("%lld of %zu frames, %lld sampled poses\n", static_cast<long long>(command.options.choose),
+                    plan.candidates.frameCount(), static_cast<long long>(command.options.sample));
+        return;
+    }
+    report.phase("choose");
+    PoseList list = makePoses(plan, command.options, common.threads);
+    report.phase("write");
+    list.file.provenance = makeProvenance("penumbra-bake poses", optionsJson(command), command.files_read);
+    if (isGlb(command))
+        writeGlbOfPoses(command, plan, list.file);
+    else
+        writePoseFile(command.output, list.file);
+    fillReport(plan, list, report);
+    if (!common.quiet) printSummary(command, plan, list);
+}
+
+static void definePoses(CLI::App& app, PosesCommand& command) {
+    PoseOptions& options = command.options;
+    app.add_option("rig", command.rigs, "rig; further files may bring clips only")->required();
+    app.add_option("-o,--output", command.output,
+                   "X.poses.h5, or X.glb: a rig whose only clip has the poses as its keys")
+        ->required();
+    app.add_option("--choose", options.choose, "how many of the candidate frames");
+    app.add_option("--method", command.method, "farthest: the most different frames; random: to compare with")
+        ->check(CLI::IsMember({"farthest", "random"}));
+    app.add_option("--sample", options.sample, "how many poses with joint angles sampled within their limits");
+    app.add_option("--limits", command.limits,
+                   "CSV joint,axis,min,max (degrees): limits instead of the candidates' own");
+    addNameListOption(app, "--clips", options.clips, "names of the clips to choose from (default: all)");
+    addNameListOption(app, "--holdout", options.holdout, "clips of which no frame is chosen and no limit taken");
+    app.add_option("--fps", options.fps, "candidates a second (default: the clips' own keys)");
+    app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
+    app.add_option("--seed", command.seed, "of --method random and of --sample (0: plain Halton points)");
+}
+
+Verb posesVerb() {
+    const auto command = std::make_shared<PosesCommand>();
+    return {"poses",
+            "Choose the most different frames of many clips, and sample poses within joint limits.",
+            [command](CLI::App& app) { definePoses(app, *command); },
+            [command] { return command->files_read.empty() ? command->rigs : command->files_read; },
+            [command] { return command->output; },
+            [command](const CommonOptions& common, Report& report) { runPoses(*command, common, report); }};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,9 @@
+#pragma once
+#include "formats/command_line.h"
+
+namespace penumbra {
+
+// penumbra-bake poses RIG... -o POSES.(h5|glb): the most different frames of many clips, and sampled poses.
+Verb posesVerb();
+
+}  // namespace penumbra
