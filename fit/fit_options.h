@@ -1,6 +1,7 @@
 #pragma once
 // What the visibility fit needs to know. The defaults here are the documented ones; nothing else holds a default.
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct FitOptions {
     double input_variance = 0;
     double output_variance = 0.95;     // of the numbers of a cluster that PCA keeps, in (0, 1]
     std::vector<std::string> holdout;  // clips that no step sees; errors only
+    // Training frames: those of this list (clip names and times) alone; nothing: all that are not held out.
+    std::optional<FrameList> train_frames;
     Convention convention;             // D5
     // For comparisons; a model of the second kind of either is never written to a file. Convention A or B only, and not
     // both at once.

@@ -11,6 +11,7 @@
 #include "fit/vertex_clusters.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
+#include "formats/pose_file.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
@@ -27,15 +28,42 @@ std::string joined(const std::vector<std::string>& names) {
     return text;
 }
 
-Split splitFrames(const FrameList& frames, const std::vector<std::string>& holdout) {
+void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdout) {
     for (const std::string& name : holdout)
         if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) == frames.clip_names.end())
             throw UsageError("--holdout: no clip '" + name + "'; the file has " + joined(frames.clip_names));
+}
+
+// Which of `frames` are in `list`. UsageError where a frame of the list is none of them, or of a clip held out.
+std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
+                               const std::vector<std::string>& holdout) {
+    std::vector<bool> listed(frames.frameCount());
+    for (std::size_t i = 0; i < list.frameCount(); ++i) {
+        const std::string& clip = list.clip_names[list.clip[i]];
+        const std::string name = "--train-frames: clip '" + clip + "', " + std::to_string(list.time[i]) + " s: ";
+        if (std::find(holdout.begin(), holdout.end(), clip) != holdout.end())
+            throw UsageError(name + "the clip is held out");
+        std::size_t f = 0;
+        while (f < listed.size() &&
+               (frames.clip_names[frames.clip[f]] != clip || std::abs(frames.time[f] - list.time[i]) > kSameTime))
+            ++f;
+        if (f == listed.size()) throw UsageError(name + "the visibility file has no such frame");
+        listed[f] = true;
+    }
+    return listed;
+}
+
+Split splitFrames(const FrameList& frames, const FitOptions& options) {
+    checkHoldout(frames, options.holdout);
+    const std::vector<bool> listed = options.train_frames ? listedFrames(frames, *options.train_frames, options.holdout)
+                                                          : std::vector<bool>(frames.frameCount(), true);
     Split split;
     for (std::size_t f = 0; f < frames.frameCount(); ++f) {
         const std::string& clip = frames.clip_names[frames.clip[f]];
-        const bool held = std::find(holdout.begin(), holdout.end(), clip) != holdout.end();
-        (held ? split.held_out : split.train).push_back(f);
+        if (std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end())
+            split.held_out.push_back(f);
+        else if (listed[f])
+            split.train.push_back(f);
     }
     if (split.train.empty()) throw UsageError("--holdout: no clip is left to train on");
     return split;
@@ -268,7 +296,7 @@ std::string findProblem(const FitOptions& options) {
 
 void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     checkInput(header, file, options);
-    splitFrames(header.frames, options.holdout);
+    splitFrames(header.frames, options);
 }
 
 FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
@@ -286,7 +314,7 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
         if (observer.phase) observer.phase(name);
     };
     checkInput(header, file, options);
-    const Split split = splitFrames(header.frames, options.holdout);
+    const Split split = splitFrames(header.frames, options);
     FitResult result;
     Model& model = result.model;
     copyInput(header, poses, options, model);

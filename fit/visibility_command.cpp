@@ -8,13 +8,14 @@
 #include "fit/fit_visibility.h"
 #include "formats/errors.h"
 #include "formats/name_list_option.h"
+#include "formats/pose_file.h"
 
 namespace penumbra {
 
 namespace {
 
 struct VisibilityCommand {
-    std::string input, output;
+    std::string input, output, train_frames;
     std::string model = "linear", features = "relative-bones", clusters = "auto", input_variance = "auto",
                 convention = "D5";
     FitOptions options;
@@ -36,6 +37,8 @@ void define(CLI::App& app, VisibilityCommand& command) {
     app.add_option("--output-variance", options.output_variance, "share of the visibility's variance to keep, (0, 1]")
         ->capture_default_str();
     addNameListOption(app, "--holdout", options.holdout, "clips that no step of the fit sees, for the errors");
+    app.add_option("--train-frames", command.train_frames,
+                   "X.poses.h5 of `penumbra-bake poses`: train on these frames alone");
     app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...")->capture_default_str();
 }
 
@@ -67,9 +70,16 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--convention: ") + error.what());
     }
+    if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
     options.threads = common.threads;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     return options;
+}
+
+std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
+    std::vector<std::filesystem::path> inputs{command.input};
+    if (!command.train_frames.empty()) inputs.emplace_back(command.train_frames);
+    return inputs;
 }
 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
@@ -167,7 +177,8 @@ void run(const VisibilityCommand& command, const CommonOptions& common, Report& 
     observer.progress = [&](double share) { progress.update(100 * share); };
     FitResult result = fitVisibility(reader, command.input, options, observer);
     report.phase("write");
-    result.model.provenance = makeProvenance("penumbra-fit visibility", optionsJson(command, options), {command.input});
+    result.model.provenance =
+        makeProvenance("penumbra-fit visibility", optionsJson(command, options), inputsOf(command));
     writeModel(command.output, result.model);
     fillReport(result, report);
     if (!common.quiet) printTable(result);
@@ -180,7 +191,7 @@ Verb visibilityVerb() {
     return {"visibility",
             "Fit a model of baked visibility as a function of the pose.",
             [command](CLI::App& app) { define(app, *command); },
-            [command] { return std::vector<std::filesystem::path>{command->input}; },
+            [command] { return inputsOf(*command); },
             [command] { return std::filesystem::path(command->output); },
             [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
 }
