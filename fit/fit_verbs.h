@@ -5,6 +5,7 @@
 namespace penumbra {
 
 Verb visibilityVerb();
+Verb compareVerb();
 Verb predictVerb();
 Verb brdfVerb();
 Verb lightVerb();

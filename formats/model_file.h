@@ -44,6 +44,11 @@ struct ClusterModel {
 
     int inputs() const { return int(input_min.size()); }
     int components() const { return int(bias.size()); }
+    // Of all arrays above but `vertices`: what a run-time needs of this cluster.
+    std::size_t numberCount() const {
+        return feature_mean.size() + input_basis.size() + input_min.size() + input_max.size() + weights.size() +
+               bias.size() + mean.size() + basis.size();
+    }
 };
 
 struct ClipError {

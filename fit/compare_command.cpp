@@ -1,0 +1,194 @@
+// penumbra-fit compare X.vis.h5 --holdout CLIPS -o REPORT.html: parse, read, compute, write.
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "fit/compare_data.h"
+#include "fit/fit_verbs.h"
+#include "formats/errors.h"
+#include "formats/name_list_option.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+
+namespace {
+
+struct CompareCommand {
+    std::string input, output;
+    std::vector<std::string> models, features, clusters, output_variances, conventions, holdout;
+};
+
+void define(CLI::App& app, CompareCommand& command) {
+    app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
+    app.add_option("-o,--output", command.output, "page to write, REPORT.html; REPORT.json and REPORT.csv go beside it")
+        ->required();
+    addNameListOption(app, "--holdout", command.holdout, "clips that no fit sees: what the errors are of")->required();
+    addNameListOption(app, "--models", command.models, "models to compare [all]");
+    addNameListOption(app, "--features", command.features, "features to compare [joint-angles,relative-bones]");
+    addNameListOption(app, "--clusters", command.clusters, "numbers of clusters [8,16,32,64]");
+    addNameListOption(app, "--output-variances", command.output_variances,
+                      "shares of the visibility's variance to keep [0.8,0.9,0.95,0.99]");
+    addNameListOption(app, "--conventions", command.conventions,
+                      "conventions, the reference first [A4,D5, at most of the file's order]");
+}
+
+template <class Kinds>
+auto parseKinds(const char* option, const std::vector<std::string>& words, const Kinds& known) {
+    std::vector<typename Kinds::value_type> kinds;
+    std::string names;
+    for (auto kind : known) names += (names.empty() ? "" : ", ") + std::string(nameOf(kind));
+    for (const std::string& word : words) {
+        const auto at = std::find_if(known.begin(), known.end(), [&](auto kind) { return word == nameOf(kind); });
+        if (at == known.end()) throw UsageError(std::string(option) + ": '" + word + "' is none of " + names);
+        if (std::find(kinds.begin(), kinds.end(), *at) == kinds.end()) kinds.push_back(*at);
+    }
+    return words.empty() ? std::vector<typename Kinds::value_type>(known.begin(), known.end()) : kinds;
+}
+
+// Ascending, each once.
+std::vector<double> parseNumbers(const char* option, const std::vector<std::string>& words, double least, double most) {
+    std::vector<double> numbers;
+    for (const std::string& word : words) {
+        char* end = nullptr;
+        const double number = std::strtod(word.c_str(), &end);
+        if (*end != '\0' || !(number >= least && number <= most))
+            throw UsageError(std::string(option) + ": '" + word + "' is no number from " + shortNumber(least) + " to " +
+                             shortNumber(most));
+        numbers.push_back(number);
+    }
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    return numbers;
+}
+
+std::vector<Convention> parseConventions(const std::vector<std::string>& words, int file_order) {
+    std::vector<Convention> conventions;
+    try {
+        for (const std::string& word : words)
+            if (std::find(conventions.begin(), conventions.end(), parseConvention(word)) == conventions.end())
+                conventions.push_back(parseConvention(word));
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--conventions: ") + error.what());
+    }
+    if (words.empty())
+        conventions = {{BelowHorizon::kOpen, std::min(4, file_order)},
+                       {BelowHorizon::kMirrored, std::min(5, file_order)}};
+    return conventions;
+}
+
+CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions& common, int file_order) {
+    CompareOptions options;
+    options.models = parseKinds("--models", command.models, kModelKinds);
+    options.features = parseKinds("--features", command.features, kFeatureKinds);
+    if (!command.clusters.empty()) {
+        options.clusters.clear();
+        for (double n : parseNumbers("--clusters", command.clusters, 1, 1e6)) {
+            if (n != int(n)) throw UsageError("--clusters: " + shortNumber(n) + " is not a whole number");
+            options.clusters.push_back(int(n));
+        }
+    }
+    if (!command.output_variances.empty())
+        options.output_variances = parseNumbers("--output-variances", command.output_variances, 1e-3, 1);
+    options.conventions = parseConventions(command.conventions, file_order);
+    options.holdout = command.holdout;
+    options.threads = common.threads;
+    return options;
+}
+
+std::string optionsJson(const CompareOptions& options) {
+    nlohmann::ordered_json json;
+    for (ModelKind model : options.models) json["models"].push_back(nameOf(model));
+    for (FeatureKind features : options.features) json["features"].push_back(nameOf(features));
+    json["clusters"] = options.clusters;
+    json["output_variances"] = options.output_variances;
+    for (const Convention& convention : options.conventions) json["conventions"].push_back(convention.name());
+    json["holdout"] = options.holdout;
+    return json.dump();
+}
+
+// REPORT.html -> REPORT.json, REPORT.csv.
+struct OutputFiles {
+    std::filesystem::path html, json, csv;
+};
+
+OutputFiles outputFiles(const std::string& output) {
+    OutputFiles files{output, output, output};
+    if (files.html.extension() != ".html")
+        throw UsageError("-o " + output + ": the name of the page must end in .html");
+    files.json.replace_extension(".json");
+    files.csv.replace_extension(".csv");
+    return files;
+}
+
+void checkOutputs(const OutputFiles& files, const CommonOptions& common) {
+    for (const std::filesystem::path& path : {files.json, files.csv}) {
+        if (common.no_clobber && std::filesystem::exists(path))
+            throw IoError(path.string() + ": exists, and --no-clobber was given");
+        for (const std::string& other : {common.report, common.depfile})
+            if (!other.empty() && std::filesystem::absolute(other).lexically_normal() ==
+                                      std::filesystem::absolute(path).lexically_normal())
+                throw UsageError(path.string() +
+                                 ": is written beside the page; --report and --depfile need other names");
+    }
+}
+
+CompareSource sourceOf(const VisibilityHeader& header, const CompareOptions& options, const std::string& input) {
+    CompareSource source;
+    source.file = std::filesystem::path(input).filename().string();
+    source.vertices = header.mesh.vertexCount();
+    source.joints = header.skin->jointCount();
+    for (const std::string& clip : header.frames.clip_names) {
+        const bool held = std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end();
+        (held ? source.held_out_clips : source.train_clips).push_back(clip);
+    }
+    source.provenance = makeProvenance("penumbra-fit compare", optionsJson(options), {input});
+    return source;
+}
+
+void run(const CompareCommand& command, const CommonOptions& common, Report& report) {
+    const OutputFiles files = outputFiles(command.output);
+    checkOutputs(files, common);
+    const VisibilityReader reader(command.input);
+    const int file_order = reader.header().order;
+    Comparison comparison{resolveOptions(command, common, file_order), {}, file_order};
+    const std::vector<FitOptions> grid = makeGrid(comparison.options, file_order);
+    for (const FitOptions& fit : grid) checkFit(reader.header(), command.input, fit);
+    if (common.dry_run) {
+        for (const FitOptions& fit : grid) std::printf("would fit %s\n", describe(fit).c_str());
+        std::printf("%zu fits; would write %s, %s and %s\n", grid.size(), files.html.c_str(), files.json.c_str(),
+                    files.csv.c_str());
+        return;
+    }
+    report.phase("poses");
+    const PoseTable poses = readPoses(reader, common.threads);
+    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "compare", "fits",
+                      double(grid.size()));
+    for (const FitOptions& fit : grid) {
+        report.phase("fit: " + describe(fit));
+        const double done = double(comparison.fits.size());
+        comparison.fits.push_back(
+            runFit({reader, poses, command.input}, fit, [&](double share) { progress.update(done + share); }));
+    }
+    report.phase("write");
+    CompareSource source = sourceOf(reader.header(), comparison.options, command.input);
+    source.train_frames = comparison.fits.front().report.train_frames;
+    source.held_out_frames = comparison.fits.front().report.held_out_frames;
+    const std::vector<Figure> figures = compareFigures(comparison);
+    writeWholeFile(files.json, compareJson(comparison, figures, source));
+    writeWholeFile(files.csv, compareCsv(comparison));
+    writeWholeFile(files.html, comparePage(comparison, figures, source));
+}
+
+}  // namespace
+
+Verb compareVerb() {
+    const auto command = std::make_shared<CompareCommand>();
+    return {"compare",
+            "Train a grid of models and write a report: the papers' figures on your own data.",
+            [command](CLI::App& app) { define(app, *command); },
+            [command] { return std::vector<std::filesystem::path>{command->input}; },
+            [command] { return std::filesystem::path(command->output); },
+            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+}
+
+}  // namespace penumbra

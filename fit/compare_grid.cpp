@@ -1,0 +1,114 @@
+#include "fit/compare_grid.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "fit/predict.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+
+namespace {
+
+using std::chrono::duration;
+using std::chrono::steady_clock;
+
+double secondsSince(steady_clock::time_point start) { return duration<double>(steady_clock::now() - start).count(); }
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+double evaluationMilliseconds(const Model& model, const PoseTable& poses) {
+    constexpr std::size_t kFrames = 9;
+    std::vector<double> times;
+    for (std::size_t i = 0; i < kFrames; ++i) {
+        throwIfInterrupted();
+        const std::size_t f = i * (poses.frameCount() - 1) / (kFrames - 1);
+        const steady_clock::time_point start = steady_clock::now();
+        predictNumbers(model, poses.bonesOf(f), poses.poseOf(f));
+        times.push_back(1000 * secondsSince(start));
+    }
+    return median(times);
+}
+
+}  // namespace
+
+FitOptions referenceFit(const CompareOptions& options, ModelKind model, FeatureKind features) {
+    FitOptions fit;
+    fit.model = model;
+    fit.features = features;
+    fit.clusters = options.referenceClusters();
+    fit.output_variance = options.referenceVariance();
+    fit.convention = options.referenceConvention();
+    fit.holdout = options.holdout;
+    fit.threads = options.threads;
+    return fit;
+}
+
+Convention paperConvention(const CompareOptions& options, int file_order) {
+    return {BelowHorizon::kOpen, std::min(options.referenceConvention().order, std::max(file_order - 1, 1))};
+}
+
+std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) {
+    std::vector<FitOptions> grid;
+    const auto add = [&](const FitOptions& fit) {
+        if (std::none_of(grid.begin(), grid.end(), [&](const FitOptions& other) { return sameFit(fit, other); }))
+            grid.push_back(fit);
+    };
+    for (ModelKind model : options.models)
+        for (FeatureKind features : options.features) {
+            const FitOptions reference = referenceFit(options, model, features);
+            add(reference);
+            for (int clusters : options.clusters) {
+                FitOptions fit = reference;
+                fit.clusters = clusters;
+                add(fit);
+            }
+        }
+    (void)file_order;
+    return grid;
+}
+
+bool sameFit(const FitOptions& a, const FitOptions& b) {
+    return a.model == b.model && a.features == b.features && a.clusters == b.clusters &&
+           a.output_variance == b.output_variance && a.convention == b.convention && a.target == b.target &&
+           a.frame == b.frame;
+}
+
+std::string labelOf(ModelKind model, FeatureKind features) {
+    std::string text = std::string(nameOf(model)) + ", " + nameOf(features);
+    std::replace(text.begin(), text.end(), '-', ' ');
+    return text;
+}
+
+std::string describe(const FitOptions& fit) {
+    char numbers[64];
+    std::snprintf(numbers, sizeof numbers, ", %d clusters, %g, ", fit.clusters, fit.output_variance);
+    return labelOf(fit.model, fit.features) + numbers + fit.convention.name() +
+           (fit.target == Target::kCosineWeighted ? ", cosine-weighted" : "") +
+           (fit.frame == Frame::kGlobal ? ", model frame" : "");
+}
+
+CompareFit runFit(const CompareInput& input, const FitOptions& options, const std::function<void(double)>& progress) {
+    const steady_clock::time_point start = steady_clock::now();
+    const FitResult result = fitVisibility(input.reader, input.poses, input.file, options, {{}, progress});
+    CompareFit fit;
+    fit.fit_seconds = secondsSince(start);
+    fit.options = options;
+    fit.report = result.report;
+    fit.clusters = result.model.clusters.size();
+    double numbers = 0;
+    for (const ClusterModel& cluster : result.model.clusters) {
+        fit.inputs += double(cluster.inputs()) / double(fit.clusters);
+        fit.components += double(cluster.components()) / double(fit.clusters);
+        numbers += double(cluster.numberCount());
+    }
+    fit.bytes_per_vertex = 4 * numbers / double(result.model.mesh.vertexCount());
+    fit.evaluate_milliseconds = evaluationMilliseconds(result.model, input.poses);
+    return fit;
+}
+
+}  // namespace penumbra

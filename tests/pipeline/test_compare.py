@@ -1,0 +1,111 @@
+"""penumbra-fit compare as a user runs it: JSON, CSV and the page agree, and the page is whole in headless Chromium."""
+import csv
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from ribbon_bake import bake_file
+
+BIN = pathlib.Path(sys.argv[1])
+PLOTS = ["plot-clusters-held-out", "plot-clusters-train"]
+
+# Added to a copy of the page: what was laid out, and every error.
+PROBE = """<script>
+const errors = [];
+addEventListener('error', e => errors.push(String(e.message || e.target)), true);
+addEventListener('load', () => {
+  const plots = [...document.querySelectorAll('svg.plot')].map(svg => {
+    const box = svg.getBoundingClientRect();
+    const marks = [...svg.querySelectorAll('.series > *:not(.line):not(text)')].map(m => m.getBBox());
+    const lines = [...svg.querySelectorAll('.series > .line')].map(l => l.getTotalLength());
+    return {id: svg.id, width: box.width, height: box.height, lines,
+            marks: marks.map(b => [b.x, b.y, b.width, b.height])};
+  });
+  const probe = document.createElement('pre');
+  probe.id = 'probe';
+  probe.textContent = JSON.stringify({errors, plots, links: [...document.querySelectorAll('nav a')].map(
+      a => [a.getAttribute('href'), document.querySelectorAll(a.getAttribute('href')).length])});
+  document.body.append(probe);
+});
+</script>"""
+
+
+def run(*arguments, code=0, says=""):
+    done = subprocess.run([BIN / "penumbra-fit", "compare", *map(str, arguments)], capture_output=True, text=True)
+    message = f"{' '.join(map(str, arguments))}\n{done.stdout}{done.stderr}"
+    assert done.returncode == code, f"exit code {done.returncode}, not {code}: {message}"
+    assert says in done.stdout + done.stderr, f"'{says}' not in: {message}"
+    return done.stdout
+
+
+def browse(page, *options):
+    """The DOM after loading, and the console's messages."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    assert chromium, "chromium is not installed (scripts/setup installs it)"
+    with tempfile.TemporaryDirectory() as profile:
+        done = subprocess.run(
+            [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+             "--disable-background-networking", "--disable-component-update", "--disable-sync",
+             f"--user-data-dir={profile}", "--enable-logging=stderr", "--v=0", "--dump-dom", *options, page.as_uri()],
+            capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+def check_browser(folder, page, data):
+    text = page.read_text()
+    assert not re.search(r"https?://|<script|@import|url\(", text), "the page is not self-contained"
+    _, console = browse(page)
+    assert not console, console
+
+    with_probe = folder / "probe.html"
+    policy = re.search(r"<meta http-equiv=\"Content-Security-Policy\"[^>]*>", text).group(0)
+    with_probe.write_text(text.replace(policy, PROBE))
+    dom, console = browse(with_probe)
+    assert not console, console
+    probe = json.loads(re.search(r'<pre id="probe">(.*?)</pre>', dom, re.S).group(1).replace("&amp;", "&"))
+    assert not probe["errors"], probe["errors"]
+    assert probe["links"] and all(count == 1 for _, count in probe["links"]), probe["links"]
+    laid_out = {plot["id"]: plot for plot in probe["plots"]}
+    expected = {plot["id"]: plot for figure in data["figures"] for plot in figure["plots"]}
+    assert list(laid_out) == list(expected) == PLOTS, (list(laid_out), list(expected))
+    for name, plot in laid_out.items():
+        assert plot["width"] > 200 and plot["height"] > 100, plot
+        points = sum(y is not None for series in expected[name]["series"] for y in series["y"])
+        assert len(plot["marks"]) == points > 0, (name, len(plot["marks"]), points)
+        for x, y, width, height in plot["marks"]:
+            assert 0 <= x and x + width <= 560 and 0 <= y and y + height <= 340 and width > 0, (name, x, y, width)
+        assert all(length > 0 for length in plot["lines"]), plot
+
+    # What the checks above rest on: a page with an error is seen as one.
+    broken = folder / "broken.html"
+    broken.write_text(text.replace(policy, PROBE).replace("</main>", "<script>nothing.there</script></main>"))
+    dom, console = browse(broken)
+    assert console and "ReferenceError" in dom, "an error on the page went unseen"
+
+
+def check_compare(folder):
+    bake, page = folder / "a.vis.h5", folder / "r.html"
+    bake_file(bake)
+    command = [bake, "--holdout", "clip1", "--clusters", "1,2,4", "--models", "linear", "-o", page]
+    run(*command, "--dry-run", says="6 fits")
+    assert not page.exists()
+    run(*command, "--threads", 2)
+    data = json.loads((folder / "r.json").read_text())
+    with open(folder / "r.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(data["fits"]) == 6
+    for row, fit in zip(rows, data["fits"]):
+        assert list(row) == list(fit)
+        for name, value in fit.items():
+            assert row[name] == ("" if value is None else value if isinstance(value, str) else json.dumps(value)), (name, row)
+    check_browser(folder, page, data)
+
+
+with tempfile.TemporaryDirectory() as name:
+    check_compare(pathlib.Path(name))
+print("compare: JSON, CSV and page agree; the page opens in Chromium without errors and every plot is there")
