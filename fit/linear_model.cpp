@@ -8,21 +8,39 @@
 
 namespace penumbra {
 
+// Weights and hat diagonal through the smaller side: (X^T X + a)^-1 X^T = X^T (X X^T + a)^-1.
+static void solveThroughColumns(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty,
+                                Eigen::MatrixXd& weights, Eigen::VectorXd& hat) {
+    Eigen::MatrixXd normal = x.transpose() * x;
+    normal.diagonal().array() += penalty;
+    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+    weights = solver.solve(x.transpose() * y);
+    hat = x.cwiseProduct(solver.solve(x.transpose()).transpose()).rowwise().sum();
+}
+
+static void solveThroughRows(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty,
+                             Eigen::MatrixXd& weights, Eigen::VectorXd& hat) {
+    const Eigen::MatrixXd gram = x * x.transpose();
+    Eigen::MatrixXd normal = gram;
+    normal.diagonal().array() += penalty;
+    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+    weights = x.transpose() * solver.solve(y);
+    hat = solver.solve(gram).diagonal();
+}
+
 Ridge fitRidge(const Matrix& inputs, const Matrix& outputs, double alpha) {
     assert(inputs.rows == outputs.rows && inputs.rows > 0);
     const Eigen::RowVectorXd x_mean = asEigen(inputs).colwise().mean(), y_mean = asEigen(outputs).colwise().mean();
-    const Eigen::MatrixXd x = asEigen(inputs).rowwise() - x_mean;
-    Eigen::MatrixXd normal = x.transpose() * x;
-    normal.diagonal().array() += alpha * alpha;
-    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+    const Eigen::MatrixXd x = asEigen(inputs).rowwise() - x_mean, y = asEigen(outputs).rowwise() - y_mean;
+    Eigen::MatrixXd weights;
+    Eigen::VectorXd hat;
+    (x.rows() < x.cols() ? solveThroughRows : solveThroughColumns)(x, y, alpha * alpha, weights, hat);
 
     Ridge ridge;
     ridge.weights = Matrix(inputs.columns, outputs.columns);
-    auto weights = asEigen(ridge.weights);
-    weights = solver.solve(x.transpose() * (asEigen(outputs).rowwise() - y_mean));
+    asEigen(ridge.weights) = weights;
     const Eigen::RowVectorXd intercept = y_mean - x_mean * weights;
     ridge.intercept.assign(intercept.data(), intercept.data() + intercept.size());
-    const Eigen::VectorXd hat = x.cwiseProduct(solver.solve(x.transpose()).transpose()).rowwise().sum();
     for (double h : hat) ridge.leverage.push_back(h + 1.0 / double(inputs.rows));
     return ridge;
 }

@@ -1,0 +1,62 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fit/linear_model.h"
+#include "fit/quadratic_model.h"
+#include "tests/fit/synthetic_net.h"
+
+namespace penumbra {
+namespace {
+
+using synthetic::normalMatrix;
+
+TEST(QuadraticModel, InputsAreTheNumbersThenTheirProducts) {
+    const std::vector<double> x = {2, 3, 5};
+    std::vector<double> out(quadraticCount(3));
+    quadraticInputs(x, out);
+    EXPECT_EQ(out, (std::vector<double>{2, 3, 5, 4, 6, 10, 9, 15, 25}));
+}
+
+TEST(QuadraticModel, RecoversAKnownQuadratic) {
+    const auto truth = [](std::span<const double> x) { return 1 - 2 * x[0] + x[0] * x[1] + 3 * x[2] * x[2]; };
+    const Matrix x = normalMatrix(60, 3, 1), unseen = normalMatrix(20, 3, 2);
+    Matrix y(60, 1);
+    for (std::size_t f = 0; f < 60; ++f) y(f, 0) = truth(x.row(f));
+    const Ridge ridge = fitRidge(quadraticInputs(x), y, 1e-6);
+    const Matrix predicted = predict(ridge, quadraticInputs(unseen));
+    for (std::size_t f = 0; f < 20; ++f) EXPECT_NEAR(predicted(f, 0), truth(unseen.row(f)), 1e-9);
+}
+
+// More columns than rows are solved through the rows: the normal equations hold all the same, X^T (X W - Y) + a^2 W =
+// 0.
+TEST(QuadraticModel, SolvesThroughTheSmallerSide) {
+    const Matrix x = quadraticInputs(normalMatrix(20, 10, 1)), y = normalMatrix(20, 2, 2);
+    const double alpha = 0.7;
+    const Ridge ridge = fitRidge(x, y, alpha);
+    const Matrix predicted = predict(ridge, x);
+    ASSERT_GT(x.columns, x.rows);
+    for (std::size_t k = 0; k < 2; ++k) {
+        double residual = 0;
+        for (std::size_t f = 0; f < 20; ++f) residual += predicted(f, k) - y(f, k);
+        EXPECT_NEAR(residual, 0, 1e-10);  // of the intercept
+        for (std::size_t c = 0; c < x.columns; ++c) {
+            double sum = alpha * alpha * ridge.weights(c, k);
+            for (std::size_t f = 0; f < 20; ++f) sum += x(f, c) * (predicted(f, k) - y(f, k));
+            EXPECT_NEAR(sum, 0, 1e-10) << c;
+        }
+    }
+}
+
+// The leverage of a row is how much its own output moves its prediction.
+TEST(QuadraticModel, LeverageHoldsOnTheSmallerSideToo) {
+    const Matrix x = quadraticInputs(normalMatrix(20, 10, 1));
+    Matrix y = normalMatrix(20, 1, 2);
+    const Ridge ridge = fitRidge(x, y, 0.7);
+    const double before = predict(ridge, x)(3, 0);
+    y(3, 0) += 1;
+    EXPECT_NEAR(predict(fitRidge(x, y, 0.7), x)(3, 0) - before, ridge.leverage[3], 1e-10);
+}
+
+}  // namespace
+}  // namespace penumbra
