@@ -13,6 +13,7 @@
 #include "formats/errors.h"
 #include "formats/light_file.h"
 #include "formats/model_file.h"
+#include "formats/pose_file.h"
 #include "formats/stage_file_kind.h"
 #include "formats/visibility_file.h"
 #include "formats/write_file.h"
@@ -151,6 +152,19 @@ static Json describeLight(const fs::path& path) {
     return json;
 }
 
+static Json describePoses(const fs::path& path) {
+    const PoseFile poses = readPoseFile(path);
+    const std::size_t frames = poses.frames.frameCount();
+    Json json{{"joints", poses.joint_names.size()}, {"frames", frames}, {"sampled", poses.sampledCount()}};
+    // Of the last frame chosen: all candidates are at most this far from a chosen one.
+    if (frames > poses.sampledCount())
+        for (std::size_t f = 0; f < frames; ++f)
+            if (poses.rank[f] + 1 == frames - poses.sampledCount()) json["last_distance"] = poses.distance[f];
+    json["clips"] = describe(poses.frames);
+    json["provenance"] = describe(poses.provenance);
+    return json;
+}
+
 static const char* nameOf(AssetPrecision precision) {
     return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
 }
@@ -249,6 +263,7 @@ static Json describeFile(const fs::path& path, bool all_vertices) {
         if (format == "penumbra.visibility") content = describeVisibility(path, all_vertices);
         if (format == "penumbra.model") content = describeModel(path);
         if (format == "penumbra.brdf") content = describeBrdf(path);
+        if (format == "penumbra.poses") content = describePoses(path);
         if (format == "penumbra.light") content = describeLight(path);
         if (content.is_null()) throw Unsupported(path.string() + ": attribute format: \"" + format + "\" is unknown");
     }
@@ -268,7 +283,7 @@ Verb infoVerb() {
     verb.name = "info";
     verb.help = "What is in a Penumbra file of any kind, who made it and from what.";
     verb.define = [command](CLI::App& app) {
-        app.add_option("file", command->file, ".vis.h5, .model.h5, .brdf.h5, .light.h5 or .pnb")->required();
+        app.add_option("file", command->file, ".vis.h5, .poses.h5, .model.h5, .brdf.h5, .light.h5 or .pnb")->required();
         app.add_flag("--all", command->all, "read the visibility of all vertices, not of some, for its range");
     };
     verb.inputs = [command] { return std::vector<fs::path>{command->file}; };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/model_file.h"
+#include "formats/pose_file.h"
 #include "formats/visibility_file.h"
 
 namespace penumbra::samples {
@@ -121,6 +122,18 @@ inline void writeVisibility(const std::filesystem::path& path, const VisibilityH
     VisibilityWriter writer(path, header, precision);
     for (std::size_t f = 0; f < header.frames.frameCount(); ++f) writer.writeFrame(visibilityFrame(header, f));
     writer.finish();
+}
+
+// Five chosen frames of two clips, two sampled poses of two joints.
+inline PoseFile poseFile() {
+    PoseFile out;
+    out.frames = {{"walk", "run", kSampledClip}, {0, 0, 0, 1, 1, 2, 2}, {0, 0.5, 2, 0.25, 1, 0, 1}};
+    out.rank = {3, 0, 1, 4, 2, 5, 6};
+    out.distance = {0.125, 0, 0.5, 0.0625, 0.25, 0, 0};
+    out.joint_names = {"root", "Ellbogen-\xc3\xa4"};
+    out.rotations = numbers(2 * 6, 3);
+    out.provenance = {"penumbra-bake poses", "0.1.0", R"({"choose":5})", {{"strip.glb", std::string(64, 'a')}}};
+    return out;
 }
 
 // Two clusters, the second without components (visibility that never changes).

@@ -34,6 +34,8 @@ const std::vector<Victim>& victims() {
          readAllOfVisibility},
         {"model", [](const auto& path) { writeModel(path, samples::model(FeatureKind::kRelativeBones)); },
          [](const auto& path) { (void)readModel(path); }},
+        {"poses", [](const auto& path) { writePoseFile(path, samples::poseFile()); },
+         [](const auto& path) { (void)readPoseFile(path); }},
     };
     return all;
 }

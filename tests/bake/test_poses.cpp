@@ -1,0 +1,401 @@
+// Choosing and sampling poses: pose distance, farthest points, Halton points, joint limits.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <set>
+
+#include "bake/bake_visibility.h"
+#include "bake/frame_choice.h"
+#include "bake/pose_list.h"
+#include "bake/random_numbers.h"
+#include "bake/sample_poses.h"
+#include "formats/errors.h"
+#include "formats/rig_matrix.h"
+
+namespace penumbra {
+namespace {
+
+std::filesystem::path sample(const std::string& name) {
+    return std::filesystem::path(PENUMBRA_BINARY_DIR) / ".." / "samples" / name;
+}
+
+PoseFeatures line(const std::vector<float>& values) { return {values.size(), 1, values}; }
+
+std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> values) {
+    std::sort(values.begin(), values.end());
+    return values;
+}
+
+// Mean 4.96, so 5 first; then the end farther from it, the other end, then the middles of the gaps.
+TEST(ChoosePoses, FarthestPicksTheExtremesOfALine) {
+    std::vector<float> values(101);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = 0.1f * float(i);
+    values[0] = -4;  // mean 4.96
+    const ChosenPoses chosen = chooseFarthest(line(values), 5, 2);
+    EXPECT_THAT(chosen.frames, testing::ElementsAre(50, 0, 100, 5, 75));
+    EXPECT_NEAR(chosen.distance[1], 9, 1e-6);
+    EXPECT_NEAR(chosen.distance[2], 5, 1e-6);
+    // 0.5 lies 4.5 from both -4 and 5: the farthest of all that is left.
+    EXPECT_NEAR(chosen.distance[3], 4.5, 1e-6);
+    EXPECT_NEAR(chosen.distance[4], 2.5, 1e-6);
+}
+
+// Three tight groups of very different size: three frames take one of each.
+TEST(ChoosePoses, FarthestVisitsSmallGroups) {
+    PoseFeatures points{1000, 2, {}};
+    std::uint64_t state = 9;
+    for (std::size_t f = 0; f < 1000; ++f) {
+        const bool left = f == 137, top = f == 991 || f == 992;
+        points.values.push_back(float((left ? -5 : 5) + 0.01 * nextUniform(state)));
+        points.values.push_back(float((top ? 8 : 0) + 0.01 * nextUniform(state)));
+    }
+    const ChosenPoses chosen = chooseFarthest(points, 3, 2);
+    EXPECT_TRUE(std::count(chosen.frames.begin(), chosen.frames.end(), 137u));
+    EXPECT_EQ(std::count(chosen.frames.begin(), chosen.frames.end(), 991u) +
+                  std::count(chosen.frames.begin(), chosen.frames.end(), 992u),
+              1);
+    EXPECT_LT(chosen.largest_gap, 0.015);  // sqrt(2) 0.01
+}
+
+TEST(ChoosePoses, SameChoiceForAnyThreadCountAndPrefixesOfALongerOne) {
+    PoseFeatures points{2000, 7, {}};
+    std::uint64_t state = 3;
+    for (std::size_t i = 0; i < 14000; ++i) points.values.push_back(float(nextUniform(state)));
+    const ChosenPoses all = chooseFarthest(points, 60, 1);
+    for (const int threads : {2, 8}) EXPECT_EQ(chooseFarthest(points, 60, threads).frames, all.frames);
+    const ChosenPoses part = chooseFarthest(points, 20, 2);
+    EXPECT_TRUE(std::equal(part.frames.begin(), part.frames.end(), all.frames.begin()));
+    EXPECT_EQ(part.largest_gap, all.distance[20]);
+    EXPECT_TRUE(std::is_sorted(all.distance.rbegin(), all.distance.rend() - 1));
+    // Gonzalez: within a factor of 2 of the best choice, so random ones are never half as good.
+    EXPECT_GT(chooseRandom(points, 60, 1, 2).largest_gap, all.largest_gap / 2);
+}
+
+TEST(ChoosePoses, EqualPosesAreChosenOnce) {
+    EXPECT_EQ(chooseFarthest(line({1, 1, 1, 2, 2, 1}), 6, 1).frames.size(), 2u);
+    EXPECT_EQ(chooseFarthest({4, 0, {}}, 3, 1).frames.size(), 1u);  // one bone: nothing to tell poses apart
+}
+
+TEST(ChoosePoses, RandomChoiceIsWithoutRepetitionAndFollowsTheSeed) {
+    const PoseFeatures points = line(std::vector<float>(50, 1.0f));
+    const ChosenPoses all = chooseRandom(points, 50, 4, 1);
+    EXPECT_EQ(std::set<std::size_t>(all.frames.begin(), all.frames.end()).size(), 50u);
+    EXPECT_EQ(chooseRandom(points, 50, 4, 8).frames, all.frames);
+    EXPECT_NE(chooseRandom(points, 50, 5, 1).frames, all.frames);
+}
+
+// --- Pose distance --------------------------------------------------------------------------------------------------
+
+double distance(const PoseFeatures& features, std::size_t a, std::size_t b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < features.width; ++i) sum += std::pow(features.row(a)[i] - features.row(b)[i], 2);
+    return std::sqrt(sum);
+}
+
+// Two bones: each has one neighbour, of weight 1, so that d^2 = s_0 |change of p_01|^2 + s_1 |change of p_10|^2.
+TEST(PoseFeatures, TwoBonesMatchTheFormula) {
+    const Rig rig = readRig({sample("bend.glb")});
+    ASSERT_EQ(rig.skin.jointCount(), 2u);
+    const std::vector<RigFrame> frames = rigFrames(rig, sampleFrames(rig, {}, 2));
+    const PoseFeatures features = poseFeatures(rig, frames, 2);
+    ASSERT_EQ(features.width, 6u);
+    const std::vector<Vec3> centers = jointCenters(rig.mesh, rig.skin);
+    double share[2] = {0, 0};
+    for (std::size_t i = 0; i < rig.skin.weights.size(); ++i)
+        share[rig.skin.joints[i]] += double(rig.skin.weights[i]) / double(rig.mesh.vertexCount());
+    const auto seen = [&](std::size_t f, std::size_t from) {  // rigid bones: the inverse is the transpose
+        const std::vector<Affine> bones = evaluatePose(rig, frames[f].clip, frames[f].time).bones;
+        const Vec3 moved = bones[1 - from].point(centers[1 - from]) - bones[from].translation();
+        return transposed(bones[from].linear()) * moved / float(boxDiagonal(rig.mesh.rest_positions));
+    };
+    for (std::size_t f = 1; f < frames.size(); ++f) {
+        double expected = 0;
+        for (std::size_t from : {0u, 1u}) {
+            const Vec3 change = seen(f, from) - seen(0, from);
+            expected += share[from] * double(dot(change, change));
+        }
+        EXPECT_NEAR(distance(features, 0, f), std::sqrt(expected), 2e-6) << f;  // 3e-7 measured
+    }
+}
+
+// A node above all others turns and moves the character: no distance changes.
+TEST(PoseFeatures, RootMotionDoesNotCount) {
+    Rig rig = readRig({sample("capsule_man.glb")});
+    const std::vector<RigFrame> frames = rigFrames(rig, sampleFrames(rig, {}, 2));
+    const PoseFeatures before = poseFeatures(rig, frames, 2);
+    Node top;
+    top.translation = {3, -1, 7};
+    top.rotation = rotationOf({0.3, 1.9, -0.4});
+    rig.nodes.insert(rig.nodes.begin(), top);
+    for (std::size_t n = 1; n < rig.nodes.size(); ++n) ++rig.nodes[n].parent;  // -1 becomes 0
+    for (int& node : rig.node_of_joint) ++node;
+    for (Clip& clip : rig.clips)
+        for (Channel& channel : clip.channels) ++channel.node;
+    const PoseFeatures after = poseFeatures(rig, frames, 2);
+    // 5e-7 measured: bones are floats, 8 m from the origin. (The order of columns may differ where two are equally
+    // near.)
+    for (std::size_t f = 1; f < frames.size(); ++f)
+        EXPECT_NEAR(distance(before, 0, f), distance(after, 0, f), 5e-6) << f;
+    EXPECT_GT(distance(before, 0, 5), 0.01);
+}
+
+TEST(PoseFeatures, SameForAnyThreadCount) {
+    const Rig rig = readRig({sample("capsule_man.glb")});
+    const std::vector<RigFrame> frames = rigFrames(rig, sampleFrames(rig, {}, 5));
+    const std::vector<float> one = poseFeatures(rig, frames, 1).values;
+    for (const int threads : {2, 8}) EXPECT_EQ(poseFeatures(rig, frames, threads).values, one);
+}
+
+// --- Sampling -------------------------------------------------------------------------------------------------------
+
+TEST(Halton, PlainPointsAreTheRadicalInverses) {
+    const HaltonDimension two(0, 0), three(1, 0), prime(24, 0);  // the 25th prime is 97
+    const double halves[] = {0, 1. / 2, 1. / 4, 3. / 4, 1. / 8, 5. / 8}, thirds[] = {0, 1. / 3, 2. / 3, 1. / 9, 4. / 9};
+    for (std::uint64_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(two.value(i), halves[i]);
+    for (std::uint64_t i = 0; i < 5; ++i) EXPECT_DOUBLE_EQ(three.value(i), thirds[i]);
+    EXPECT_DOUBLE_EQ(prime.value(1), 1. / 97);
+    EXPECT_DOUBLE_EQ(prime.value(98), 1. / 97 + 1. / (97 * 97));
+}
+
+// Whatever the permutations: b^2 consecutive points have one in every interval of length 1 / b^2.
+TEST(Halton, PermutedPointsFillEveryInterval) {
+    for (const std::uint64_t seed : {1, 2, 77})
+        for (const std::size_t dimension : {0u, 1u, 4u, 30u}) {
+            const HaltonDimension halton(dimension, seed);
+            const std::size_t base = std::vector<std::size_t>{2, 3, 11, 127}[dimension == 30  ? 3
+                                                                             : dimension == 4 ? 2
+                                                                                              : dimension];
+            std::set<std::size_t> hit;
+            for (std::uint64_t i = 0; i < base * base; ++i) {
+                const double v = halton.value(5 * base * base + i);
+                ASSERT_TRUE(v >= 0 && v < 1);
+                hit.insert(std::size_t(v * double(base * base) + 1e-6));
+            }
+            EXPECT_EQ(hit.size(), base * base) << "seed " << seed << " dimension " << dimension;
+        }
+    EXPECT_NE(HaltonDimension(5, 1).value(3), HaltonDimension(5, 2).value(3));
+}
+
+// Plain Halton points of neighbouring large primes rise together (correlation 0.8 for the 60th and 61st); the permuted
+// ones do not: 100 independent pairs have a correlation of 0.1 in the rms.
+TEST(Halton, PermutedDimensionsAreUncorrelated) {
+    double largest = 0;
+    for (std::size_t dimension = 0; dimension < 90; ++dimension) {
+        const HaltonDimension a(dimension, 1), b(dimension + 1, 1);
+        double sum = 0;
+        for (std::uint64_t i = 1; i <= 100; ++i) sum += (a.value(i) - 0.5) * (b.value(i) - 0.5) / 100;
+        largest = std::max(largest, std::abs(12 * sum));
+    }
+    EXPECT_LT(largest, 0.4);  // 0.29 measured
+}
+
+// A rig whose only clip turns joint 1 about x through known angles.
+Rig rigWithAngles(const std::vector<float>& angles) {
+    Rig rig = readRig({sample("bend.glb")});
+    std::vector<float> rotations(angles.size() * 6);
+    for (std::size_t p = 0; p < angles.size(); ++p) {
+        rotations[6 * p] = 0.5f * angles[p];  // of the root: not sampled
+        rotations[6 * p + 3] = angles[p];
+    }
+    rig.clips = {clipOfRotations(rig, rotations, "known")};
+    return rig;
+}
+
+TEST(JointLimits, ArePercentilesSoThatOneBadKeyDoesNotWidenThem) {
+    std::vector<float> angles(201);
+    for (std::size_t p = 0; p < 201; ++p) angles[p] = float(p) / 200;
+    angles[7] = -3;
+    const Rig rig = rigWithAngles(angles);
+    const JointLimits limits = limitsOfFrames(rig, rigFrames(rig, sampleFrames(rig, {}, 0)), 2);
+    // Sorted: -3, 0, 0.005 ... without 0.035; the percentiles are the entries 2 and 198.
+    EXPECT_NEAR(limits.low[3], 0.005, 1e-6);
+    EXPECT_NEAR(limits.high[3], 0.99, 1e-6);
+    for (const std::size_t c : {0u, 1u, 2u, 4u, 5u})
+        EXPECT_NEAR(std::abs(limits.low[c]) + std::abs(limits.high[c]), 0, 1e-6);
+}
+
+TEST(SamplePoses, FillTheLimitsAndKeepTheRoot) {
+    const Rig rig = readRig({sample("capsule_man.glb")});
+    const JointLimits limits = limitsOfFrames(rig, rigFrames(rig, sampleFrames(rig, {}, 5)), 2);
+    const std::size_t width = limits.low.size(), count = 256;
+    const std::vector<float> poses = samplePoses(rig, limits, count, 1);
+    ASSERT_EQ(poses.size(), count * width);
+    for (std::size_t c = 0; c < width; ++c) {
+        double low = 1e9, high = -1e9, mean = 0;
+        for (std::size_t p = 0; p < count; ++p) {
+            low = std::min(low, double(poses[p * width + c]));
+            high = std::max(high, double(poses[p * width + c]));
+            mean += poses[p * width + c] / double(count);
+        }
+        const double range = limits.high[c] - limits.low[c];
+        EXPECT_GE(low, limits.low[c] - 1e-6);
+        EXPECT_LE(high, limits.high[c] + 1e-6);
+        EXPECT_TRUE(range == 0 || rig.skin.parents[c / 3] >= 0);
+        EXPECT_GE(high - low, 0.95 * range);
+        EXPECT_NEAR(mean, (limits.low[c] + limits.high[c]) / 2, 0.05 * range + 1e-7);
+    }
+    const std::vector<float> fewer = samplePoses(rig, limits, 10, 1);
+    EXPECT_TRUE(std::equal(fewer.begin(), fewer.end(), poses.begin()));
+    EXPECT_NE(samplePoses(rig, limits, 10, 2), fewer);
+}
+
+class PoseFiles : public testing::Test {
+protected:
+    PoseFiles() { std::filesystem::create_directories(folder_); }
+    ~PoseFiles() override { std::filesystem::remove_all(folder_); }
+    std::filesystem::path write(const std::string& name, const std::string& text) const {
+        std::ofstream(folder_ / name, std::ios::binary) << text;
+        return folder_ / name;
+    }
+    std::filesystem::path folder_ =
+        std::filesystem::temp_directory_path() / ("penumbra_poses_test" + std::to_string(::getpid()));
+};
+
+TEST_F(PoseFiles, LimitsFileReplacesTheAxesThatItNames) {
+    const Rig rig = readRig({sample("bend.glb")});
+    const std::string& joint = rig.skin.joint_names[1];
+    JointLimits limits{std::vector<double>(6, -1), std::vector<double>(6, 1)};
+    applyLimitsFile(write("ok.csv", "# elbow\njoint,axis,min,max\r\n" + joint + ",y,-90,30.5\n\n"), rig, limits);
+    EXPECT_NEAR(limits.low[4], -M_PI / 2, 1e-12);
+    EXPECT_NEAR(limits.high[4], 30.5 * M_PI / 180, 1e-12);
+    EXPECT_EQ(limits.low[3], -1);
+    EXPECT_EQ(limits.high[5], 1);
+    const std::string head = "joint,axis,min,max\n";
+    const std::vector<std::pair<std::string, std::string>> wrong = {
+        {"", "joint,axis,min,max"},
+        {"joint;axis;min;max\n", "line 1"},
+        {head + "knee,x,0,1\n", "line 2: the rig has no joint 'knee'"},
+        {head + joint + ",w,0,1\n", "axis 'w'"},
+        {head + joint + ",xy,0,1\n", "axis 'xy'"},
+        {head + joint + ",x,0,181\n", "'181'"},
+        {head + joint + ",x,nan,1\n", "'nan'"},
+        {head + joint + ",x,0,1deg\n", "'1deg'"},
+        {head + joint + ",x,2,1\n", "min 2 is above max 1"},
+        {head + joint + ",x,0,1\n" + joint + ",x,0,2\n", "line 3: this axis"},
+        {head + joint + ",x\n", "line 2: not"},
+    };
+    for (const auto& [text, message] : wrong) {
+        try {
+            applyLimitsFile(write("wrong.csv", text), rig, limits);
+            ADD_FAILURE() << text << " was accepted";
+        } catch (const InvalidInput& error) {
+            EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("wrong.csv"), testing::HasSubstr(message)));
+        }
+    }
+    EXPECT_THROW(applyLimitsFile(folder_ / "none.csv", rig, limits), IoError);
+    EXPECT_THROW(applyLimitsFile(folder_, rig, limits), IoError);
+}
+
+// --- The list -------------------------------------------------------------------------------------------------------
+
+TEST(PoseList, NoHeldOutClipIsChosenNorGivesLimits) {
+    PoseOptions options{.holdout = {"walk"}, .fps = 5, .choose = 32, .sample = 8};
+    const PosePlan plan = planPoses({sample("capsule_man.glb")}, options);
+    EXPECT_EQ(plan.candidates.clip_names, (std::vector<std::string>{"wave", "squat"}));
+    ASSERT_EQ(plan.candidates.frameCount(), 32u);
+    const PoseList list = makePoses(plan, options, 2);
+    EXPECT_THAT(list.file.frames.clip_names, testing::Not(testing::Contains("walk")));
+    std::vector<std::uint32_t> ranks(list.file.frames.frameCount());
+    std::iota(ranks.begin(), ranks.end(), 0u);
+    EXPECT_EQ(sorted(list.file.rank), ranks);
+    options.holdout = {"wave", "squat"};
+    options.choose = 16;
+    EXPECT_NE(makePoses(planPoses({sample("capsule_man.glb")}, options), options, 2).limits.high, list.limits.high);
+    options.clips = {"wave"};
+    EXPECT_THROW(planPoses({sample("capsule_man.glb")}, options), UsageError);
+    options.holdout = {"moonwalk"};
+    EXPECT_THROW(planPoses({sample("capsule_man.glb")}, options), UsageError);
+}
+
+// Chosen and sampled poses go through the file into a bake, and through a rig; the poses are those of the source.
+TEST_F(PoseFiles, BakesOfTheListAndOfTheRigHaveThePosesOfTheSource) {
+    const PoseOptions options{.fps = 5, .choose = 6, .sample = 3};
+    const PosePlan plan = planPoses({sample("capsule_man.glb")}, options);
+    PoseList list = makePoses(plan, options, 2);
+    list.file.provenance = makeProvenance("test", "{}", {});
+    writePoseFile(folder_ / "x.poses.h5", list.file);
+    writeGlb(folder_ / "x.glb", rigOfPoses(plan.rig, list.file), "");
+
+    BakeOptions bake;
+    bake.poses = folder_ / "x.poses.h5";
+    bake.clips = {};
+    const BakePlan from_list = planBake({sample("capsule_man.glb")}, bake);
+    EXPECT_EQ(from_list.header.frames.clip_names.back(), "sampled");
+    EXPECT_EQ(from_list.header.provenance.inputs.size(), 2u);
+    const BakePlan from_rig = planBake({folder_ / "x.glb"}, {});
+    ASSERT_EQ(from_list.header.frames.frameCount(), 9u);
+    ASSERT_EQ(from_rig.header.frames.frameCount(), 9u);
+    EXPECT_EQ(from_rig.header.frames.clip_names, std::vector<std::string>{"poses"});
+
+    const auto positions = [](const Rig& rig, int clip, double time) {
+        std::vector<Vec3> p, n;
+        skinVertices(rig.mesh, rig.skin, rig.rest_normals, evaluatePose(rig, clip, time).bones, p, n);
+        return p;
+    };
+    for (std::size_t f = 0; f < 9; ++f) {
+        const FrameList& frames = from_list.header.frames;
+        const int clip = from_list.rig_clip[frames.clip[f]];
+        const std::vector<Vec3> a = positions(from_list.rig, clip, frames.time[f]),
+                                b = positions(from_rig.rig, 0, double(f));
+        double worst = 0;
+        for (std::size_t v = 0; v < a.size(); ++v) worst = std::max(worst, double(length(a[v] - b[v])));
+        EXPECT_LT(worst, 1e-5 * from_list.rest_diagonal) << f;  // 2e-7 measured
+        EXPECT_TRUE(f >= 6 || a == positions(plan.rig, clip, list.file.frames.time[f])) << f;
+    }
+}
+
+TEST_F(PoseFiles, ListsOfOtherRigsAreRefused) {
+    const PoseOptions options{.clips = {"walk"}, .fps = 5, .choose = 4, .sample = 3};
+    const PosePlan plan = planPoses({sample("capsule_man.glb")}, options);
+    PoseList list = makePoses(plan, options, 2);
+    list.file.provenance = makeProvenance("test", "{}", {});
+    const auto refusal = [&](const PoseFile& file, const char* rig) -> std::string {
+        writePoseFile(folder_ / "x.poses.h5", file);
+        BakeOptions bake;
+        bake.poses = folder_ / "x.poses.h5";
+        try {
+            planBake({sample(rig)}, bake);
+        } catch (const InvalidInput& error) {
+            return error.what();
+        }
+        return "accepted";
+    };
+    EXPECT_EQ(refusal(list.file, "capsule_man.glb"), "accepted");
+    EXPECT_THAT(refusal(list.file, "bend.glb"), testing::HasSubstr("no clip 'walk'"));
+    PoseFile other = list.file;
+    std::swap(other.joint_names[0], other.joint_names[1]);
+    EXPECT_THAT(refusal(other, "capsule_man.glb"), testing::HasSubstr("/skin/joint_names"));
+    other = list.file;
+    other.frames.time[3] = 3.01;
+    EXPECT_THAT(refusal(other, "capsule_man.glb"), testing::HasSubstr("beyond the end of clip 'walk'"));
+
+    BakeOptions bake;  // the list, then further clips in full
+    bake.poses = folder_ / "x.poses.h5";
+    writePoseFile(*bake.poses, list.file);
+    bake.clips = {"wave"};
+    bake.fps = 1;
+    const BakePlan both = planBake({sample("capsule_man.glb")}, bake);
+    EXPECT_EQ(both.header.frames.clip_names, (std::vector<std::string>{"walk", "sampled", "wave"}));
+    EXPECT_EQ(both.header.frames.frameCount(), 4u + 3 + 4);
+    bake.clips = {"walk"};
+    EXPECT_THROW(planBake({sample("capsule_man.glb")}, bake), UsageError);
+    bake.clips = {};
+    EXPECT_NE(findProblem(bake), "");  // --fps alone
+}
+
+TEST(PoseOptions, ProblemsNameOptionRangeAndValue) {
+    EXPECT_EQ(findProblem(PoseOptions{.choose = 1}), "");
+    EXPECT_NE(findProblem(PoseOptions{}), "");
+    EXPECT_EQ(findProblem(PoseOptions{.choose = -1}), "--choose must be 0 or more frames, not -1");
+    EXPECT_EQ(findProblem(PoseOptions{.sample = 1000001}), "--sample must be 0..1000000 poses, not 1000001");
+    EXPECT_NE(findProblem(PoseOptions{.fps = std::nan(""), .choose = 1}), "");
+    EXPECT_NE(findProblem(PoseOptions{.choose = 1, .limits = "x.csv"}), "");
+}
+
+}  // namespace
+}  // namespace penumbra

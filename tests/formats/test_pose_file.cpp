@@ -1,0 +1,81 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "formats/errors.h"
+#include "formats/pose_file.h"
+#include "tests/formats/stage_samples.h"
+
+namespace penumbra {
+namespace {
+
+TEST(PoseFile, RoundTripIsExactAndDeterministic) {
+    const samples::Folder folder("poses");
+    const auto path = folder.path / "x.poses.h5";
+    const PoseFile poses = samples::poseFile();
+    writePoseFile(path, poses);
+    const std::string first = samples::bytesOf(path);
+    const PoseFile back = readPoseFile(path);
+    EXPECT_EQ(back.frames.clip_names, poses.frames.clip_names);
+    EXPECT_EQ(back.frames.clip, poses.frames.clip);
+    EXPECT_EQ(back.frames.time, poses.frames.time);
+    EXPECT_EQ(back.rank, poses.rank);
+    EXPECT_EQ(back.distance, poses.distance);
+    EXPECT_EQ(back.joint_names, poses.joint_names);
+    EXPECT_EQ(back.rotations, poses.rotations);
+    EXPECT_EQ(back.sampledCount(), 2u);
+    EXPECT_EQ(toJson(back.provenance), toJson(poses.provenance));
+    writePoseFile(path, poses);
+    EXPECT_EQ(samples::bytesOf(path), first);
+    EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST(PoseFile, WithoutSampledPosesThereIsNoTableOfThem) {
+    const samples::Folder folder("chosen");
+    PoseFile poses = samples::poseFile();
+    poses.frames = {{"walk", "run"}, {0, 0, 1}, {0, 0.5, 0}};
+    poses.rank = {2, 0, 1};
+    poses.distance = {0.5, 0, 1};
+    poses.rotations.clear();
+    writePoseFile(folder.path / "x.poses.h5", poses);
+    EXPECT_EQ(readPoseFile(folder.path / "x.poses.h5").sampledCount(), 0u);
+}
+
+// Each list is wrong in one field, which the message names.
+TEST(PoseFile, WrongListsAreRefused) {
+    struct Case {
+        const char* field;
+        std::function<void(PoseFile&)> damage;
+    };
+    const std::vector<Case> cases = {
+        {"/frames/rank", [](PoseFile& p) { p.rank[1] = 3; }},
+        {"/frames/rank", [](PoseFile& p) { p.rank[1] = 7; }},
+        {"/frames/distance", [](PoseFile& p) { p.distance[2] = -0.5; }},
+        {"/frames/time", [](PoseFile& p) { p.frames.time[1] = 0; }},
+        {"/frames/time", [](PoseFile& p) { p.frames.time[0] = -1; }},
+        {"/frames/time", [](PoseFile& p) { p.frames.time[6] = 1.5; }},
+        {"/clips/names", [](PoseFile& p) { p.frames.clip[3] = p.frames.clip[4] = 2; }},
+        {"/clips/names", [](PoseFile& p) { p.frames.clip_names[1] = "walk"; }},
+        {"/clips/names", [](PoseFile& p) { p.frames.clip_names.push_back("unused"); }},
+        {"/sampled/pose", [](PoseFile& p) { p.rotations.resize(6); }},
+        {"/sampled/pose", [](PoseFile& p) { p.frames.clip_names[2] = "jump"; }},
+        {"/skin/joint_names", [](PoseFile& p) { p.joint_names[1] = "root"; }},
+    };
+    const samples::Folder folder("wrong");
+    for (const Case& c : cases) {
+        PoseFile poses = samples::poseFile();
+        c.damage(poses);
+        writePoseFile(folder.path / "x.poses.h5", poses);
+        try {
+            readPoseFile(folder.path / "x.poses.h5");
+            ADD_FAILURE() << c.field << " was accepted";
+        } catch (const InvalidInput& error) {
+            EXPECT_THAT(error.what(), testing::HasSubstr("x.poses.h5: ")) << c.field;
+            EXPECT_THAT(error.what(), testing::HasSubstr(c.field));
+        }
+    }
+}
+
+}  // namespace
+}  // namespace penumbra

@@ -1,0 +1,15 @@
+// penumbra.poses files; see fuzz_visibility_file.cpp.
+#include "formats/errors.h"
+#include "formats/pose_file.h"
+#include "tests/fuzz/memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::filesystem::path path = penumbra::memoryFile("poses", data, size);
+    try {
+        (void)penumbra::readPoseFile(path);
+    } catch (const penumbra::InvalidInput&) {
+    } catch (const penumbra::Unsupported&) {
+    } catch (const penumbra::IoError&) {
+    }
+    return 0;
+}
