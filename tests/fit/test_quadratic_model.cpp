@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fit/cross_validation.h"
 #include "fit/linear_model.h"
 #include "fit/quadratic_model.h"
 #include "tests/fit/synthetic_net.h"
@@ -56,6 +57,49 @@ TEST(QuadraticModel, LeverageHoldsOnTheSmallerSideToo) {
     const double before = predict(ridge, x)(3, 0);
     y(3, 0) += 1;
     EXPECT_NEAR(predict(fitRidge(x, y, 0.7), x)(3, 0) - before, ridge.leverage[3], 1e-10);
+}
+
+// By hand for each fold: centring, PCA and scale of the inputs and the regression on their products come from the other
+// rows. Through the columns (2 inputs) and through the rows (8 inputs: 44 columns of 36 rows).
+TEST(QuadraticModel, CrossValidationMatchesFitsByHand) {
+    for (std::size_t inputs : {2, 8}) {
+        const Matrix x = normalMatrix(48, inputs, 1), y = normalMatrix(48, 2, 2);
+        std::vector<int> folds;
+        for (int r = 0; r < 48; ++r) folds.push_back(r / 12);
+        const std::vector<double> alphas = {0.1, 3};
+        const Expansion expand = [](const Matrix& m) { return quadraticInputs(m); };
+        const std::vector<double> found = blockedErrors(x, y, folds, 0.9, alphas, expand);
+        for (std::size_t a = 0; a < alphas.size(); ++a) {
+            double expected = 0;
+            for (int f = 0; f < 4; ++f) {
+                std::vector<std::size_t> kept;
+                for (std::size_t r = 0; r < 48; ++r)
+                    if (folds[r] != f) kept.push_back(r);
+                const std::vector<double> mean = meanOfRows(x, kept);
+                Matrix centred(kept.size(), inputs), values(kept.size(), 2);
+                for (std::size_t r = 0; r < kept.size(); ++r) {
+                    for (std::size_t c = 0; c < inputs; ++c) centred(r, c) = x(kept[r], c) - mean[c];
+                    for (std::size_t k = 0; k < 2; ++k) values(r, k) = y(kept[r], k);
+                }
+                const Pca pca = principalComponents(centred);
+                const Matrix basis = basisOf(pca, centred, componentsFor(pca, 0.9));
+                Matrix reduced(48, basis.rows);
+                for (std::size_t r = 0; r < 48; ++r)
+                    for (std::size_t i = 0; i < basis.rows; ++i)
+                        for (std::size_t c = 0; c < inputs; ++c)
+                            reduced(r, i) += expansionScale(pca, kept.size()) * basis(i, c) * (x(r, c) - mean[c]);
+                Matrix kept_reduced(kept.size(), basis.rows);
+                for (std::size_t r = 0; r < kept.size(); ++r)
+                    for (std::size_t i = 0; i < basis.rows; ++i) kept_reduced(r, i) = reduced(kept[r], i);
+                const Matrix predicted =
+                    predict(fitRidge(quadraticInputs(kept_reduced), values, alphas[a]), quadraticInputs(reduced));
+                for (std::size_t r = 0; r < 48; ++r)
+                    for (std::size_t k = 0; k < 2 && folds[r] == f; ++k)
+                        expected += (predicted(r, k) - y(r, k)) * (predicted(r, k) - y(r, k));
+            }
+            EXPECT_NEAR(found[a], expected, 1e-8 * expected);
+        }
+    }
 }
 
 }  // namespace
