@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <queue>
 
 #include "bake/random_numbers.h"
+#include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/write_file.h"
 
@@ -15,6 +17,13 @@ namespace penumbra {
 constexpr std::size_t kFramesPerTask = 256;
 // Distances are of rest diagonals; floats of features end at about 1e-7 of one.
 constexpr double kSamePose = 1e-6;
+constexpr std::size_t kMostMedians = 23170;  // 2 GiB of float distances
+
+static double squaredDistance(std::span<const float> a, std::span<const float> b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
+    return sum;
+}
 
 namespace {
 // Squared distance of every frame to the nearest chosen one.
@@ -47,12 +56,6 @@ private:
     const PoseFeatures& features_;
     int threads_;
     std::vector<double> squared_;
-
-    static double squaredDistance(std::span<const float> a, std::span<const float> b) {
-        double sum = 0;
-        for (std::size_t i = 0; i < a.size(); ++i) sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
-        return sum;
-    }
 };
 }  // namespace
 
@@ -83,6 +86,85 @@ ChosenPoses chooseFarthest(const PoseFeatures& features, std::size_t count, int 
         chosen.frames.push_back(next);
         chosen.distance.push_back(distance);
         gaps.choose(next);
+    }
+    gaps.finish(chosen);
+    return chosen;
+}
+
+namespace {
+// Distances of all pairs of frames, and how much nearer one more frame would be to the others.
+class Medians {
+public:
+    Medians(const PoseFeatures& features, int threads)
+        : frames_(features.frames), distance_(frames_ * frames_), gap_(frames_, 0) {
+        parallelFor(frames_, threads, [&](std::size_t a) {
+            throwIfInterrupted();
+            for (std::size_t b = 0; b < frames_; ++b)
+                distance_[a * frames_ + b] = float(std::sqrt(squaredDistance(features.row(a), features.row(b))));
+        });
+    }
+    std::span<const float> row(std::size_t f) const { return std::span(distance_).subspan(f * frames_, frames_); }
+
+    std::size_t first() const {
+        std::size_t best = 0;
+        for (std::size_t f = 1; f < frames_; ++f)
+            if (sum(f) < sum(best)) best = f;
+        return best;
+    }
+    void start(std::size_t f) { std::copy(row(f).begin(), row(f).end(), gap_.begin()); }
+    void choose(std::size_t f) {
+        for (std::size_t i = 0; i < frames_; ++i) gap_[i] = std::min(gap_[i], row(f)[i]);
+    }
+    double gain(std::size_t f) const {
+        double gain = 0;
+        for (std::size_t i = 0; i < frames_; ++i) gain += double(std::max(0.0f, gap_[i] - row(f)[i]));
+        return gain;
+    }
+    double gap(std::size_t f) const { return double(gap_[f]); }
+
+private:
+    std::size_t frames_;
+    std::vector<float> distance_, gap_;
+
+    double sum(std::size_t f) const { return std::accumulate(row(f).begin(), row(f).end(), 0.0); }
+};
+
+// Greatest gain first; of equals, the first frame.
+struct Candidate {
+    double gain;
+    std::size_t frame;
+    bool operator<(const Candidate& other) const {
+        return gain != other.gain ? gain < other.gain : frame > other.frame;
+    }
+};
+}  // namespace
+
+ChosenPoses chooseRepresentative(const PoseFeatures& features, std::size_t count, int threads) {
+    assert(features.frames > 0 && count > 0);
+    if (features.frames > kMostMedians)
+        throw UsageError(std::to_string(features.frames) + " frames are more than the " + std::to_string(kMostMedians) +
+                         " of --method representative; use a lower --fps or --frames, or farthest");
+    Medians medians(features, threads);
+    Gaps gaps(features, threads);
+    ChosenPoses chosen{{medians.first()}, {0}};
+    medians.start(chosen.frames[0]);
+    gaps.choose(chosen.frames[0]);
+    // Gains only shrink as frames are chosen (Minoux 1978): one that is still the greatest when computed anew wins.
+    std::priority_queue<Candidate> queue;
+    for (std::size_t f = 0; f < features.frames; ++f) queue.push({medians.gain(f), f});
+    while (chosen.frames.size() < count && !queue.empty()) {
+        const Candidate now{medians.gain(queue.top().frame), queue.top().frame};
+        queue.pop();
+        if (!queue.empty() && now < queue.top()) {
+            queue.push(now);
+            continue;
+        }
+        const double distance = medians.gap(now.frame);
+        if (distance < kSamePose) continue;
+        chosen.frames.push_back(now.frame);
+        chosen.distance.push_back(distance);
+        medians.choose(now.frame);
+        gaps.choose(now.frame);
     }
     gaps.finish(chosen);
     return chosen;

@@ -79,15 +79,25 @@ static void listSampled(std::size_t count, PoseFile& out) {
     }
 }
 
+static ChosenPoses choosePoses(const PoseFeatures& features, const PoseOptions& options, int threads) {
+    const auto count = std::size_t(options.choose);
+    switch (options.method) {
+        case ChoiceMethod::kFarthest:
+            return chooseFarthest(features, count, threads);
+        case ChoiceMethod::kRepresentative:
+            return chooseRepresentative(features, count, threads);
+        case ChoiceMethod::kRandom:
+            return chooseRandom(features, count, options.seed, threads);
+    }
+    return {};
+}
+
 PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads) {
     const std::vector<RigFrame> candidates = rigFrames(plan.rig, plan.candidates);
     PoseList list;
     list.file.joint_names = plan.rig.skin.joint_names;
     if (options.choose > 0) {
-        const PoseFeatures features = poseFeatures(plan.rig, candidates, threads);
-        const auto count = std::size_t(options.choose);
-        list.choice = options.method == ChoiceMethod::kFarthest ? chooseFarthest(features, count, threads)
-                                                                : chooseRandom(features, count, options.seed, threads);
+        list.choice = choosePoses(poseFeatures(plan.rig, candidates, threads), options, threads);
         listChosen(plan.candidates, list.choice, list.file);
     }
     if (options.sample > 0) {

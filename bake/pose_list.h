@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-enum class ChoiceMethod { kFarthest, kRandom };
+enum class ChoiceMethod { kFarthest, kRepresentative, kRandom };
 
 struct PoseOptions {
     // The candidates: as in BakeOptions, without the held-out clips.

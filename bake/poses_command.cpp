@@ -41,7 +41,9 @@ static bool isGlb(const PosesCommand& command) { return command.output.extension
 static void finishOptions(PosesCommand& command) {
     PoseOptions& options = command.options;
     if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
-    options.method = command.method == "random" ? ChoiceMethod::kRandom : ChoiceMethod::kFarthest;
+    options.method = command.method == "random"           ? ChoiceMethod::kRandom
+                     : command.method == "representative" ? ChoiceMethod::kRepresentative
+                                                          : ChoiceMethod::kFarthest;
     options.limits = command.limits;
     if (command.seed < 0)
         throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
@@ -140,8 +142,9 @@ static void definePoses(CLI::App& app, PosesCommand& command) {
                    "X.poses.h5, or X.glb: a rig whose only clip has the poses as its keys")
         ->required();
     app.add_option("--choose", options.choose, "how many of the candidate frames");
-    app.add_option("--method", command.method, "farthest: the most different frames; random: to compare with")
-        ->check(CLI::IsMember({"farthest", "random"}));
+    app.add_option("--method", command.method,
+                   "farthest: the most different frames; representative: least mean gap; random: to compare with")
+        ->check(CLI::IsMember({"farthest", "representative", "random"}));
     app.add_option("--sample", options.sample, "how many poses with joint angles sampled within their limits");
     app.add_option("--limits", command.limits,
                    "CSV joint,axis,min,max (degrees): limits instead of the candidates' own");

@@ -68,6 +68,12 @@ def check_list(folder):
     fewer = poses(os.path.join(folder, "fewer.poses.h5"), "--fps", 10, "--choose", 4, "--holdout", "squat")
     best = {(row["clip"], row["time"]) for row in table if row["rank"] < 4}
     assert {(row["clip"], row["time"]) for row in fewer["poses"]} == best
+    gaps = {}
+    for method in ("farthest", "representative", "random"):
+        other = poses(os.path.join(folder, "other.poses.h5"), "--fps", 10, "--choose", 12, "--method", method)
+        gaps[method] = (other["largest_gap"], other["mean_gap"])
+    assert min(gaps, key=lambda m: gaps[m][0]) == "farthest", gaps
+    assert min(gaps, key=lambda m: gaps[m][1]) == "representative", gaps
     info = run(BAKE, "info", out)
     assert info.returncode == 0 and "penumbra.poses" in info.stdout and "wave" in info.stdout, info
     return out
