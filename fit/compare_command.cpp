@@ -20,7 +20,7 @@ struct CompareCommand {
 
 void define(CLI::App& app, CompareCommand& command) {
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
-    app.add_option("-o,--output", command.output, "page to write, REPORT.html; REPORT.json and REPORT.csv go beside it")
+    app.add_option("-o,--output", command.output, "page to write, NAME.html; NAME.json and NAME.csv go beside it")
         ->required();
     addNameListOption(app, "--holdout", command.holdout, "clips that no fit sees: what the errors are of")->required();
     addNameListOption(app, "--models", command.models, "models to compare [all]");
@@ -106,7 +106,7 @@ std::string optionsJson(const CompareOptions& options) {
     return json.dump();
 }
 
-// REPORT.html -> REPORT.json, REPORT.csv.
+// NAME.html -> NAME.json, NAME.csv.
 struct OutputFiles {
     std::filesystem::path html, json, csv;
 };
@@ -120,15 +120,18 @@ OutputFiles outputFiles(const std::string& output) {
     return files;
 }
 
-void checkOutputs(const OutputFiles& files, const CommonOptions& common) {
+// The common checks know the page only; the files beside it are held to the same.
+void checkOutputs(const OutputFiles& files, const CompareCommand& command, const CommonOptions& common) {
+    const auto whole = [](const std::filesystem::path& path) {
+        return std::filesystem::absolute(path).lexically_normal();
+    };
     for (const std::filesystem::path& path : {files.json, files.csv}) {
+        for (const std::string& other : {common.report, common.depfile, command.input})
+            if (!other.empty() && whole(other) == whole(path))
+                throw UsageError(path.string() + ": is written beside the page; " + other + " is the same file");
         if (common.no_clobber && std::filesystem::exists(path))
             throw IoError(path.string() + ": exists, and --no-clobber was given");
-        for (const std::string& other : {common.report, common.depfile})
-            if (!other.empty() && std::filesystem::absolute(other).lexically_normal() ==
-                                      std::filesystem::absolute(path).lexically_normal())
-                throw UsageError(path.string() +
-                                 ": is written beside the page; --report and --depfile need other names");
+        if (!common.dry_run) const PartialFile probe(path);
     }
 }
 
@@ -145,12 +148,61 @@ CompareSource sourceOf(const VisibilityHeader& header, const CompareOptions& opt
     return source;
 }
 
+bool atReference(const CompareOptions& options, const FitOptions& fit) {
+    return sameFit(fit, referenceFit(options, fit.model, fit.features));
+}
+
+// Everything that is measured; the reports of the fits go into `comparison`.
+void measure(const CompareInput& input, const std::vector<FitOptions>& grid, const CommonOptions& common,
+             Comparison& comparison, Report& report) {
+    const double steps = double(grid.size()) + 2;
+    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "compare", "steps",
+                      steps);
+    report.phase("eigenvalues");
+    const CompareOptions& options = comparison.options;
+    const CompareCharacter character = prepareCharacter(input, options);
+    comparison.inputs = inputDecays(input, character);
+    comparison.outputs = outputDecays(input, character, options, [&](double share) { progress.update(share); });
+    report.phase("joint");
+    comparison.sweep = findJointSweep(input, character, options);
+    for (const FitOptions& fit : grid) {
+        report.phase("fit: " + describe(fit));
+        const JointSweep* sweep = comparison.sweep && atReference(options, fit) ? &*comparison.sweep : nullptr;
+        const double done = double(comparison.fits.size()) + 2;
+        progress.update(done);
+        comparison.fits.push_back(runFit(input, fit, sweep, [&](double share) { progress.update(done + share); }));
+    }
+}
+
+// What is printed: every model at the reference, and what each figure shows.
+void fillReport(const Comparison& comparison, const std::vector<Figure>& figures, Report& report) {
+    const Table table = summaryTable(comparison);
+    report.figures["fits"] = comparison.fits.size();
+    for (const auto& row : table.rows)
+        for (std::size_t c = 1; c < row.size(); ++c) report.figures["reference"][row[0]][table.columns[c]] = row[c];
+    report.figures["findings"]["summary"] = modelsFinding(comparison);
+    for (const Figure& figure : figures) report.figures["findings"][figure.id] = figure.finding;
+}
+
+void printTable(const Comparison& comparison, const std::vector<Figure>& figures) {
+    const Table table = summaryTable(comparison);
+    const auto print = [&](const std::vector<std::string>& row) {
+        for (std::size_t c = 0; c < row.size(); ++c)
+            std::printf("%*s", c ? int(table.columns[c].size()) + 2 : -28, row[c].c_str());
+        std::printf("\n");
+    };
+    print(table.columns);
+    for (const auto& row : table.rows) print(row);
+    std::printf("%s\n", modelsFinding(comparison).c_str());
+    for (const Figure& figure : figures) std::printf("%s: %s\n", figure.title.c_str(), figure.finding.c_str());
+}
+
 void run(const CompareCommand& command, const CommonOptions& common, Report& report) {
     const OutputFiles files = outputFiles(command.output);
-    checkOutputs(files, common);
+    checkOutputs(files, command, common);
     const VisibilityReader reader(command.input);
     const int file_order = reader.header().order;
-    Comparison comparison{resolveOptions(command, common, file_order), {}, file_order};
+    Comparison comparison{resolveOptions(command, common, file_order), file_order, {}, {}, {}, {}};
     const std::vector<FitOptions> grid = makeGrid(comparison.options, file_order);
     for (const FitOptions& fit : grid) checkFit(reader.header(), command.input, fit);
     if (common.dry_run) {
@@ -161,22 +213,18 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     }
     report.phase("poses");
     const PoseTable poses = readPoses(reader, common.threads);
-    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "compare", "fits",
-                      double(grid.size()));
-    for (const FitOptions& fit : grid) {
-        report.phase("fit: " + describe(fit));
-        const double done = double(comparison.fits.size());
-        comparison.fits.push_back(
-            runFit({reader, poses, command.input}, fit, [&](double share) { progress.update(done + share); }));
-    }
+    measure({reader, poses, command.input}, grid, common, comparison, report);
     report.phase("write");
     CompareSource source = sourceOf(reader.header(), comparison.options, command.input);
     source.train_frames = comparison.fits.front().report.train_frames;
     source.held_out_frames = comparison.fits.front().report.held_out_frames;
     const std::vector<Figure> figures = compareFigures(comparison);
+    // The page last: where it is new, all three are.
     writeWholeFile(files.json, compareJson(comparison, figures, source));
     writeWholeFile(files.csv, compareCsv(comparison));
     writeWholeFile(files.html, comparePage(comparison, figures, source));
+    fillReport(comparison, figures, report);
+    if (!common.quiet) printTable(comparison, figures);
 }
 
 }  // namespace

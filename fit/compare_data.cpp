@@ -75,9 +75,14 @@ std::string compareJson(const Comparison& comparison, const std::vector<Figure>&
               {"figures", Json::array()}};
     for (const CompareFit& fit : comparison.fits) json["fits"].push_back(fitJson(fit));
     for (const Figure& figure : figures) {
-        Json entry{{"id", figure.id}, {"title", figure.title}, {"source", figure.source}, {"finding", figure.finding}};
+        Json entry{{"id", figure.id},
+                   {"title", figure.title},
+                   {"source", figure.source},
+                   {"finding", figure.finding},
+                   {"method", figure.method}};
         entry["plots"] = Json::array();
         for (const Plot& plot : figure.plots) entry["plots"].push_back(plotJson(plot));
+        entry["table"] = {{"columns", figure.table.columns}, {"rows", figure.table.rows}};
         json["figures"].push_back(entry);
     }
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

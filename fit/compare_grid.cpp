@@ -54,21 +54,27 @@ Convention paperConvention(const CompareOptions& options, int file_order) {
 
 std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) {
     std::vector<FitOptions> grid;
-    const auto add = [&](const FitOptions& fit) {
+    const auto add = [&](FitOptions fit, const std::function<void(FitOptions&)>& change) {
+        change(fit);
         if (std::none_of(grid.begin(), grid.end(), [&](const FitOptions& other) { return sameFit(fit, other); }))
             grid.push_back(fit);
     };
     for (ModelKind model : options.models)
         for (FeatureKind features : options.features) {
             const FitOptions reference = referenceFit(options, model, features);
-            add(reference);
-            for (int clusters : options.clusters) {
-                FitOptions fit = reference;
-                fit.clusters = clusters;
-                add(fit);
-            }
+            add(reference, [](FitOptions&) {});
+            for (int clusters : options.clusters) add(reference, [=](FitOptions& fit) { fit.clusters = clusters; });
+            for (double share : options.output_variances)
+                add(reference, [=](FitOptions& fit) { fit.output_variance = share; });
+            for (Convention convention : options.conventions)
+                add(reference, [=](FitOptions& fit) { fit.convention = convention; });
+            FitOptions paper = reference;
+            paper.convention = paperConvention(options, file_order);
+            add(paper, [](FitOptions&) {});
+            if (paper.convention.order < file_order)
+                add(paper, [](FitOptions& fit) { fit.target = Target::kCosineWeighted; });
+            add(paper, [](FitOptions& fit) { fit.frame = Frame::kGlobal; });
         }
-    (void)file_order;
     return grid;
 }
 
@@ -86,19 +92,22 @@ std::string labelOf(ModelKind model, FeatureKind features) {
 
 std::string describe(const FitOptions& fit) {
     char numbers[64];
-    std::snprintf(numbers, sizeof numbers, ", %d clusters, %g, ", fit.clusters, fit.output_variance);
+    std::snprintf(numbers, sizeof numbers, ", %d cluster%s, %g, ", fit.clusters, fit.clusters == 1 ? "" : "s",
+                  fit.output_variance);
     return labelOf(fit.model, fit.features) + numbers + fit.convention.name() +
            (fit.target == Target::kCosineWeighted ? ", cosine-weighted" : "") +
            (fit.frame == Frame::kGlobal ? ", model frame" : "");
 }
 
-CompareFit runFit(const CompareInput& input, const FitOptions& options, const std::function<void(double)>& progress) {
+CompareFit runFit(const CompareInput& input, const FitOptions& options, const JointSweep* sweep,
+                  const std::function<void(double)>& progress) {
     const steady_clock::time_point start = steady_clock::now();
     const FitResult result = fitVisibility(input.reader, input.poses, input.file, options, {{}, progress});
     CompareFit fit;
     fit.fit_seconds = secondsSince(start);
     fit.options = options;
     fit.report = result.report;
+    fit.clip_errors = result.model.clip_errors;
     fit.clusters = result.model.clusters.size();
     double numbers = 0;
     for (const ClusterModel& cluster : result.model.clusters) {
@@ -108,6 +117,7 @@ CompareFit runFit(const CompareInput& input, const FitOptions& options, const st
     }
     fit.bytes_per_vertex = 4 * numbers / double(result.model.mesh.vertexCount());
     fit.evaluate_milliseconds = evaluationMilliseconds(result.model, input.poses);
+    if (sweep) fit.turn_ambient = sweepAmbient(input, *sweep, result.model);
     return fit;
 }
 

@@ -5,25 +5,9 @@
 #include <vector>
 
 #include "fit/fit_visibility.h"
+#include "fit/joint_sweep.h"
 
 namespace penumbra {
-
-// One list for each thing that is varied. All combinations would be too many: every figure varies one thing and holds
-// the others at the reference, which is the middle value of a list of numbers (of an even count, the upper) and the
-// first convention.
-struct CompareOptions {
-    std::vector<ModelKind> models{kModelKinds.begin(), kModelKinds.end()};
-    std::vector<FeatureKind> features{kFeatureKinds.begin(), kFeatureKinds.end()};
-    std::vector<int> clusters{8, 16, 32, 64};                    // ascending
-    std::vector<double> output_variances{0.8, 0.9, 0.95, 0.99};  // ascending
-    std::vector<Convention> conventions;                         // the papers' A4, and D5
-    std::vector<std::string> holdout;
-    int threads = 0;
-
-    int referenceClusters() const { return clusters[clusters.size() / 2]; }
-    double referenceVariance() const { return output_variances[output_variances.size() / 2]; }
-    Convention referenceConvention() const { return conventions.front(); }
-};
 
 // A model on features, at the reference.
 FitOptions referenceFit(const CompareOptions& options, ModelKind model, FeatureKind features);
@@ -40,20 +24,17 @@ std::string describe(const FitOptions& fit);                 // "linear, relativ
 struct CompareFit {
     FitOptions options;
     FitReport report;
+    std::vector<ClipError> clip_errors;
     std::size_t clusters = 0;           // that came out
     double inputs = 0, components = 0;  // mean over clusters
     double bytes_per_vertex = 0;        // 32-bit numbers of the clusters over vertices
     double fit_seconds = 0;             // clusters, tangents, reading of the numbers, cross-validation and fit
+    std::vector<double> turn_ambient;   // E along the comparison's joint sweep; empty: not asked for
     double evaluate_milliseconds = 0;   // a frame, one thread: predictNumbers(), median over frames
 };
 
-struct CompareInput {
-    const VisibilityReader& reader;
-    const PoseTable& poses;
-    std::string file;  // for messages
-};
-
-// `progress` gets the share of this fit.
-CompareFit runFit(const CompareInput& input, const FitOptions& options, const std::function<void(double)>& progress);
+// `sweep` may be null. `progress` gets the share of this fit.
+CompareFit runFit(const CompareInput& input, const FitOptions& options, const JointSweep* sweep,
+                  const std::function<void(double)>& progress);
 
 }  // namespace penumbra

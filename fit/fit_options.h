@@ -21,7 +21,7 @@ struct FitOptions {
     std::vector<std::string> holdout;  // clips that no step sees; errors only
     // Training frames: those of this list (clip names and times) alone; nothing: all that are not held out.
     std::optional<FrameList> train_frames;
-    Convention convention;             // D5
+    Convention convention;  // D5
     // For comparisons; a model of the second kind of either is never written to a file. Convention A or B only, and not
     // both at once.
     Target target = Target::kVisibility;

@@ -99,6 +99,18 @@ std::size_t componentsFor(const Pca& pca, double fraction) {
     return std::max<std::size_t>(count, 1);
 }
 
+void addGram(const MatrixF& rows, Matrix& gram) {
+    const Eigen::MatrixXd lower = smallerGram(rows, true);
+    asEigen(gram) += Eigen::MatrixXd(lower.selfadjointView<Eigen::Lower>());
+}
+
+std::vector<double> eigenvalues(const Matrix& symmetric) {
+    if (symmetric.values.empty()) return {};
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(asEigen(symmetric), Eigen::EigenvaluesOnly);
+    const Eigen::VectorXd values = solver.eigenvalues().reverse().cwiseMax(0.0);
+    return {values.begin(), values.end()};
+}
+
 std::array<Vec3d, 3> principalAxes(std::span<const Vec3> points) {
     Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
     for (Vec3 p : points) centroid += Eigen::Vector3d(p.x, p.y, p.z);

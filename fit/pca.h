@@ -30,6 +30,11 @@ MatrixF basisOf(const Pca& pca, const MatrixF& rows, std::size_t count);
 // The smallest count, at least 1, whose energies add up to `fraction` of the total.
 std::size_t componentsFor(const Pca& pca, double fraction);
 
+// gram += rows rows^T; gram is [rows, rows].
+void addGram(const MatrixF& rows, Matrix& gram);
+// Of a symmetric matrix, descending; those below zero count as zero.
+std::vector<double> eigenvalues(const Matrix& symmetric);
+
 // Unit principal directions of points about their centroid, largest extent first; the largest coordinate of each is
 // positive. Fewer than two different points: the coordinate axes.
 std::array<Vec3d, 3> principalAxes(std::span<const Vec3> points);

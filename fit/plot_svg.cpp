@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <set>
 
 namespace penumbra {
 
@@ -170,8 +171,9 @@ std::string markSvg(const SeriesStyle& style, double x, double y, const std::str
     return "<path d=\"" + path + "\">" + title + "</path>";
 }
 
-std::string classesOf(const SeriesStyle& style) {
-    return format("series c%d%s", style.colour, style.dashed ? " dashed" : "");
+std::string classesOf(const Plot& plot, const SeriesStyle& style) {
+    const char* kind = plot.bars ? " bars" : style.line ? "" : " points";
+    return format("series c%d%s%s", style.colour, style.dashed ? " dashed" : "", kind);
 }
 
 std::string pointTitle(const Plot& plot, const Series& series, std::size_t i) {
@@ -194,7 +196,7 @@ std::string linesSvg(const Plot& plot, const Series& series, const Frame& frame)
         }
         pen_down = shown;
     }
-    if (!series.style.line || path.empty()) return marks;
+    if (!series.style.line || path.find('L') == std::string::npos) return marks;
     return "<path class=\"line\" d=\"" + path + "\"/>" + marks;
 }
 
@@ -245,21 +247,26 @@ std::string plotSvg(const Plot& plot) {
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
         const Series& series = plot.series[i];
         assert(series.x.size() == series.y.size());
-        svg += "<g class=\"" + classesOf(series.style) + (plot.bars ? " bars" : "") +
-               "\" tabindex=\"0\" role=\"img\" aria-label=\"" + escapeXml(series.name) + "\">" +
-               (plot.bars ? barsSvg(plot, i, frame) : linesSvg(plot, series, frame)) + "</g>";
+        svg += "<g class=\"" + classesOf(plot, series.style) + "\" tabindex=\"0\" role=\"img\" aria-label=\"" +
+               escapeXml(series.name) + "\">" + (plot.bars ? barsSvg(plot, i, frame) : linesSvg(plot, series, frame)) +
+               "</g>";
     }
     return svg + "</svg>";
 }
 
-std::string legendHtml(const std::vector<Series>& series) {
+std::string legendHtml(const std::vector<Plot>& plots) {
     std::string html = "<ul class=\"legend\">";
-    for (const Series& s : series) {
-        html += "<li><svg viewBox=\"0 0 30 12\" aria-hidden=\"true\"><g class=\"" + classesOf(s.style) + "\">";
-        if (s.style.line) html += "<path class=\"line\" d=\"M0 6H30\"/>";
-        if (s.style.marks) html += markSvg(s.style, 15, 6, "");
-        html += "</g></svg>" + escapeXml(s.name) + "</li>";
-    }
+    std::set<std::string> listed;
+    for (const Plot& plot : plots)
+        for (const Series& s : plot.series) {
+            if (!listed.insert(s.name).second) continue;
+            html +=
+                "<li><svg viewBox=\"0 0 30 12\" aria-hidden=\"true\"><g class=\"" + classesOf(plot, s.style) + "\">";
+            if (plot.bars) html += "<rect x=\"8\" y=\"0\" width=\"14\" height=\"12\"/>";
+            if (!plot.bars && s.style.line) html += "<path class=\"line\" d=\"M0 6H30\"/>";
+            if (!plot.bars && s.style.marks) html += markSvg(s.style, 15, 6, "");
+            html += "</g></svg>" + escapeXml(s.name) + "</li>";
+        }
     return html + "</ul>";
 }
 

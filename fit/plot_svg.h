@@ -35,12 +35,12 @@ struct Plot {
     Axis x, y;
     std::vector<Series> series;
     double rule = std::numeric_limits<double>::quiet_NaN();  // a dotted line at this y when it is in range
-    std::string rule_label;
+    std::string rule_label{};
 };
 
 std::string plotSvg(const Plot& plot);
-// A list of all series with their marks; the same list serves plots that share their series.
-std::string legendHtml(const std::vector<Series>& series);
+// A list of all series of these plots with their marks, each name once.
+std::string legendHtml(const std::vector<Plot>& plots);
 
 std::string escapeXml(std::string_view text);
 std::string shortNumber(double value);  // 4 digits, no trailing zeros; "-" when not finite

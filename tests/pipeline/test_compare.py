@@ -11,7 +11,9 @@ import tempfile
 from ribbon_bake import bake_file
 
 BIN = pathlib.Path(sys.argv[1])
-PLOTS = ["plot-clusters-held-out", "plot-clusters-train"]
+PLOTS = """models-error models-ambient clusters-held-out clusters-train variance-train variance-held-out joint
+cosine-error cosine-ambient frames-error frames-bytes conventions-error conventions-ambient eigenvalues-inputs eigenvalues-outputs
+cost-bytes cost-fit cost-evaluate""".split()
 
 # Added to a copy of the page: what was laid out, and every error.
 PROBE = """<script>
@@ -72,11 +74,14 @@ def check_browser(folder, page, data):
     assert probe["links"] and all(count == 1 for _, count in probe["links"]), probe["links"]
     laid_out = {plot["id"]: plot for plot in probe["plots"]}
     expected = {plot["id"]: plot for figure in data["figures"] for plot in figure["plots"]}
-    assert list(laid_out) == list(expected) == PLOTS, (list(laid_out), list(expected))
+    assert list(laid_out) == list(expected) == ["plot-" + name for name in PLOTS], (list(laid_out), list(expected))
     for name, plot in laid_out.items():
         assert plot["width"] > 200 and plot["height"] > 100, plot
-        points = sum(y is not None for series in expected[name]["series"] for y in series["y"])
-        assert len(plot["marks"]) == points > 0, (name, len(plot["marks"]), points)
+        points = [sum(y is not None for y in series["y"]) for series in expected[name]["series"]]
+        # Every point is a mark, but those of the long curves, which are lines alone.
+        curves = name.startswith("plot-eigenvalues") or name == "plot-joint"
+        assert points and min(points) > 0, (name, points)
+        assert len(plot["marks"]) == sum(points) or curves and len(plot["lines"]) > 0, (name, points, plot)
         for x, y, width, height in plot["marks"]:
             assert 0 <= x and x + width <= 560 and 0 <= y and y + height <= 340 and width > 0, (name, x, y, width)
         assert all(length > 0 for length in plot["lines"]), plot
@@ -91,18 +96,20 @@ def check_browser(folder, page, data):
 def check_compare(folder):
     bake, page = folder / "a.vis.h5", folder / "r.html"
     bake_file(bake)
-    command = [bake, "--holdout", "clip1", "--clusters", "1,2,4", "--models", "linear", "-o", page]
-    run(*command, "--dry-run", says="6 fits")
+    command = [bake, "--holdout", "clip1", "--clusters", "1,2,4", "--output-variances", "0.9,0.5", "--models", "linear",
+               "--conventions", "A2,D3", "-o", page]
+    run(*command, "--dry-run", says="14 fits")
     assert not page.exists()
     run(*command, "--threads", 2)
     data = json.loads((folder / "r.json").read_text())
     with open(folder / "r.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == len(data["fits"]) == 6
+    assert len(rows) == len(data["fits"]) == 14
     for row, fit in zip(rows, data["fits"]):
         assert list(row) == list(fit)
         for name, value in fit.items():
-            assert row[name] == ("" if value is None else value if isinstance(value, str) else json.dumps(value)), (name, row)
+            same = row[name] == (value or "") if value is None or isinstance(value, str) else float(row[name]) == value
+            assert same, (name, row[name], value)
     check_browser(folder, page, data)
 
 
