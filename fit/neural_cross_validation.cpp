@@ -8,6 +8,7 @@
 
 #include "fit/cross_validation.h"
 #include "fit/eigen_map.h"
+#include "fit/many_starts.h"
 #include "fit/neural_start.h"
 #include "fit/pca.h"
 #include "fit/variable_projection.h"
@@ -147,14 +148,8 @@ NetChoice chooseNet(const Matrix& inputs, const Matrix& outputs, const std::vect
 TanhNet fitChosenNet(const Matrix& inputs, const Matrix& outputs, const NetChoice& choice, const NetSearch& search) {
     const double input_scale = scaleOf(inputs), output_scale = scaleOf(outputs);
     const Matrix x = scaled(inputs, input_scale), y = scaled(outputs, output_scale);
-    const NetData data = netData(x, y);
-    NetFit best;
-    best.objective = std::numeric_limits<double>::infinity();
-    for (std::uint64_t start = 0; start < 2; ++start) {
-        NetFit fit = fitByProjection(data, startNet(x, y, choice.neurons, {}, search.seed + start),
-                                     choice.prior * double(x.rows), kFinal);
-        if (fit.objective < best.objective) best = std::move(fit);
-    }
+    const StartPlan plan{.neurons = choice.neurons, .ranges = {}, .seed = search.seed};
+    NetFit best = fitFromManyStarts(x, y, choice.prior * double(x.rows), plan, kFinal);
     asEigen(best.net.hidden) *= input_scale;
     asEigen(best.net.output) /= output_scale;
     for (double& b : best.net.output_bias) b /= output_scale;

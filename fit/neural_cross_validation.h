@@ -30,7 +30,7 @@ struct NetChoice {
 NetChoice chooseNet(const Matrix& inputs, const Matrix& outputs, const std::vector<int>& folds,
                     const NetSearch& search);
 
-// Inputs and outputs in their own units; the net with the lower objective of two starts.
+// Inputs and outputs in their own units; the best of a round of starts (many_starts.h).
 TanhNet fitChosenNet(const Matrix& inputs, const Matrix& outputs, const NetChoice& choice, const NetSearch& search);
 
 }  // namespace penumbra

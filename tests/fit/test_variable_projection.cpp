@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fit/many_starts.h"
 #include "fit/neural_bfgs.h"
 #include "fit/neural_start.h"
 #include "fit/variable_projection.h"
@@ -100,6 +101,23 @@ TEST(VariableProjection, AgreesWithBfgs) {
     const NetFit fast = fitByProjection(netData(x, y), start, 0.3, kToTheEnd);
     const NetFit reference = fitByBfgs(x, y, fitByProjection(netData(x, y), start, 0.3, {.iterations = 0}).net, 0.3);
     EXPECT_NEAR(fast.objective, reference.objective, 1e-6 * reference.objective);
+}
+
+// More rounds only add searches; a target that any start meets ends them at once.
+TEST(ManyStarts, MoreRoundsAreNeverWorseAndATargetEndsThem) {
+    const Matrix x = normalMatrix(60, 6, 1), y = predict(normalNet(6, 3, 5, 2), x);
+    const StartPlan once{.neurons = 5, .ranges = {}}, thrice{.neurons = 5, .ranges = {}, .rounds = 3};
+    const NetFit single = fitByProjection(netData(x, y), startNet(x, y, 5, {}, 1), 0.05, kToTheEnd);
+    const NetFit one = fitFromManyStarts(x, y, 0.05, once, kToTheEnd);
+    const NetFit three = fitFromManyStarts(x, y, 0.05, thrice, kToTheEnd);
+    EXPECT_LE(one.objective, single.objective * 1.001);
+    EXPECT_LE(three.objective, one.objective);
+    EXPECT_NEAR(three.objective, netObjective(three.net, x, y, 0.05), 1e-10 * three.objective);
+    LbfgsOptions easy = kToTheEnd;
+    easy.target = 2 * three.objective;
+    const NetFit early = fitFromManyStarts(x, y, 0.05, thrice, easy);
+    EXPECT_LE(early.objective, easy.target);
+    EXPECT_LT(early.iterations, one.iterations);
 }
 
 TEST(VariableProjection, SameArgumentsSameBits) {
