@@ -60,7 +60,7 @@ double roundStep(double span, int count) {
 
 std::vector<double> linearTicks(double low, double high) {
     std::vector<double> ticks;
-    const double step = roundStep(high - low, 5);
+    const double step = roundStep(high - low, 6);
     for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i)
         ticks.push_back(i == 0 ? 0 : i * step);
     return ticks;

@@ -1,0 +1,168 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fit/compare_grid.h"
+#include "fit/eigenvalue_decay.h"
+#include "fit/joint_sweep.h"
+#include "fit/pca.h"
+#include "tests/fit/synthetic_character.h"
+
+namespace penumbra {
+namespace {
+
+struct Character {
+    synthetic::TemporaryFile file;
+    VisibilityReader reader;
+    PoseTable poses;
+    CompareInput input;
+    CompareOptions options;
+    CompareCharacter character;
+
+    explicit Character(const std::string& name)
+        : file(name), reader(written(file.path)), poses(readPoses(reader, 2)), input{reader, poses, name} {
+        options.clusters = {4};
+        options.conventions = {parseConvention("A3")};
+        options.holdout = {"clip1"};
+        options.threads = 2;
+        character = prepareCharacter(input, options);
+    }
+    static const std::filesystem::path& written(const std::filesystem::path& path) {
+        synthetic::writeCharacter(path, {});
+        return path;
+    }
+};
+
+TEST(CompareGrid, HoldsEachFitOnceAndAllThatTheFiguresAskFor) {
+    CompareOptions options;
+    options.models = {ModelKind::kLinear};
+    options.conventions = {parseConvention("A4"), parseConvention("D5")};
+    const std::vector<FitOptions> grid = makeGrid(options, 5);
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+        EXPECT_EQ(findProblem(grid[i]), "");
+        for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(sameFit(grid[i], grid[j]));
+    }
+    EXPECT_EQ(grid.size(), 2 * (4 + 3 + 1 + 2u));  // features: clusters, variances, D5, cosine and model frame
+    EXPECT_EQ(options.referenceClusters(), 32);
+    EXPECT_EQ(options.referenceVariance(), 0.95);
+}
+
+// The cosine takes moments of one order more than its numbers.
+TEST(CompareGrid, NeverAsksForMomentsThatTheFileLacks) {
+    CompareOptions options;
+    options.conventions = {parseConvention("D4")};
+    for (int file_order : {4, 5, 8})
+        for (const FitOptions& fit : makeGrid(options, file_order)) {
+            const int more = fit.target == Target::kCosineWeighted ? 1 : 0;
+            EXPECT_LE(fit.convention.order + more, file_order) << describe(fit);
+        }
+}
+
+TEST(EigenvalueDecay, OfAllVerticesIsThatOfTheWholeMatrix) {
+    const Character c("decay.vis.h5");
+    const std::vector<EigenvalueDecay> decays = outputDecays(c.input, c.character, c.options, {});
+    ClusterNumbersRequest request;
+    request.convention = c.options.referenceConvention();
+    request.frames = {&c.character.rest_tangents, &c.character.clusters.cluster_of_vertex, c.character.clusters.joint};
+    std::vector<std::vector<std::uint32_t>> all(1);
+    for (std::uint32_t v = 0; v < c.reader.header().mesh.vertexCount(); ++v) all[0].push_back(v);
+    request.vertices_of_cluster = all;
+    const MatrixF numbers = readClusterNumbers(c.reader, c.poses, request)[0];
+    const std::vector<double> mean = meanOfRows(numbers, c.character.train);
+    Matrix centred(c.character.train.size(), numbers.columns);
+    for (std::size_t r = 0; r < centred.rows; ++r)
+        for (std::size_t i = 0; i < centred.columns; ++i)
+            centred(r, i) = double(numbers(c.character.train[r], i)) - mean[i];
+    const Pca pca = principalComponents(centred);
+    ASSERT_GE(decays[0].shares.size(), pca.energies.size());
+    for (std::size_t k = 0; k < pca.energies.size(); ++k)
+        EXPECT_NEAR(decays[0].shares[k], pca.energies[k] / pca.total, 1e-9) << k;  // 1.9e-10 measured
+    EXPECT_EQ(decays[0].componentsFor(0.9), componentsFor(pca, 0.9));
+    EXPECT_EQ(decays[0].componentsFor(0.99), componentsFor(pca, 0.99));
+}
+
+TEST(EigenvalueDecay, SharesAddUpToOne) {
+    const Character c("shares.vis.h5");
+    std::vector<EigenvalueDecay> decays = inputDecays(c.input, c.character);
+    for (EigenvalueDecay& decay : outputDecays(c.input, c.character, c.options, {})) decays.push_back(decay);
+    ASSERT_EQ(decays.size(), 4u);
+    for (const EigenvalueDecay& decay : decays) {
+        double sum = 0;
+        for (double share : decay.shares) sum += share;
+        EXPECT_NEAR(sum, 1, 1e-9) << decay.name;
+        EXPECT_EQ(decay.componentsFor(1e-12), 1u);
+    }
+}
+
+TEST(Eigenvalues, OfADiagonalMatrixAreItsEntries) {
+    Matrix m(3, 3);
+    m(0, 0) = 2;
+    m(1, 1) = 7;
+    m(2, 2) = -1;  // counts as zero
+    const std::vector<double> values = eigenvalues(m);
+    EXPECT_NEAR(values[0], 7, 1e-12);
+    EXPECT_NEAR(values[1], 2, 1e-12);
+    EXPECT_EQ(values[2], 0);
+}
+
+// Measured: pivots 1.3e-8, bones 1.8e-7, pose 6e-8. The joints of the tube sit at y = 0, 0.5, 1, 1.5, and a pose vector
+// is their rotation vectors.
+TEST(JointTurn, FindsTheJointAndTurnsItAlone) {
+    const Character c("turn.vis.h5");
+    for (int joint : {1, 2, 3}) {
+        const JointTurn turn = makeJointTurn(c.input, c.character, joint);
+        EXPECT_NEAR(turn.pivot.x, 0, 1e-7) << joint;
+        EXPECT_NEAR(turn.pivot.y, 0.5 * joint, 1e-7) << joint;
+        EXPECT_NEAR(turn.pivot.z, 0, 1e-7) << joint;
+        for (double angle : {turn.base_angle, turn.base_angle - 0.7, turn.base_angle + 0.4}) {
+            const TurnedPose turned = poseAt(c.input, turn, angle);
+            Affine parent;
+            for (int j = 0; j < 4; ++j) {
+                const float* w = c.poses.poseOf(turn.base_frame).data() + 3 * j;
+                Vec3 rotation{w[0], w[1], w[2]};
+                if (j == joint) rotation += toFloat(turn.axis * (angle - turn.base_angle));
+                const Mat3 r = synthetic::rotationAbout(rotation, length(rotation));
+                const Vec3 pivot{0, 0.5f * float(j), 0};
+                parent = synthetic::compose(parent, synthetic::affine(r, pivot - r * pivot));
+                for (std::size_t i = 0; i < 12; ++i)
+                    EXPECT_NEAR(turned.bones[std::size_t(j)].m[i], parent.m[i], 1e-6)
+                        << "joint " << j << " entry " << i;
+                for (int i = 0; i < 3; ++i)
+                    EXPECT_NEAR(turned.pose[std::size_t(3 * j + i)], rotation[i], 3e-7) << "joint " << j;
+            }
+        }
+    }
+}
+
+TEST(JointTurn, RelativeRotationsAreThePoseVector) {
+    const Character c("relative.vis.h5");
+    const std::vector<Vec3d> rotations = relativeRotations(c.poses, c.reader.header().skin->parents);
+    for (std::size_t f = 0; f < c.poses.frameCount(); ++f)
+        for (std::size_t j = 1; j < 4; ++j)
+            for (int i = 0; i < 3; ++i)
+                EXPECT_NEAR(rotations[4 * f + j][i], c.poses.poseOf(f)[3 * j + std::size_t(i)], 5e-7)
+                    << f << " " << j;  // 1e-7
+}
+
+TEST(JointSweep, CoversTheBakedAnglesAndGivesTheModelsOwnValueThere) {
+    const Character c("sweep.vis.h5");
+    const std::optional<JointSweep> sweep = findJointSweep(c.input, c.character, c.options);
+    ASSERT_TRUE(sweep);
+    EXPECT_GT(sweep->explained, 0);
+    EXPECT_LE(sweep->explained, 1);
+    EXPECT_EQ(sweep->baked_angles.size(), c.poses.frameCount());
+    for (double angle : sweep->baked_angles) {
+        EXPECT_GE(angle, sweep->angles.front());
+        EXPECT_LE(angle, sweep->angles.back());
+    }
+    // A model that is exact gives the base frame's E at the base frame's angle (6e-8 measured).
+    FitOptions options = referenceFit(c.options, ModelKind::kLinear, FeatureKind::kRelativeBones);
+    options.input_variance = options.output_variance = 1;
+    const FitResult fit = fitVisibility(c.reader, c.poses, "sweep", options, {});
+    JointSweep at_base = *sweep;
+    at_base.angles = {sweep->turn.base_angle};
+    EXPECT_NEAR(sweepAmbient(c.input, at_base, fit.model)[0], sweep->baked_ambient[sweep->turn.base_frame], 1e-6);
+}
+
+}  // namespace
+}  // namespace penumbra
