@@ -1,7 +1,10 @@
 #include "fit/features.h"
 
+#include <Eigen/Eigenvalues>
 #include <cassert>
 #include <cmath>
+
+#include "sh/pose_inputs.h"
 
 namespace penumbra {
 
@@ -28,7 +31,34 @@ Mat3d inverseLinear(const Affine& bone, const Mat3& rotation) {
 
 Vec3d applyAffine(const Affine& bone, Vec3d p) { return toDouble(bone.linear()) * p + toDouble(bone.translation()); }
 
+// Mean over `rows` of the squared distance of each joint's centre from the cluster's, in box diagonals, [J]; the
+// cluster's own joint: 0.
+std::vector<double> squaredDistances(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,
+                                     std::span<const std::size_t> rows) {
+    std::vector<double> distances(recipe.joint_centers.size());
+    std::size_t at = 0;
+    for (std::size_t j = 0; j < distances.size(); ++j) {
+        if (j == std::size_t(place.joint)) continue;
+        const Vec3d rest = (toDouble(recipe.joint_centers[j]) - toDouble(place.center)) / recipe.scale;
+        for (std::size_t r : rows) {
+            const Vec3d d = rest + Vec3d{raw(r, at), raw(r, at + 1), raw(r, at + 2)};
+            distances[j] += dot(d, d) / double(rows.size());
+        }
+        at += 12;
+    }
+    return distances;
+}
+
 }  // namespace
+
+FeatureRecipe recipeOf(const Model& model) {
+    return {model.features, model.feature_scale, model.joint_centers, model.joint_spreads,
+            std::size_t(model.pose_size)};
+}
+
+std::size_t FeatureRecipe::groups() const {
+    return kind == FeatureKind::kJointAngles ? pose_size / 3 : joint_centers.size();
+}
 
 std::size_t FeatureRecipe::count() const {
     return kind == FeatureKind::kJointAngles ? pose_size : 12 * (joint_centers.size() - 1);
@@ -55,21 +85,68 @@ void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const
     }
 }
 
-std::vector<double> featureWeights(const FeatureRecipe& recipe, int cluster_joint, Vec3 cluster_center,
-                                   const Matrix& raw, std::span<const std::size_t> rows) {
+std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& centers, double scale) {
+    std::vector<Eigen::Matrix3d> sum(skin.jointCount(), Eigen::Matrix3d::Zero());
+    std::vector<double> weight(skin.jointCount());
+    for (std::size_t v = 0; v < mesh.vertexCount(); ++v)
+        for (std::size_t i = v * std::size_t(skin.influences); i < (v + 1) * std::size_t(skin.influences); ++i) {
+            const std::size_t j = skin.joints[i];
+            const Vec3d d = (toDouble(mesh.rest_positions[v]) - toDouble(centers[j])) / scale;
+            const Eigen::Vector3d offset(d.x, d.y, d.z);
+            sum[j] += double(skin.weights[i]) * offset * offset.transpose();
+            weight[j] += skin.weights[i];
+        }
+    std::vector<Mat3> spreads;
+    for (std::size_t j = 0; j < sum.size(); ++j) {
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(weight[j] > 0 ? (sum[j] / weight[j]).eval()
+                                                                                  : sum[j]);
+        const Eigen::Matrix3d root = solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
+                                     solver.eigenvectors().transpose();
+        Mat3& spread = spreads.emplace_back();
+        for (int i = 0; i < 9; ++i) spread.m[std::size_t(i)] = float(root(i / 3, i % 3));
+    }
+    return spreads;
+}
+
+void readGroup(const FeatureRecipe& recipe, const ClusterPlace& place, std::size_t group, std::span<const double> raw,
+               std::span<double> out) {
+    assert(out.size() == groupInputs(recipe.kind));
+    if (recipe.kind == FeatureKind::kJointAngles) {
+        for (std::size_t i = 0; i < 3; ++i) out[i] = raw[3 * group + i];
+        return;
+    }
+    assert(group != std::size_t(place.joint));
+    const double* bone = raw.data() + 12 * (group - (group > std::size_t(place.joint) ? 1 : 0));
+    const Vec3d rest = (toDouble(recipe.joint_centers[group]) - toDouble(place.center)) / recipe.scale;
+    Mat3d turned;
+    for (std::size_t i = 0; i < 9; ++i) turned.m[i] = bone[3 + i];
+    boneInputs(rest + Vec3d{bone[0], bone[1], bone[2]}, turned, toDouble(recipe.joint_spreads[group]), out.data());
+}
+
+std::vector<double> featureWeights(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,
+                                   std::span<const std::size_t> rows) {
     std::vector<double> weights(recipe.count(), 1.0);
     if (recipe.kind == FeatureKind::kJointAngles) return weights;
+    const std::vector<double> distances = squaredDistances(recipe, place, raw, rows);
     std::size_t at = 0;
-    for (std::size_t j = 0; j < recipe.joint_centers.size(); ++j) {
-        if (j == std::size_t(cluster_joint)) continue;
-        const Vec3d rest = (toDouble(recipe.joint_centers[j]) - toDouble(cluster_center)) / recipe.scale;
-        double d2 = 0;
-        for (std::size_t r : rows) {
-            const Vec3d d = rest + Vec3d{raw(r, at), raw(r, at + 1), raw(r, at + 2)};
-            d2 += dot(d, d) / double(rows.size());
-        }
-        for (std::size_t i = 0; i < 12; ++i) weights[at++] = (i < 3 ? 1 : kRotationWeight) / (kNearness + d2);
+    for (std::size_t j = 0; j < distances.size(); ++j)
+        for (std::size_t i = 0; i < 12 && j != std::size_t(place.joint); ++i)
+            weights[at++] = (i < 3 ? 1 : kRotationWeight) / (kNearness + distances[j]);
+    return weights;
+}
+
+std::vector<double> groupWeights(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,
+                                 std::span<const std::size_t> rows) {
+    std::vector<double> weights(recipe.groups(), 1.0);
+    if (recipe.kind == FeatureKind::kRelativeBones) {
+        const std::vector<double> distances = squaredDistances(recipe, place, raw, rows);
+        for (std::size_t j = 0; j < weights.size(); ++j)
+            weights[j] = 1 / ((kNearness + distances[j]) * (kNearness + distances[j]));
+        weights[std::size_t(place.joint)] = 0;
     }
+    double sum = 0;
+    for (double w : weights) sum += w;
+    for (double& w : weights) w /= sum;
     return weights;
 }
 

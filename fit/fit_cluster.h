@@ -1,5 +1,5 @@
 #pragma once
-// One cluster: output PCA, features, input PCA, cross-validated ridge, and the errors of the result by frame.
+// One cluster: output PCA, features, a regressor of the scores, and the errors of the result by frame.
 #include <span>
 #include <vector>
 
@@ -10,6 +10,7 @@
 namespace penumbra {
 
 struct ClusterProblem {
+    ModelKind kind = ModelKind::kLinear;
     const FeatureRecipe* recipe = nullptr;
     const PoseTable* poses = nullptr;
     std::span<const std::size_t> train;       // frames
@@ -30,15 +31,12 @@ struct FrameErrors {
 struct ClusterFit {
     ClusterModel model;  // without vertices
     FrameErrors errors;
-    double cross_validated = 0;  // squared error over the folds, the best alpha's
-    double leave_one_out = 0;    // squared error of the kept scores
+    double cross_validated = 0;  // squared error over the folds, that of the choice made
+    double leave_one_out = 0;    // squared error of the kept scores; NaN for models without a closed form
     double left_by_pca = 0;      // energy of the outputs that the PCA dropped
 };
 
 // `numbers` [F, Vc n] are used up: they hold the residuals afterwards.
 ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers);
-
-// y = weights input_basis (raw - feature_mean) + bias. `inputs` (may be empty, else [I]) gets x.
-std::vector<float> clusterScores(const ClusterModel& cluster, std::span<const double> raw, std::span<float> inputs);
 
 }  // namespace penumbra

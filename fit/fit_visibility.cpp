@@ -101,6 +101,7 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.features = options.features;
     model.feature_scale = boxDiagonal(header.mesh.rest_positions);
     model.joint_centers = jointCenters(header.mesh, *header.skin);
+    model.joint_spreads = jointSpreads(header.mesh, *header.skin, model.joint_centers, model.feature_scale);
     model.input_variance = inputVariance(options);
     model.output_variance = options.output_variance;
 }
@@ -167,7 +168,7 @@ std::vector<float> ambientWeightsOf(const FitOptions& options) {
 }
 
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
-    const FeatureRecipe recipe{job.options.features, model.feature_scale, model.joint_centers, job.poses.pose_size};
+    const FeatureRecipe recipe = recipeOf(model);
     const std::size_t vertices = model.mesh.vertexCount();
     // Reading and rotating takes about as long as fitting.
     SharedProgress progress(job.observer, 2.0 * double(vertices));
@@ -186,7 +187,8 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
         parallelFor(numbers.size(), job.options.threads, [&, first = begin](std::size_t i) {
             throwIfInterrupted();
             const std::size_t c = first + i;
-            const ClusterProblem problem{&recipe,
+            const ClusterProblem problem{job.options.model,
+                                         &recipe,
                                          &job.poses,
                                          job.split.train,
                                          &job.folds,

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numeric>
 
-#include "fit/fit_cluster.h"
+#include "fit/regressor.h"
 #include "fit/tangent_frames.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
@@ -14,24 +16,24 @@ namespace penumbra {
 
 namespace {
 
-FeatureRecipe recipeOf(const Model& model) {
-    return {model.features, model.feature_scale, model.joint_centers, std::size_t(model.pose_size)};
-}
-
 std::vector<Mat3> rotationsOf(std::span<const Affine> bones) {
     std::vector<Mat3> rotations;
     for (const Affine& bone : bones) rotations.push_back(nearestRotation(bone.linear()));
     return rotations;
 }
 
-void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::size_t numbers_per_vertex,
+void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::span<const float> ambient,
                    std::span<float> numbers) {
+    const std::size_t n = ambient.size();
+    const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
     std::vector<float> sum = cluster.mean;
     for (std::size_t k = 0; k < scores.size(); ++k)
         for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += scores[k] * cluster.basis[k * sum.size() + i];
-    for (std::size_t i = 0; i < cluster.vertices.size(); ++i)
-        std::copy_n(sum.data() + i * numbers_per_vertex, numbers_per_vertex,
-                    numbers.data() + cluster.vertices[i] * numbers_per_vertex);
+    for (std::size_t i = 0; i < cluster.vertices.size(); ++i) {
+        const std::span<float> vertex = std::span(sum).subspan(i * n, n);
+        clampAmbient(ambient, norm2, vertex);
+        std::copy(vertex.begin(), vertex.end(), numbers.begin() + std::ptrdiff_t(cluster.vertices[i] * n));
+    }
 }
 
 void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file) {
@@ -62,18 +64,16 @@ Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std
     const auto n = std::size_t(model.convention.size());
     Prediction prediction;
     prediction.numbers.resize(model.mesh.vertexCount() * n);
-    std::size_t inputs = 0, outside = 0;
+    std::vector<float> ambient(n);
+    ambientWeights(model.convention, ambient);
     std::vector<double> raw(recipe.count());
     for (const ClusterModel& cluster : model.clusters) {
         rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
-        std::vector<float> x(std::size_t(cluster.inputs()));
-        const std::vector<float> scores = clusterScores(cluster, raw, x);
-        for (std::size_t i = 0; i < x.size(); ++i)
-            outside += x[i] < cluster.input_min[i] || x[i] > cluster.input_max[i];
-        inputs += x.size();
-        addComponents(cluster, scores, n, prediction.numbers);
+        const ScoredPose scored = scoreCluster(model.kind, recipe, cluster, raw);
+        prediction.out_of_range += scored.out_of_range * double(cluster.vertices.size());
+        addComponents(cluster, scored.scores, ambient, prediction.numbers);
     }
-    prediction.out_of_range = inputs ? double(outside) / double(inputs) : 0;
+    prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model.mesh.vertexCount()));
     return prediction;
 }
 
@@ -115,7 +115,7 @@ PredictReport predictFile(const Model& model, const VisibilityReader& poses, con
         const Prediction prediction = predictNumbers(model, frame.bones, frame.pose);
         frame.coefficients = toModelFrame(model, frame.bones, frame.normals, prediction.numbers, threads);
         writer.writeFrame(frame);
-        report.out_of_range += prediction.out_of_range / double(report.frames);
+        report.out_of_range.push_back(prediction.out_of_range);
         if (progress) progress(double(f + 1));
     }
     writer.finish();

@@ -14,7 +14,7 @@ namespace penumbra {
 
 struct Prediction {
     std::vector<float> numbers;  // [V, n] of the model's convention, local frames
-    double out_of_range = 0;     // share of all inputs (of all clusters) outside their training range
+    double out_of_range = 0;     // model_file.h; 0: every group is where training frames had it
 };
 Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std::span<const float> pose);
 
@@ -25,7 +25,7 @@ std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bone
 
 struct PredictReport {
     std::size_t frames = 0;
-    double out_of_range = 0;  // mean over frames
+    std::vector<double> out_of_range;  // [frames]
 };
 
 // The layout of a bake: mesh, skin, frames and poses of `poses`, coefficients predicted. InvalidInput when the

@@ -19,6 +19,19 @@ void define(CLI::App& app, PredictCommand& command) {
     app.add_option("-o,--output", command.output, "prediction to write, PRED.vis.h5")->required();
 }
 
+// The measure is the root mean square of what was cut off the inputs (formats/model_file.h): about the angle in radians
+// by which what hides the sky is away from where training frames had it.
+void printOutOfRange(const PredictReport& report) {
+    double mean = 0, most = 0;
+    std::size_t worst = 0;
+    for (std::size_t f = 0; f < report.frames; ++f) {
+        mean += report.out_of_range[f] / double(report.frames);
+        if (report.out_of_range[f] > most) most = report.out_of_range[f], worst = f;
+    }
+    std::printf("%zu frames, out of the training range by %.4f on average, at most %.4f (frame %zu)\n", report.frames,
+                mean, most, worst);
+}
+
 void run(const PredictCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
     const Model model = readModel(command.model);
@@ -36,10 +49,8 @@ void run(const PredictCommand& command, const CommonOptions& common, Report& rep
     const PredictReport done = predictFile(model, poses, {command.poses, command.output, provenance}, common.threads,
                                            [&](double frame) { progress.update(frame); });
     report.figures["frames"] = done.frames;
-    report.figures["inputs_out_of_range"] = done.out_of_range;
-    if (!common.quiet)
-        std::printf("%zu frames, %.2f%% of the inputs outside their training range\n", done.frames,
-                    100 * done.out_of_range);
+    report.figures["out_of_range"] = done.out_of_range;
+    if (!common.quiet) printOutOfRange(done);
 }
 
 }  // namespace

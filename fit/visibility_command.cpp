@@ -16,16 +16,25 @@ namespace {
 
 struct VisibilityCommand {
     std::string input, output, train_frames;
-    std::string model = "linear", features = "relative-bones", clusters = "auto", input_variance = "auto",
-                convention = "D5";
+    std::string model = nameOf(FitOptions{}.model), features = "relative-bones", clusters = "auto",
+                input_variance = "auto", convention = "D5";
     FitOptions options;
 };
+
+template <class Kinds>
+std::vector<std::string> namesOf(const Kinds& kinds) {
+    std::vector<std::string> names;
+    for (auto kind : kinds) names.push_back(nameOf(kind));
+    return names;
+}
 
 void define(CLI::App& app, VisibilityCommand& command) {
     FitOptions& options = command.options;
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
     app.add_option("-o,--output", command.output, "model to write, X.model.h5")->required();
-    app.add_option("--model", command.model, "linear")->check(CLI::IsMember({"linear"}))->capture_default_str();
+    app.add_option("--model", command.model, "how the numbers are predicted")
+        ->check(CLI::IsMember(namesOf(kModelKinds)))
+        ->capture_default_str();
     app.add_option("--features", command.features, "what the numbers are predicted from")
         ->check(CLI::IsMember({"joint-angles", "relative-bones"}))
         ->capture_default_str();
@@ -62,6 +71,8 @@ int parseClusters(const std::string& text) {
 
 FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
+    options.model = *std::find_if(kModelKinds.begin(), kModelKinds.end(),
+                                  [&](ModelKind kind) { return command.model == nameOf(kind); });
     options.features = command.features == "joint-angles" ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
     options.clusters = parseClusters(command.clusters);
     options.input_variance = parseInputVariance(command.input_variance);
@@ -158,8 +169,10 @@ void printTable(const FitResult& result) {
     }
     printRow("all", "train", fit.train_frames, fit.train);
     if (fit.held_out_frames) printRow("all", "held out", fit.held_out_frames, fit.held_out);
-    std::printf("relative error, training frames: %.4f blocked cross-validation, %.4f leave-one-out, %.4f output PCA\n",
-                fit.cross_validated_error, fit.leave_one_out_error, fit.output_floor);
+    std::printf("relative error, training frames: %.4f blocked cross-validation, %.4f output PCA\n",
+                fit.cross_validated_error, fit.output_floor);
+    if (std::isfinite(fit.leave_one_out_error))
+        std::printf("leave-one-out, optimistic on neighbouring frames: %.4f\n", fit.leave_one_out_error);
 }
 
 void run(const VisibilityCommand& command, const CommonOptions& common, Report& report) {

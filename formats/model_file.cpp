@@ -1,5 +1,6 @@
 #include "formats/model_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -8,6 +9,7 @@
 #include "formats/errors.h"
 #include "formats/stage_parts.h"
 #include "formats/write_file.h"
+#include "sh/pose_inputs.h"
 
 namespace penumbra {
 
@@ -23,6 +25,8 @@ const char* nameOf(ModelKind kind) {
     switch (kind) {
         case ModelKind::kLinear:
             return "linear";
+        case ModelKind::kAdditive:
+            return "additive";
     }
     return "";
 }
@@ -31,17 +35,34 @@ const char* nameOf(FeatureKind features) {
     return features == FeatureKind::kJointAngles ? "joint-angles" : "relative-bones";
 }
 
+std::size_t groupInputs(FeatureKind features) {
+    return features == FeatureKind::kJointAngles ? 3 : std::size_t(kBoneInputs);
+}
+
 // --- Writing --------------------------------------------------------------------------------------------------------
 
+static void writeGroups(hid_t file, const std::string& name, const ClusterModel& cluster) {
+    const hsize_t groups = cluster.groups.size(), size = groups ? cluster.group_min.size() / groups : 0;
+    writeIndices(file, name + "/groups", cluster.groups);
+    writeFloats(file, name + "/group_weight", cluster.group_weight, {groups});
+    writeFloats(file, name + "/group_min", cluster.group_min, {groups, size});
+    writeFloats(file, name + "/group_max", cluster.group_max, {groups, size});
+    const hsize_t units = cluster.hidden.empty() ? 0 : cluster.units();
+    writeIndices(file, name + "/unit_group", cluster.unit_group);
+    writeFloats(file, name + "/hidden", cluster.hidden, {units, units ? cluster.hidden.size() / units : 0});
+    writeFloats(file, name + "/center", {&cluster.center.x, 3}, {3});
+}
+
 static void writeCluster(hid_t file, const std::string& group, const ClusterModel& cluster, std::size_t stride) {
-    const hsize_t inputs = hsize_t(cluster.inputs()), components = hsize_t(cluster.components());
+    const hsize_t inputs = cluster.input_min.size(), components = cluster.components();
     const hsize_t raw = cluster.feature_mean.size(), vertices = cluster.vertices.size();
     writeIndices(file, group + "/vertices", cluster.vertices);
     writeFloats(file, group + "/feature_mean", cluster.feature_mean, {raw});
     writeFloats(file, group + "/input_basis", cluster.input_basis, {inputs, raw});
     writeFloats(file, group + "/input_min", cluster.input_min, {inputs});
     writeFloats(file, group + "/input_max", cluster.input_max, {inputs});
-    writeFloats(file, group + "/weights", cluster.weights, {components, inputs});
+    writeGroups(file, group, cluster);
+    writeFloats(file, group + "/weights", cluster.weights, {components, cluster.units()});
     writeFloats(file, group + "/bias", cluster.bias, {components});
     writeFloats(file, group + "/mean", cluster.mean, {vertices, stride});
     writeFloats(file, group + "/basis", cluster.basis, {components, vertices, stride});
@@ -92,6 +113,7 @@ void writeModel(const std::filesystem::path& path, const Model& model) {
     writeFloats(file, "/frames/bones", floatsOf(model.bones), {frames, joints, 3, 4});
     writeFloats(file, "/frames/pose", model.pose, {frames, hsize_t(model.pose_size)});
     writeVectors(file, "/model/joint_centers", model.joint_centers);
+    writeFloats(file, "/model/joint_spreads", floatsOf(model.joint_spreads), {joints, 3, 3});
     writeIndices(file, "/model/cluster_of_vertex", model.cluster_of_vertex);
     makeGroup(file, "/clusters");
     writeIntegerAttribute(file, "/clusters", "count", std::int64_t(model.clusters.size()));
@@ -115,8 +137,11 @@ static void readModelRoot(const Hdf5Reader& in, Model& model) {
     if (model.convention.order != order)
         throw InvalidInput(in.name + ": attribute convention: " + convention + " is not of SH order " +
                            std::to_string(order));
-    if (const std::string kind = readTextAttribute(in, "/", "model"); kind != "linear")
-        throw Unsupported(in.name + ": attribute model: \"" + kind + "\" is unknown");
+    const std::string kind = readTextAttribute(in, "/", "model");
+    const auto known =
+        std::find_if(kModelKinds.begin(), kModelKinds.end(), [&](ModelKind k) { return kind == nameOf(k); });
+    if (known == kModelKinds.end()) throw Unsupported(in.name + ": attribute model: \"" + kind + "\" is unknown");
+    model.kind = *known;
     const std::string features = readTextAttribute(in, "/", "features");
     model.features =
         features == nameOf(FeatureKind::kJointAngles) ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
@@ -155,9 +180,50 @@ static std::vector<float> readExactly(const Hdf5Reader& in, const std::string& d
     return values;
 }
 
+static void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vector<float>& least,
+                       const std::vector<float>& most) {
+    for (std::size_t i = 0; i < least.size(); ++i)
+        if (least[i] > most[i]) throw InvalidInput(in.name + ": " + dataset + ": is above the other end of the range");
+}
+
+static void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
+    const bool angles = model.features == FeatureKind::kJointAngles;
+    const std::size_t joints = angles ? std::size_t(model.pose_size) / 3 : model.skin.jointCount();
+    const hsize_t size = groupInputs(model.features);
+    cluster.groups = readIndices(in, name + "/groups", 0, joints);
+    const hsize_t groups = cluster.groups.size();
+    for (std::size_t g = 0; g < groups; ++g)
+        if ((g > 0 && cluster.groups[g] <= cluster.groups[g - 1]) ||
+            (!angles && int(cluster.groups[g]) == cluster.joint))
+            throw InvalidInput(in.name + ": " + name + "/groups: not ascending, or the cluster's own joint");
+    cluster.group_weight = readExactly(in, name + "/group_weight", {groups});
+    cluster.group_min = readExactly(in, name + "/group_min", {groups, size});
+    cluster.group_max = readExactly(in, name + "/group_max", {groups, size});
+    checkRange(in, name + "/group_min", cluster.group_min, cluster.group_max);
+    const std::vector<float> center = readExactly(in, name + "/center", {3});
+    cluster.center = {center[0], center[1], center[2]};
+}
+
+// Weights [K, H] and what the units are made of: H follows from the kind of model or from /unit_group.
+static void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
+    const hsize_t components = cluster.components();
+    hsize_t units = cluster.input_min.size(), hidden = 0, width = 0;
+    cluster.unit_group = readIndices(in, name + "/unit_group", 0, cluster.groups.size());
+    if (model.kind == ModelKind::kAdditive) {
+        units = hidden = cluster.unit_group.size();
+        width = units ? groupInputs(model.features) : 0;
+    } else if (!cluster.unit_group.empty()) {
+        throw InvalidInput(in.name + ": " + name + "/unit_group: entries where none belong");
+    }
+    cluster.hidden = readExactly(in, name + "/hidden", {hidden, width});
+    cluster.weights = readExactly(in, name + "/weights", {components, units});
+}
+
 static ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const Model& model) {
     ClusterModel cluster;
-    const hsize_t stride = hsize_t(model.convention.size()), raw = rawFeatureCount(model);
+    const hsize_t stride = hsize_t(model.convention.size());
+    const hsize_t raw = model.kind == ModelKind::kAdditive ? 0 : rawFeatureCount(model);
+    cluster.joint = int(readIntegerAttribute(in, group, "joint", 0, std::int64_t(model.skin.jointCount()) - 1));
     cluster.vertices = readIndices(in, group + "/vertices", 0, model.mesh.vertexCount());
     const hsize_t vertices = cluster.vertices.size();
     cluster.feature_mean = readExactly(in, group + "/feature_mean", {raw});
@@ -166,13 +232,14 @@ static ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, 
     const hsize_t inputs = shape[0];
     cluster.input_max = readExactly(in, group + "/input_max", {inputs});
     cluster.input_basis = readExactly(in, group + "/input_basis", {inputs, raw});
+    checkRange(in, group + "/input_min", cluster.input_min, cluster.input_max);
+    readGroups(in, group, model, cluster);
     shape = {0};
     cluster.bias = readFloats(in, group + "/bias", shape);
     const hsize_t components = shape[0];
-    cluster.weights = readExactly(in, group + "/weights", {components, inputs});
+    readUnits(in, group, model, cluster);
     cluster.mean = readExactly(in, group + "/mean", {vertices, stride});
     cluster.basis = readExactly(in, group + "/basis", {components, vertices, stride});
-    cluster.joint = int(readIntegerAttribute(in, group, "joint", 0, std::int64_t(model.skin.jointCount()) - 1));
     cluster.ridge = readNumberAttribute(in, group, "ridge");
     cluster.train_error = readNumberAttribute(in, group, "train_error");
     cluster.holdout_error = hasAttribute(in, group, "holdout_error") ? readNumberAttribute(in, group, "holdout_error")
@@ -222,6 +289,9 @@ Model readModel(const std::filesystem::path& path) {
     model.skin = readSkin(in, vertices);
     readFrames(in, model);
     model.joint_centers = readVectors(in, "/model/joint_centers", model.skin.jointCount());
+    model.joint_spreads.resize(model.skin.jointCount());
+    const std::vector<float> spreads = readExactly(in, "/model/joint_spreads", {model.skin.jointCount(), 3, 3});
+    std::copy(spreads.begin(), spreads.end(), floatsOf(model.joint_spreads).begin());
     const std::int64_t clusters = readIntegerAttribute(in, "/clusters", "count", 1, std::int64_t(vertices));
     model.cluster_of_vertex = readIndices(in, "/model/cluster_of_vertex", vertices, std::size_t(clusters));
     for (std::int64_t c = 0; c < clusters; ++c)

@@ -1,5 +1,5 @@
 #pragma once
-// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", version 1; README.md lists every
+// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", version 2; README.md lists every
 // dataset).
 #include <array>
 #include <filesystem>
@@ -12,11 +12,11 @@
 
 namespace penumbra {
 
-constexpr int kModelVersion = 1;
+constexpr int kModelVersion = 2;
 
 enum class FeatureKind { kJointAngles, kRelativeBones };
-enum class ModelKind { kLinear };
-inline constexpr std::array kModelKinds{ModelKind::kLinear};
+enum class ModelKind { kLinear, kAdditive };
+inline constexpr std::array kModelKinds{ModelKind::kLinear, ModelKind::kAdditive};
 inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
 // The words of files and command lines.
 const char* nameOf(ModelKind kind);
@@ -27,29 +27,56 @@ const char* nameOf(FeatureKind features);
 //   kRelativeBones: for every joint j != the cluster's own joint c, ascending, 12 numbers: position of j's centre in
 //   c's rest frame, M_c^-1 M_j centre_j - centre_j, divided by `feature_scale`; then the 9 entries, row-major, of R_c^T
 //   R_j - I, R = nearestRotation(M.linear()). M are the frame's skinning matrices.
-// They are centred by feature_mean and projected on input_basis: x = input_basis (raw - feature_mean).
+//
+// From these, the inputs x [I] of a cluster:
+//   kLinear, kQuadratic, kNeural: x = input_basis (raw - feature_mean).
+//   kAdditive: the inputs of one group after the other.
+// Groups are what the cluster sees move: kRelativeBones: a joint j != c, D = 13 inputs, boneInputs() (sh/pose_inputs.h)
+// of its raw position + (centre_j - center) / feature_scale, its rotation and joint_spreads[j]. kJointAngles: a joint,
+// D = 3 inputs, its numbers of the pose. Of every model the ranges of the group inputs over training frames are known:
+// out of range^2 = sum over g of group_weight_g |x_g - clamp(x_g)|^2, mean over clusters weighted by their vertices.
+//
+// Each input is clamped to its range over training frames, widened by kRangeMargin of it at both ends (a group's: not
+// widened): no pose can make the result explode. The units h [H] of a cluster:
+//   kLinear: x. kQuadratic: x, then all products x_i x_j, i <= j, row by row. kNeural: tanh(hidden_h . (x, 1)) (paper
+//   000 eq 12). kAdditive: exp(-|x_g - hidden_h|^2 / 2), g = unit_group[h], x_g the inputs of that group.
+// Scores y = weights h + bias; numbers = mean + sum_k y_k basis_k, and last each vertex' numbers are moved the shortest
+// way to where its ambient visibility lies in [0, 1] (clampAmbient(), sh/visibility_convention.h).
+constexpr float kRangeMargin = 0.1f;
+
 struct ClusterModel {
     std::vector<std::uint32_t> vertices;      // [Vc], ascending
     int joint = 0;                            // the cluster's own joint
-    std::vector<float> feature_mean;          // [N]
-    std::vector<float> input_basis;           // [I, N] row-major (rows: PCA directions)
-    std::vector<float> input_min, input_max;  // [I], range of x over training frames
-    std::vector<float> weights;               // [K, I] row-major: y = weights x + bias
+    Vec3 center;                              // mean rest position of its vertices
+    std::vector<float> feature_mean;          // [N]; empty for kAdditive
+    std::vector<float> input_basis;           // [I, N] row-major (rows: PCA directions); empty for kAdditive
+    std::vector<float> input_min, input_max;  // [I], range of x over training frames; empty for kAdditive
+    std::vector<std::uint32_t> groups;        // [G] ascending joints
+    std::vector<float> group_weight;          // [G], >= 0, how much the group matters; sum 1 over all groups there are
+    std::vector<float> group_min, group_max;  // [G, D], range of the group's inputs over training frames
+    std::vector<float> hidden;                // kNeural: [H, I + 1]; kAdditive: [H, D], D inputs of a group
+    std::vector<std::uint32_t> unit_group;    // kAdditive: [H], index into groups
+    std::vector<float> weights;               // [K, H] row-major
     std::vector<float> bias;                  // [K]
     std::vector<float> mean;                  // [Vc, n], n = convention.size()
-    std::vector<float> basis;                 // [K, Vc, n]: numbers = mean + sum_k y_k basis_k
-    double ridge = 0;                         // alpha that cross-validation chose
+    std::vector<float> basis;                 // [K, Vc, n]
+    double ridge = 0;                         // the prior's weight that cross-validation chose
     double train_error = 0,
            holdout_error = 0;  // sums of squares over variance, as relative error squared; holdout NaN if none
 
-    int inputs() const { return int(input_min.size()); }
-    int components() const { return int(bias.size()); }
+    std::size_t inputs() const { return feature_mean.empty() ? group_min.size() : input_min.size(); }
+    std::size_t components() const { return bias.size(); }
+    std::size_t units() const { return bias.empty() ? 0 : weights.size() / bias.size(); }
     // Of all arrays above but `vertices`: what a run-time needs of this cluster.
     std::size_t numberCount() const {
-        return feature_mean.size() + input_basis.size() + input_min.size() + input_max.size() + weights.size() +
-               bias.size() + mean.size() + basis.size();
+        return feature_mean.size() + input_basis.size() + input_min.size() + input_max.size() + groups.size() +
+               group_weight.size() + group_min.size() + group_max.size() + hidden.size() + unit_group.size() +
+               weights.size() + bias.size() + mean.size() + basis.size();
     }
 };
+
+// Inputs of one group of an additive model.
+std::size_t groupInputs(FeatureKind features);
 
 struct ClipError {
     std::string clip;
@@ -73,6 +100,7 @@ struct Model {
     FeatureKind features = FeatureKind::kRelativeBones;
     double feature_scale = 1;         // box diagonal of the rest positions
     std::vector<Vec3> joint_centers;  // [J], weighted centroid of the rest positions that j moves
+    std::vector<Mat3> joint_spreads;  // [J], square root of their weighted second moments about it / feature_scale^2
     double input_variance = 0.9, output_variance = 0.95;
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
     std::vector<ClusterModel> clusters;

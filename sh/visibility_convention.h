@@ -40,4 +40,14 @@ void belowHorizonCoefficients(int order, std::span<double> out);
 // w.size() == convention.size().
 void ambientWeights(const Convention& convention, std::span<float> w);
 
+// Moves a vertex' numbers the shortest way to where E = w . numbers lies in [0, 1]: the truth lies there, so an error
+// never grows by it. `norm2` is w . w.
+inline void clampAmbient(std::span<const float> w, float norm2, std::span<float> numbers) {
+    float e = 0;
+    for (std::size_t i = 0; i < w.size(); ++i) e += w[i] * numbers[i];
+    const float excess = e < 0 ? e : e > 1 ? e - 1 : 0;
+    if (excess == 0) return;
+    for (std::size_t i = 0; i < w.size(); ++i) numbers[i] -= w[i] * (excess / norm2);
+}
+
 }  // namespace penumbra

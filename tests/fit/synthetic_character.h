@@ -122,16 +122,21 @@ inline VisibilityHeader makeHeader(const Options& options) {
     return header;
 }
 
-// The numbers of a vertex, each a fixed random linear function of the positions of the other bones.
-inline std::vector<float> numbersOf(std::size_t vertex, int size, std::span<const double> raw) {
+// The numbers of a vertex, each a fixed random linear function of the positions of the other bones, about those with E =
+// 1/2 and small enough to stay physical: 0 < E < 1.
+constexpr double kNumberSize = 0.05;
+inline std::vector<float> numbersOf(std::size_t vertex, const Convention& convention, std::span<const double> raw) {
     std::mt19937 random{std::mt19937::result_type(vertex)};
     std::normal_distribution<double> normal;
-    std::vector<float> numbers;
-    for (int i = 0; i < size; ++i) {
+    std::vector<float> numbers(std::size_t(convention.size()));
+    ambientWeights(convention, numbers);
+    double norm2 = 0;
+    for (float w : numbers) norm2 += double(w) * w;
+    for (float& number : numbers) {
         double sum = normal(random);
         for (std::size_t c = 0; c < raw.size(); ++c)
             if (c % 12 < 3) sum += normal(random) * raw[c];
-        numbers.push_back(float(sum));
+        number = float(number * 0.5 / norm2 + kNumberSize * sum);
     }
     return numbers;
 }
@@ -155,8 +160,11 @@ inline void writeCharacter(const std::filesystem::path& path, const Options& opt
     const VisibilityHeader header = makeHeader(options);
     const VertexClusters clusters = clusterVertices(header.mesh, *header.skin, options.clusters, 1);
     const std::vector<Vec3> tangents = restTangents(header.mesh, header.rest_normals, clusters, 1);
-    const FeatureRecipe recipe{FeatureKind::kRelativeBones, boxDiagonal(header.mesh.rest_positions),
-                               jointCenters(header.mesh, *header.skin), 12};
+    const FeatureRecipe recipe{FeatureKind::kRelativeBones,
+                               boxDiagonal(header.mesh.rest_positions),
+                               jointCenters(header.mesh, *header.skin),
+                               {},
+                               12};
     VisibilityWriter writer(path, header, Precision::kFloat32);
     std::mt19937 random{1};
     std::normal_distribution<double> normal;
@@ -170,8 +178,8 @@ inline void writeCharacter(const std::filesystem::path& path, const Options& opt
         for (std::size_t v = 0; v < header.mesh.vertexCount(); ++v) {
             const int joint = clusters.joint[clusters.cluster_of_vertex[v]];
             rawFeatures(recipe, joint, frame.bones, rotations, frame.pose, raw);
-            std::vector<float> numbers = numbersOf(v, options.convention.size(), raw);
-            for (float& x : numbers) x += float(options.noise * normal(random));
+            std::vector<float> numbers = numbersOf(v, options.convention, raw);
+            for (float& x : numbers) x += float(kNumberSize * options.noise * normal(random));
             const std::vector<float> local = momentsFrom(options.convention, numbers);
             const Vec3 t = carriedTangent(frame.normals[v], rotations[std::size_t(joint)], tangents[v]);
             std::vector<float> moments(local.size());

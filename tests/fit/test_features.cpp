@@ -16,7 +16,10 @@ std::vector<double> featuresOf(const FeatureRecipe& recipe, int joint, const Vis
 
 FeatureRecipe chainRecipe(FeatureKind kind) {
     const Mesh mesh = synthetic::tube(24, 8);
-    return {kind, boxDiagonal(mesh.rest_positions), jointCenters(mesh, synthetic::chainSkin(mesh)), 12};
+    const Skin skin = synthetic::chainSkin(mesh);
+    const double scale = boxDiagonal(mesh.rest_positions);
+    const std::vector<Vec3> centers = jointCenters(mesh, skin);
+    return {kind, scale, centers, jointSpreads(mesh, skin, centers, scale), 12};
 }
 
 TEST(RelativeBones, AreZeroInTheRestPose) {

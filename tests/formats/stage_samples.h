@@ -153,6 +153,7 @@ inline Model model(FeatureKind features) {
     out.features = features;
     out.feature_scale = 5.5;
     out.joint_centers = vectors(2, 3);
+    out.joint_spreads.resize(2);
     const std::size_t raw = features == FeatureKind::kJointAngles ? 6 : 12, stride = 15;
     for (std::size_t c = 0; c < 2; ++c) {
         ClusterModel cluster;
@@ -162,8 +163,13 @@ inline Model model(FeatureKind features) {
         cluster.joint = int(c);
         cluster.feature_mean = numbers(raw, 1);
         cluster.input_basis = numbers(inputs * raw, 2);
-        cluster.input_min = numbers(inputs, 3);
-        cluster.input_max = numbers(inputs, 4);
+        cluster.input_min.assign(inputs, -1);
+        cluster.input_max.assign(inputs, 0.5f);
+        cluster.center = {0.1f, 0.2f, float(c)};
+        cluster.groups = {features == FeatureKind::kJointAngles ? 0 : std::uint32_t(1 - c)};
+        cluster.group_weight = {1};
+        cluster.group_min.assign(groupInputs(features), -0.25f);
+        cluster.group_max.assign(groupInputs(features), 0.75f);
         cluster.weights = numbers(components * inputs, 5);
         cluster.bias = numbers(components, 6);
         cluster.mean = numbers(vertices * stride, 7);
