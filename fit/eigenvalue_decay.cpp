@@ -63,7 +63,7 @@ Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character
         rawFeatures(recipe, joint, input.poses.bonesOf(f), input.poses.rotationsOf(f), input.poses.poseOf(f),
                     raw.row(f));
     const Vec3 center = centerOf(input.reader.header().mesh, character.clusters.vertices[cluster]);
-    const std::vector<double> weights = featureWeights(recipe, joint, center, raw, character.train);
+    const std::vector<double> weights = featureWeights(recipe, {joint, center}, raw, character.train);
     for (std::size_t f = 0; f < raw.rows; ++f)
         for (std::size_t c = 0; c < raw.columns; ++c) raw(f, c) *= weights[c];
     return raw;
@@ -94,8 +94,11 @@ std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const Compar
         decays.push_back({"joint angles", sharesOf(pca.energies)});
     }
     if (header.skin->jointCount() < 2) return decays;
-    const FeatureRecipe recipe{FeatureKind::kRelativeBones, boxDiagonal(header.mesh.rest_positions),
-                               jointCenters(header.mesh, *header.skin), input.poses.pose_size};
+    const FeatureRecipe recipe{FeatureKind::kRelativeBones,
+                               boxDiagonal(header.mesh.rest_positions),
+                               jointCenters(header.mesh, *header.skin),
+                               {},
+                               input.poses.pose_size};
     std::vector<std::vector<double>> of_cluster;
     for (std::size_t c = 0; c < character.clusters.vertices.size(); ++c) {
         throwIfInterrupted();

@@ -11,7 +11,7 @@
 namespace penumbra {
 
 struct FitOptions {
-    ModelKind model = ModelKind::kAdditive;
+    ModelKind model = ModelKind::kLinear;
     FeatureKind features = FeatureKind::kRelativeBones;
     int clusters = 0;  // 0: what mean-shift finds, or one for every kAutoClusterSize vertices if more
     // Of the (weighted) features that PCA keeps, in (0, 1]; 0: 0.9 for joint angles, the papers' value, and 0.99 for

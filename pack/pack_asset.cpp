@@ -220,6 +220,8 @@ static void checkNames(std::span<const BrdfFile> materials, std::span<const Ligh
 
 // What the reader of the model file promises and a model made in memory may break.
 static void checkModel(const Model& model) {
+    if (model.kind != ModelKind::kLinear)
+        throw Unsupported(std::string("attribute model: ") + nameOf(model.kind) + " models are not packed yet");
     std::vector<bool> seen(model.mesh.vertexCount());
     std::size_t count = 0;
     for (const ClusterModel& cluster : model.clusters)
