@@ -43,6 +43,7 @@ section { margin: 44px 0; }
   14px; }
 .method { color: var(--soft); font-size: .92rem; max-width: 85ch; margin: 12px 0; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 430px), 1fr)); gap: 18px 26px; }
+.plots.three { grid-template-columns: repeat(auto-fit, minmax(min(100%, 320px), 1fr)); }
 .plots > figure:only-child { max-width: 720px; } figure { margin: 0; } figcaption { font-weight: 600; margin: 0 0
   4px; font-size: .95rem; }
 svg.plot { width: 100%; height: auto; display: block; overflow: visible; }
@@ -145,7 +146,8 @@ std::string figureHtml(const Figure& figure) {
     std::string plots;
     for (const Plot& plot : figure.plots)
         plots += tag("figure", "", tag("figcaption", "", escapeXml(plot.title)) + plotSvg(plot));
-    html += tag("div", "class=\"plots\"", plots) + tag("p", "class=\"method\"", escapeXml(figure.method));
+    html += tag("div", figure.plots.size() == 3 ? "class=\"plots three\"" : "class=\"plots\"", plots) +
+            tag("p", "class=\"method\"", escapeXml(figure.method));
     if (!figure.table.rows.empty()) html += tableHtml(figure.table, figure.title + ": the numbers");
     return tag("section", "id=\"" + figure.id + "\"", html);
 }

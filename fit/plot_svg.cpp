@@ -12,7 +12,7 @@ namespace penumbra {
 namespace {
 
 // In units of the view box.
-constexpr double kWidth = 560, kHeight = 340, kLeft = 64, kRight = 14, kTop = 14, kBottom = 50;
+constexpr double kWidth = 560, kHeight = 340, kLeft = 76, kRight = 14, kTop = 14, kBottom = 50;
 constexpr double kMark = 4;
 
 #if defined(__GNUC__)
@@ -66,7 +66,7 @@ std::vector<double> linearTicks(double low, double high) {
     return ticks;
 }
 
-// Powers of ten; with 2 and 5 between them over less than two decades.
+// Powers of ten; with 2 and 5 between them over less than two decades; where that leaves one, those of a linear axis.
 std::vector<double> logTicks(double low, double high) {
     const double decades = std::log10(high / low);
     const double stride = std::max(1.0, std::ceil(decades / 7));
@@ -76,7 +76,7 @@ std::vector<double> logTicks(double low, double high) {
             const double tick = factor * std::pow(10.0, e);
             if ((factor == 1 || decades < 2) && tick >= low * 0.999 && tick <= high * 1.001) ticks.push_back(tick);
         }
-    return ticks;
+    return ticks.size() > 1 ? ticks : linearTicks(low, high);
 }
 
 // The range of the data, opened a little, and never empty.
@@ -145,7 +145,7 @@ std::string axesSvg(const Plot& plot, const Frame& frame) {
     svg += format("<path class=\"axis\" d=\"M%g %gV%gH%g\"/>", kLeft, kTop, bottom, right);
     svg += format("<text class=\"x label\" x=\"%g\" y=\"%g\">", (kLeft + right) / 2, kHeight - 8);
     svg += escapeXml(plot.x.label) + "</text>";
-    svg += format("<text class=\"x label\" transform=\"translate(15 %g) rotate(-90)\">", (kTop + bottom) / 2);
+    svg += format("<text class=\"x label\" transform=\"translate(14 %g) rotate(-90)\">", (kTop + bottom) / 2);
     svg += escapeXml(plot.y.label) + "</text>";
     if (frame.y.holds(plot.rule)) {
         const double y = frame.y(plot.rule);

@@ -4,16 +4,18 @@ import json
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 from ribbon_bake import bake_file
 
 BIN = pathlib.Path(sys.argv[1])
 PLOTS = """models-error models-ambient clusters-held-out clusters-train variance-train variance-held-out joint
-cosine-error cosine-ambient frames-error frames-bytes conventions-error conventions-ambient eigenvalues-inputs eigenvalues-outputs
-cost-bytes cost-fit cost-evaluate""".split()
+cosine-error cosine-ambient frames-error frames-bytes conventions-error conventions-ambient eigenvalues-inputs
+eigenvalues-outputs cost-bytes cost-fit cost-evaluate""".split()
 
 # Added to a copy of the page: what was laid out, and every error.
 PROBE = """<script>
@@ -110,9 +112,76 @@ def check_compare(folder):
         for name, value in fit.items():
             same = row[name] == (value or "") if value is None or isinstance(value, str) else float(row[name]) == value
             assert same, (name, row[name], value)
+    joint = next(figure for figure in data["figures"] if figure["id"] == "joint")
+    assert "tip" in joint["plots"][0]["title"], "only this joint turns"
     check_browser(folder, page, data)
+    return command, data
+
+
+def without_times(data):
+    """The cost figure is about time; of the rest only the fits' own times differ between runs."""
+    fits = [{k: v for k, v in fit.items() if k not in ("fit_seconds", "evaluate_milliseconds")} for fit in data["fits"]]
+    return fits, [figure for figure in data["figures"] if figure["id"] != "cost"], data["provenance"]
+
+
+def check_same_for_any_thread_count(folder, command, data):
+    for threads in (1, 3):
+        run(*command, "--threads", threads, "-q")
+        assert without_times(json.loads((folder / "r.json").read_text())) == without_times(data), threads
+
+
+def check_errors(folder, command):
+    bake, other = command[0], folder / "e.html"
+    dry = [bake, "-o", other, "--dry-run"]
+    run(*dry, code=1, says="--holdout")
+    run(*dry, "--holdout", "dance", code=1, says="clip0, clip1, clip2")
+    run(*dry, "--holdout", "clip0,clip1,clip2", code=1, says="no clip is left")
+    hold = [bake, "--holdout", "clip1"]
+    run(*hold, "-o", folder / "e.txt", code=1, says=".html")
+    run(*hold, "-o", other, "--models", "magic", code=1, says="linear")
+    run(*hold, "-o", other, "--features", "smell", code=1, says="joint-angles, relative-bones")
+    run(*hold, "-o", other, "--clusters", "4,2.5", code=1, says="--clusters")
+    run(*hold, "-o", other, "--clusters", "8,1000", code=1, says="40 vertices")
+    run(*hold, "-o", other, "--output-variances", "0.9,1.1", code=1, says="--output-variances")
+    run(*hold, "-o", other, "--conventions", "A3,E3", code=1, says="--conventions")
+    run(*hold, "-o", other, "--conventions", "A4", code=1, says="order 3")
+    run(*hold, "-o", other, "--report", folder / "e.json", code=1, says="the same file")
+    (folder / "e.json").unlink()  # a report is written for a failure too
+    run(*hold, "-o", folder / "no" / "e.html", code=2, says="no/e.html")
+    (folder / "e.csv").write_text("mine")
+    run(*hold, "-o", other, "--no-clobber", code=2, says="e.csv")
+    assert (folder / "e.csv").read_text() == "mine"
+    (folder / "e.csv").unlink()
+    (folder / "e.json").mkdir()
+    run(*hold, "-o", other, code=2, says="e.json")
+    (folder / "e.json").rmdir()
+    left = [p.name for p in folder.iterdir() if p.name.startswith("e.")]
+    assert not left, f"left behind: {left}"
+
+
+def check_interrupt(folder):
+    """SIGINT in the middle: nothing is left, exit code 4, within a second or so."""
+    bake, page = folder / "long.vis.h5", folder / "i.html"
+    bake_file(bake, clips=8, frames=60)
+    run_ = subprocess.Popen([BIN / "penumbra-fit", "compare", bake, "--holdout", "clip1", "--clusters",
+                             ",".join(map(str, range(1, 41))), "-o", page, "--progress", "alf"],
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for line in run_.stdout:
+        if "ALF_PROGRESS" in line:
+            break
+    run_.send_signal(signal.SIGINT)
+    start = time.monotonic()
+    _, message = run_.communicate(timeout=60)
+    assert run_.returncode == 4, (run_.returncode, message)
+    assert time.monotonic() - start < 5
+    assert not [p for p in folder.iterdir() if p.name.startswith("i.")], "left behind"
 
 
 with tempfile.TemporaryDirectory() as name:
-    check_compare(pathlib.Path(name))
-print("compare: JSON, CSV and page agree; the page opens in Chromium without errors and every plot is there")
+    where = pathlib.Path(name)
+    given, written = check_compare(where)
+    check_same_for_any_thread_count(where, given, written)
+    check_errors(where, given)
+    check_interrupt(where)
+print("compare: JSON, CSV and page agree and do not depend on threads; the page opens in Chromium without errors and"
+      " every plot is there; refusals and interrupts leave nothing")
