@@ -30,6 +30,7 @@ Json fitJson(const CompareFit& fit) {
             {"convention", options.convention.name()},
             {"target", options.target == Target::kVisibility ? "visibility" : "cosine-weighted"},
             {"frame", options.frame == Frame::kLocal ? "local" : "model"},
+            {"clamped", options.clamp ? "yes" : "no"},
             {"train_relative_error", number(report.train.relative_error)},
             {"train_rms_v", number(report.train.rms_v)},
             {"train_ambient_error", number(report.train.ambient_error)},

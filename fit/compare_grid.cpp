@@ -70,6 +70,7 @@ std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) 
                 add(reference, [=](FitOptions& fit) { fit.convention = convention; });
             FitOptions paper = reference;
             paper.convention = paperConvention(options, file_order);
+            paper.clamp = false;
             add(paper, [](FitOptions&) {});
             if (paper.convention.order < file_order)
                 add(paper, [](FitOptions& fit) { fit.target = Target::kCosineWeighted; });
@@ -81,7 +82,7 @@ std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) 
 bool sameFit(const FitOptions& a, const FitOptions& b) {
     return a.model == b.model && a.features == b.features && a.clusters == b.clusters &&
            a.output_variance == b.output_variance && a.convention == b.convention && a.target == b.target &&
-           a.frame == b.frame;
+           a.clamp == b.clamp && a.frame == b.frame;
 }
 
 std::string labelOf(ModelKind model, FeatureKind features) {
@@ -96,7 +97,7 @@ std::string describe(const FitOptions& fit) {
                   fit.output_variance);
     return labelOf(fit.model, fit.features) + numbers + fit.convention.name() +
            (fit.target == Target::kCosineWeighted ? ", cosine-weighted" : "") +
-           (fit.frame == Frame::kGlobal ? ", model frame" : "");
+           (fit.frame == Frame::kGlobal ? ", model frame" : "") + (fit.clamp ? "" : ", not clamped");
 }
 
 CompareFit runFit(const CompareInput& input, const FitOptions& options, const JointSweep* sweep,

@@ -96,7 +96,7 @@ Plot costPlot(const Comparison& comparison, const std::string& id, const std::st
 }
 
 bool isPlain(const CompareFit& fit) {
-    return fit.options.target == Target::kVisibility && fit.options.frame == Frame::kLocal;
+    return fit.options.target == Target::kVisibility && fit.options.frame == Frame::kLocal && fit.options.clamp;
 }
 
 // Of all plain fits in the reference's convention.

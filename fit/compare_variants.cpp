@@ -10,7 +10,13 @@ namespace {
 
 void asReference(FitOptions&) {}
 
-// Of all pairs of neighbouring variants' bars, the geometric mean of second over first.
+// Figures 8 and 9 of paper 000.
+void asPaper(FitOptions& fit, const Convention& convention) {
+    fit.convention = convention;
+    fit.clamp = false;
+}
+
+// Of all bars of the second variant over those of the first: the geometric mean and the range.
 struct Ratio {
     double mean = NAN, low = INFINITY, high = 0;
 };
@@ -196,9 +202,9 @@ Figure conventionsFigure(const Comparison& comparison) {
 
 Figure cosineFigure(const Comparison& comparison) {
     const Convention paper = paperConvention(comparison.options, comparison.file_order);
-    const auto plain = [paper](FitOptions& fit) { fit.convention = paper; };
+    const auto plain = [paper](FitOptions& fit) { asPaper(fit, paper); };
     const auto weighted = [paper](FitOptions& fit) {
-        fit.convention = paper;
+        asPaper(fit, paper);
         fit.target = Target::kCosineWeighted;
     };
     const Plot errors =
@@ -210,20 +216,21 @@ Figure cosineFigure(const Comparison& comparison) {
                     named(ambient, "plot-cosine-ambient", "Held-out ambient error", "mean |error of E|, E in 0..1")};
     figure.finding = "With the cosine in the data the held-out relative error is " + comparedWith(ratioOf(errors)) +
                      ", the ambient error " + comparedWith(ratioOf(ambient)) + ".";
-    figure.method = "Both are fitted and measured in the same way, with " + std::to_string(paper.order * paper.order) +
-                    " numbers a vertex in local frames (" + paper.name() +
-                    "). V max(cos, 0) is made exactly from the baked moments: z y_lm is a sum of y_(l-1)m and "
-                    "y_(l+1)m, and the bake has one order more. The ambient error compares the same quantity: E is "
-                    "the first cosine-weighted number, and a weighted sum of the plain ones.";
+    figure.method =
+        "Both are fitted and measured in the same way, with " + std::to_string(paper.order * paper.order) +
+        " numbers a vertex in local frames (" + paper.name() +
+        "). V max(cos, 0) is made exactly from the baked moments: z y_lm is a sum of y_(l-1)m and "
+        "y_(l+1)m, and the bake has one order more. The ambient error compares the same quantity: E is "
+        "the first cosine-weighted number, and a weighted sum of the plain ones. As in the paper, E is not clamped.";
     figure.table = barTable(figure.plots);
     return figure;
 }
 
 Figure framesFigure(const Comparison& comparison) {
     const Convention paper = paperConvention(comparison.options, comparison.file_order);
-    const auto local = [paper](FitOptions& fit) { fit.convention = paper; };
+    const auto local = [paper](FitOptions& fit) { asPaper(fit, paper); };
     const auto global = [paper](FitOptions& fit) {
-        fit.convention = paper;
+        asPaper(fit, paper);
         fit.frame = Frame::kGlobal;
     };
     const Measure rms = [](const CompareFit& fit) { return fit.report.held_out.rms_v; };

@@ -40,7 +40,7 @@ void subtractPrediction(const ClusterProblem& problem, const ClusterModel& model
         scores.values = scoreCluster(problem.kind, *problem.recipe, model, raw.row(f)).scores;
         asEigen(numbers).noalias() = asEigen(scores) * basis;
         for (std::size_t c = 0; c < numbers.columns; ++c) numbers(0, c) += model.mean[c];
-        for (std::size_t c = 0; c < numbers.columns && !w.empty(); c += w.size())
+        for (std::size_t c = 0; c < numbers.columns && problem.clamp; c += w.size())
             clampAmbient(w, norm2, numbers.row(0).subspan(c, w.size()));
         for (std::size_t c = 0; c < numbers.columns; ++c) residual(f, c) -= numbers(0, c) - model.mean[c];
     }

@@ -16,6 +16,7 @@ struct ClusterProblem {
     std::span<const std::size_t> train;       // frames
     const std::vector<int>* folds = nullptr;  // of the training frames
     std::vector<float> ambient_weights;       // E = sum of weights times a vertex' numbers; empty: E is not known
+    bool clamp = true;                        // predictions to where E lies in [0, 1]
     double input_variance = 0.9, output_variance = 0.95;
     int joint = 0;
     Vec3 center;  // of the cluster, rest pose

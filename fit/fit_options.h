@@ -26,6 +26,9 @@ struct FitOptions {
     // both at once.
     Target target = Target::kVisibility;
     Frame frame = Frame::kLocal;
+    // Errors of predictions that are moved to where E lies in [0, 1], as predictNumbers() and the run-time give them.
+    // False only in comparisons; in the model frame there is no other way, as the weights of E turn with the normal.
+    bool clamp = true;
     // Of numbers in memory at a time, at least one cluster's: more clusters take more passes over the file.
     std::size_t batch_bytes = std::size_t(256) << 20;
     int threads = 0;  // 0: all cores; like batch_bytes it never changes the result

@@ -193,6 +193,7 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
                                          job.split.train,
                                          &job.folds,
                                          ambientWeightsOf(job.options),
+                                         job.options.clamp,
                                          inputVariance(job.options),
                                          job.options.output_variance,
                                          job.clusters.joint[c],
@@ -289,6 +290,7 @@ std::string findProblem(const FitOptions& options) {
     if (!(options.output_variance > 0 && options.output_variance <= 1))
         return "--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance);
     const bool cosine = options.target == Target::kCosineWeighted, global = options.frame == Frame::kGlobal;
+    if (global && options.clamp) return "predictions in the model frame cannot be clamped";
     if (cosine && global) return "a fit is cosine-weighted or in the model frame, not both";
     if ((cosine || global) && options.convention.below == BelowHorizon::kMirrored)
         return "a cosine-weighted fit or one in the model frame takes convention A or B, not " +

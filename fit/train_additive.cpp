@@ -156,6 +156,8 @@ class RidgePath {
 public:
     RidgePath(const Moments& m, const Eigen::MatrixXd& prior, std::span<const Eigen::Index> units) {
         const std::vector<Eigen::Index> rows(units.begin(), units.end());
+        projected_.resize(0, m.cross.cols());
+        if (rows.empty()) return;  // nothing to learn: the mean alone
         Eigen::MatrixXd p = submatrix(prior, units);
         p.diagonal().array() += 1e-9;  // centres that nearly repeat one another
         const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(submatrix(m.gram, units), p);
@@ -252,7 +254,8 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
     const double dropped = problem.outputs.total - y.squaredNorm();
     const double none = std::numeric_limits<double>::quiet_NaN();
     model.bias.assign(problem.components, 0.0f);  // scores are centred
-    if (all.group.empty()) return {problem.outputs.total, none};
+    // Nothing moves, or nothing changes (vertices that are always blocked).
+    if (all.group.empty() || y.squaredNorm() == 0) return {problem.outputs.total, none};
 
     const Eigen::RowVectorXd energies = y.colwise().squaredNorm();
     const Eigen::RowVectorXd ratios = energies[0] / energies.array().max(1e-12 * energies[0]);

@@ -101,6 +101,7 @@ struct Options {
     std::size_t clusters = 4;
     Affine world;  // applied to the whole character, visibility included
     double noise = 0;
+    bool blocked = false;  // no vertex ever sees anything: moments of exactly zero
 };
 
 inline VisibilityHeader makeHeader(const Options& options) {
@@ -122,8 +123,8 @@ inline VisibilityHeader makeHeader(const Options& options) {
     return header;
 }
 
-// The numbers of a vertex, each a fixed random linear function of the positions of the other bones, about those with E =
-// 1/2 and small enough to stay physical: 0 < E < 1.
+// The numbers of a vertex, each a fixed random linear function of the positions of the other bones, about those with E
+// = 1/2 and small enough to stay physical: 0 < E < 1.
 constexpr double kNumberSize = 0.05;
 inline std::vector<float> numbersOf(std::size_t vertex, const Convention& convention, std::span<const double> raw) {
     std::mt19937 random{std::mt19937::result_type(vertex)};
@@ -184,6 +185,7 @@ inline void writeCharacter(const std::filesystem::path& path, const Options& opt
             const Vec3 t = carriedTangent(frame.normals[v], rotations[std::size_t(joint)], tangents[v]);
             std::vector<float> moments(local.size());
             apply(makeShRotation(options.convention.order, localFrame(frame.normals[v], t)), local, moments);
+            if (options.blocked) std::fill(moments.begin(), moments.end(), 0.0f);
             frame.coefficients.insert(frame.coefficients.end(), moments.begin(), moments.end());
         }
         writer.writeFrame(frame);

@@ -177,6 +177,24 @@ TEST(FitVisibility, SaysWhatIsWrongWithOptionsAndFiles) {
     EXPECT_NE(findProblem(options).find("--input-variance"), std::string::npos);
 }
 
+// What lies inside another part of a character never changes, exactly.
+TEST(FitVisibility, OfEveryKindTakesWhatNeverChanges) {
+    const TemporaryFile file("blocked.vis.h5");
+    synthetic::Options character;
+    character.blocked = true;
+    synthetic::writeCharacter(file.path, character);
+    for (ModelKind kind : kModelKinds)
+        for (FeatureKind features : kFeatureKinds) {
+            FitOptions options = exactOptions(character);
+            options.model = kind;
+            options.features = features;
+            options.holdout = {"clip1"};
+            const FitResult result = fitFile(file.path, options);
+            EXPECT_EQ(result.report.held_out.rms_v, 0) << nameOf(kind);
+            EXPECT_EQ(result.report.held_out.ambient_error, 0) << nameOf(kind);
+        }
+}
+
 TEST(FitVisibility, OfOneFrameIsItsMean) {
     const TemporaryFile file("one.vis.h5");
     synthetic::Options character;

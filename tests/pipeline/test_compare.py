@@ -100,13 +100,13 @@ def check_compare(folder):
     bake_file(bake)
     command = [bake, "--holdout", "clip1", "--clusters", "1,2,4", "--output-variances", "0.9,0.5", "--models", "linear",
                "--conventions", "A2,D3", "-o", page]
-    run(*command, "--dry-run", says="14 fits")
+    run(*command, "--dry-run", says="16 fits")
     assert not page.exists()
     run(*command, "--threads", 2)
     data = json.loads((folder / "r.json").read_text())
     with open(folder / "r.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == len(data["fits"]) == 14
+    assert len(rows) == len(data["fits"]) == 16
     for row, fit in zip(rows, data["fits"]):
         assert list(row) == list(fit)
         for name, value in fit.items():
