@@ -92,6 +92,8 @@ The unit is that of V: 0 blocked, 1 open.</dd>
 <dt>Ambient error</dt><dd>Mean over frames and vertices of the absolute error of E, the cosine-weighted open share
 of the
 hemisphere, 0 to 1.</dd>
+<dt>Clamped</dt><dd>Each vertex' predicted numbers are moved the shortest way to where E lies in 0 to 1, as at run time,
+before errors are taken. Figures that follow the papers without it say so.</dd>
 <dt>Held out</dt><dd>Clips that no training step, no cross-validation and no choice of option has seen.</dd>
 <dt>Reference</dt><dd>Each figure varies one thing and holds the others at the reference: the middle value of each
 list of

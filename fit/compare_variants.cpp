@@ -245,7 +245,7 @@ Figure framesFigure(const Comparison& comparison) {
     figure.method =
         "The same functions in both frames, convention " + paper.name() +
         ", so that rms V, which no rotation changes, compares them; relative errors would not, as numbers in the model "
-        "frame also vary because the surface turns.";
+        "frame also vary because the surface turns. As in the paper, E is not clamped.";
     figure.table = barTable(figure.plots);
     return figure;
 }
