@@ -280,7 +280,8 @@ FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& error
 
 double inputVariance(const FitOptions& options) {
     if (options.input_variance != 0) return options.input_variance;
-    return options.features == FeatureKind::kJointAngles ? 0.9 : 0.99;
+    if (options.features == FeatureKind::kJointAngles) return 0.9;
+    return options.model == ModelKind::kNeural ? 0.95 : 0.99;
 }
 
 std::string findProblem(const FitOptions& options) {

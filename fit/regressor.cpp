@@ -7,6 +7,8 @@
 #include "fit/eigen_map.h"
 #include "fit/train_additive.h"
 #include "fit/train_linear.h"
+#include "fit/train_neural.h"
+#include "fit/train_quadratic.h"
 
 namespace penumbra {
 
@@ -49,6 +51,24 @@ std::vector<float> groupInputs(const FeatureRecipe& recipe, const ClusterModel& 
     return inputs;
 }
 
+std::vector<float> withProducts(std::vector<float> x) {
+    const std::size_t inputs = x.size();
+    for (std::size_t i = 0; i < inputs; ++i)
+        for (std::size_t j = i; j < inputs; ++j) x.push_back(x[i] * x[j]);
+    return x;
+}
+
+std::vector<float> neurons(const ClusterModel& cluster, std::span<const float> x) {
+    std::vector<float> units;
+    for (std::size_t h = 0; h < cluster.units(); ++h) {
+        const float* row = cluster.hidden.data() + h * (x.size() + 1);
+        float sum = row[x.size()];
+        for (std::size_t i = 0; i < x.size(); ++i) sum += row[i] * x[i];
+        units.push_back(std::tanh(sum));
+    }
+    return units;
+}
+
 std::vector<float> additiveUnits(const ClusterModel& cluster, std::span<const float> inputs, std::size_t size) {
     std::vector<float> units;
     for (std::size_t h = 0; h < cluster.unit_group.size(); ++h) {
@@ -69,6 +89,10 @@ RegressionErrors trainRegressor(ModelKind kind, const RegressionProblem& problem
     switch (kind) {
         case ModelKind::kLinear:
             return trainLinear(problem, model);
+        case ModelKind::kQuadratic:
+            return trainQuadratic(problem, model);
+        case ModelKind::kNeural:
+            return trainNeural(problem, model);
         case ModelKind::kAdditive:
             return trainAdditive(problem, model);
     }
@@ -103,6 +127,12 @@ ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const Clust
     switch (kind) {
         case ModelKind::kLinear:
             units = pcaInputs(cluster, raw);
+            break;
+        case ModelKind::kQuadratic:
+            units = withProducts(pcaInputs(cluster, raw));
+            break;
+        case ModelKind::kNeural:
+            units = neurons(cluster, pcaInputs(cluster, raw));
             break;
         case ModelKind::kAdditive:
             units = additiveUnits(cluster, groups, groupInputs(recipe.kind));

@@ -25,6 +25,10 @@ const char* nameOf(ModelKind kind) {
     switch (kind) {
         case ModelKind::kLinear:
             return "linear";
+        case ModelKind::kQuadratic:
+            return "quadratic";
+        case ModelKind::kNeural:
+            return "neural";
         case ModelKind::kAdditive:
             return "additive";
     }
@@ -204,18 +208,27 @@ static void readGroups(const Hdf5Reader& in, const std::string& name, const Mode
     cluster.center = {center[0], center[1], center[2]};
 }
 
-// Weights [K, H] and what the units are made of: H follows from the kind of model or from /unit_group.
+// Weights [K, H] and what the units are made of: H follows from the kind of model, from /unit_group or from /hidden.
 static void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
-    const hsize_t components = cluster.components();
-    hsize_t units = cluster.input_min.size(), hidden = 0, width = 0;
+    const hsize_t components = cluster.components(), inputs = cluster.input_min.size();
+    hsize_t units = inputs;
+    std::vector<hsize_t> hidden{0, 0};
     cluster.unit_group = readIndices(in, name + "/unit_group", 0, cluster.groups.size());
     if (model.kind == ModelKind::kAdditive) {
-        units = hidden = cluster.unit_group.size();
-        width = units ? groupInputs(model.features) : 0;
+        units = cluster.unit_group.size();
+        hidden = {units, units ? groupInputs(model.features) : 0};
     } else if (!cluster.unit_group.empty()) {
         throw InvalidInput(in.name + ": " + name + "/unit_group: entries where none belong");
     }
-    cluster.hidden = readExactly(in, name + "/hidden", {hidden, width});
+    if (model.kind == ModelKind::kQuadratic) units = inputs + inputs * (inputs + 1) / 2;
+    if (model.kind == ModelKind::kNeural) {
+        cluster.hidden = readFloats(in, name + "/hidden", hidden);
+        units = hidden[0];
+        if (hidden[1] != (units ? inputs + 1 : 0))
+            throw InvalidInput(in.name + ": " + name + "/hidden: a row is not the inputs and a bias");
+    } else {
+        cluster.hidden = readExactly(in, name + "/hidden", hidden);
+    }
     cluster.weights = readExactly(in, name + "/weights", {components, units});
 }
 

@@ -15,8 +15,9 @@ namespace penumbra {
 constexpr int kModelVersion = 2;
 
 enum class FeatureKind { kJointAngles, kRelativeBones };
-enum class ModelKind { kLinear, kAdditive };
-inline constexpr std::array kModelKinds{ModelKind::kLinear, ModelKind::kAdditive};
+enum class ModelKind { kLinear, kQuadratic, kNeural, kAdditive };
+inline constexpr std::array kModelKinds{ModelKind::kLinear, ModelKind::kQuadratic, ModelKind::kNeural,
+                                        ModelKind::kAdditive};
 inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
 // The words of files and command lines.
 const char* nameOf(ModelKind kind);

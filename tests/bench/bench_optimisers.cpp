@@ -45,10 +45,7 @@ static void scaleToUnit(Matrix& m) {
 // Inputs and scores of cluster c of a linear fit, which shares everything with the neural one but the regression.
 static Cluster readCluster(const VisibilityReader& reader, const PoseTable& poses, const Model& model, std::size_t c) {
     const ClusterModel& cluster = model.clusters[c];
-    const FeatureRecipe recipe{.kind = model.features,
-                               .scale = model.feature_scale,
-                               .joint_centers = model.joint_centers,
-                               .pose_size = poses.pose_size};
+    const FeatureRecipe recipe = recipeOf(model);
     const std::vector<int> joints(model.clusters.size(), cluster.joint);
     ClusterNumbersRequest request;
     request.convention = model.convention;
@@ -153,6 +150,7 @@ int main(int argc, char** argv) {
     options.clusters = std::stoi(option("--clusters", "64"));
     options.holdout = splitAtCommas(option("--holdout", ""));
     options.input_variance = std::stod(option("--input-variance", "0.95"));
+    options.model = ModelKind::kLinear;
     options.threads = 1;
     for (FeatureKind kind : kFeatureKinds)
         if (option("--features", "relative-bones") == nameOf(kind)) options.features = kind;

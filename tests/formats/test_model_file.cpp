@@ -15,6 +15,7 @@ void expectSame(const ClusterModel& a, const ClusterModel& b) {
     EXPECT_EQ(a.input_basis, b.input_basis);
     EXPECT_EQ(a.input_min, b.input_min);
     EXPECT_EQ(a.input_max, b.input_max);
+    EXPECT_EQ(a.hidden, b.hidden);
     EXPECT_EQ(a.weights, b.weights);
     EXPECT_EQ(a.bias, b.bias);
     EXPECT_EQ(a.mean, b.mean);
@@ -59,6 +60,30 @@ TEST(ModelFile, RoundTrip) {
         EXPECT_EQ(read.clip_errors[1].rms_v, 0.03);
         EXPECT_EQ(read.clip_errors[1].ambient_error, 0.04);
         EXPECT_EQ(toJson(read.provenance), toJson(written.provenance));
+    }
+}
+
+// The sample's 3 inputs and 2 components as a model of another kind.
+Model modelOf(ModelKind kind) {
+    Model model = samples::model(FeatureKind::kRelativeBones);
+    model.kind = kind;
+    ClusterModel& cluster = model.clusters[0];
+    if (kind == ModelKind::kQuadratic) cluster.weights = samples::numbers(2 * 9, 5);
+    if (kind == ModelKind::kNeural) {
+        cluster.hidden = samples::numbers(5 * 4, 4);
+        cluster.weights = samples::numbers(2 * 5, 5);
+    }
+    return model;
+}
+
+TEST(ModelFile, RoundTripOfQuadraticAndNeural) {
+    const samples::Folder folder("model_kinds");
+    for (ModelKind kind : {ModelKind::kQuadratic, ModelKind::kNeural}) {
+        const Model written = modelOf(kind);
+        writeModel(folder.path / "x.model.h5", written);
+        const Model read = readModel(folder.path / "x.model.h5");
+        EXPECT_EQ(read.kind, kind);
+        for (std::size_t c = 0; c < 2; ++c) expectSame(read.clusters[c], written.clusters[c]);
     }
 }
 
@@ -115,6 +140,21 @@ TEST(ModelFile, RefusesWhatDoesNotFitTogether) {
     bad = good;
     bad.feature_scale = 0;
     expectRefused(bad, "feature_scale");
+}
+
+TEST(ModelFile, RefusesUnitsThatDoNotFitTogether) {
+    Model bad = modelOf(ModelKind::kNeural);
+    bad.clusters[0].hidden = samples::numbers(5 * 3, 4);  // no bias
+    expectRefused(bad, "/clusters/0000/hidden");
+    bad = modelOf(ModelKind::kNeural);
+    bad.kind = ModelKind::kQuadratic;
+    expectRefused(bad, "/clusters/0000/hidden");
+    bad = modelOf(ModelKind::kQuadratic);
+    bad.kind = ModelKind::kLinear;
+    expectRefused(bad, "/clusters/0000/weights");
+    bad = modelOf(ModelKind::kNeural);
+    bad.clusters[0].unit_group = {0};
+    expectRefused(bad, "/clusters/0000/unit_group");
 }
 
 // Writes `value` over number `index` of a float dataset, as a broken tool might.
