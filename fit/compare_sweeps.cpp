@@ -8,7 +8,17 @@ namespace penumbra {
 
 namespace {
 
-const Axis kErrorAxis{"relative error", false, false, {}, {}};
+// Logarithmic where one model is so far off that the others would lie on one another.
+Axis errorAxis(const std::vector<Series>& series) {
+    double least = INFINITY, most = 0;
+    for (const Series& s : series)
+        for (double y : s.y)
+            if (std::isfinite(y) && y > 0) {
+                least = std::min(least, y);
+                most = std::max(most, y);
+            }
+    return {"relative error", most > 4 * least, false, {}, {}};
+}
 
 Table sweepTable(const std::string& varied, const std::vector<Series>& held_out, const std::vector<Series>& train,
                  const std::vector<Series>& bytes) {
@@ -33,8 +43,9 @@ Figure clustersFigure(const Comparison& comparison) {
                               bytes = sweepSeries(comparison, sweep, bytesOf);
     const Axis x{"clusters", true, false, sweep.x, {}};
     Figure figure{"clusters", "Error against the number of clusters", "Paper 000, figure 4", "", "", {}, {}};
-    figure.plots = {{"plot-clusters-held-out", "Held-out clips", false, x, kErrorAxis, held_out, 1, "static bake"},
-                    {"plot-clusters-train", "Training clips", false, x, kErrorAxis, train, 1, "static bake"}};
+    figure.plots = {
+        {"plot-clusters-held-out", "Held-out clips", false, x, errorAxis(held_out), held_out, 1, "static bake"},
+        {"plot-clusters-train", "Training clips", false, x, errorAxis(train), train, 1, "static bake"}};
     if (const Lowest best = lowestPoint(held_out); best.series) {
         figure.finding = "The lowest held-out error, " + fixedNumber(best.y, 3) + ", is that of " + best.series->name +
                          " with " + shortNumber(best.x) + " clusters";
@@ -65,8 +76,9 @@ Figure varianceFigure(const Comparison& comparison) {
     figure.table = sweepTable("output variance", held_out, train, bytes);
     // The floor is the same for every model on every feature.
     train.push_back({"output PCA alone", {6, false}, floors.front().x, floors.front().y});
-    figure.plots = {{"plot-variance-train", "Training clips", false, x, kErrorAxis, train, 1, "static bake"},
-                    {"plot-variance-held-out", "Held-out clips", false, x, kErrorAxis, held_out, 1, "static bake"}};
+    figure.plots = {
+        {"plot-variance-train", "Training clips", false, x, errorAxis(train), train, 1, "static bake"},
+        {"plot-variance-held-out", "Held-out clips", false, x, errorAxis(held_out), held_out, 1, "static bake"}};
     if (const Lowest best = lowestPoint(held_out); best.series) {
         const std::vector<double>& y = best.series->y;
         figure.finding =
@@ -89,7 +101,8 @@ Plot costPlot(const Comparison& comparison, const std::string& id, const std::st
     const CompareOptions& options = comparison.options;
     const Sweep sweep{{options.clusters.begin(), options.clusters.end()},
                       [&](FitOptions& fit, std::size_t i) { fit.clusters = options.clusters[i]; }};
-    Plot plot{id, title, false, x, kErrorAxis, sweepSeries(comparison, sweep, heldOutError), 1, "static bake"};
+    const std::vector<Series> errors = sweepSeries(comparison, sweep, heldOutError);
+    Plot plot{id, title, false, x, errorAxis(errors), errors, 1, "static bake"};
     const std::vector<Series> costs = sweepSeries(comparison, sweep, cost);
     for (std::size_t s = 0; s < costs.size(); ++s) plot.series[s].x = costs[s].y;
     return plot;
