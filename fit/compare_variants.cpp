@@ -71,11 +71,12 @@ Table barTable(const std::vector<Plot>& plots) {
     return table;
 }
 
-const CompareFit* bestOf(const Comparison& comparison, bool papers_features_only) {
+// The papers have linear, quadratic and neural models of joint angles.
+const CompareFit* bestOf(const Comparison& comparison, bool papers_only) {
     const CompareFit* best = nullptr;
     for (ModelKind model : comparison.options.models)
         for (FeatureKind features : comparison.options.features) {
-            if (papers_features_only && features != FeatureKind::kJointAngles) continue;
+            if (papers_only && (features != FeatureKind::kJointAngles || model == ModelKind::kAdditive)) continue;
             const CompareFit* fit = findFit(comparison, referenceFit(comparison.options, model, features));
             if (fit && (!best || heldOutError(*fit) < heldOutError(*best))) best = fit;
         }
@@ -147,8 +148,8 @@ std::string modelsFinding(const Comparison& comparison) {
                        fixedNumber(heldOutError(*best), 3);
     if (paper && paper != best)
         text += ", " + fixedNumber(heldOutError(*best) / heldOutError(*paper), 2) +
-                " times that of the best on the papers' joint angles (" + fitName(*paper) + ", " +
-                fixedNumber(heldOutError(*paper), 3) + ")";
+                " times that of the papers' best (" + fitName(*paper) + ", " + fixedNumber(heldOutError(*paper), 3) +
+                ")";
     return text + ".";
 }
 
