@@ -115,7 +115,7 @@ TEST(NeuralCrossValidation, NothingOfAFoldEnters) {
                                            0.01 * double(kept.size()), {.iterations = 200, .least_decrease = 1e-3});
         expected += y_square * squaredError(predict(fit.net, unseen), truth);
     }
-    // Measured 1e-13: sums in another order, over some 50 iterations.
+    // Measured 2e-14: sums in another order.
     EXPECT_NEAR(chooseNet(x, y, blocks(80, 8), search).error, expected, 1e-6 * expected);
 }
 
