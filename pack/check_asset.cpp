@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
@@ -20,8 +22,14 @@ namespace {
 
 struct Sums {
     double error = 0, truth_squares = 0, outside = 0, ambient = 0, prediction = 0;
+    double sh_outside = 0, noise = 0, unpacked = 0, unpacked_outside = 0, packing = 0;
 
     void add(const Sums& other) {
+        sh_outside += other.sh_outside;
+        noise += other.noise;
+        unpacked += other.unpacked;
+        unpacked_outside += other.unpacked_outside;
+        packing += other.packing;
         error += other.error;
         truth_squares += other.truth_squares;
         outside += other.outside;
@@ -41,59 +49,124 @@ struct ClipSums {
 
 // A frame as both sides see it, in asset order.
 struct FrameBuffers {
-    std::vector<float> evaluated, truth, predicted;  // [V * stride]
+    std::vector<float> evaluated, truth, predicted, second, unpacked;  // [V * stride]
     std::vector<Vec3> positions, normals, tangents;
     std::vector<float> e_evaluated, e_truth;
 };
 
+// The span of every cluster's components around its mean.
+struct Spans {
+    std::vector<SpanProjector> projectors;  // [cluster]
+    std::vector<float> mean;                // [V * stride]
+
+    explicit Spans(const AssetView& asset);
+    double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const;
+};
+
+// Frames of another file by clip and time.
+class FrameFinder {
+public:
+    FrameFinder(const VisibilityReader* reader, std::string name);
+    // Nothing without a reader; InvalidInput when the frame is not there.
+    VisibilityFrame read(const std::string& clip, double time) const;
+
+private:
+    const VisibilityReader* reader_;
+    std::string name_;
+    std::map<std::pair<std::string, double>, std::size_t> frame_of_;
+};
+
+// One frame of the files.
+struct BakedFrames {
+    VisibilityFrame truth, predicted, second;
+};
+
 class Checker {
 public:
-    Checker(const AssetView& asset, const VisibilityReader& truth, const VisibilityReader* predictions);
+    Checker(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references);
     void addFrame(std::size_t frame, int threads);
     CheckResult result() const;
 
 private:
     const AssetView& asset_;
     const VisibilityReader& truth_;
-    const VisibilityReader* predictions_;
+    const CheckReferences references_;
     Evaluator evaluator_;
-    std::vector<SpanProjector> projectors_;  // [cluster]
-    std::vector<float> mean_;                // [V * stride], stored
+    Spans spans_;
+    std::optional<Evaluator> unpacked_;
+    std::optional<Spans> unpacked_spans_;
     std::vector<ClipSums> clips_;
-    std::map<std::pair<std::string, double>, std::size_t> prediction_of_;  // clip and time -> frame
+    FrameFinder predictions_, second_bake_;
     FrameBuffers buffers_;
 
-    void compareCluster(std::size_t cluster, const VisibilityFrame& frame, const VisibilityFrame& predicted,
-                        ClipSums& clip);
+    void compareVertex(std::size_t vertex, const BakedFrames& baked, Sums& sums);
+    void compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip);
     ErrorFigures figuresOf(std::span<const ClipSums* const> clips, std::span<const double> mean) const;
 };
 
-Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const VisibilityReader* predictions)
-    : asset_(asset), truth_(truth), predictions_(predictions), evaluator_(asset) {
-    const std::size_t count = evaluator_.vertexCount(), numbers = count * std::size_t(asset.model.stride);
-    mean_.resize(numbers);
+Spans::Spans(const AssetView& asset) {
+    mean.resize(asset.mesh.positions.size() * std::size_t(asset.model.stride));
     std::size_t first = 0;
     for (const ClusterView& cluster : asset.model.clusters) {
-        decode(cluster.mean, std::span(mean_).subspan(first, cluster.mean.count));
+        decode(cluster.mean, std::span(mean).subspan(first, cluster.mean.count));
         first += cluster.mean.count;
         std::vector<float> basis(cluster.basis.count);
         decode(cluster.basis, basis);
-        projectors_.emplace_back(std::move(basis), cluster.mean.count);
+        projectors.emplace_back(std::move(basis), cluster.mean.count);
     }
+}
+
+double Spans::squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const {
+    const std::size_t count = cluster.mean.count;
+    const std::size_t first = count / std::max<std::size_t>(1, cluster.vertex_count) * cluster.first_vertex;
+    return projectors[index].squaredDistance(numbers.subspan(first, count), std::span(mean).subspan(first, count));
+}
+
+FrameFinder::FrameFinder(const VisibilityReader* reader, std::string name) : reader_(reader), name_(std::move(name)) {
+    if (!reader) return;
+    const FrameList& frames = reader->header().frames;
+    for (std::size_t f = 0; f < frames.frameCount(); ++f)
+        frame_of_[{frames.clip_names[frames.clip[f]], frames.time[f]}] = f;
+}
+
+VisibilityFrame FrameFinder::read(const std::string& clip, double time) const {
+    if (!reader_) return {};
+    const auto found = frame_of_.find({clip, time});
+    if (found == frame_of_.end())
+        throw InvalidInput(name_ + ": no frame of clip \"" + clip + "\" at " + std::to_string(time) + " s");
+    return reader_->readFrame(found->second);
+}
+
+Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references)
+    : asset_(asset),
+      truth_(truth),
+      references_(references),
+      evaluator_(asset),
+      spans_(asset),
+      predictions_(references.predictions, "predictions"),
+      second_bake_(references.second_bake, "second bake") {
+    if (references.unpacked) {
+        unpacked_.emplace(*references.unpacked);
+        unpacked_spans_.emplace(*references.unpacked);
+    }
+    const std::size_t count = evaluator_.vertexCount(), numbers = count * std::size_t(asset.model.stride);
     for (const std::string& name : truth.header().frames.clip_names) {
         ClipSums clip{name, true, 0, std::vector<Sums>(asset.model.clusters.size()), std::vector<double>(numbers)};
         for (const ClipView& known : asset.animation.clips)
             if (known.name == name) clip.held_out = known.held_out;
         clips_.push_back(std::move(clip));
     }
-    if (predictions) {
-        const FrameList& frames = predictions->header().frames;
-        for (std::size_t f = 0; f < frames.frameCount(); ++f)
-            prediction_of_[{frames.clip_names[frames.clip[f]], frames.time[f]}] = f;
-    }
-    buffers_ = {std::vector<float>(numbers), std::vector<float>(numbers), std::vector<float>(numbers),
-                std::vector<Vec3>(count),    std::vector<Vec3>(count),    std::vector<Vec3>(count),
-                std::vector<float>(count),   std::vector<float>(count)};
+    const std::vector<float> zeros(numbers);
+    buffers_ = {zeros,
+                zeros,
+                zeros,
+                zeros,
+                zeros,
+                std::vector<Vec3>(count),
+                std::vector<Vec3>(count),
+                std::vector<Vec3>(count),
+                std::vector<float>(count),
+                std::vector<float>(count)};
 }
 
 // Coefficients of one vertex of a prediction as numbers of the convention. Moments like the truth's, or the mirrored
@@ -116,59 +189,84 @@ double squaredDifference(std::span<const float> a, std::span<const float> b) {
     return sum;
 }
 
-void Checker::compareCluster(std::size_t cluster, const VisibilityFrame& frame, const VisibilityFrame& predicted,
-                             ClipSums& clip) {
-    const ClusterView& view = asset_.model.clusters[cluster];
+// The truth of one vertex, and what needs no more than it: SH truncation, bake noise, distance to the predictions.
+void Checker::compareVertex(std::size_t v, const BakedFrames& baked, Sums& sums) {
     const Convention& convention = asset_.model.convention;
-    const std::size_t begin = view.first_vertex, end = begin + view.vertex_count;
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
-    const std::size_t moments = truth_.header().coefficientCount();
+    const std::size_t point = asset_.mesh.shading_point[v];
+    FrameBuffers& b = buffers_;
+    const auto coefficients = [&](const VisibilityReader& reader, const VisibilityFrame& frame) {
+        const std::size_t n = reader.header().coefficientCount();
+        return std::span(frame.coefficients).subspan(point * n, n);
+    };
+    const std::span<float> y = std::span(b.truth).subspan(v * stride, size);
+    const std::span<const float> moments = coefficients(truth_, baked.truth);
+    numbersFromMoments(convention, moments, b.normals[v], b.tangents[v], y);
+    double squares = 0;
+    for (float number : y) squares += double(number) * number;
+    sums.truth_squares += squares;
+    sums.sh_outside += binaryEnergy(convention, moments[0]) - squares;
+    if (references_.second_bake) {
+        const std::span<float> other = std::span(b.second).subspan(v * stride, size);
+        numbersFromMoments(convention, coefficients(*references_.second_bake, baked.second), b.normals[v],
+                           b.tangents[v], other);
+        sums.noise += squaredDifference(other, y) / 2;
+    }
+    if (references_.predictions) {
+        const std::span<float> p = std::span(b.predicted).subspan(v * stride, size);
+        predictedNumbers(convention, references_.predictions->header().quantity == "mirrored_visibility",
+                         coefficients(*references_.predictions, baked.predicted), b.normals[v], b.tangents[v], p);
+        sums.prediction += squaredDifference(std::span(b.evaluated).subspan(v * stride, size), p);
+    }
+}
+
+void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip) {
+    const ClusterView& view = asset_.model.clusters[cluster];
+    const std::size_t begin = view.first_vertex, end = begin + view.vertex_count;
+    const std::size_t stride = std::size_t(asset_.model.stride);
     FrameBuffers& b = buffers_;
     evaluator_.evaluateCluster(cluster, b.evaluated);
     evaluator_.skin(begin, end, b.positions, b.normals, b.tangents);
     Sums sums;
-    for (std::size_t v = begin; v < end; ++v) {
-        const std::size_t point = asset_.mesh.shading_point[v];
-        const std::span<float> y = std::span(b.truth).subspan(v * stride, size);
-        const std::span<float> evaluated = std::span(b.evaluated).subspan(v * stride, size);
-        numbersFromMoments(convention, std::span(frame.coefficients).subspan(point * moments, moments), b.normals[v],
-                           b.tangents[v], y);
-        sums.error += squaredDifference(evaluated, y);
-        for (std::size_t i = 0; i < size; ++i) {
-            sums.truth_squares += double(y[i]) * y[i];
-            clip.truth_sum[v * stride + i] += y[i];
-        }
-        if (!predictions_) continue;
-        const std::size_t n = predictions_->header().coefficientCount();
-        const std::span<float> p = std::span(b.predicted).subspan(v * stride, size);
-        predictedNumbers(convention, predictions_->header().quantity == "mirrored_visibility",
-                         std::span(predicted.coefficients).subspan(point * n, n), b.normals[v], b.tangents[v], p);
-        sums.prediction += squaredDifference(evaluated, p);
+    for (std::size_t v = begin; v < end; ++v) compareVertex(v, baked, sums);
+    const auto part = [&](const std::vector<float>& numbers) {
+        return std::span<const float>(numbers).subspan(begin * stride, (end - begin) * stride);
+    };
+    const std::span<const float> y = part(b.truth);
+    for (std::size_t i = 0; i < y.size(); ++i) clip.truth_sum[begin * stride + i] += y[i];
+    sums.error = squaredDifference(part(b.evaluated), y);
+    sums.outside = spans_.squaredDistance(view, cluster, b.truth);
+    if (unpacked_) {
+        unpacked_->evaluateCluster(cluster, b.unpacked);
+        sums.unpacked = squaredDifference(part(b.unpacked), y);
+        sums.unpacked_outside =
+            unpacked_spans_->squaredDistance(references_.unpacked->model.clusters[cluster], cluster, b.truth);
+        sums.packing = squaredDifference(part(b.unpacked), part(b.evaluated));
     }
-    ambient(convention, int(stride), begin, end, b.evaluated, b.e_evaluated);
-    ambient(convention, int(stride), begin, end, b.truth, b.e_truth);
+    ambient(asset_.model.convention, int(stride), begin, end, b.evaluated, b.e_evaluated);
+    ambient(asset_.model.convention, int(stride), begin, end, b.truth, b.e_truth);
     for (std::size_t v = begin; v < end; ++v) sums.ambient += std::abs(double(b.e_evaluated[v]) - b.e_truth[v]);
-    const std::size_t first = begin * stride, count = view.mean.count;
-    sums.outside = projectors_[cluster].squaredDistance(std::span<const float>(b.truth).subspan(first, count),
-                                                        std::span<const float>(mean_).subspan(first, count));
     clip.of_cluster[cluster].add(sums);
+}
+
+// Bones of two bakes of one animation are the same numbers; 1e-4 leaves room for another rounding of them.
+void checkSamePose(const VisibilityFrame& truth, const VisibilityFrame& second, const std::string& clip, double time) {
+    for (std::size_t j = 0; j < truth.bones.size(); ++j)
+        for (std::size_t e = 0; e < 12; ++e)
+            if (!(std::abs(truth.bones[j].m[e] - second.bones[j].m[e]) <= 1e-4f))
+                throw InvalidInput("second bake: the pose of clip \"" + clip + "\" at " + std::to_string(time) +
+                                   " s is not that of the truth");
 }
 
 void Checker::addFrame(std::size_t frame, int threads) {
     const FrameList& frames = truth_.header().frames;
     ClipSums& clip = clips_[frames.clip[frame]];
-    const VisibilityFrame baked = truth_.readFrame(frame);
-    VisibilityFrame predicted;
-    if (predictions_) {
-        const auto found = prediction_of_.find({clip.name, frames.time[frame]});
-        if (found == prediction_of_.end())
-            throw InvalidInput("predictions: no frame of clip \"" + clip.name + "\" at " +
-                               std::to_string(frames.time[frame]) + " s");
-        predicted = predictions_->readFrame(found->second);
-    }
-    evaluator_.setPose(baked.bones, baked.pose);
-    parallelFor(asset_.model.clusters.size(), threads,
-                [&](std::size_t c) { compareCluster(c, baked, predicted, clip); });
+    const BakedFrames baked{truth_.readFrame(frame), predictions_.read(clip.name, frames.time[frame]),
+                            second_bake_.read(clip.name, frames.time[frame])};
+    if (references_.second_bake) checkSamePose(baked.truth, baked.second, clip.name, frames.time[frame]);
+    evaluator_.setPose(baked.truth.bones, baked.truth.pose);
+    if (unpacked_) unpacked_->setPose(baked.truth.bones, baked.truth.pose);
+    parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) { compareCluster(c, baked, clip); });
     ++clip.frames;
 }
 
@@ -190,6 +288,15 @@ ErrorFigures Checker::figuresOf(std::span<const ClipSums* const> clips, std::spa
     figures.regression = std::sqrt(std::max(0.0, total.error - total.outside) / variation);
     figures.prediction_difference = std::sqrt(total.prediction / variation);
     figures.rms_v = std::sqrt(total.error / vertices / (4 * std::numbers::pi));
+    figures.signal_rms_v = std::sqrt(variation / vertices / (4 * std::numbers::pi));
+    const auto relative = [&](double squares, bool measured) {
+        return measured ? std::sqrt(std::max(0.0, squares) / variation) : std::numeric_limits<double>::quiet_NaN();
+    };
+    figures.sh_truncation = relative(total.sh_outside, true);
+    figures.bake_noise = relative(total.noise, references_.second_bake);
+    figures.unpacked_error = relative(total.unpacked, references_.unpacked);
+    figures.unpacked_truncation = relative(total.unpacked_outside, references_.unpacked);
+    figures.packing = relative(total.packing, references_.unpacked);
     figures.ambient_error = total.ambient / vertices;
     return figures;
 }
@@ -198,7 +305,7 @@ CheckResult Checker::result() const {
     std::vector<const ClipSums*> training, held_out;
     for (const ClipSums& clip : clips_)
         if (clip.frames > 0) (clip.held_out ? held_out : training).push_back(&clip);
-    std::vector<double> mean(mean_.begin(), mean_.end());
+    std::vector<double> mean(spans_.mean.begin(), spans_.mean.end());
     CheckResult result;
     result.mean_from_truth = !training.empty();
     if (result.mean_from_truth) {
@@ -227,7 +334,7 @@ CheckResult Checker::result() const {
 
 }  // namespace
 
-void checkFits(const AssetView& asset, const VisibilityHeader& header) {
+static void checkFits(const AssetView& asset, const VisibilityHeader& header) {
     if (!asset.has_model) throw InvalidInput("the asset has no model to check");
     const MeshView& mesh = asset.mesh;
     if (!header.skin) throw InvalidInput("has no skin; the asset's model needs one");
@@ -251,11 +358,32 @@ void checkFits(const AssetView& asset, const VisibilityHeader& header) {
                                std::to_string(mesh.shading_point[v]) + ")");
 }
 
-CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const VisibilityReader* predictions,
+void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references) {
+    checkFits(asset, truth);
+    if (references.predictions) checkFits(asset, references.predictions->header());
+    if (references.second_bake) {
+        const VisibilityHeader& second = references.second_bake->header();
+        checkFits(asset, second);
+        if (second.quantity != truth.quantity) throw InvalidInput("quantity is " + second.quantity);
+        if (second.seed == truth.seed && second.rays == truth.rays)
+            throw InvalidInput("has the seed and rays of the truth, which show no noise");
+    }
+    if (!references.unpacked) return;
+    const AssetView& unpacked = *references.unpacked;
+    const auto same = [](auto a, auto b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); };
+    bool fits = unpacked.model.convention == asset.model.convention &&
+                unpacked.model.clusters.size() == asset.model.clusters.size() &&
+                same(unpacked.mesh.shading_point, asset.mesh.shading_point) &&
+                unpacked.animation.jointCount() == asset.animation.jointCount();
+    for (std::size_t c = 0; fits && c < asset.model.clusters.size(); ++c)
+        fits = unpacked.model.clusters[c].vertex_count == asset.model.clusters[c].vertex_count;
+    if (!fits) throw InvalidInput("not the model of the asset: other clusters or another convention");
+}
+
+CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references,
                        int threads, const std::function<void(std::size_t)>& progress) {
-    checkFits(asset, truth.header());
-    if (predictions) checkFits(asset, predictions->header());
-    Checker checker(asset, truth, predictions);
+    checkFits(asset, truth.header(), references);
+    Checker checker(asset, truth, references);
     for (std::size_t f = 0; f < truth.header().frames.frameCount(); ++f) {
         throwIfInterrupted();
         checker.addFrame(f, threads);

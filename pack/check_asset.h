@@ -11,8 +11,9 @@
 
 namespace penumbra {
 
-// Errors over a set of frames; NaN where there is nothing to divide by. Relative numbers are in units of
-// sqrt(sum (y - mean y)^2), so that relative_error^2 = truncation^2 + regression^2.
+// Errors over a set of frames; NaN where there is nothing to divide by or where it was not measured. Relative numbers
+// are in units of sqrt(sum (y - mean y)^2), so that relative_error^2 = truncation^2 + regression^2; times signal_rms_v
+// they are rms V.
 struct ErrorFigures {
     std::string name;
     bool held_out = false;
@@ -21,6 +22,11 @@ struct ErrorFigures {
     double truncation = 0;             // the part of the truth outside the span of the stored mean and components
     double regression = 0;             // the rest: scores other than the best ones
     double prediction_difference = 0;  // of the evaluator to the predictions, relative; 0 without predictions
+    double signal_rms_v = 0;           // rms V of y - mean y
+    double sh_truncation = 0;  // visibility itself outside the bands of the convention, if it is 0 or 1 everywhere
+    double bake_noise = 0;     // of the truth: difference to the second bake / sqrt 2
+    // Of the unpacked model: its error, the truth outside the span of its components; packed against unpacked numbers.
+    double unpacked_error = 0, unpacked_truncation = 0, packing = 0;
 };
 
 struct CheckResult {
@@ -30,12 +36,21 @@ struct CheckResult {
     bool mean_from_truth = false;
 };
 
-// InvalidInput when the mesh, skin, pose or order of a visibility file is not what the asset's model needs.
-void checkFits(const AssetView& asset, const VisibilityHeader& header);
+// What else there is to hold the asset against; null: nothing.
+struct CheckReferences {
+    const VisibilityReader* predictions = nullptr;  // of the same model
+    const VisibilityReader* second_bake = nullptr;  // the same frames with another seed or another number of rays
+    const AssetView* unpacked = nullptr;            // F32, all components: the model that the asset was made of
+};
 
-// Clips that the asset does not know count as held out. `predictions`, if any, must have every frame (clip and time) of
-// the truth, else InvalidInput. Both must fit the asset. Deterministic for any number of threads.
-CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const VisibilityReader* predictions,
+// InvalidInput when the mesh, skin, pose or order of the truth (or of the references) is not what the asset's model
+// needs; when a second bake has the rays of the truth; when an unpacked model has other vertices or another convention.
+void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references);
+
+// Clips that the asset does not know count as held out. `predictions` and `second_bake` must have every frame (clip and
+// time) of the truth, the second bake in the same poses, and everything must fit, else InvalidInput. Deterministic for
+// any number of threads.
+CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references,
                        int threads, const std::function<void(std::size_t)>& progress);
 
 }  // namespace penumbra

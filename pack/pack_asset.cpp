@@ -5,10 +5,8 @@
 #include <numeric>
 
 #include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
 #include "pack/asset_writer.h"
-#include "player/runtime/evaluator.h"
+#include "pack/pack_within.h"
 
 namespace penumbra {
 
@@ -163,51 +161,6 @@ static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfF
     return {bytes.begin(), bytes.end()};  // a copy: the builder's buffer is not 16-byte aligned
 }
 
-// Sum of squares over the cluster's numbers of (a - b) and of (b - mean), b from the F32 asset.
-struct SquareSums {
-    double difference = 0, variation = 0;
-};
-
-static SquareSums compareCluster(const ClusterView& cluster, std::size_t stride, std::span<const float> a,
-                                 std::span<const float> b) {
-    const auto* mean = reinterpret_cast<const float*>(cluster.mean.data);
-    const std::size_t first = cluster.first_vertex * stride;
-    SquareSums sums;
-    for (std::size_t i = 0; i < cluster.mean.count; ++i) {
-        const double difference = double(a[first + i]) - b[first + i], variation = double(b[first + i]) - mean[i];
-        sums.difference += difference * difference;
-        sums.variation += variation * variation;
-    }
-    return sums;
-}
-
-static double measureQuantization(const std::vector<std::byte>& packed, const std::vector<std::byte>& exact,
-                                  int threads) {
-    const AssetView a = openAsset(packed), b = openAsset(exact);
-    Evaluator evaluate_a(a), evaluate_b(b);
-    const std::size_t stride = std::size_t(a.model.stride), clusters = evaluate_a.clusterCount();
-    std::vector<float> numbers_a(evaluate_a.vertexCount() * stride), numbers_b(numbers_a.size());
-    std::vector<SquareSums> of_cluster(clusters);
-    for (std::size_t f = 0; f < a.animation.frameCount(); ++f) {
-        throwIfInterrupted();
-        evaluate_a.setPose(a.animation.bonesOf(f), a.animation.poseOf(f));
-        evaluate_b.setPose(b.animation.bonesOf(f), b.animation.poseOf(f));
-        parallelFor(clusters, threads, [&](std::size_t c) {
-            evaluate_a.evaluateCluster(c, numbers_a);
-            evaluate_b.evaluateCluster(c, numbers_b);
-            const SquareSums sums = compareCluster(b.model.clusters[c], stride, numbers_a, numbers_b);
-            of_cluster[c].difference += sums.difference;
-            of_cluster[c].variation += sums.variation;
-        });
-    }
-    SquareSums total;
-    for (const SquareSums& sums : of_cluster) {
-        total.difference += sums.difference;
-        total.variation += sums.variation;
-    }
-    return total.variation > 0 ? std::sqrt(total.difference / total.variation) : 0;
-}
-
 static void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
     for (std::size_t i = 0; i < materials.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
@@ -241,22 +194,13 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(model);
-    std::vector<AssetPrecision> candidates = {options.precision.value_or(AssetPrecision::kI8)};
-    if (options.max_error && !options.precision)
-        candidates = {AssetPrecision::kI8, AssetPrecision::kF16, AssetPrecision::kF32};
-    const auto pack = [&](AssetPrecision precision, double error) {
-        return packOnce(model, materials, lights, precision, error, provenance);
+    const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, double error) {
+        return packOnce(chosen, materials, lights, precision, error, provenance);
     };
-    const std::vector<std::byte> exact = pack(AssetPrecision::kF32, 0);
-    double error = 0;
-    for (AssetPrecision precision : candidates) {
-        error = precision == AssetPrecision::kF32 ? 0 : measureQuantization(pack(precision, 0), exact, threads);
-        if (!options.max_error || error <= *options.max_error) return {pack(precision, error), precision, error};
-    }
-    throw UsageError(std::string("--max-error: precision ") + nameOf(candidates.back()) + " gives " +
-                     std::to_string(error) + ", the bound is " + std::to_string(*options.max_error));
+    return packWithin(model, options, write, threads);
 }
 
+static std::size_t bytesOf(std::span<const float> values) { return values.size_bytes(); }
 static std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
@@ -287,6 +231,23 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
     for (const SizeOf& size : sizes) sum += size.bytes;
     sizes.push_back({"names and layout", file_size - std::min(sum, file_size)});
     return sizes;
+}
+
+std::size_t modelBytes(const AssetView& asset, std::size_t file_size) {
+    std::size_t bytes = 0;
+    for (const SizeOf& size : sectionSizes(asset, file_size))
+        if (size.section == "visibility" || size.section == "regression" || size.section == "names and layout")
+            bytes += size.bytes;
+    return bytes;
+}
+
+std::vector<double> componentBytes(const AssetView& asset) {
+    std::vector<double> bytes;
+    for (const ClusterView& c : asset.model.clusters) {
+        const double rows = double(bytesOf(c.basis) + bytesOf(c.weights) + c.bias.size_bytes());
+        bytes.push_back(c.components() > 0 ? rows / double(c.components()) : 0);
+    }
+    return bytes;
 }
 
 }  // namespace penumbra

@@ -14,20 +14,26 @@ namespace penumbra {
 
 struct PackOptions {
     // Of the visibility basis. I8 keeps the mean and the regressors' input basis in half precision.
-    std::optional<AssetPrecision> precision;  // nothing: I8, or what max_error asks for
-    std::optional<double> max_error;          // bound on Packed::quantization_error, > 0
+    std::optional<AssetPrecision> precision = {};     // nothing: I8, or what max_error asks for
+    std::optional<double> max_error = {};             // bound on Packed::quantization_error, > 0
+    std::optional<double> max_bytes_per_vertex = {};  // bound on modelBytes() / V, > 0
 };
 
 struct Packed {
     std::vector<std::byte> bytes;  // 16-byte aligned
     AssetPrecision precision = AssetPrecision::kI8;
-    // rms of (numbers of this asset - numbers of the F32 asset) / rms of (numbers of the F32 asset - mean), over all
-    // frames of the model, both from the run-time evaluator. Stored in the asset.
+    // rms of (numbers of this asset - numbers of the F32 asset with all components) / rms of (numbers of that asset -
+    // mean), over the training frames, both from the run-time evaluator. Stored in the asset.
     double quantization_error = 0;
+    double dropped_error = 0;  // the part of it that was predicted for the components that were dropped
+    std::size_t components = 0, all_components = 0;  // of all clusters: kept, and of the model
 };
 
-// With max_error and no precision: the coarsest precision within it. InvalidInput when a material or a light is given
-// twice, UsageError when max_error cannot be met. Deterministic for any number of threads.
+// A precision alone: every component, as the model has them. Else components are turned to the principal axes of what
+// the model predicts, and those dropped that add least for their bytes (compress_model.h): with max_bytes_per_vertex as
+// few as meet it, with max_error as many as it allows (in the coarsest precision that does), with neither 1e-3 of the
+// squared signal. InvalidInput when a material or a light is given twice, UsageError when a bound cannot be met or the
+// two contradict. Deterministic for any number of threads.
 Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads);
 
@@ -39,5 +45,9 @@ struct SizeOf {
 };
 // Bytes of every section, in the order of the schema; what containers and padding take comes last.
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size);
+// The visibility model: everything but mesh, skin, animation, truth, materials and lights; names and layout count.
+std::size_t modelBytes(const AssetView& asset, std::size_t file_size);
+// [cluster]: bytes of one component, its row of the regression weights included; 0 without components.
+std::vector<double> componentBytes(const AssetView& asset);
 
 }  // namespace penumbra

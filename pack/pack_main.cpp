@@ -7,6 +7,7 @@
 #include "formats/name_list_option.h"
 #include "formats/write_file.h"
 #include "pack/check_asset.h"
+#include "pack/error_budget.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"
 
@@ -34,7 +35,7 @@ struct AssetCommand {
     fs::path model, output;
     std::vector<fs::path> brdfs, lights;
     std::string precision;
-    std::optional<double> max_error;
+    std::optional<double> max_error, max_bytes_per_vertex;
 
     std::vector<fs::path> inputs() const {
         std::vector<fs::path> all{model};
@@ -48,6 +49,7 @@ static std::string provenanceOf(const AssetCommand& command) {
     nlohmann::ordered_json options;
     options["precision"] = command.precision.empty() ? "auto" : command.precision;
     if (command.max_error) options["max_error"] = *command.max_error;
+    if (command.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *command.max_bytes_per_vertex;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -55,13 +57,12 @@ static std::string provenanceOf(const AssetCommand& command) {
 static void reportSizes(const Packed& packed, bool quiet, Report& report) {
     const AssetView asset = openAsset(packed.bytes);
     const double vertices = double(asset.mesh.positions.size());
-    double model = 0;
+    const double model = double(modelBytes(asset, packed.bytes.size()));
     for (const SizeOf& size : sectionSizes(asset, packed.bytes.size())) {
         report.figures["bytes"][size.section] = size.bytes;
         if (!quiet)
             std::printf("  %-17s %10zu bytes  %8.1f a vertex\n", size.section.c_str(), size.bytes,
                         double(size.bytes) / vertices);
-        if (size.section == "visibility" || size.section == "regression") model += double(size.bytes);
     }
     const double all = double(packed.bytes.size());
     report.figures["bytes"]["file"] = packed.bytes.size();
@@ -76,8 +77,12 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
     PackOptions options;
     if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
     options.max_error = command.max_error;
+    options.max_bytes_per_vertex = command.max_bytes_per_vertex;
     if (options.max_error && !(*options.max_error > 0))
         throw UsageError("--max-error must be above 0, not " + std::to_string(*options.max_error));
+    if (options.max_bytes_per_vertex && !(*options.max_bytes_per_vertex > 0))
+        throw UsageError("--max-bytes-per-vertex must be above 0, not " +
+                         std::to_string(*options.max_bytes_per_vertex));
     report.phase("read");
     const Model model = readModel(command.model);
     std::vector<BrdfFile> brdfs;
@@ -89,9 +94,15 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
         command.model, [&] { return packAsset(model, brdfs, lights, options, provenanceOf(command), common.threads); });
     report.figures["precision"] = nameOf(packed.precision);
     report.figures["quantization_error"] = packed.quantization_error;
+    report.figures["dropped_error"] = packed.dropped_error;
+    report.figures["components"] = packed.components;
+    report.figures["model_components"] = packed.all_components;
     if (!common.quiet)
-        std::printf("%s: precision %s, quantisation error %.2e of the signal\n", command.output.c_str(),
-                    nameOf(packed.precision), packed.quantization_error);
+        std::printf(
+            "%s: precision %s, %zu of %zu components; error of packing %.2e of the signal, %.2e of it by "
+            "dropping (training frames)\n",
+            command.output.c_str(), nameOf(packed.precision), packed.components, packed.all_components,
+            packed.quantization_error, packed.dropped_error);
     reportSizes(packed, common.quiet, report);
     report.phase("write");
     if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
@@ -106,11 +117,14 @@ static Verb assetVerb() {
                 app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
                 app.add_option("-o,--output", command->output, "X.pnb")->required();
-                app.add_option("--precision", command->precision, "of the visibility basis (i8 unless --max-error)")
+                app.add_option("--precision", command->precision,
+                               "of the visibility basis (i8 unless --max-error); alone it keeps every component")
                     ->check(CLI::IsMember({"f32", "f16", "i8"}));
                 app.add_option("--max-error", command->max_error,
-                               "bound on the quantisation error, relative to the signal: takes the coarsest "
-                               "precision within it, or refuses --precision beyond it");
+                               "bound on the error of packing (rounded and dropped components), relative to the "
+                               "signal: takes the fewest components and the coarsest precision within it");
+                app.add_option("--max-bytes-per-vertex", command->max_bytes_per_vertex,
+                               "bound on the visibility model: drops the components that add least to predictions");
             },
             [command] { return command->inputs(); },
             [command] { return command->output; },
@@ -168,7 +182,7 @@ static Verb truthVerb() {
 // --- check ----------------------------------------------------------------------------------------------------------
 
 struct CheckCommand {
-    fs::path asset, truth, predictions;
+    fs::path asset, truth, predictions, second_bake, model;
 };
 
 static void printRow(const ErrorFigures& f, bool predictions) {
@@ -193,6 +207,41 @@ static nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
     return json;
 }
 
+// One table: a row a source of error, held-out and training frames side by side, relative and as rms V.
+static void reportBudget(const CheckResult& result, Report& report) {
+    const std::vector<BudgetRow> held_out = errorBudget(result.held_out), training = errorBudget(result.training);
+    const auto cell = [](const ErrorFigures& set, const BudgetRow& row) {
+        char text[64];
+        if (set.frames == 0)
+            std::snprintf(text, sizeof text, "%20s", "no frames");
+        else if (std::isnan(row.relative))
+            std::snprintf(text, sizeof text, "%20s", "not measured");
+        else
+            std::snprintf(text, sizeof text, "%11.4f %8.4f", row.relative, row.rms_v);
+        return std::string(text);
+    };
+    std::printf("\n%-22s %20s %20s\n%-22s %11s %8s %11s %8s\n", "error budget", "held out", "training", "", "relative",
+                "rms V", "relative", "rms V");
+    for (std::size_t i = 0; i < held_out.size(); ++i) {
+        const bool ask = std::isnan(result.held_out.frames ? held_out[i].relative : training[i].relative) &&
+                         !held_out[i].option.empty();
+        std::printf("%-22s %s %s%s%s\n", held_out[i].name.c_str(), cell(result.held_out, held_out[i]).c_str(),
+                    cell(result.training, training[i]).c_str(), ask ? "   " : "",
+                    ask ? held_out[i].option.c_str() : "");
+        for (const auto& [set, row] : {std::pair(&result.held_out, &held_out[i]), {&result.training, &training[i]}}) {
+            nlohmann::ordered_json& json =
+                report.figures["budget"][set == &result.held_out ? "held_out" : "training"][row->name];
+            if (set->frames > 0 && !std::isnan(row->relative))
+                json = {{"relative", row->relative}, {"rms_v", row->rms_v}};
+            else
+                json = nullptr;
+        }
+    }
+    std::printf(
+        "squares add up: output PCA + regression = unpacked model; total + SH truncation = against all bands;\n"
+        "unpacked model + rank and quantisation = total up to their correlation. Bake noise is in the truth.\n");
+}
+
 static void reportCheck(const CheckResult& result, const AssetView& asset, bool predictions, Report& report) {
     std::printf("%-24s %-8s %6s %9s %10s %10s %8s %8s%s\n", "clip", "", "frames", "relative", "truncation",
                 "regression", "rms V", "ambient", predictions ? " predictions" : "");
@@ -205,12 +254,29 @@ static void reportCheck(const CheckResult& result, const AssetView& asset, bool 
         printRow(*all, predictions);
         report.figures[all->held_out ? "held_out" : "training"] = toJson(*all, predictions);
     }
-    std::printf("%s as packed: %.2e of the signal (relative squared = truncation squared + regression squared)\n",
-                "quantisation", double(asset.model.quantization_error));
+    std::printf("packing, as stored: %.2e of the signal (relative squared = truncation squared + regression squared)\n",
+                double(asset.model.quantization_error));
     report.figures["quantization_error"] = asset.model.quantization_error;
     report.figures["mean_from_truth"] = result.mean_from_truth;
     if (!result.mean_from_truth)
         std::printf("no training clip in the truth: relative numbers are against the model's stored mean\n");
+    reportBudget(result, report);
+}
+
+// The F32 asset of the model that the checked asset was made of, and its view.
+struct UnpackedModel {
+    std::vector<std::byte> bytes;
+    AssetView asset;
+};
+
+static UnpackedModel unpackedModel(const fs::path& path, int threads) {
+    UnpackedModel result;
+    const Model model = readModel(path);
+    naming(path, [&] {
+        result.bytes = packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", threads).bytes;
+        result.asset = openAsset(result.bytes);
+    });
+    return result;
 }
 
 static void runCheck(const CheckCommand& command, const CommonOptions& common, Report& report) {
@@ -218,14 +284,26 @@ static void runCheck(const CheckCommand& command, const CommonOptions& common, R
     const MappedFile file(command.asset);
     const AssetView asset = openAsset(file.bytes(), command.asset.string());
     const VisibilityReader truth(command.truth);
-    std::optional<VisibilityReader> predictions;
+    std::optional<VisibilityReader> predictions, second_bake;
+    std::optional<UnpackedModel> model;
     if (!command.predictions.empty()) predictions.emplace(command.predictions);
+    if (!command.second_bake.empty()) second_bake.emplace(command.second_bake);
     if (!asset.has_model) throw InvalidInput(command.asset.string() + ": has no model to check");
     if (truth.header().quantity != "hemisphere_visibility")
         throw InvalidInput(command.truth.string() + ": quantity is " + truth.header().quantity +
                            "; truth is hemisphere_visibility");
-    naming(command.truth, [&] { checkFits(asset, truth.header()); });
-    if (predictions) naming(command.predictions, [&] { checkFits(asset, predictions->header()); });
+    const auto check = [&](const fs::path& path, const CheckReferences& references) {
+        naming(path, [&] { checkFits(asset, truth.header(), references); });
+    };
+    check(command.truth, {});
+    if (predictions) check(command.predictions, {.predictions = &*predictions});
+    if (second_bake) check(command.second_bake, {.second_bake = &*second_bake});
+    if (!command.model.empty()) {
+        model = unpackedModel(command.model, common.threads);
+        check(command.model, {.unpacked = &model->asset});
+    }
+    const CheckReferences references{predictions ? &*predictions : nullptr, second_bake ? &*second_bake : nullptr,
+                                     model ? &model->asset : nullptr};
     const std::size_t frames = truth.header().frames.frameCount();
     if (common.dry_run) {
         std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());
@@ -236,7 +314,7 @@ static void runCheck(const CheckCommand& command, const CommonOptions& common, R
     {
         Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "checking", "frames",
                           double(std::max<std::size_t>(1, frames)));
-        result = checkAsset(asset, truth, predictions ? &*predictions : nullptr, common.threads,
+        result = checkAsset(asset, truth, references, common.threads,
                             [&](std::size_t done) { progress.update(double(done)); });
     }
     reportCheck(result, asset, predictions.has_value(), report);
@@ -250,10 +328,15 @@ static Verb checkVerb() {
                 app.add_option("asset", command->asset, "X.pnb with a model")->required();
                 app.add_option("truth", command->truth, "TRUTH.vis.h5 of the same mesh")->required();
                 app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
+                app.add_option("--second-bake", command->second_bake,
+                               "OTHER.vis.h5: the same frames baked with another --seed, for the bake's noise");
+                app.add_option("--model", command->model,
+                               "X.model.h5 that the asset was made of, for what packing costs");
             },
             [command] {
                 std::vector<fs::path> inputs{command->asset, command->truth};
-                if (!command->predictions.empty()) inputs.push_back(command->predictions);
+                for (const fs::path& path : {command->predictions, command->second_bake, command->model})
+                    if (!path.empty()) inputs.push_back(path);
                 return inputs;
             },
             nullptr,

@@ -69,6 +69,19 @@ void belowHorizonCoefficients(int order, std::span<double> out) {
     for (int l = 0; l < order; ++l) out[shIndex(l, 0)] = zonal[l];
 }
 
+double binaryEnergy(const Convention& convention, double moment0) {
+    const double above = std::sqrt(4 * std::numbers::pi) * moment0;
+    switch (convention.below) {
+        case BelowHorizon::kOpen:
+            return above + 2 * std::numbers::pi;
+        case BelowHorizon::kBlocked:
+            return above;
+        case BelowHorizon::kMirrored:
+            return 2 * above;
+    }
+    return above;
+}
+
 // A: the clamped cosine, projected. D: half of |cos|, which has the even bands of the clamped cosine and no odd ones.
 // B: cos itself, because V is 0 below; it is band 1 and so exact (order 1 has no band 1 and takes the mean of V).
 void ambientWeights(const Convention& convention, std::span<float> w) {

@@ -36,6 +36,11 @@ void toCoefficients(const Convention& convention, std::span<const float> numbers
 // SH coefficients of "1 below the horizon", local frame: Delta of convention A. out.size() == coefficientCount(order).
 void belowHorizonCoefficients(int order, std::span<double> out);
 
+// Integral over the sphere of the squared function itself, all bands, where visibility is 0 or 1 everywhere: then
+// V^2 = V, whose integral over the hemisphere is sqrt(4 pi) b_0. A adds the 2 pi below the horizon, D doubles. The
+// numbers' squares are what of it lies in the bands of the convention; the rest is the SH truncation.
+double binaryEnergy(const Convention& convention, double moment0);
+
 // E = (1/pi) integral over the hemisphere of V cos: weights w with E = sum_i w_i numbers_i. 1 = unshadowed.
 // w.size() == convention.size().
 void ambientWeights(const Convention& convention, std::span<float> w);

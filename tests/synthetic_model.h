@@ -143,6 +143,23 @@ inline Model tubeModel(const TubeOptions& options = {}) {
     return model;
 }
 
+// Every joint of every frame turns by itself, so that no two scores move together: what tests of ranks need.
+inline void turnJointsApart(Model& model) {
+    Noise noise(17);
+    const std::size_t joints = model.joint_centers.size();
+    for (std::size_t b = 0; b < model.bones.size(); ++b) {
+        const double x = 0.4 * noise(), y = 0.4 * noise(), z = 0.4 * noise();
+        const Mat3d about_x{{1, 0, 0, 0, std::cos(x), -std::sin(x), 0, std::sin(x), std::cos(x)}};
+        const Mat3d about_y{{std::cos(y), 0, std::sin(y), 0, 1, 0, -std::sin(y), 0, std::cos(y)}};
+        const Mat3d about_z{{std::cos(z), -std::sin(z), 0, std::sin(z), std::cos(z), 0, 0, 0, 1}};
+        const Mat3d turn = about_x * (about_y * about_z);
+        const Vec3d centre = toDouble(model.joint_centers[b % joints]), t = centre - turn * centre;
+        const auto& m = turn.m;
+        model.bones[b] = {{float(m[0]), float(m[1]), float(m[2]), float(t.x), float(m[3]), float(m[4]), float(m[5]),
+                           float(t.y), float(m[6]), float(m[7]), float(m[8]), float(t.z)}};
+    }
+}
+
 // Lambert of albedo 1, exact: f_i = sum of cos / pi times y_i over the hemisphere, whatever the view.
 inline BrdfFile lambert(Vec3d color = {1, 1, 1}) {
     BrdfFile brdf;

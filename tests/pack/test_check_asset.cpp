@@ -7,9 +7,11 @@
 
 #include "formats/errors.h"
 #include "pack/check_asset.h"
+#include "pack/error_budget.h"
 #include "pack/least_squares.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"
+#include "pack/packing_error.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/shading.h"
 #include "sh/sh_rotation.h"
@@ -20,6 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Model livelyTube() {
+    Model model = synthetic::tubeModel({.frames = 6, .convention = parseConvention("B4")});
+    synthetic::turnJointsApart(model);
+    return model;
+}
+
 // A bake whose visibility is what the model says, plus noise: convention B's numbers are the moments themselves.
 struct SyntheticBake {
     Model model;
@@ -27,13 +35,16 @@ struct SyntheticBake {
     AssetView asset;
     fs::path path;
     std::vector<float> noise;  // [F, V, 16], local frame, asset order
+    std::uint32_t seed;
 
-    explicit SyntheticBake(float amount)
-        : model(synthetic::tubeModel({.frames = 6, .convention = parseConvention("B4")})),
-          packed(packAsset(model, {}, {}, {.precision = AssetPrecision::kF32, .max_error = {}}, "{}", 1)),
+    explicit SyntheticBake(float amount, std::uint32_t noise_seed = 9)
+        : model(livelyTube()),
+          packed(packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1)),
           asset(openAsset(packed.bytes)),
-          path(fs::temp_directory_path() / ("check" + std::to_string(::getpid()) + ".vis.h5")) {
-        synthetic::Noise source(9);
+          path(fs::temp_directory_path() /
+               ("check" + std::to_string(::getpid()) + "_" + std::to_string(noise_seed) + ".vis.h5")),
+          seed(noise_seed) {
+        synthetic::Noise source(seed);
         synthetic::fillNoise(noise, asset.animation.frameCount() * model.mesh.vertexCount() * 16, amount, source);
         write();
     }
@@ -43,6 +54,7 @@ struct SyntheticBake {
         VisibilityHeader header;
         header.order = 4;
         header.rays = 16;
+        header.seed = seed;
         header.mesh = model.mesh;
         header.skin = model.skin;
         header.rest_normals = model.rest_normals;
@@ -88,7 +100,7 @@ const auto kNoProgress = [](std::size_t) {};
 TEST(CheckAsset, AModelThatMadeTheTruthHasNoError) {
     const SyntheticBake bake(0);
     const VisibilityReader truth(bake.path);
-    const CheckResult result = checkAsset(bake.asset, truth, &truth, 2, kNoProgress);
+    const CheckResult result = checkAsset(bake.asset, truth, {.predictions = &truth}, 2, kNoProgress);
     ASSERT_EQ(result.clips.size(), 2u);
     EXPECT_FALSE(result.clips[0].held_out);
     EXPECT_TRUE(result.clips[1].held_out);
@@ -125,7 +137,7 @@ double variationOf(const SyntheticBake& bake, std::size_t clip) {
 TEST(CheckAsset, FiguresAreThoseOfTheNoise) {
     const SyntheticBake bake(0.1f);
     const VisibilityReader truth(bake.path);
-    const CheckResult result = checkAsset(bake.asset, truth, nullptr, 1, kNoProgress);
+    const CheckResult result = checkAsset(bake.asset, truth, {}, 1, kNoProgress);
     const std::size_t half = bake.noise.size() / 2, vertices = bake.model.mesh.vertexCount();
     for (int clip : {0, 1}) {
         double squares = 0, ambient_error = 0;
@@ -151,11 +163,76 @@ TEST(CheckAsset, FiguresAreThoseOfTheNoise) {
     }
 }
 
+// Two bakes of one truth: their difference / sqrt 2 is the root mean square of the noise of both.
+TEST(CheckAsset, BakeNoiseIsTheDifferenceOfTwoBakes) {
+    const SyntheticBake bake(0.1f), other(0.1f, 10);
+    const VisibilityReader truth(bake.path), second(other.path);
+    const CheckResult result = checkAsset(bake.asset, truth, {.second_bake = &second}, 2, kNoProgress);
+    const std::size_t half = bake.noise.size() / 2;
+    for (std::size_t clip : {0, 1}) {
+        double squares = 0;
+        for (std::size_t i = clip * half; i < (clip + 1) * half; ++i)
+            squares += std::pow(double(bake.noise[i]) - other.noise[i], 2) / 2;
+        EXPECT_NEAR(result.clips[clip].bake_noise, std::sqrt(squares / variationOf(bake, clip)), 1e-5);
+    }
+    EXPECT_TRUE(std::isnan(result.held_out.packing)) << "not measured";
+    EXPECT_THROW(checkAsset(bake.asset, truth, {.second_bake = &truth}, 1, kNoProgress), InvalidInput);
+    SyntheticBake moved(0.1f, 11);
+    moved.model.bones[4].m[3] += 0.01f;
+    moved.write();
+    const VisibilityReader other_pose(moved.path);
+    EXPECT_THROW(checkAsset(bake.asset, truth, {.second_bake = &other_pose}, 1, kNoProgress), InvalidInput);
+}
+
+// Fewer components, and rounded: the span and the error of the model are those of the model, whatever is packed,
+// and all parts make the total up to the correlation of the last two.
+TEST(CheckAsset, BudgetSplitsTheErrorOfAPackedModel) {
+    const SyntheticBake bake(0.1f);
+    const VisibilityReader truth(bake.path);
+    const Packed small = packAsset(bake.model, {}, {}, {.max_error = 0.3}, "{}", 1);
+    ASSERT_LT(small.components, small.all_components);
+    const AssetView asset = openAsset(small.bytes);
+    const ErrorFigures exact = checkAsset(bake.asset, truth, {}, 1, kNoProgress).training;
+    const CheckReferences references{.unpacked = &bake.asset};
+    const ErrorFigures packed = checkAsset(asset, truth, references, 1, kNoProgress).training;
+    EXPECT_NEAR(packed.unpacked_error, exact.relative_error, 1e-9);
+    EXPECT_NEAR(packed.unpacked_truncation, exact.truncation, 1e-9);
+    EXPECT_GT(packed.truncation, exact.truncation);
+    // The packer's measure over the same frames; measured: 1e-9.
+    const double difference = comparePacked(asset, bake.asset, 1).difference;
+    EXPECT_NEAR(packed.packing, std::sqrt(difference / variationOf(bake, 0)), 1e-6);
+    EXPECT_GT(packed.packing, 0.005);
+    EXPECT_EQ(checkAsset(bake.asset, truth, references, 1, kNoProgress).training.packing, 0);
+    EXPECT_NEAR(std::hypot(packed.unpacked_error, packed.packing), packed.relative_error, 0.1 * packed.relative_error);
+    const std::vector<BudgetRow> rows = errorBudget(packed);
+    const auto row = [&](const std::string& name) {
+        for (const BudgetRow& r : rows)
+            if (r.name == name) return r;
+        return BudgetRow{};
+    };
+    EXPECT_NEAR(std::hypot(row("output PCA").relative, row("regression").relative), row("unpacked model").relative,
+                1e-12);
+    EXPECT_NEAR(row("total").rms_v, packed.rms_v, 1e-12);
+    EXPECT_TRUE(std::isnan(row("bake noise").relative));
+    EXPECT_EQ(row("bake noise").option, "--second-bake");
+    EXPECT_NEAR(std::hypot(row("total").relative, row("SH truncation").relative), row("against all bands").relative,
+                1e-12);
+}
+
+TEST(CheckAsset, RefusesTheModelOfAnotherAsset) {
+    const SyntheticBake bake(0);
+    const VisibilityReader truth(bake.path);
+    const Model other = synthetic::tubeModel({.clusters = 3, .frames = 6, .convention = parseConvention("B4")});
+    const Packed packed = packAsset(other, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const AssetView unpacked = openAsset(packed.bytes);
+    EXPECT_THROW(checkAsset(bake.asset, truth, {.unpacked = &unpacked}, 1, kNoProgress), InvalidInput);
+}
+
 TEST(CheckAsset, SameFiguresForAnyThreadCount) {
     const SyntheticBake bake(0.1f);
     const VisibilityReader truth(bake.path);
-    const double expected = checkAsset(bake.asset, truth, nullptr, 1, kNoProgress).held_out.relative_error;
-    EXPECT_EQ(checkAsset(bake.asset, truth, nullptr, 8, kNoProgress).held_out.relative_error, expected);
+    const double expected = checkAsset(bake.asset, truth, {}, 1, kNoProgress).held_out.relative_error;
+    EXPECT_EQ(checkAsset(bake.asset, truth, {}, 8, kNoProgress).held_out.relative_error, expected);
 }
 
 TEST(CheckAsset, RefusesAnotherMesh) {
@@ -163,7 +240,7 @@ TEST(CheckAsset, RefusesAnotherMesh) {
     bake.model.mesh.rest_positions[3].x += 0.01f;
     bake.write();
     const VisibilityReader moved(bake.path);
-    EXPECT_THROW(checkAsset(bake.asset, moved, nullptr, 1, kNoProgress), InvalidInput);
+    EXPECT_THROW(checkAsset(bake.asset, moved, {}, 1, kNoProgress), InvalidInput);
 }
 
 TEST(PackTruth, HoldsTheMomentsOfTheChosenClips) {

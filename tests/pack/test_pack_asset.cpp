@@ -76,9 +76,10 @@ TEST(PackAsset, MakesEveryClusterAContiguousRange) {
 // one that the evaluator shows.
 TEST(PackAsset, QuantisationErrorIsBoundedAndMeasured) {
     const Model model = tubeModel({.rings = 12, .segments = 9, .components = 6, .frames = 8});
-    const PackOptions f32{.precision = AssetPrecision::kF32, .max_error = {}};
-    const Packed exact = packAsset(model, {}, {}, f32, "{}", 1), packed = packAsset(model, {}, {}, {}, "{}", 2);
-    EXPECT_EQ(packed.precision, AssetPrecision::kI8);
+    const PackOptions f32{.precision = AssetPrecision::kF32};
+    const Packed exact = packAsset(model, {}, {}, f32, "{}", 1),
+                 packed = packAsset(model, {}, {}, {.precision = AssetPrecision::kI8}, "{}", 2);
+    EXPECT_EQ(packed.components, packed.all_components);
     const AssetView a = openAsset(packed.bytes), b = openAsset(exact.bytes);
     EXPECT_EQ(b.model.quantization_error, 0);
     Evaluator coarse(a), fine(b);
@@ -98,6 +99,7 @@ TEST(PackAsset, QuantisationErrorIsBoundedAndMeasured) {
             const std::size_t first = cluster.first_vertex * std::size_t(a.model.stride);
             for (std::size_t i = 0; i < mean.size(); ++i) {
                 ASSERT_LE(std::abs(x[first + i] - y[first + i]), bound);
+                if (f >= 4) continue;  // the held-out clip is bounded, but not part of the measure
                 difference += std::pow(double(x[first + i]) - y[first + i], 2);
                 variation += std::pow(double(y[first + i]) - mean[i], 2);
             }
@@ -110,19 +112,20 @@ TEST(PackAsset, QuantisationErrorIsBoundedAndMeasured) {
 }
 
 TEST(PackAsset, MaxErrorTakesTheCoarsestPrecisionWithinIt) {
-    const Model model = tubeModel();
-    const auto pack = [&](double bound) {
-        return packAsset(model, {}, {}, {.precision = {}, .max_error = bound}, "{}", 1);
+    Model model = tubeModel({.rings = 12, .segments = 9, .components = 6, .frames = 8});
+    synthetic::turnJointsApart(model);
+    const auto pack = [&](double bound) { return packAsset(model, {}, {}, {.max_error = bound}, "{}", 1); };
+    const auto whole = [&](AssetPrecision precision) {
+        return packAsset(model, {}, {}, {.precision = precision}, "{}", 1).quantization_error;
     };
-    const double i8 =
-        packAsset(model, {}, {}, {.precision = AssetPrecision::kI8, .max_error = {}}, "{}", 1).quantization_error;
-    const double f16 =
-        packAsset(model, {}, {}, {.precision = AssetPrecision::kF16, .max_error = {}}, "{}", 1).quantization_error;
-    ASSERT_LT(f16, i8);
-    EXPECT_EQ(pack(i8 * 1.01).precision, AssetPrecision::kI8);
-    EXPECT_EQ(pack(i8 * 0.99).precision, AssetPrecision::kF16);
-    EXPECT_EQ(pack(f16 * 0.99).precision, AssetPrecision::kF32);
-    const PackOptions too_coarse{.precision = AssetPrecision::kI8, .max_error = i8 * 0.99};
+    const double i8 = whole(AssetPrecision::kI8), f16 = whole(AssetPrecision::kF16);
+    ASSERT_LT(1.2 * f16, i8);  // the mean is in half precision in both
+    // Components along principal axes round a little better or worse than the model's own.
+    EXPECT_EQ(pack(i8 * 1.2).precision, AssetPrecision::kI8);
+    EXPECT_EQ(pack(f16 * 1.05).precision, AssetPrecision::kF16);
+    EXPECT_EQ(pack(f16 * 0.5).precision, AssetPrecision::kF32);
+    for (double bound : {i8 * 1.2, f16 * 1.05, f16 * 0.5}) EXPECT_LE(pack(bound).quantization_error, bound);
+    const PackOptions too_coarse{.precision = AssetPrecision::kI8, .max_error = f16 * 1.05};
     EXPECT_THROW(packAsset(model, {}, {}, too_coarse, "{}", 1), UsageError);
 }
 

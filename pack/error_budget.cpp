@@ -1,0 +1,24 @@
+#include "pack/error_budget.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace penumbra {
+
+std::vector<BudgetRow> errorBudget(const ErrorFigures& figures) {
+    const bool unpacked = !std::isnan(figures.packing);
+    const double model = figures.unpacked_error, pca = figures.unpacked_truncation;
+    std::vector<BudgetRow> rows = {
+        {"bake noise", figures.bake_noise, 0, "--second-bake"},
+        {"SH truncation", figures.sh_truncation, 0, ""},
+        {"output PCA", unpacked ? pca : figures.truncation, 0, ""},
+        {"regression", unpacked ? std::sqrt(std::max(0.0, model * model - pca * pca)) : figures.regression, 0, ""},
+        {"unpacked model", model, 0, "--model"},
+        {"rank and quantisation", figures.packing, 0, "--model"},
+        {"total", figures.relative_error, 0, ""},
+        {"against all bands", std::hypot(figures.relative_error, figures.sh_truncation), 0, ""}};
+    for (BudgetRow& row : rows) row.rms_v = row.relative * figures.signal_rms_v;
+    return rows;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,188 @@
+#include "pack/pack_within.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "formats/errors.h"
+#include "formats/parallel_for.h"
+#include "formats/write_file.h"
+#include "pack/compress_model.h"
+#include "pack/packing_error.h"
+#include "player/runtime/evaluator.h"
+
+namespace penumbra {
+
+namespace {
+
+// What a model whose components nobody limits may lose: 3% of its signal, which adds 0.1% to a relative error of 0.5.
+constexpr double kNegligibleEnergy = 1e-3;
+
+// [cluster]: scores [F, K] over training frames.
+std::vector<std::vector<float>> trainingScores(const AssetView& exact) {
+    Evaluator evaluator(exact);
+    std::vector<std::vector<float>> scores(evaluator.clusterCount());
+    for (const ClipView& clip : exact.animation.clips) {
+        if (clip.held_out) continue;
+        throwIfInterrupted();
+        for (std::size_t f = clip.first_frame; f < clip.first_frame + std::size_t(clip.frame_count); ++f) {
+            evaluator.setPose(exact.animation.bonesOf(f), exact.animation.poseOf(f));
+            for (std::size_t c = 0; c < scores.size(); ++c) {
+                const std::span<const float> y = evaluator.scores(c);
+                scores[c].insert(scores[c].end(), y.begin(), y.end());
+            }
+        }
+    }
+    return scores;
+}
+
+// One choice of components at one precision: where the asset would stand.
+struct Attempt {
+    ComponentChoice choice;
+    double model_bytes = 0;
+    PackingSums sums;
+};
+
+std::string figure(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", value);
+    return text;
+}
+
+class Search {
+public:
+    Search(const Model& model, const WriteAsset& write, int threads)
+        : whole_(model), ranked_(model), write_(write), threads_(threads) {
+        exact_ = write(model, AssetPrecision::kF32, 0);
+        for (const ClusterModel& cluster : model.clusters) components_ += cluster.components();
+    }
+
+    // Every component, as the model has them.
+    Packed asItIs(AssetPrecision precision) const;
+    void rank();
+    // After rank(). Nothing when this precision cannot meet the limits; `refusal` then says why.
+    std::optional<Packed> within(const PackOptions& options, AssetPrecision precision, std::string& refusal) const;
+
+private:
+    const Model& whole_;
+    Model ranked_;  // after rank(): components by what they add to predictions
+    const WriteAsset& write_;
+    int threads_;
+    std::vector<std::byte> exact_;
+    std::size_t components_ = 0;
+    std::vector<std::vector<double>> energies_;  // after rank(): [cluster, K]
+
+    Model chosen(const ComponentChoice& choice) const;
+    Attempt attempt(const ComponentChoice& choice, AssetPrecision precision) const;
+    Attempt shrinkToBytes(const ComponentCosts& costs, Attempt whole, double bytes, AssetPrecision precision) const;
+    Attempt shrinkToError(const ComponentCosts& costs, Attempt whole, double error, AssetPrecision precision) const;
+    Packed finish(const Model& model, const Attempt& found, AssetPrecision precision) const;
+};
+
+void Search::rank() {
+    const std::vector<std::vector<float>> scores = trainingScores(openAsset(exact_));
+    energies_.resize(scores.size());
+    parallelFor(scores.size(), threads_,
+                [&](std::size_t c) { energies_[c] = turnToPrincipalAxes(ranked_.clusters[c], scores[c]); });
+}
+
+Model Search::chosen(const ComponentChoice& choice) const {
+    Model model = ranked_;
+    for (std::size_t c = 0; c < choice.kept.size(); ++c) keepComponents(model.clusters[c], choice.kept[c]);
+    return model;
+}
+
+Attempt Search::attempt(const ComponentChoice& choice, AssetPrecision precision) const {
+    const std::vector<std::byte> bytes = write_(chosen(choice), precision, 0);
+    const AssetView asset = openAsset(bytes);
+    return {choice, double(modelBytes(asset, bytes.size())), comparePacked(asset, openAsset(exact_), threads_)};
+}
+
+// Vectors start at multiples of 16 bytes in the file, so that the first choice may be some bytes off.
+Attempt Search::shrinkToBytes(const ComponentCosts& costs, Attempt whole, double bytes,
+                              AssetPrecision precision) const {
+    double to_save = whole.model_bytes - bytes;
+    while (whole.model_bytes > bytes) {
+        const ComponentChoice choice = dropForBytes(costs, to_save);
+        whole = attempt(choice, precision);
+        if (choice.dropped_bytes < to_save) break;
+        to_save = choice.dropped_bytes + 1;
+    }
+    return whole;
+}
+
+// Errors of dropping and of rounding are nearly orthogonal: their squares add up but for a little, which the steps
+// find.
+Attempt Search::shrinkToError(const ComponentCosts& costs, Attempt whole, double error,
+                              AssetPrecision precision) const {
+    double energy = error * error * whole.sums.signal - whole.sums.difference;
+    for (int step = 0; step < 40 && energy > 0; ++step, energy *= 0.95) {
+        Attempt result = attempt(dropForEnergy(costs, energy), precision);
+        if (result.sums.relative() <= error) return result;
+    }
+    return whole;
+}
+
+std::optional<Packed> Search::within(const PackOptions& options, AssetPrecision precision, std::string& refusal) const {
+    const double vertices = double(whole_.mesh.vertexCount());
+    ComponentCosts costs{energies_, componentBytes(openAsset(write_(ranked_, precision, 0)))};
+    Attempt found = attempt(dropForBytes(costs, 0), precision);
+    if (options.max_bytes_per_vertex)
+        found = shrinkToBytes(costs, found, *options.max_bytes_per_vertex * vertices, precision);
+    else if (options.max_error)
+        found = shrinkToError(costs, found, *options.max_error, precision);
+    else
+        found = attempt(dropForEnergy(costs, kNegligibleEnergy * found.sums.signal), precision);
+    if (options.max_bytes_per_vertex && found.model_bytes > *options.max_bytes_per_vertex * vertices)
+        refusal = "--max-bytes-per-vertex: with one component a cluster the model takes " +
+                  figure(found.model_bytes / vertices) + " at precision " + nameOf(precision) + ", the bound is " +
+                  figure(*options.max_bytes_per_vertex);
+    else if (options.max_error && found.sums.relative() > *options.max_error)
+        refusal = std::string("--max-error: precision ") + nameOf(precision) + " gives " +
+                  figure(found.sums.relative()) +
+                  (options.max_bytes_per_vertex ? " within --max-bytes-per-vertex" : " with every component") +
+                  ", the bound is " + figure(*options.max_error);
+    else
+        return finish(chosen(found.choice), found, precision);
+    return {};
+}
+
+Packed Search::finish(const Model& model, const Attempt& found, AssetPrecision precision) const {
+    Packed packed;
+    packed.precision = precision;
+    packed.quantization_error = found.sums.relative();
+    packed.dropped_error = found.sums.signal > 0 ? std::sqrt(found.choice.dropped_energy / found.sums.signal) : 0;
+    for (const ClusterModel& cluster : model.clusters) packed.components += cluster.components();
+    packed.all_components = components_;
+    packed.bytes = write_(model, precision, packed.quantization_error);
+    return packed;
+}
+
+Packed Search::asItIs(AssetPrecision precision) const {
+    Attempt all;
+    if (precision != AssetPrecision::kF32) {
+        const std::vector<std::byte> bytes = write_(whole_, precision, 0);
+        all.sums = comparePacked(openAsset(bytes), openAsset(exact_), threads_);
+    }
+    return finish(whole_, all, precision);
+}
+
+}  // namespace
+
+Packed packWithin(const Model& model, const PackOptions& options, const WriteAsset& write, int threads) {
+    Search search(model, write, threads);
+    if (options.precision && !options.max_error && !options.max_bytes_per_vertex)
+        return search.asItIs(*options.precision);
+    search.rank();
+    std::vector<AssetPrecision> candidates = {options.precision.value_or(AssetPrecision::kI8)};
+    if (options.max_error && !options.precision)
+        candidates = {AssetPrecision::kI8, AssetPrecision::kF16, AssetPrecision::kF32};
+    std::string first_refusal;
+    for (AssetPrecision precision : candidates) {
+        std::string refusal;
+        if (std::optional<Packed> found = search.within(options, precision, refusal)) return std::move(*found);
+        if (first_refusal.empty() || !options.max_bytes_per_vertex) first_refusal = refusal;
+    }
+    throw UsageError(first_refusal);
+}
+
+}  // namespace penumbra

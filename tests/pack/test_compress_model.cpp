@@ -1,0 +1,235 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "formats/errors.h"
+#include "pack/compress_model.h"
+#include "pack/pack_asset.h"
+#include "pack/symmetric_eigen.h"
+#include "player/runtime/evaluator.h"
+#include "tests/synthetic_model.h"
+
+namespace penumbra {
+namespace {
+
+// Measured: 4e-15.
+TEST(SymmetricEigen, RebuildsTheMatrixFromOrthonormalVectors) {
+    synthetic::Noise noise(4);
+    for (std::size_t n : {1, 2, 7, 30}) {
+        std::vector<double> a(n * n);
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = 0; j <= i; ++j) a[i * n + j] = a[j * n + i] = noise();
+        const SymmetricEigen eigen = symmetricEigen(a, n);
+        for (std::size_t i = 0; i < n; ++i) {
+            EXPECT_GE(eigen.values[i > 0 ? i - 1 : 0], eigen.values[i]);
+            for (std::size_t j = 0; j < n; ++j) {
+                double rebuilt = 0, product = 0;
+                for (std::size_t k = 0; k < n; ++k) {
+                    rebuilt += eigen.values[k] * eigen.vectors[k * n + i] * eigen.vectors[k * n + j];
+                    product += eigen.vectors[i * n + k] * eigen.vectors[j * n + k];
+                }
+                EXPECT_NEAR(rebuilt, a[i * n + j], 1e-13);
+                EXPECT_NEAR(product, i == j, 1e-13);
+            }
+        }
+    }
+}
+
+constexpr std::size_t kFrames = 40, kUnits = 9, kNumbers = 60;
+
+// A cluster of `components`, and its units' values h [F, H] over some frames, from which everything follows.
+struct Example {
+    ClusterModel cluster;
+    std::vector<float> units;
+
+    explicit Example(std::size_t components) {
+        synthetic::Noise noise(3);
+        synthetic::fillNoise(units, kFrames * kUnits, 1, noise);
+        synthetic::fillNoise(cluster.weights, components * kUnits, 1, noise);
+        synthetic::fillNoise(cluster.bias, components, 2, noise);
+        synthetic::fillNoise(cluster.mean, kNumbers, 1, noise);
+        synthetic::fillNoise(cluster.basis, components * kNumbers, 0.2f, noise);
+        for (std::size_t i = 0; i < cluster.weights.size(); ++i)  // components of unequal weight
+            cluster.weights[i] /= float(1 + i / kUnits);
+    }
+
+    std::vector<float> scores(const ClusterModel& of) const {  // [F, K]
+        std::vector<float> y;
+        for (std::size_t f = 0; f < kFrames; ++f)
+            for (std::size_t k = 0; k < of.components(); ++k) {
+                double sum = of.bias[k];
+                for (std::size_t h = 0; h < kUnits; ++h) sum += of.weights[k * kUnits + h] * units[f * kUnits + h];
+                y.push_back(float(sum));
+            }
+        return y;
+    }
+    std::vector<double> numbers(const ClusterModel& of) const {  // [F, numbers]
+        const std::vector<float> y = scores(of);
+        std::vector<double> out;
+        for (std::size_t f = 0; f < kFrames; ++f)
+            for (std::size_t n = 0; n < kNumbers; ++n) {
+                double sum = of.mean[n];
+                for (std::size_t k = 0; k < of.components(); ++k)
+                    sum += double(y[f * of.components() + k]) * of.basis[k * kNumbers + n];
+                out.push_back(sum);
+            }
+        return out;
+    }
+    std::vector<double> turn() {
+        const std::vector<float> y = scores(cluster);
+        return turnToPrincipalAxes(cluster, y);
+    }
+};
+
+// Measured: 1.5e-6 of numbers up to 6.
+TEST(CompressModel, TurningChangesNoNumber) {
+    Example example(6);
+    const std::vector<double> before = example.numbers(example.cluster);
+    const std::vector<double> energies = example.turn();
+    const std::vector<double> after = example.numbers(example.cluster);
+    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(after[i], before[i], 1e-5);
+    const std::vector<float> y = example.scores(example.cluster);
+    ASSERT_EQ(energies.size(), 6u);
+    for (std::size_t k = 0; k < 6; ++k)
+        for (std::size_t j = 0; j <= k; ++j) {
+            double mean = 0, scatter = 0, gram = 0;
+            for (std::size_t f = 0; f < kFrames; ++f) {
+                mean += y[f * 6 + k] / double(kFrames);
+                scatter += double(y[f * 6 + k]) * y[f * 6 + j];
+            }
+            for (std::size_t n = 0; n < kNumbers; ++n)
+                gram += double(example.cluster.basis[k * kNumbers + n]) * example.cluster.basis[j * kNumbers + n];
+            EXPECT_NEAR(mean, 0, 1e-6);
+            EXPECT_NEAR(scatter, k == j ? energies[k] : 0, 1e-4);
+            EXPECT_NEAR(gram, k == j, 1e-6);
+        }
+}
+
+TEST(CompressModel, ComponentsThatRepeatOthersAreGone) {
+    Example example(5);
+    ClusterModel& cluster = example.cluster;
+    std::copy_n(cluster.basis.begin(), kNumbers, cluster.basis.begin() + 3 * kNumbers);
+    std::fill_n(cluster.basis.begin() + 4 * kNumbers, kNumbers, 0.0f);
+    const std::vector<double> before = example.numbers(cluster);
+    EXPECT_EQ(example.turn().size(), 3u);
+    EXPECT_EQ(cluster.components(), 3u);
+    const std::vector<double> after = example.numbers(cluster);
+    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(after[i], before[i], 1e-5);
+}
+
+// Dropping costs the energies of what is dropped, and no other rank-3 model of these predictions costs less than the
+// first axes do: certainly not the first components as they were.
+TEST(CompressModel, DroppingCostsTheEnergyThatWasPredicted) {
+    Example example(6), plain(6);
+    const std::vector<double> before = example.numbers(example.cluster);
+    const std::vector<double> energies = example.turn();
+    const auto lost = [&](const Example& of) {
+        const std::vector<double> now = of.numbers(of.cluster);
+        double sum = 0;
+        for (std::size_t i = 0; i < now.size(); ++i) sum += (now[i] - before[i]) * (now[i] - before[i]);
+        return sum;
+    };
+    for (std::size_t kept = 5; kept >= 1; --kept) {
+        keepComponents(example.cluster, kept);
+        double predicted = 0;
+        for (std::size_t k = kept; k < 6; ++k) predicted += energies[k];
+        EXPECT_NEAR(lost(example), predicted, 1e-5 * predicted);
+        keepComponents(plain.cluster, kept);
+        EXPECT_GT(lost(plain), predicted);
+    }
+}
+
+TEST(CompressModel, DropsWhatCostsLeastForItsBytes) {
+    const ComponentCosts costs{{{9, 4, 1}, {8, 6}, {0.1}}, {1, 8, 1}};  // 4, 1: a byte each; 6 / 8 bytes
+    EXPECT_EQ(dropForBytes(costs, 0).kept, (std::vector<std::size_t>{3, 2, 1}));
+    const ComponentChoice one = dropForBytes(costs, 3);
+    EXPECT_EQ(one.kept, (std::vector<std::size_t>{3, 1, 1}));
+    EXPECT_EQ(one.dropped_energy, 6);
+    EXPECT_EQ(one.dropped_bytes, 8);
+    EXPECT_EQ(dropForBytes(costs, 9).kept, (std::vector<std::size_t>{2, 1, 1}));
+    EXPECT_EQ(dropForBytes(costs, 1000).kept, (std::vector<std::size_t>{1, 1, 1})) << "one of each stays";
+    EXPECT_EQ(dropForEnergy(costs, 6.9).kept, (std::vector<std::size_t>{3, 1, 1}));
+    EXPECT_EQ(dropForEnergy(costs, 7.1).kept, (std::vector<std::size_t>{2, 1, 1}));
+    EXPECT_EQ(dropForEnergy(costs, 0).kept, (std::vector<std::size_t>{3, 2, 1}));
+}
+
+const synthetic::TubeOptions kTube{
+    .rings = 20, .segments = 12, .clusters = 4, .components = 8, .inputs = 6, .frames = 24};
+
+Model livelyTube() {
+    Model model = synthetic::tubeModel(kTube);
+    synthetic::turnJointsApart(model);
+    return model;
+}
+
+double bytesPerVertex(const Packed& packed) {
+    const AssetView asset = openAsset(packed.bytes);
+    return double(modelBytes(asset, packed.bytes.size())) / double(asset.mesh.positions.size());
+}
+
+TEST(PackWithin, MeetsTheBytesAskedForAndUsesThem) {
+    const Model model = livelyTube();
+    const Packed whole = packAsset(model, {}, {}, {.precision = AssetPrecision::kI8}, "{}", 2);
+    const double bytes = bytesPerVertex(whole);
+    double error = 0;
+    for (double share : {1.01, 0.9, 0.75}) {
+        const Packed packed = packAsset(model, {}, {}, {.max_bytes_per_vertex = share * bytes}, "{}", 2);
+        EXPECT_LE(bytesPerVertex(packed), share * bytes);
+        // A component is 16 bytes a vertex of its cluster, of four.
+        if (packed.components < packed.all_components) {
+            EXPECT_GT(bytesPerVertex(packed), share * bytes - 8);
+        }
+        EXPECT_GE(packed.quantization_error, error);
+        error = packed.quantization_error;
+        EXPECT_FLOAT_EQ(openAsset(packed.bytes).model.quantization_error, float(error));
+        // What was predicted for dropping is nearly all of the error; rounding adds the rest.
+        EXPECT_LE(packed.dropped_error, packed.quantization_error * 1.01);
+        if (share < 0.8) {
+            EXPECT_GT(packed.dropped_error, 0.9 * packed.quantization_error);
+        }
+    }
+}
+
+TEST(PackWithin, KeepsTheErrorAskedForAndUsesIt) {
+    const Model model = livelyTube();
+    std::size_t components = 33;
+    for (double bound : {0.05, 0.2, 0.5}) {
+        const Packed packed = packAsset(model, {}, {}, {.max_error = bound}, "{}", 1);
+        EXPECT_LE(packed.quantization_error, bound);
+        EXPECT_LT(packed.components, components);
+        components = packed.components;
+    }
+    EXPECT_LT(components, 24u);
+}
+
+TEST(PackWithin, RefusesBoundsThatCannotBeMet) {
+    const Model model = livelyTube();
+    const auto refusal = [&](const PackOptions& options) {
+        try {
+            packAsset(model, {}, {}, options, "{}", 1);
+        } catch (const UsageError& error) {
+            return std::string(error.what());
+        }
+        return std::string("accepted");
+    };
+    EXPECT_EQ(refusal({.max_error = 0.5, .max_bytes_per_vertex = 400}), "accepted");
+    EXPECT_NE(refusal({.max_bytes_per_vertex = 20}).find("--max-bytes-per-vertex: with one component"),
+              std::string::npos);
+    const double bytes = bytesPerVertex(packAsset(model, {}, {}, {.max_error = 0.3}, "{}", 1));
+    const std::string both = refusal({.max_error = 0.05, .max_bytes_per_vertex = bytes});
+    EXPECT_NE(both.find("within --max-bytes-per-vertex"), std::string::npos) << both;
+}
+
+// Asked for nothing, packing loses what does not matter; asked for a precision, no component.
+TEST(PackWithin, DropsByDefaultWhatHardlyCounts) {
+    Model model = livelyTube();
+    for (ClusterModel& cluster : model.clusters)  // the last component of each cluster is next to nothing
+        for (std::size_t i = 0; i < cluster.units(); ++i) cluster.weights[7 * cluster.units() + i] *= 1e-3f;
+    const Packed packed = packAsset(model, {}, {}, {}, "{}", 1);
+    EXPECT_LT(packed.components, packed.all_components);
+    EXPECT_LE(packed.dropped_error, std::sqrt(1e-3));
+    EXPECT_EQ(packAsset(model, {}, {}, {.precision = AssetPrecision::kF16}, "{}", 1).components, 32u);
+}
+
+}  // namespace
+}  // namespace penumbra
