@@ -7,6 +7,7 @@
 
 #include "asset_generated.h"
 #include "formats/errors.h"
+#include "sh/pose_inputs.h"
 
 namespace penumbra {
 
@@ -234,9 +235,61 @@ AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
     return animation;
 }
 
-ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, int stride, std::uint64_t features,
-                      std::size_t joints) {
+// What a cluster's sizes follow from.
+struct ModelSizes {
+    AssetModel kind;
+    bool angles;
+    std::uint64_t stride, features, joints, group_joints;
+};
+
+void setGroups(const fbs::Cluster& stored, const Field& at, const ModelSizes& sizes, ClusterView& cluster) {
+    const std::uint64_t size = sizes.angles ? 3 : std::uint64_t(kBoneInputs);
+    cluster.groups = spanOf<std::uint16_t>(stored.groups(), at / "groups");
+    checkIndices(at / "groups", cluster.groups, sizes.group_joints);
+    for (std::size_t g = 0; g < cluster.groups.size(); ++g) {
+        const Field here = (at / "groups")[g];
+        here.require(g == 0 || cluster.groups[g] > cluster.groups[g - 1], "is not above the one before");
+        here.require(sizes.angles || int(cluster.groups[g]) != cluster.joint, "is the cluster's own joint");
+    }
+    const std::uint64_t groups = cluster.groups.size();
+    cluster.group_weight = floatsOf(stored.group_weight(), at / "group_weight", groups);
+    cluster.group_min = numbersOf(stored.group_min(), at / "group_min", groups, size, AssetPrecision::kF16);
+    cluster.group_max = numbersOf(stored.group_max(), at / "group_max", groups, size, AssetPrecision::kF16);
+    std::vector<float> least(cluster.group_min.count), most(cluster.group_max.count);
+    decode(cluster.group_min, least);
+    decode(cluster.group_max, most);
+    for (std::size_t i = 0; i < least.size(); ++i)
+        (at / "group_max")[i].require(least[i] <= most[i], "is below group_min");
+}
+
+void setUnits(const fbs::Cluster& stored, const Field& at, const ModelSizes& sizes, ClusterView& cluster) {
+    const std::uint64_t inputs = cluster.inputs();
+    std::uint64_t width = 0;
+    cluster.units = inputs;
+    if (sizes.kind == AssetModel::kQuadratic) cluster.units = inputs + inputs * (inputs + 1) / 2;
+    if (sizes.kind == AssetModel::kNeural) {
+        if (!stored.hidden()) (at / "hidden").fail("is missing");
+        width = inputs + 1;
+        cluster.units = stored.hidden()->count() / width;
+    }
+    cluster.unit_group = spanOf<std::uint16_t>(stored.unit_group(), at / "unit_group");
+    checkIndices(at / "unit_group", cluster.unit_group, cluster.groups.size());
+    if (sizes.kind == AssetModel::kAdditive) {
+        width = sizes.angles ? 3 : std::uint64_t(kBoneInputs);
+        cluster.units = cluster.unit_group.size();
+    } else {
+        checkCount(at / "unit_group", cluster.unit_group, 0);
+    }
+    cluster.hidden = numbersOf(stored.hidden(), at / "hidden", width ? cluster.units : 0, width, AssetPrecision::kI8);
+    cluster.weights =
+        numbersOf(stored.weights(), at / "weights", cluster.components(), cluster.units, AssetPrecision::kI8);
+}
+
+ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSizes& sizes) {
     ClusterView cluster;
+    const std::uint64_t features = sizes.features, joints = sizes.joints, stride = sizes.stride;
+    const auto center = vectorsOf(stored.center(), at / "center", 1);
+    cluster.center = center[0];
     cluster.joint = stored.joint();
     checkRange(at / "joint", cluster.joint, 0, std::int64_t(joints) - 1);
     cluster.first_vertex = stored.first_vertex();
@@ -253,7 +306,8 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, int stride, s
     cluster.bias = spanOf<float>(stored.bias(), at / "bias");
     checkFinite(at / "bias", cluster.bias);
     const std::uint64_t components = cluster.components(), row = std::uint64_t(cluster.vertex_count) * stride;
-    cluster.weights = floatsOf(stored.weights(), at / "weights", components * inputs);
+    setGroups(stored, at, sizes, cluster);
+    setUnits(stored, at, sizes, cluster);
     cluster.mean = numbersOf(stored.mean(), at / "mean", 1, row, AssetPrecision::kF16);
     cluster.basis = numbersOf(stored.basis(), at / "basis", components, row, AssetPrecision::kI8);
     return cluster;
@@ -261,7 +315,8 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, int stride, s
 
 ModelView modelOf(const fbs::Model& stored, const Field& at, std::size_t vertices, const AnimationView& animation) {
     ModelView model;
-    checkRange(at / "kind", std::int64_t(stored.kind()), 0, 0);
+    checkRange(at / "kind", std::int64_t(stored.kind()), 0, 3);
+    model.kind = AssetModel(stored.kind());
     checkRange(at / "features", std::int64_t(stored.features()), 0, 1);
     model.features = AssetFeatures(stored.features());
     try {
@@ -275,13 +330,19 @@ ModelView modelOf(const fbs::Model& stored, const Field& at, std::size_t vertice
     const std::size_t joints = animation.jointCount();
     at.require(joints > 0, "needs joints");
     model.joint_centers = vectorsOf(stored.joint_centers(), at / "joint_centers", joints);
+    model.joint_spreads = spanOf<Mat3>(stored.joint_spreads(), at / "joint_spreads");
+    checkCount(at / "joint_spreads", model.joint_spreads, joints);
+    checkFinite(at / "joint_spreads", model.joint_spreads);
     model.feature_scale = stored.feature_scale();
     (at / "feature_scale").require(std::isfinite(model.feature_scale) && model.feature_scale > 0, "is not positive");
     model.quantization_error = stored.quantization_error();
     (at / "quantization_error")
         .require(std::isfinite(model.quantization_error) && model.quantization_error >= 0, "is not a number >= 0");
     const bool angles = model.features == AssetFeatures::kJointAngles;
-    const std::uint64_t features = angles ? animation.pose_size : 12 * std::uint64_t(joints - 1);
+    const bool additive = model.kind == AssetModel::kAdditive;
+    const std::uint64_t features = additive ? 0 : angles ? animation.pose_size : 12 * std::uint64_t(joints - 1);
+    const ModelSizes sizes{model.kind, angles, std::uint64_t(model.stride),
+                           features,   joints, angles ? animation.pose_size / 3 : joints};
     std::uint64_t next = 0;
     if (!stored.clusters()) (at / "clusters").fail("is missing");
     for (const fbs::Cluster* cluster : *stored.clusters()) {
@@ -289,7 +350,7 @@ ModelView modelOf(const fbs::Model& stored, const Field& at, std::size_t vertice
         checkRange(here / "first_vertex", cluster->first_vertex(), std::int64_t(next), std::int64_t(next));
         next += cluster->vertex_count();
         checkRange(here / "vertex_count", cluster->vertex_count(), 1, std::int64_t(vertices));
-        model.clusters.push_back(clusterOf(*cluster, here, model.stride, features, joints));
+        model.clusters.push_back(clusterOf(*cluster, here, sizes));
     }
     if (next != vertices)
         (at / "clusters").fail("cover " + std::to_string(next) + " of " + std::to_string(vertices) + " vertices");

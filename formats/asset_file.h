@@ -15,10 +15,11 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 1;
+constexpr int kAssetVersion = 2;
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
+enum class AssetModel : std::uint8_t { kLinear = 0, kQuadratic = 1, kNeural = 2, kAdditive = 3 };
 enum class AssetFeatures : std::uint8_t { kJointAngles = 0, kRelativeBones = 1 };
 
 struct NumbersView {
@@ -71,10 +72,18 @@ struct AnimationView {
 struct ClusterView {
     int joint = 0;
     std::uint32_t first_vertex = 0, vertex_count = 0;
+    Vec3 center;
     std::span<const float> feature_mean;          // [N]
     NumbersView input_basis;                      // [I,N]
     std::span<const float> input_min, input_max;  // [I]
-    std::span<const float> weights, bias;         // [K,I], [K]
+    std::span<const std::uint16_t> groups;        // [G]
+    std::span<const float> group_weight;          // [G]
+    NumbersView group_min, group_max;             // [G,D]
+    std::size_t units = 0;                        // H
+    NumbersView hidden;                           // [H,I+1], [H,D] or empty
+    std::span<const std::uint16_t> unit_group;    // [H] or empty
+    NumbersView weights;                          // [K,H]
+    std::span<const float> bias;                  // [K]
     NumbersView mean, basis;                      // [vertex_count, stride], [K, vertex_count, stride]
     std::size_t inputs() const { return input_min.size(); }
     std::size_t components() const { return bias.size(); }
@@ -83,9 +92,11 @@ struct ClusterView {
 struct ModelView {
     Convention convention;
     int stride = 0;
+    AssetModel kind = AssetModel::kLinear;
     AssetFeatures features = AssetFeatures::kRelativeBones;
     float feature_scale = 1;
     std::span<const Vec3> joint_centers;  // [J]
+    std::span<const Mat3> joint_spreads;  // [J]
     std::vector<ClusterView> clusters;
     float quantization_error = 0;
 };

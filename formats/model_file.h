@@ -8,6 +8,7 @@
 
 #include "formats/mesh.h"
 #include "formats/provenance.h"
+#include "sh/pose_inputs.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
@@ -43,8 +44,6 @@ const char* nameOf(FeatureKind features);
 //   000 eq 12). kAdditive: exp(-|x_g - hidden_h|^2 / 2), g = unit_group[h], x_g the inputs of that group.
 // Scores y = weights h + bias; numbers = mean + sum_k y_k basis_k, and last each vertex' numbers are moved the shortest
 // way to where its ambient visibility lies in [0, 1] (clampAmbient(), sh/visibility_convention.h).
-constexpr float kRangeMargin = 0.1f;
-
 struct ClusterModel {
     std::vector<std::uint32_t> vertices;      // [Vc], ascending
     int joint = 0;                            // the cluster's own joint

@@ -73,14 +73,37 @@ static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model
         writeNumbers(builder, quantize(cluster.input_basis, cluster.feature_mean.size(), fine, what + ".input_basis"));
     const auto input_min = writeVector<float>(builder, cluster.input_min);
     const auto input_max = writeVector<float>(builder, cluster.input_max);
-    const auto weights = writeVector<float>(builder, cluster.weights);
+    const auto center = writeVector<float>(builder, std::span(&cluster.center, 1));
+    const std::vector<std::uint16_t> joints(cluster.groups.begin(), cluster.groups.end());
+    const auto groups = writeVector<std::uint16_t>(builder, joints);
+    const auto group_weight = writeVector<float>(builder, cluster.group_weight);
+    const std::size_t group_size = groupInputs(model.features), units = cluster.units();
+    const auto group_min = writeNumbers(builder, quantize(cluster.group_min, group_size, fine, what + ".group_min"));
+    const auto group_max = writeNumbers(builder, quantize(cluster.group_max, group_size, fine, what + ".group_max"));
+    const auto hidden = writeNumbers(
+        builder,
+        quantize(cluster.hidden, cluster.hidden.empty() ? 0 : cluster.hidden.size() / units, fine, what + ".hidden"));
+    const std::vector<std::uint16_t> unit_groups(cluster.unit_group.begin(), cluster.unit_group.end());
+    const auto unit_group = writeVector<std::uint16_t>(builder, unit_groups);
+    const auto weights = writeNumbers(builder, quantize(cluster.weights, units, fine, what + ".weights"));
     const auto bias = writeVector<float>(builder, cluster.bias);
     const auto mean = writeNumbers(builder, quantize(padded(cluster.mean, size, stride), row, fine, what + ".mean"));
     const auto basis =
         writeNumbers(builder, quantize(padded(cluster.basis, size, stride), row, precision, what + ".basis"));
     return fbs::CreateCluster(builder, std::uint16_t(cluster.joint), first_vertex,
-                              std::uint32_t(cluster.vertices.size()), feature_mean, input_basis, input_min, input_max,
-                              weights, bias, mean, basis);
+                              std::uint32_t(cluster.vertices.size()), center, feature_mean, input_basis, input_min,
+                              input_max, groups, group_weight, group_min, group_max, hidden, unit_group, weights, bias,
+                              mean, basis);
+}
+
+static fbs::ModelKind kindOf(ModelKind kind) {
+    switch (kind) {
+        case ModelKind::kLinear:
+            return fbs::ModelKind::Linear;
+        case ModelKind::kAdditive:
+            return fbs::ModelKind::Additive;
+    }
+    return {};
 }
 
 static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, AssetPrecision precision,
@@ -93,12 +116,13 @@ static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Mo
     }
     const auto convention = builder.CreateString(model.convention.name());
     const auto centers = writeVector<float>(builder, model.joint_centers);
+    const auto spreads = writeVector<float>(builder, model.joint_spreads);
     const auto cluster_vector = builder.CreateVector(clusters);
     const auto features =
         model.features == FeatureKind::kJointAngles ? fbs::FeatureKind::JointAngles : fbs::FeatureKind::RelativeBones;
-    return fbs::CreateModel(builder, fbs::ModelKind::Linear, features, convention,
+    return fbs::CreateModel(builder, kindOf(model.kind), features, convention,
                             std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
-                            cluster_vector, float(quantization_error));
+                            spreads, cluster_vector, float(quantization_error));
 }
 
 static AnimationSection animationOf(const Model& model) {
@@ -173,8 +197,6 @@ static void checkNames(std::span<const BrdfFile> materials, std::span<const Ligh
 
 // What the reader of the model file promises and a model made in memory may break.
 static void checkModel(const Model& model) {
-    if (model.kind != ModelKind::kLinear)
-        throw Unsupported(std::string("attribute model: ") + nameOf(model.kind) + " models are not packed yet");
     std::vector<bool> seen(model.mesh.vertexCount());
     std::size_t count = 0;
     for (const ClusterModel& cluster : model.clusters)
@@ -211,8 +233,10 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
     std::size_t visibility = 0, regression = asset.model.joint_centers.size_bytes();
     for (const ClusterView& c : asset.model.clusters) {
         visibility += bytesOf(c.mean) + bytesOf(c.basis);
-        regression += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + c.weights.size_bytes() +
-                      c.bias.size_bytes() + c.input_min.size_bytes() + c.input_max.size_bytes();
+        regression += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + bytesOf(c.weights) + bytesOf(c.group_min) +
+                      bytesOf(c.group_max) + bytesOf(c.hidden) + c.bias.size_bytes() + c.groups.size_bytes() +
+                      c.group_weight.size_bytes() + c.unit_group.size_bytes() + c.input_min.size_bytes() +
+                      c.input_max.size_bytes();
     }
     std::size_t materials = 0, lights = 0;
     for (const MaterialView& material : asset.materials) materials += material.slices.size_bytes();

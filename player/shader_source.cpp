@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "player/runtime/light_lobes.h"
 #include "player/sh_glsl.h"
@@ -63,13 +64,21 @@ static std::string preamble(Channel channel) {
 // "numbers[2].w": number i of a vertex in numbersOf()'s array.
 static std::string number(std::size_t i) { return "numbers[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; }
 
+// ambientOf() and clampAmbient() (sh/visibility_convention.h).
 static std::string ambientGlsl(const Convention& convention) {
     std::vector<float> weights(std::size_t(convention.size()));
     ambientWeights(convention, weights);
-    std::string text = "float ambientOf(vec4 numbers[STRIDE4]) {\n    return 0.0";
-    for (std::size_t i = 0; i < weights.size(); ++i)
-        if (weights[i] != 0) text += "\n        + " + glslFloat(weights[i]) + " * " + number(i);
-    return text + ";\n}\n";
+    const float norm2 = std::inner_product(weights.begin(), weights.end(), weights.begin(), 0.0f);
+    std::string ambient = "float ambientOf(vec4 numbers[STRIDE4]) {\n    return 0.0";
+    std::string clamp =
+        "void clampAmbient(inout vec4 numbers[STRIDE4]) {\n    float e = ambientOf(numbers);\n"
+        "    float excess = min(e, 0.0) + max(e - 1.0, 0.0);\n";
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        if (weights[i] == 0) continue;
+        ambient += "\n        + " + glslFloat(weights[i]) + " * " + number(i);
+        clamp += "    " + number(i) + " -= " + glslFloat(weights[i] / norm2) + " * excess;\n";
+    }
+    return ambient + ";\n}\n" + clamp + "}\n";
 }
 
 // f_k = sum over e of C_ke y_e, for every k that has an entry; `type` is float or vec3 (a slice a colour channel).
@@ -149,9 +158,9 @@ std::string evaluateVertexSource(const ShaderRecipe& recipe) {
     if (recipe.mean == ArrayFormat::kScaledBytes) defines += "#define MEAN_I8\n";
     if (recipe.basis == ArrayFormat::kScaledBytes) defines += "#define BASIS_I8\n";
     std::string generated;
-    if (recipe.channel == Channel::kShaded) generated = shadeGlsl(recipe);
-    if (recipe.channel == Channel::kAmbient || recipe.channel == Channel::kError)
+    if (recipe.channel != Channel::kNormals && recipe.channel != Channel::kClusters)
         generated = ambientGlsl(recipe.convention);
+    if (recipe.channel == Channel::kShaded) generated += shadeGlsl(recipe);
     std::string text = kShaderEvaluateVert;
     const std::string mark = "\nGENERATED\n";
     text.replace(text.find(mark), mark.size(), "\n" + generated + "\n");

@@ -8,6 +8,9 @@ namespace penumbra {
 
 constexpr int kBoneInputs = 13;
 
+// An input may leave its range over training frames by this share of it before it is clamped.
+constexpr float kRangeMargin = 0.1f;
+
 // Direction and logarithm of the distance at which the cluster sees the bone, and how the bone is turned, as large as
 // it looks from there: what a bone hides of the sky depends on these and not on the scale of the scene.
 //   position: of the bone's centre from the cluster's centre, in the cluster bone's rest frame, in box diagonals;

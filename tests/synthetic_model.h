@@ -18,6 +18,7 @@ struct TubeOptions {
     int joints = 3, clusters = 2, components = 3, inputs = 2, frames = 4;
     Convention convention{BelowHorizon::kMirrored, 5};
     FeatureKind features = FeatureKind::kRelativeBones;
+    ModelKind kind = ModelKind::kLinear;
 };
 
 // Uniform in [-1, 1); the same numbers with every standard library.
@@ -64,6 +65,7 @@ inline void addTube(Model& model, const TubeOptions& o) {
         model.skin.joint_names.push_back("joint" + std::to_string(j));
         model.skin.parents.push_back(j - 1);
         model.joint_centers.push_back({0, float(height * j / std::max(1, o.joints - 1)), 0});
+        model.joint_spreads.push_back({{0.1f, 0.01f, 0, 0.01f, 0.2f, 0.02f, 0, 0.02f, 0.1f}});
     }
 }
 
@@ -93,6 +95,23 @@ inline void addFrames(Model& model, const TubeOptions& o) {
     }
 }
 
+// Every other joint (of angles: every joint), with ranges that some frames leave; `units` of an additive model.
+inline void addGroups(ClusterModel& cluster, const Model& model, std::size_t units, Noise& noise) {
+    const bool angles = model.features == FeatureKind::kJointAngles;
+    const std::size_t size = groupInputs(model.features);
+    for (std::uint32_t j = 0; j < model.skin.jointCount(); ++j)
+        if (angles || int(j) != cluster.joint) cluster.groups.push_back(j);
+    cluster.group_weight.assign(cluster.groups.size(), 1 / float(cluster.groups.size()));
+    cluster.group_min.assign(cluster.groups.size() * size, -0.8f);
+    cluster.group_max.assign(cluster.groups.size() * size, 0.7f);
+    for (std::size_t h = 0; h < units; ++h) cluster.unit_group.push_back(std::uint32_t(h * 5 % cluster.groups.size()));
+    fillNoise(cluster.hidden, units * size, 0.5f, noise);
+}
+
+inline std::size_t unitCount(const ClusterModel& cluster, const TubeOptions& o) {
+    return o.kind == ModelKind::kAdditive ? cluster.unit_group.size() : std::size_t(o.inputs);
+}
+
 // The mean is an open hemisphere, dimmed; components and regressors are noise of a fitted model's magnitude.
 inline void addClusters(Model& model, const TubeOptions& o) {
     Noise noise(7);
@@ -113,14 +132,18 @@ inline void addClusters(Model& model, const TubeOptions& o) {
             if (v * 7 % vertices * std::size_t(o.clusters) / vertices == std::size_t(c))
                 cluster.vertices.push_back(std::uint32_t(v));
         cluster.joint = c * o.joints / o.clusters;
-        fillNoise(cluster.feature_mean, features, 0.1f, noise);
-        fillNoise(cluster.input_basis, features * std::size_t(o.inputs), 1 / std::sqrt(float(features)), noise);
-        cluster.input_min.assign(std::size_t(o.inputs), -1);
-        cluster.input_max.assign(std::size_t(o.inputs), 1);
-        fillNoise(cluster.weights, std::size_t(o.components * o.inputs), 2, noise);
+        const bool additive = o.kind == ModelKind::kAdditive;
+        if (!additive) {
+            fillNoise(cluster.feature_mean, features, 0.1f, noise);
+            fillNoise(cluster.input_basis, features * std::size_t(o.inputs), 1 / std::sqrt(float(features)), noise);
+            cluster.input_min.assign(std::size_t(o.inputs), -0.2f);
+            cluster.input_max.assign(std::size_t(o.inputs), 0.2f);
+        }
+        addGroups(cluster, model, additive ? 2 * std::size_t(o.inputs) : 0, noise);
+        fillNoise(cluster.weights, std::size_t(o.components) * unitCount(cluster, o), 2, noise);
         fillNoise(cluster.bias, std::size_t(o.components), 1, noise);
         for (std::size_t v = 0; v < cluster.vertices.size(); ++v) {
-            const float dimmed = 0.8f + 0.2f * noise();
+            const float dimmed = 0.5f + 0.1f * noise();  // E stays in (0, 1)
             for (float value : open) cluster.mean.push_back(dimmed * value);
         }
         fillNoise(cluster.basis, std::size_t(o.components) * cluster.vertices.size() * size, 0.05f, noise);
@@ -135,6 +158,7 @@ inline Model tubeModel(const TubeOptions& options = {}) {
     Model model;
     model.convention = options.convention;
     model.features = options.features;
+    model.kind = options.kind;
     model.feature_scale = 2;
     addTube(model, options);
     addFrames(model, options);

@@ -7,44 +7,26 @@
 
 namespace penumbra {
 
-// combined = weights input_basis, transposed to [N, K]; offset = bias - combined feature_mean. Sums in double: the
-// mean of a feature is large against its changes.
-static void combineRegressor(const ClusterView& cluster, std::vector<float>& combined, std::vector<float>& offset) {
-    const std::size_t features = cluster.feature_mean.size(), inputs = cluster.inputs();
-    const std::size_t components = cluster.components();
-    std::vector<float> basis(inputs * features);
-    decode(cluster.input_basis, basis);
-    combined.resize(features * components);
-    offset.resize(components);
-    std::vector<double> row(features);
-    for (std::size_t k = 0; k < components; ++k) {
-        std::fill(row.begin(), row.end(), 0.0);
-        for (std::size_t i = 0; i < inputs; ++i)
-            for (std::size_t n = 0; n < features; ++n)
-                row[n] += double(cluster.weights[k * inputs + i]) * basis[i * features + n];
-        double sum = cluster.bias[k];
-        for (std::size_t n = 0; n < features; ++n) {
-            combined[n * components + k] = float(row[n]);
-            sum -= double(float(row[n])) * cluster.feature_mean[n];
-        }
-        offset[k] = float(sum);
-    }
-}
-
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), path_(evaluatorPaths().back()) {
     assert(asset.has_model);
-    std::size_t scores = 0, features = 0;
+    std::size_t scores = 0, scratch = 0;
     for (const ClusterView& cluster : asset.model.clusters) {
-        Regressor& regressor = regressors_.emplace_back();
-        combineRegressor(cluster, regressor.combined, regressor.offset);
-        regressor.first_score = scores;
-        scores += cluster.components();
-        features = std::max(features, cluster.feature_mean.size());
+        const Regressor& regressor = regressors_.emplace_back(asset.model, cluster);
+        first_score_.push_back(scores);
+        scores += regressor.components();
+        scratch = std::max(scratch, regressor.scratchSize());
     }
+    std::vector<float> ambient(std::size_t(asset.model.convention.size()));
+    ambientWeights(asset.model.convention, ambient);
+    for (std::size_t i = 0; i < ambient.size(); ++i) {
+        if (ambient[i] != 0) ambient_.push_back({i, ambient[i]});
+        ambient_norm2_ += ambient[i] * ambient[i];
+    }
+    scratch_.resize(scratch);
     bones_.resize(asset.animation.jointCount());
     bone_rotations_.resize(bones_.size());
     rotations_.resize(clusterCount());
-    features_.resize(features);
+    if (asset.model.features == AssetFeatures::kRelativeBones) features_.resize(12 * (bones_.size() - 1));
     scores_.resize(scores);
     weights_.resize(scores);
 }
@@ -70,40 +52,30 @@ void Evaluator::relativeBoneFeatures(std::size_t joint) {
     }
 }
 
-// scores = offset + combined^T features.
-static void regress(std::span<const float> combined, std::span<const float> offset, std::span<const float> features,
-                    std::span<float> scores) {
-    std::copy(offset.begin(), offset.end(), scores.begin());
-    const std::size_t components = scores.size();
-    const float* row = combined.data();
-    for (float feature : features) {
-        for (std::size_t k = 0; k < components; ++k) scores[k] += feature * row[k];
-        row += components;
-    }
-}
-
 void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> pose) {
     const ModelView& model = asset_->model;
     const bool angles = model.features == AssetFeatures::kJointAngles;
-    assert(bones.size() == bones_.size() && (!angles || pose.size() == features_.size()));
+    assert(bones.size() == bones_.size() && (!angles || pose.size() == asset_->animation.pose_size));
     std::copy(bones.begin(), bones.end(), bones_.begin());
     for (std::size_t j = 0; j < bones.size(); ++j) bone_rotations_[j] = nearestRotation(bones[j].linear());
     int features_of = -1;  // joint
+    double out_of_range = 0;
     for (std::size_t c = 0; c < clusterCount(); ++c) {
         const ClusterView& cluster = model.clusters[c];
         rotations_[c] = bone_rotations_[std::size_t(cluster.joint)];
         if (!angles && features_of != cluster.joint) relativeBoneFeatures(std::size_t(cluster.joint));
         features_of = cluster.joint;
-        const Regressor& regressor = regressors_[c];
-        const std::span<float> y = std::span(scores_).subspan(regressor.first_score, cluster.components());
-        regress(regressor.combined, regressor.offset, angles ? pose : std::span<const float>(features_), y);
+        const std::span<float> y = std::span(scores_).subspan(first_score_[c], cluster.components());
+        out_of_range += double(cluster.vertex_count) *
+                        double(regressors_[c].evaluate(angles ? pose : std::span<const float>(features_), scratch_, y));
         for (std::size_t k = 0; k < y.size(); ++k)
-            weights_[regressor.first_score + k] = cluster.basis.scale.empty() ? y[k] : y[k] * cluster.basis.scale[k];
+            weights_[first_score_[c] + k] = cluster.basis.scale.empty() ? y[k] : y[k] * cluster.basis.scale[k];
     }
+    out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
 }
 
 std::span<const float> Evaluator::scores(std::size_t cluster) const {
-    return std::span(scores_).subspan(regressors_[cluster].first_score, asset_->model.clusters[cluster].components());
+    return std::span(scores_).subspan(first_score_[cluster], asset_->model.clusters[cluster].components());
 }
 
 const Mat3& Evaluator::clusterRotation(std::size_t cluster) const { return rotations_[cluster]; }
@@ -113,16 +85,33 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(numbers.size() == vertexCount() * stride);
     const CombineInput input{view.mean.data,    view.mean.precision == AssetPrecision::kF16,
-                             view.basis.data,   weights_.data() + regressors_[cluster].first_score,
+                             view.basis.data,   weights_.data() + first_score_[cluster],
                              view.components(), view.mean.count};
-    float* out = numbers.data() + view.first_vertex * stride;
+    const std::span<float> out = numbers.subspan(view.first_vertex * stride, view.mean.count);
     switch (view.basis.precision) {
         case AssetPrecision::kF32:
-            return path_.f32(input, out);
+            path_.f32(input, out.data());
+            break;
         case AssetPrecision::kF16:
-            return path_.f16(input, out);
+            path_.f16(input, out.data());
+            break;
         case AssetPrecision::kI8:
-            return path_.i8(input, out);
+            path_.i8(input, out.data());
+            break;
+    }
+    clampAmbients(out);
+}
+
+// clampAmbient() (sh/visibility_convention.h) of every vertex, over the few numbers that E depends on.
+void Evaluator::clampAmbients(std::span<float> numbers) const {
+    const std::size_t stride = std::size_t(asset_->model.stride);
+    for (std::size_t first = 0; first < numbers.size(); first += stride) {
+        float e = 0;
+        for (const AmbientTerm& term : ambient_) e += term.weight * numbers[first + term.number];
+        const float excess = e < 0 ? e : e > 1 ? e - 1 : 0;
+        if (excess == 0) continue;
+        for (const AmbientTerm& term : ambient_)
+            numbers[first + term.number] -= term.weight * (excess / ambient_norm2_);
     }
 }
 

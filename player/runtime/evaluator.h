@@ -6,6 +6,7 @@
 
 #include "formats/asset_file.h"
 #include "player/runtime/combine.h"
+#include "player/runtime/regressor.h"
 
 namespace penumbra {
 
@@ -25,6 +26,9 @@ public:
     void setPose(std::span<const Affine> bones, std::span<const float> pose);
     std::span<const float> scores(std::size_t cluster) const;  // [K]
     const Mat3& clusterRotation(std::size_t cluster) const;    // nearestRotation of the cluster joint's linear part
+    // Of the pose: how far what the clusters see is from where training frames had it, about radians; 0: nowhere. Its
+    // inputs were clamped to those of training. formats/model_file.h has the formula.
+    double outOfRange() const { return out_of_range_; }
 
     // numbers[v * stride + i] for the cluster's vertices; `numbers` is the array of all vertices, V * stride floats.
     void evaluateCluster(std::size_t cluster, std::span<float> numbers) const;
@@ -36,21 +40,26 @@ public:
               std::span<Vec3> tangents) const;
 
 private:
-    struct Regressor {
-        std::vector<float> combined;  // [N, K]: transposed(weights input_basis), so that the inner loop is over K
-        std::vector<float> offset;    // [K]: bias - combined feature_mean
-        std::size_t first_score = 0;
+    struct AmbientTerm {
+        std::size_t number;
+        float weight;
     };
     const AssetView* asset_;
-    std::vector<Regressor> regressors_;    // [cluster]
+    std::vector<Regressor> regressors_;     // [cluster]
+    std::vector<std::size_t> first_score_;  // [cluster]
+    std::vector<AmbientTerm> ambient_;      // E = sum of weight times number; the numbers that take part
+    float ambient_norm2_ = 0;               // sum of squared weights
+    double out_of_range_ = 0;
     std::vector<Affine> bones_;            // [J]
     std::vector<Mat3> bone_rotations_;     // [J]
     std::vector<Mat3> rotations_;          // [cluster]
-    std::vector<float> features_;          // [N] of the joint that was asked for last
+    std::vector<float> features_;          // [12 (J - 1)] of the joint that was asked for last
+    std::vector<float> scratch_;           // of the regressors
     std::vector<float> scores_, weights_;  // of all clusters; weights = scores, times the component's scale for I8
     EvaluatorPath path_;
 
     void relativeBoneFeatures(std::size_t joint);
+    void clampAmbients(std::span<float> numbers) const;  // of whole vertices
 };
 
 }  // namespace penumbra

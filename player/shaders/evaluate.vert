@@ -1,6 +1,6 @@
 // The GLSL path: what player/runtime computes on the CPU, from the asset's own arrays. The preamble, made by
-// shader_source.cpp, defines CHANNEL, INFLUENCES, STRIDE4 and the MEAN_/BASIS_ switches; ambientOf() and shade() are
-// generated below this file's declarations, at the line GENERATED.
+// shader_source.cpp, defines CHANNEL, INFLUENCES, STRIDE4 and the MEAN_/BASIS_ switches; ambientOf(), clampAmbient() and
+// shade() are generated below this file's declarations, at the line GENERATED.
 layout(location = 0) in vec3 rest_position;
 layout(location = 1) in vec3 rest_normal;
 layout(location = 2) in vec3 rest_tangent;
@@ -112,6 +112,9 @@ void main() {
 #else
     vec4 numbers[STRIDE4];
     numbersOf(numbers);
+#ifndef NUMBERS_GIVEN
+    clampAmbient(numbers);
+#endif
 #if CHANNEL == CHANNEL_AO
     value = vec3(ambientOf(numbers));
 #elif CHANNEL == CHANNEL_ERROR

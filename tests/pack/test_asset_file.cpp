@@ -93,7 +93,7 @@ TEST(AssetFile, NamesTheFieldThatIsWrong) {
         EXPECT_NE(message.find(part), std::string::npos) << message << " should say " << part;
         EXPECT_EQ(message.find("x.pnb: "), 0u) << message;
     };
-    expect(refusalAfter([](Asset& a) { a.mutate_format_version(2); }), "format_version");
+    expect(refusalAfter([](Asset& a) { a.mutate_format_version(3); }), "format_version");
     expect(refusalAfter([&](Asset& a) { a.mutable_mesh()->mutable_positions()->Mutate(4, nan); }), "mesh.positions");
     expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_normals()->Mutate(0, 3.0f); }), "mesh.normals[0]");
     expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_triangles()->Mutate(7, 30); }), "mesh.triangles[7]");
@@ -111,6 +111,11 @@ TEST(AssetFile, NamesTheFieldThatIsWrong) {
     expect(refusalAfter([&](Asset& a) { cluster(a)->mutate_first_vertex(0); }), "model.clusters[1].first_vertex");
     expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_bias()->Mutate(0, nan); }), "model.clusters[1].bias");
     expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_input_max()->Mutate(0, -2); }), "input_max[0]");
+    expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_groups()->Mutate(0, 3); }), "model.clusters[1].groups[0]");
+    expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_group_weight()->Mutate(0, nan); }), "group_weight");
+    expect(refusalAfter([&](Asset& a) { a.mutable_model()->mutable_joint_spreads()->Mutate(0, nan); }),
+           "joint_spreads");
+    expect(refusalAfter([](Asset& a) { a.mutable_model()->mutate_kind(fbs::ModelKind::Additive); }), "feature_mean");
     expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_basis()->mutate_count(4); }), "basis.count");
     expect(refusalAfter([&](Asset& a) {
                cluster(a)->mutable_basis()->mutable_data()->Mutate(3, 0xff);

@@ -181,7 +181,8 @@ ClusterView SyntheticAsset::makeCluster(const AssetRecipe& recipe, std::span<con
     view.input_basis = plainNumbers(data.input_basis);
     view.input_min = data.input_min;
     view.input_max = data.input_max;
-    view.weights = data.weights;
+    view.units = kInputs;
+    view.weights = plainNumbers(data.weights);
     view.bias = data.bias;
     view.mean =
         recipe.precision == AssetPrecision::kF32 ? plainNumbers(data.mean) : halfNumbers(data.mean, data.mean_half);
@@ -199,8 +200,10 @@ void SyntheticAsset::makeClusters(const AssetRecipe& recipe) {
     model.convention = parseConvention(recipe.convention);
     model.stride = (model.convention.size() + 3) / 4 * 4;
     model.features = AssetFeatures::kRelativeBones;
+    joint_spreads_.resize(3);
     joint_centers_ = {{0, 0, 0}, {0, 0.5f, 0}, {0, -0.5f, 0}};
     model.joint_centers = joint_centers_;
+    model.joint_spreads = joint_spreads_;
     std::vector<float> open(std::size_t(model.convention.size()));
     fromMoments(model.convention, openMoments(model.convention.order), open);
     std::mt19937 random(7);

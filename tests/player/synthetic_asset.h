@@ -50,6 +50,7 @@ private:
     std::vector<double> times_;
     std::vector<Affine> bones_;
     std::vector<Vec3> joint_centers_;
+    std::vector<Mat3> joint_spreads_;
     struct ClusterData {
         std::vector<float> feature_mean, input_basis, input_min, input_max, weights, bias, scale;
         std::vector<float> mean, basis;

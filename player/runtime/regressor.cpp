@@ -1,0 +1,177 @@
+#include "player/runtime/regressor.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+#include "sh/pose_inputs.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::size_t kAngleInputs = 3;
+
+std::vector<float> decoded(const NumbersView& numbers) {
+    std::vector<float> out(numbers.count);
+    decode(numbers, out);
+    return out;
+}
+
+// [rows, columns] -> [columns, rows], the rows in the given order.
+std::vector<float> transposedRows(std::span<const float> m, std::span<const std::size_t> rows, std::size_t columns) {
+    std::vector<float> out(m.size());
+    for (std::size_t r = 0; r < rows.size(); ++r)
+        for (std::size_t c = 0; c < columns; ++c) out[c * rows.size() + r] = m[rows[r] * columns + c];
+    return out;
+}
+
+std::vector<std::size_t> counting(std::size_t n) {
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    return order;
+}
+
+}  // namespace
+
+Regressor::Regressor(const ModelView& model, const ClusterView& cluster)
+    : kind_(model.kind),
+      bones_(model.features == AssetFeatures::kRelativeBones),
+      inputs_(cluster.inputs()),
+      units_(cluster.units),
+      bias_(cluster.bias.begin(), cluster.bias.end()) {
+    const std::size_t features = cluster.feature_mean.size();
+    const std::vector<float> basis = decoded(cluster.input_basis);
+    basis_ = transposedRows(basis, counting(inputs_), features);
+    for (std::size_t i = 0; i < inputs_; ++i) {
+        double sum = 0;  // the mean of a feature is large against its changes
+        for (std::size_t n = 0; n < features; ++n) sum += double(basis[i * features + n]) * cluster.feature_mean[n];
+        offset_.push_back(float(sum));
+        const float margin = kRangeMargin * (cluster.input_max[i] - cluster.input_min[i]);
+        input_least_.push_back(cluster.input_min[i] - margin);
+        input_most_.push_back(cluster.input_max[i] + margin);
+    }
+    readGroups(model, cluster);
+    readUnits(cluster);
+}
+
+void Regressor::readGroups(const ModelView& model, const ClusterView& cluster) {
+    group_weight_.assign(cluster.group_weight.begin(), cluster.group_weight.end());
+    group_min_ = decoded(cluster.group_min);
+    group_max_ = decoded(cluster.group_max);
+    for (std::uint16_t joint : cluster.groups) {
+        Group& group = groups_.emplace_back();
+        if (!bones_) {
+            group.feature = kAngleInputs * joint;
+            continue;
+        }
+        group.feature = 12 * std::size_t(joint - (int(joint) > cluster.joint ? 1 : 0));
+        group.rest = (model.joint_centers[joint] - cluster.center) * (1 / model.feature_scale);
+        group.spread = model.joint_spreads[joint];
+    }
+}
+
+void Regressor::readUnits(const ClusterView& cluster) {
+    std::vector<std::size_t> order = counting(units_);
+    if (kind_ == AssetModel::kAdditive) {
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::size_t a, std::size_t b) { return cluster.unit_group[a] < cluster.unit_group[b]; });
+        for (std::size_t h = 0; h < units_; ++h) {
+            Group& group = groups_[cluster.unit_group[order[h]]];
+            if (group.units++ == 0) group.first_unit = h;
+        }
+    }
+    const std::vector<float> hidden = decoded(cluster.hidden), weights = decoded(cluster.weights);
+    if (units_ > 0) hidden_ = transposedRows(hidden, order, hidden.size() / units_);
+    weights_.resize(weights.size());
+    for (std::size_t h = 0; h < units_; ++h)
+        for (std::size_t k = 0; k < components(); ++k) weights_[h * components() + k] = weights[k * units_ + order[h]];
+}
+
+void Regressor::pcaInputs(std::span<const float> features, std::span<float> x) const {
+    for (std::size_t i = 0; i < inputs_; ++i) x[i] = -offset_[i];
+    const float* row = basis_.data();
+    for (float feature : features) {
+        for (std::size_t i = 0; i < inputs_; ++i) x[i] += feature * row[i];
+        row += inputs_;
+    }
+    for (std::size_t i = 0; i < inputs_; ++i) x[i] = std::clamp(x[i], input_least_[i], input_most_[i]);
+}
+
+// Clamped to the training range; returns the square of what was cut off.
+float Regressor::groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const {
+    const float* raw = features.data() + group.feature;
+    const std::size_t size = bones_ ? std::size_t(kBoneInputs) : kAngleInputs;
+    if (bones_)
+        boneInputs(group.rest + Vec3{raw[0], raw[1], raw[2]},
+                   Mat3{{raw[3], raw[4], raw[5], raw[6], raw[7], raw[8], raw[9], raw[10], raw[11]}}, group.spread, x);
+    else
+        std::copy_n(raw, size, x);
+    const float *least = group_min_.data() + index * size, *most = group_max_.data() + index * size;
+    float squared = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+        const float inside = std::clamp(x[i], least[i], most[i]);
+        squared += (x[i] - inside) * (x[i] - inside);
+        x[i] = inside;
+    }
+    return squared;
+}
+
+// Out of range squared; an additive model's units on the way.
+float Regressor::addGroups(std::span<const float> features, std::span<float> units) const {
+    std::array<float, kBoneInputs> x;
+    float out_of_range = 0;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        const Group& group = groups_[g];
+        out_of_range += group_weight_[g] * groupInputs(group, g, features, x.data());
+        if (group.units == 0) continue;
+        float* squared = units.data() + group.first_unit;
+        std::fill_n(squared, group.units, 0.0f);
+        const std::size_t size = hidden_.size() / units_;
+        for (std::size_t i = 0; i < size; ++i) {
+            const float* centre = hidden_.data() + i * units_ + group.first_unit;
+            for (std::size_t h = 0; h < group.units; ++h) {
+                const float d = x[i] - centre[h];
+                squared[h] += d * d;
+            }
+        }
+        for (std::size_t h = 0; h < group.units; ++h) squared[h] = std::exp(-0.5f * squared[h]);
+    }
+    return out_of_range;
+}
+
+void Regressor::quadraticUnits(std::span<const float> x, std::span<float> units) const {
+    std::size_t at = 0;
+    for (float value : x) units[at++] = value;
+    for (std::size_t i = 0; i < x.size(); ++i)
+        for (std::size_t j = i; j < x.size(); ++j) units[at++] = x[i] * x[j];
+}
+
+void Regressor::neuralUnits(std::span<const float> x, std::span<float> units) const {
+    const float* row = hidden_.data();
+    std::copy_n(row + inputs_ * units_, units_, units.begin());
+    for (std::size_t i = 0; i < inputs_; ++i, row += units_)
+        for (std::size_t h = 0; h < units_; ++h) units[h] += x[i] * row[h];
+    for (float& unit : units) unit = std::tanh(unit);
+}
+
+float Regressor::evaluate(std::span<const float> features, std::span<float> scratch, std::span<float> scores) const {
+    assert(scratch.size() >= scratchSize() && scores.size() == components());
+    const std::span<float> x = scratch.first(inputs_), units = scratch.subspan(inputs_, units_);
+    const float out_of_range = addGroups(features, units);
+    if (kind_ != AssetModel::kAdditive) pcaInputs(features, x);
+    if (kind_ == AssetModel::kLinear) std::copy(x.begin(), x.end(), units.begin());
+    if (kind_ == AssetModel::kQuadratic) quadraticUnits(x, units);
+    if (kind_ == AssetModel::kNeural) neuralUnits(x, units);
+    std::copy(bias_.begin(), bias_.end(), scores.begin());
+    const float* row = weights_.data();
+    for (float unit : units) {
+        for (std::size_t k = 0; k < scores.size(); ++k) scores[k] += unit * row[k];
+        row += scores.size();
+    }
+    return out_of_range;
+}
+
+}  // namespace penumbra

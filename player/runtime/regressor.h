@@ -1,0 +1,48 @@
+#pragma once
+// Pose features in, scores out: the regression of one cluster (formulas: formats/model_file.h), its stored numbers
+// decoded once and laid out so that inner loops run over independent sums.
+#include <span>
+#include <vector>
+
+#include "formats/asset_file.h"
+
+namespace penumbra {
+
+class Regressor {
+public:
+    Regressor(const ModelView& model, const ClusterView& cluster);
+
+    std::size_t components() const { return bias_.size(); }
+    std::size_t scratchSize() const { return inputs_ + units_; }
+    // `features`: raw features of the cluster's joint, or the pose. Returns the square of how far they are out of the
+    // training range. Allocates nothing.
+    float evaluate(std::span<const float> features, std::span<float> scratch, std::span<float> scores) const;
+
+private:
+    struct Group {
+        std::size_t feature = 0;  // its first raw feature
+        Vec3 rest;                // (centre_j - center) / feature_scale
+        Mat3 spread;
+        std::size_t first_unit = 0, units = 0;  // after sorting by group
+    };
+    AssetModel kind_;
+    bool bones_;  // groups are bones, not joint angles
+    std::size_t inputs_, units_;
+    std::vector<float> basis_, offset_;            // [N, I], [I]: x = basis^T raw - offset
+    std::vector<float> input_least_, input_most_;  // [I], margin included
+    std::vector<Group> groups_;
+    std::vector<float> group_weight_, group_min_, group_max_;  // [G], [G, D]
+    std::vector<float> hidden_;                                // neural: [I + 1, H]; additive: [D, H]
+    std::vector<float> weights_;                               // [H, K]
+    std::vector<float> bias_;                                  // [K]
+
+    void readGroups(const ModelView& model, const ClusterView& cluster);
+    void readUnits(const ClusterView& cluster);
+    void pcaInputs(std::span<const float> features, std::span<float> x) const;
+    float groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const;
+    float addGroups(std::span<const float> features, std::span<float> units) const;
+    void quadraticUnits(std::span<const float> x, std::span<float> units) const;
+    void neuralUnits(std::span<const float> x, std::span<float> units) const;
+};
+
+}  // namespace penumbra
