@@ -115,7 +115,6 @@ TEST(AssetFile, NamesTheFieldThatIsWrong) {
     expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_group_weight()->Mutate(0, nan); }), "group_weight");
     expect(refusalAfter([&](Asset& a) { a.mutable_model()->mutable_joint_spreads()->Mutate(0, nan); }),
            "joint_spreads");
-    expect(refusalAfter([](Asset& a) { a.mutable_model()->mutate_kind(fbs::ModelKind::Additive); }), "feature_mean");
     expect(refusalAfter([&](Asset& a) { cluster(a)->mutable_basis()->mutate_count(4); }), "basis.count");
     expect(refusalAfter([&](Asset& a) {
                cluster(a)->mutable_basis()->mutable_data()->Mutate(3, 0xff);
