@@ -100,6 +100,10 @@ static fbs::ModelKind kindOf(ModelKind kind) {
     switch (kind) {
         case ModelKind::kLinear:
             return fbs::ModelKind::Linear;
+        case ModelKind::kQuadratic:
+            return fbs::ModelKind::Quadratic;
+        case ModelKind::kNeural:
+            return fbs::ModelKind::Neural;
         case ModelKind::kAdditive:
             return fbs::ModelKind::Additive;
     }

@@ -105,11 +105,22 @@ inline void addGroups(ClusterModel& cluster, const Model& model, std::size_t uni
     cluster.group_min.assign(cluster.groups.size() * size, -0.8f);
     cluster.group_max.assign(cluster.groups.size() * size, 0.7f);
     for (std::size_t h = 0; h < units; ++h) cluster.unit_group.push_back(std::uint32_t(h * 5 % cluster.groups.size()));
-    fillNoise(cluster.hidden, units * size, 0.5f, noise);
+    if (units > 0) fillNoise(cluster.hidden, units * size, 0.5f, noise);
 }
 
 inline std::size_t unitCount(const ClusterModel& cluster, const TubeOptions& o) {
-    return o.kind == ModelKind::kAdditive ? cluster.unit_group.size() : std::size_t(o.inputs);
+    const auto inputs = std::size_t(o.inputs);
+    switch (o.kind) {
+        case ModelKind::kLinear:
+            break;
+        case ModelKind::kQuadratic:
+            return inputs + inputs * (inputs + 1) / 2;
+        case ModelKind::kNeural:
+            return cluster.hidden.size() / (inputs + 1);
+        case ModelKind::kAdditive:
+            return cluster.unit_group.size();
+    }
+    return inputs;
 }
 
 // The mean is an open hemisphere, dimmed; components and regressors are noise of a fitted model's magnitude.
@@ -139,6 +150,7 @@ inline void addClusters(Model& model, const TubeOptions& o) {
             cluster.input_min.assign(std::size_t(o.inputs), -0.2f);
             cluster.input_max.assign(std::size_t(o.inputs), 0.2f);
         }
+        if (o.kind == ModelKind::kNeural) fillNoise(cluster.hidden, 7 * std::size_t(o.inputs + 1), 1, noise);
         addGroups(cluster, model, additive ? 2 * std::size_t(o.inputs) : 0, noise);
         fillNoise(cluster.weights, std::size_t(o.components) * unitCount(cluster, o), 2, noise);
         fillNoise(cluster.bias, std::size_t(o.components), 1, noise);

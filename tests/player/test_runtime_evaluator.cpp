@@ -115,7 +115,19 @@ void addCluster(const Model& model, const ClusterModel& cluster, const std::vect
     double squared = 0;
     std::vector<double> units = referenceUnits(model, cluster, raw, squared);
     pose.out_of_range += squared * double(cluster.vertices.size());
-    if (model.kind == ModelKind::kLinear) units = referenceInputs(cluster, raw);
+    if (model.kind != ModelKind::kAdditive) units = referenceInputs(cluster, raw);
+    const std::vector<double> x = units;
+    if (model.kind == ModelKind::kQuadratic)
+        for (std::size_t i = 0; i < x.size(); ++i)
+            for (std::size_t j = i; j < x.size(); ++j) units.push_back(x[i] * x[j]);
+    if (model.kind == ModelKind::kNeural) {
+        units.clear();
+        for (std::size_t at = 0; at < cluster.hidden.size(); at += x.size() + 1) {
+            double sum = cluster.hidden[at + x.size()];
+            for (std::size_t i = 0; i < x.size(); ++i) sum += double(cluster.hidden[at + i]) * x[i];
+            units.push_back(std::tanh(sum));
+        }
+    }
     std::vector<double> y(cluster.bias.begin(), cluster.bias.end());
     for (std::size_t k = 0; k < y.size(); ++k)
         for (std::size_t h = 0; h < units.size(); ++h) y[k] += double(cluster.weights[k * units.size() + h]) * units[h];
