@@ -31,7 +31,9 @@ struct FitOptions {
     // False only in comparisons; in the model frame there is no other way, as the weights of E turn with the normal.
     bool clamp = true;
     // Of numbers in memory at a time, at least one cluster's: more clusters take more passes over the file.
-    std::size_t batch_bytes = std::size_t(256) << 20;
+    // 0: a fifth of all numbers, within 32 and 256 MB, so that small files do not cost much more memory than their
+    // size.
+    std::size_t batch_bytes = 0;
     int threads = 0;  // 0: all cores; like batch_bytes it never changes the result
 };
 

@@ -174,7 +174,10 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     SharedProgress progress(job.observer, 2.0 * double(vertices));
     std::vector<ClusterFit> fits(job.clusters.vertices.size());
     const std::size_t bytes_per_vertex = job.poses.frameCount() * std::size_t(model.convention.size()) * sizeof(float);
-    for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, job.options.batch_bytes)) {
+    const std::size_t batch_bytes = job.options.batch_bytes ? job.options.batch_bytes
+                                                            : std::clamp(bytes_per_vertex * vertices / 5,
+                                                                         std::size_t(32) << 20, std::size_t(256) << 20);
+    for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, batch_bytes)) {
         ClusterNumbersRequest request;
         request.convention = model.convention;
         request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};

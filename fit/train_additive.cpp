@@ -123,7 +123,7 @@ std::vector<Eigen::Index> chooseUnits(const Eigen::MatrixXd& a, Eigen::MatrixXd 
     const Eigen::Index size = a.rows();
     Eigen::MatrixXd factor(size, Eigen::Index(count));
     Eigen::VectorXd pivots = a.diagonal();
-    const Eigen::VectorXd least = 1e-6 * pivots;
+    const Eigen::VectorXd least = 1e-4 * pivots;
     std::vector<Eigen::Index> chosen;
     while (chosen.size() < count) {
         Eigen::VectorXd gain = residual.rowwise().squaredNorm();
