@@ -226,7 +226,6 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
     return packWithin(model, options, write, threads);
 }
 
-static std::size_t bytesOf(std::span<const float> values) { return values.size_bytes(); }
 static std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
