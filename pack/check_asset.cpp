@@ -42,7 +42,7 @@ struct Sums {
 struct ClipSums {
     std::string name;
     bool held_out = true;
-    std::size_t frames = 0;
+    std::size_t frames = 0, second_frames = 0;  // of the truth; of them in the second bake
     std::vector<Sums> of_cluster;
     std::vector<double> truth_sum;  // [V * stride], asset order
 };
@@ -67,6 +67,7 @@ struct Spans {
 class FrameFinder {
 public:
     FrameFinder(const VisibilityReader* reader, std::string name);
+    bool has(const std::string& clip, double time) const { return frame_of_.contains({clip, time}); }
     // Nothing without a reader; InvalidInput when the frame is not there.
     VisibilityFrame read(const std::string& clip, double time) const;
 
@@ -151,7 +152,7 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
     }
     const std::size_t count = evaluator_.vertexCount(), numbers = count * std::size_t(asset.model.stride);
     for (const std::string& name : truth.header().frames.clip_names) {
-        ClipSums clip{name, true, 0, std::vector<Sums>(asset.model.clusters.size()), std::vector<double>(numbers)};
+        ClipSums clip{name, true, 0, 0, std::vector<Sums>(asset.model.clusters.size()), std::vector<double>(numbers)};
         for (const ClipView& known : asset.animation.clips)
             if (known.name == name) clip.held_out = known.held_out;
         clips_.push_back(std::move(clip));
@@ -206,7 +207,7 @@ void Checker::compareVertex(std::size_t v, const BakedFrames& baked, Sums& sums)
     for (float number : y) squares += double(number) * number;
     sums.truth_squares += squares;
     sums.sh_outside += binaryEnergy(convention, moments[0]) - squares;
-    if (references_.second_bake) {
+    if (!baked.second.coefficients.empty()) {
         const std::span<float> other = std::span(b.second).subspan(v * stride, size);
         numbersFromMoments(convention, coefficients(*references_.second_bake, baked.second), b.normals[v],
                            b.tangents[v], other);
@@ -261,9 +262,13 @@ void checkSamePose(const VisibilityFrame& truth, const VisibilityFrame& second, 
 void Checker::addFrame(std::size_t frame, int threads) {
     const FrameList& frames = truth_.header().frames;
     ClipSums& clip = clips_[frames.clip[frame]];
-    const BakedFrames baked{truth_.readFrame(frame), predictions_.read(clip.name, frames.time[frame]),
-                            second_bake_.read(clip.name, frames.time[frame])};
-    if (references_.second_bake) checkSamePose(baked.truth, baked.second, clip.name, frames.time[frame]);
+    const double time = frames.time[frame];
+    BakedFrames baked{truth_.readFrame(frame), predictions_.read(clip.name, time), {}};
+    if (second_bake_.has(clip.name, time)) {
+        baked.second = second_bake_.read(clip.name, time);
+        checkSamePose(baked.truth, baked.second, clip.name, time);
+        ++clip.second_frames;
+    }
     evaluator_.setPose(baked.truth.bones, baked.truth.pose);
     if (unpacked_) unpacked_->setPose(baked.truth.bones, baked.truth.pose);
     parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) { compareCluster(c, baked, clip); });
@@ -274,8 +279,9 @@ void Checker::addFrame(std::size_t frame, int threads) {
 ErrorFigures Checker::figuresOf(std::span<const ClipSums* const> clips, std::span<const double> mean) const {
     ErrorFigures figures;
     Sums total;
-    double variation = 0;
+    double variation = 0, second_frames = 0;
     for (const ClipSums* clip : clips) {
+        second_frames += double(clip->second_frames);
         figures.frames += clip->frames;
         for (const Sums& sums : clip->of_cluster) total.add(sums);
         for (std::size_t i = 0; i < mean.size(); ++i)
@@ -293,7 +299,7 @@ ErrorFigures Checker::figuresOf(std::span<const ClipSums* const> clips, std::spa
         return measured ? std::sqrt(std::max(0.0, squares) / variation) : std::numeric_limits<double>::quiet_NaN();
     };
     figures.sh_truncation = relative(total.sh_outside, true);
-    figures.bake_noise = relative(total.noise, references_.second_bake);
+    figures.bake_noise = relative(total.noise * double(figures.frames) / second_frames, second_frames > 0);
     figures.unpacked_error = relative(total.unpacked, references_.unpacked);
     figures.unpacked_truncation = relative(total.unpacked_outside, references_.unpacked);
     figures.packing = relative(total.packing, references_.unpacked);
@@ -333,52 +339,6 @@ CheckResult Checker::result() const {
 }
 
 }  // namespace
-
-static void checkFits(const AssetView& asset, const VisibilityHeader& header) {
-    if (!asset.has_model) throw InvalidInput("the asset has no model to check");
-    const MeshView& mesh = asset.mesh;
-    if (!header.skin) throw InvalidInput("has no skin; the asset's model needs one");
-    if (header.mesh.vertexCount() != mesh.positions.size())
-        throw InvalidInput("has " + std::to_string(header.mesh.vertexCount()) + " vertices, the asset " +
-                           std::to_string(mesh.positions.size()));
-    if (header.skin->jointCount() != asset.animation.jointCount())
-        throw InvalidInput("has " + std::to_string(header.skin->jointCount()) + " joints, the asset " +
-                           std::to_string(asset.animation.jointCount()));
-    if (header.order < asset.model.convention.order)
-        throw InvalidInput("sh_order is " + std::to_string(header.order) + ", the asset needs " +
-                           std::to_string(asset.model.convention.order));
-    if (asset.model.features == AssetFeatures::kJointAngles &&
-        std::uint32_t(header.pose_size) != asset.animation.pose_size)
-        throw InvalidInput("has a pose of " + std::to_string(header.pose_size) + " numbers, the asset of " +
-                           std::to_string(asset.animation.pose_size));
-    const double tolerance = 1e-5 * boxDiagonal(header.mesh.rest_positions);
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-        if (!(length(mesh.positions[v] - header.mesh.rest_positions[mesh.shading_point[v]]) <= tolerance))
-            throw InvalidInput("/mesh/rest_positions are not those of the asset (vertex " +
-                               std::to_string(mesh.shading_point[v]) + ")");
-}
-
-void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references) {
-    checkFits(asset, truth);
-    if (references.predictions) checkFits(asset, references.predictions->header());
-    if (references.second_bake) {
-        const VisibilityHeader& second = references.second_bake->header();
-        checkFits(asset, second);
-        if (second.quantity != truth.quantity) throw InvalidInput("quantity is " + second.quantity);
-        if (second.seed == truth.seed && second.rays == truth.rays)
-            throw InvalidInput("has the seed and rays of the truth, which show no noise");
-    }
-    if (!references.unpacked) return;
-    const AssetView& unpacked = *references.unpacked;
-    const auto same = [](auto a, auto b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); };
-    bool fits = unpacked.model.convention == asset.model.convention &&
-                unpacked.model.clusters.size() == asset.model.clusters.size() &&
-                same(unpacked.mesh.shading_point, asset.mesh.shading_point) &&
-                unpacked.animation.jointCount() == asset.animation.jointCount();
-    for (std::size_t c = 0; fits && c < asset.model.clusters.size(); ++c)
-        fits = unpacked.model.clusters[c].vertex_count == asset.model.clusters[c].vertex_count;
-    if (!fits) throw InvalidInput("not the model of the asset: other clusters or another convention");
-}
 
 CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references,
                        int threads, const std::function<void(std::size_t)>& progress) {

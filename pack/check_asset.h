@@ -39,7 +39,7 @@ struct CheckResult {
 // What else there is to hold the asset against; null: nothing.
 struct CheckReferences {
     const VisibilityReader* predictions = nullptr;  // of the same model
-    const VisibilityReader* second_bake = nullptr;  // the same frames with another seed or another number of rays
+    const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, other seed or rays
     const AssetView* unpacked = nullptr;            // F32, all components: the model that the asset was made of
 };
 
@@ -47,9 +47,9 @@ struct CheckReferences {
 // needs; when a second bake has the rays of the truth; when an unpacked model has other vertices or another convention.
 void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references);
 
-// Clips that the asset does not know count as held out. `predictions` and `second_bake` must have every frame (clip and
-// time) of the truth, the second bake in the same poses, and everything must fit, else InvalidInput. Deterministic for
-// any number of threads.
+// Clips that the asset does not know count as held out. `predictions` must have every frame (clip and time) of the
+// truth; what frames a second bake has must be in the same poses; everything must fit, else InvalidInput. Deterministic
+// for any number of threads.
 CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references,
                        int threads, const std::function<void(std::size_t)>& progress);
 

@@ -329,7 +329,7 @@ static Verb checkVerb() {
                 app.add_option("truth", command->truth, "TRUTH.vis.h5 of the same mesh")->required();
                 app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
                 app.add_option("--second-bake", command->second_bake,
-                               "OTHER.vis.h5: the same frames baked with another --seed, for the bake's noise");
+                               "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
                 app.add_option("--model", command->model,
                                "X.model.h5 that the asset was made of, for what packing costs");
             },

@@ -86,6 +86,66 @@ def check_precisions():
     fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-error", 1e-9, "--precision", "i8", says="--max-error")
 
 
+def pack(*words):
+    good("pack", "asset", "D5r.model.h5", "-o", "c.pnb", *words, "--report", "r.json")
+    return figures("r.json")
+
+
+def check_compression():
+    """Bounds are met and used, what was dropped is told, and a precision alone drops nothing."""
+    whole = pack("--precision", "i8")
+    assert whole["components"] == whole["model_components"] and whole["dropped_error"] == 0, whole
+    default = pack()
+    assert default["components"] < whole["components"] and 0 < default["dropped_error"] < 0.0317, default
+    last = default
+    for share in (0.9, 0.8, 0.7):
+        bound = share * whole["model_bytes_per_vertex"]
+        f = pack("--max-bytes-per-vertex", bound)
+        assert bound - 8 < f["model_bytes_per_vertex"] <= bound, (f, bound)
+        assert f["dropped_error"] < f["quantization_error"], f
+        last = f
+    for bound in (0.05, 0.1):
+        f = pack("--max-error", bound)
+        assert bound / 2 < f["quantization_error"] <= bound and f["precision"] == "i8", f
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-bytes-per-vertex", 10, says="with one component a cluster")
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-bytes-per-vertex", 0, says="must be above 0")
+    fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--max-bytes-per-vertex", last["model_bytes_per_vertex"],
+          "--max-error", last["quantization_error"] / 4, says="within --max-bytes-per-vertex")
+    print("compression: %d of %d components by default, %d in %.0f bytes a vertex (error %.3f of the signal)" %
+          (default["components"], whole["components"], last["components"], last["model_bytes_per_vertex"],
+           last["quantization_error"]))
+
+
+def check_error_budget():
+    """One table; without the second bake and the model it says which option measures what is missing."""
+    pack("--max-error", 0.1)
+    text = good("pack", "check", "c.pnb", "x.vis.h5", "--report", "r.json").stdout
+    assert "not measured" in text and "--second-bake" in text and "--model" in text, text
+    assert figures("r.json")["budget"]["held_out"]["bake noise"] is None
+    good("bake", "visibility", RIG, "-o", "y.vis.h5", "--fps", 6, "--rays", 128, "--seed", 2)
+    text = good("pack", "check", "c.pnb", "x.vis.h5", "--second-bake", "y.vis.h5", "--model", "D5r.model.h5",
+                "--report", "r.json").stdout
+    assert "not measured" not in text, text
+    for part in ("training", "held_out"):
+        rows = figures("r.json")["budget"][part]
+        error = {name: row["relative"] for name, row in rows.items()}
+        assert list(rows) == ["bake noise", "SH truncation", "output PCA", "regression", "unpacked model",
+                              "rank and quantisation", "total", "against all bands"], rows
+        assert 0 < error["bake noise"] < error["SH truncation"], error
+        assert abs(error["output PCA"] ** 2 + error["regression"] ** 2 - error["unpacked model"] ** 2) < 1e-9, error
+        assert abs(error["total"] ** 2 + error["SH truncation"] ** 2 - error["against all bands"] ** 2) < 1e-9, error
+        assert abs(error["total"] - figures("r.json")[part]["relative_error"]) < 1e-9
+        both = (error["unpacked model"] ** 2 + error["rank and quantisation"] ** 2) ** 0.5
+        assert abs(both - error["total"]) < 0.02 * error["total"], error
+    good("bake", "visibility", RIG, "-o", "y.vis.h5", "--fps", 6, "--rays", 128, "--seed", 2, "--clips", "walk")
+    good("pack", "check", "c.pnb", "x.vis.h5", "--second-bake", "y.vis.h5", "--report", "r.json")
+    budget = figures("r.json")["budget"]
+    assert budget["training"]["bake noise"] is None and budget["held_out"]["bake noise"]["relative"] > 0, budget
+    fails(3, "check", "c.pnb", "x.vis.h5", "--second-bake", "x.vis.h5", says="x.vis.h5: has the seed and rays")
+    fails(3, "check", "c.pnb", "x.vis.h5", "--model", "A4r.model.h5", says="A4r.model.h5: not the model of the asset")
+    print("error budget, held out: " + ", ".join("%s %.3f" % item for item in error.items()))
+
+
 def check_same_bytes():
     for threads in (1, 2, 8):
         good("pack", "asset", "D5r.model.h5", "-o", "t%d.pnb" % threads, "--threads", threads)
@@ -132,6 +192,8 @@ with tempfile.TemporaryDirectory() as folder:
     make_inputs()
     check_agrees_with_the_fit()
     check_precisions()
+    check_compression()
+    check_error_budget()
     check_same_bytes()
     check_bad_input()
 print("penumbra-pack: agrees with the fit, keeps its error bound, same bytes for any thread count, refuses bad input")

@@ -1,0 +1,56 @@
+// Whether a bake, predictions and a model belong to an asset.
+#include <algorithm>
+#include <cmath>
+
+#include "formats/errors.h"
+#include "pack/check_asset.h"
+
+namespace penumbra {
+
+static void checkFits(const AssetView& asset, const VisibilityHeader& header) {
+    if (!asset.has_model) throw InvalidInput("the asset has no model to check");
+    const MeshView& mesh = asset.mesh;
+    if (!header.skin) throw InvalidInput("has no skin; the asset's model needs one");
+    if (header.mesh.vertexCount() != mesh.positions.size())
+        throw InvalidInput("has " + std::to_string(header.mesh.vertexCount()) + " vertices, the asset " +
+                           std::to_string(mesh.positions.size()));
+    if (header.skin->jointCount() != asset.animation.jointCount())
+        throw InvalidInput("has " + std::to_string(header.skin->jointCount()) + " joints, the asset " +
+                           std::to_string(asset.animation.jointCount()));
+    if (header.order < asset.model.convention.order)
+        throw InvalidInput("sh_order is " + std::to_string(header.order) + ", the asset needs " +
+                           std::to_string(asset.model.convention.order));
+    if (asset.model.features == AssetFeatures::kJointAngles &&
+        std::uint32_t(header.pose_size) != asset.animation.pose_size)
+        throw InvalidInput("has a pose of " + std::to_string(header.pose_size) + " numbers, the asset of " +
+                           std::to_string(asset.animation.pose_size));
+    const double tolerance = 1e-5 * boxDiagonal(header.mesh.rest_positions);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+        if (!(length(mesh.positions[v] - header.mesh.rest_positions[mesh.shading_point[v]]) <= tolerance))
+            throw InvalidInput("/mesh/rest_positions are not those of the asset (vertex " +
+                               std::to_string(mesh.shading_point[v]) + ")");
+}
+
+void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references) {
+    checkFits(asset, truth);
+    if (references.predictions) checkFits(asset, references.predictions->header());
+    if (references.second_bake) {
+        const VisibilityHeader& second = references.second_bake->header();
+        checkFits(asset, second);
+        if (second.quantity != truth.quantity) throw InvalidInput("quantity is " + second.quantity);
+        if (second.seed == truth.seed && second.rays == truth.rays)
+            throw InvalidInput("has the seed and rays of the truth, which show no noise");
+    }
+    if (!references.unpacked) return;
+    const AssetView& unpacked = *references.unpacked;
+    const auto same = [](auto a, auto b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); };
+    bool fits = unpacked.model.convention == asset.model.convention &&
+                unpacked.model.clusters.size() == asset.model.clusters.size() &&
+                same(unpacked.mesh.shading_point, asset.mesh.shading_point) &&
+                unpacked.animation.jointCount() == asset.animation.jointCount();
+    for (std::size_t c = 0; fits && c < asset.model.clusters.size(); ++c)
+        fits = unpacked.model.clusters[c].vertex_count == asset.model.clusters[c].vertex_count;
+    if (!fits) throw InvalidInput("not the model of the asset: other clusters or another convention");
+}
+
+}  // namespace penumbra
