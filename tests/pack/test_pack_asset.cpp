@@ -114,18 +114,20 @@ TEST(PackAsset, QuantisationErrorIsBoundedAndMeasured) {
 TEST(PackAsset, MaxErrorTakesTheCoarsestPrecisionWithinIt) {
     Model model = tubeModel({.rings = 12, .segments = 9, .components = 6, .frames = 8});
     synthetic::turnJointsApart(model);
+    for (ClusterModel& cluster : model.clusters)  // a signal that the rounding of the mean is small against
+        for (float& weight : cluster.weights) weight *= 10;
     const auto pack = [&](double bound) { return packAsset(model, {}, {}, {.max_error = bound}, "{}", 1); };
     const auto whole = [&](AssetPrecision precision) {
         return packAsset(model, {}, {}, {.precision = precision}, "{}", 1).quantization_error;
     };
     const double i8 = whole(AssetPrecision::kI8), f16 = whole(AssetPrecision::kF16);
-    ASSERT_LT(1.2 * f16, i8);  // the mean is in half precision in both
+    ASSERT_LT(3 * f16, i8);
     // Components along principal axes round a little better or worse than the model's own.
     EXPECT_EQ(pack(i8 * 1.2).precision, AssetPrecision::kI8);
-    EXPECT_EQ(pack(f16 * 1.05).precision, AssetPrecision::kF16);
+    EXPECT_EQ(pack(f16 * 1.5).precision, AssetPrecision::kF16);
     EXPECT_EQ(pack(f16 * 0.5).precision, AssetPrecision::kF32);
-    for (double bound : {i8 * 1.2, f16 * 1.05, f16 * 0.5}) EXPECT_LE(pack(bound).quantization_error, bound);
-    const PackOptions too_coarse{.precision = AssetPrecision::kI8, .max_error = f16 * 1.05};
+    for (double bound : {i8 * 1.2, f16 * 1.5, f16 * 0.5}) EXPECT_LE(pack(bound).quantization_error, bound);
+    const PackOptions too_coarse{.precision = AssetPrecision::kI8, .max_error = f16 * 1.5};
     EXPECT_THROW(packAsset(model, {}, {}, too_coarse, "{}", 1), UsageError);
 }
 
