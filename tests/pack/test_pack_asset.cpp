@@ -123,10 +123,10 @@ TEST(PackAsset, MaxErrorTakesTheCoarsestPrecisionWithinIt) {
     const double i8 = whole(AssetPrecision::kI8), f16 = whole(AssetPrecision::kF16);
     ASSERT_LT(3 * f16, i8);
     // Components along principal axes round a little better or worse than the model's own.
-    EXPECT_EQ(pack(i8 * 1.2).precision, AssetPrecision::kI8);
+    EXPECT_EQ(pack(i8 * 1.5).precision, AssetPrecision::kI8);
     EXPECT_EQ(pack(f16 * 1.5).precision, AssetPrecision::kF16);
     EXPECT_EQ(pack(f16 * 0.5).precision, AssetPrecision::kF32);
-    for (double bound : {i8 * 1.2, f16 * 1.5, f16 * 0.5}) EXPECT_LE(pack(bound).quantization_error, bound);
+    for (double bound : {i8 * 1.5, f16 * 1.5, f16 * 0.5}) EXPECT_LE(pack(bound).quantization_error, bound);
     const PackOptions too_coarse{.precision = AssetPrecision::kI8, .max_error = f16 * 1.5};
     EXPECT_THROW(packAsset(model, {}, {}, too_coarse, "{}", 1), UsageError);
 }
