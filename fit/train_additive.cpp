@@ -18,7 +18,7 @@ namespace {
 // prior weighs lambda_k = lambda E_1 / E_k. Candidate centres are training inputs; the units among them are chosen by
 // regularised orthogonal least squares (Chen, Cowan, Grant 1991), which is a Cholesky factorisation of
 // Phi^T Phi + lambda P whose pivot is the unit that lowers the objective most.
-constexpr std::size_t kCentresPerGroup = 32;
+constexpr std::size_t kCentresPerGroup = 48;
 constexpr std::size_t kUnitCounts[] = {16, 32, 48, 64, 96, 128};
 constexpr double kLambdas[] = {3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 1.0};
 constexpr double kSelectionLambda = 1e-3;
@@ -31,7 +31,6 @@ struct Candidates {
     std::vector<std::size_t> group;  // index into the model's groups
     Matrix centres;                  // [M, D]
     Eigen::MatrixXd phi;             // [n, M]
-    Eigen::MatrixXd prior;           // [M, M], blocks by group
 };
 
 double squaredDistance(std::span<const double> a, std::span<const double> b) {
@@ -58,6 +57,13 @@ std::vector<std::size_t> farthestRows(const Matrix& x, std::size_t count) {
         chosen.push_back(std::size_t(next - distance.begin()));
     }
     return chosen;
+}
+
+// Entry of the prior: units of different groups do not know of one another.
+double priorOf(const Candidates& all, Eigen::Index i, Eigen::Index j) {
+    const std::size_t a = std::size_t(i), b = std::size_t(j);
+    if (all.group[a] != all.group[b]) return 0;
+    return std::exp(-0.5 * squaredDistance(all.centres.row(a), all.centres.row(b)));
 }
 
 Matrix groupRows(const RegressionProblem& problem, std::size_t group) {
@@ -88,13 +94,7 @@ Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& 
     all.centres.values = centres;
     const auto count = Eigen::Index(columns.size());
     all.phi.resize(Eigen::Index(problem.train.size()), count);
-    all.prior = Eigen::MatrixXd::Zero(count, count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-        all.phi.col(i) = columns[std::size_t(i)];
-        for (Eigen::Index j = i; j >= 0 && all.group[std::size_t(j)] == all.group[std::size_t(i)]; --j)
-            all.prior(i, j) = all.prior(j, i) =
-                std::exp(-0.5 * squaredDistance(all.centres.row(std::size_t(i)), all.centres.row(std::size_t(j))));
-    }
+    for (Eigen::Index i = 0; i < count; ++i) all.phi.col(i) = columns[std::size_t(i)];
     return all;
 }
 
@@ -103,26 +103,38 @@ struct Moments {
     Eigen::MatrixXd gram, cross;
     Eigen::RowVectorXd phi_sum, y_sum;
     double rows = 0;
-
-    Moments operator-(const Moments& o) const {
-        return {gram - o.gram, cross - o.cross, phi_sum - o.phi_sum, y_sum - o.y_sum, rows - o.rows};
-    }
 };
 
 Moments momentsOf(const Eigen::MatrixXd& phi, const Eigen::MatrixXd& y) {
     return {phi.transpose() * phi, phi.transpose() * y, phi.colwise().sum(), y.colwise().sum(), double(phi.rows())};
 }
 
+// In place, because the Gram matrices are what training needs memory for.
+void removeRows(const Eigen::MatrixXd& phi, const Eigen::MatrixXd& y, Moments& m) {
+    m.gram.noalias() -= phi.transpose() * phi;
+    m.cross.noalias() -= phi.transpose() * y;
+    m.phi_sum -= phi.colwise().sum();
+    m.y_sum -= y.colwise().sum();
+    m.rows -= double(phi.rows());
+}
+
 void centre(Moments& m) {
-    m.gram -= m.phi_sum.transpose() * m.phi_sum / m.rows;
-    m.cross -= m.phi_sum.transpose() * m.y_sum / m.rows;
+    m.gram.noalias() -= m.phi_sum.transpose() * (m.phi_sum / m.rows);
+    m.cross.noalias() -= m.phi_sum.transpose() * (m.y_sum / m.rows);
+}
+
+// Shrinks the components as the prior will.
+Eigen::RowVectorXd selectionWeights(const Eigen::RowVectorXd& ratios) {
+    return (1 + kSelectionShare * ratios.array()).inverse();
 }
 
 // Up to `count` candidates, best first.
-std::vector<Eigen::Index> chooseUnits(const Eigen::MatrixXd& a, Eigen::MatrixXd residual, std::size_t count) {
-    const Eigen::Index size = a.rows();
+std::vector<Eigen::Index> chooseUnits(const Candidates& all, const Moments& m, const Eigen::RowVectorXd& ratios,
+                                      std::size_t count) {
+    const Eigen::Index size = m.gram.rows();
+    Eigen::MatrixXd residual = m.cross * selectionWeights(ratios).asDiagonal();
     Eigen::MatrixXd factor(size, Eigen::Index(count));
-    Eigen::VectorXd pivots = a.diagonal();
+    Eigen::VectorXd pivots = m.gram.diagonal().array() + kSelectionLambda;
     const Eigen::VectorXd least = 1e-4 * pivots;
     std::vector<Eigen::Index> chosen;
     while (chosen.size() < count) {
@@ -132,7 +144,9 @@ std::vector<Eigen::Index> chooseUnits(const Eigen::MatrixXd& a, Eigen::MatrixXd 
         if (!(gain.maxCoeff(&best) > 0)) break;
         const auto t = Eigen::Index(chosen.size());
         const double root = std::sqrt(pivots[best]);
-        factor.col(t) = (a.col(best) - factor.leftCols(t) * factor.row(best).head(t).transpose()) / root;
+        Eigen::VectorXd column = m.gram.col(best) - factor.leftCols(t) * factor.row(best).head(t).transpose();
+        for (Eigen::Index i = 0; i < size; ++i) column[i] += kSelectionLambda * priorOf(all, i, best);
+        factor.col(t) = column / root;
         residual -= (factor.col(t) * (residual.row(best) / root)).eval();
         pivots -= factor.col(t).cwiseAbs2();
         pivots[best] = 0;
@@ -141,26 +155,20 @@ std::vector<Eigen::Index> chooseUnits(const Eigen::MatrixXd& a, Eigen::MatrixXd 
     return chosen;
 }
 
-// Shrinks the components as the prior will.
-Eigen::RowVectorXd selectionWeights(const Eigen::RowVectorXd& ratios) {
-    return (1 + kSelectionShare * ratios.array()).inverse();
-}
-
-Eigen::MatrixXd submatrix(const Eigen::MatrixXd& m, std::span<const Eigen::Index> rows) {
-    const std::vector<Eigen::Index> r(rows.begin(), rows.end());
-    return m(r, r);
-}
-
 // Coefficients of units for any lambda, through the generalised eigenproblem G v = s P v, which makes both diagonal.
 class RidgePath {
 public:
-    RidgePath(const Moments& m, const Eigen::MatrixXd& prior, std::span<const Eigen::Index> units) {
+    RidgePath(const Candidates& all, const Moments& m, std::span<const Eigen::Index> units) {
         const std::vector<Eigen::Index> rows(units.begin(), units.end());
         projected_.resize(0, m.cross.cols());
         if (rows.empty()) return;  // nothing to learn: the mean alone
-        Eigen::MatrixXd p = submatrix(prior, units);
-        p.diagonal().array() += 1e-9;  // centres that nearly repeat one another
-        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(submatrix(m.gram, units), p);
+        const Eigen::MatrixXd gram = m.gram(rows, rows);
+        Eigen::MatrixXd prior(gram.rows(), gram.cols());
+        for (Eigen::Index i = 0; i < prior.rows(); ++i)
+            for (Eigen::Index j = 0; j < prior.cols(); ++j)
+                prior(i, j) = priorOf(all, rows[std::size_t(i)], rows[std::size_t(j)]);
+        prior.diagonal().array() += 1e-9;  // centres that nearly repeat one another
+        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram, prior);
         vectors_ = solver.eigenvectors();
         values_ = solver.eigenvalues().cwiseMax(0);
         projected_ = vectors_.transpose() * m.cross(rows, Eigen::all);
@@ -181,14 +189,12 @@ using ErrorTable = std::vector<std::vector<double>>;  // [unit count][lambda] sq
 
 void addFoldErrors(const Candidates& all, const Eigen::MatrixXd& y, const Eigen::RowVectorXd& ratios,
                    const Moments& kept, const std::vector<Eigen::Index>& left_out, ErrorTable& errors) {
-    const std::vector<Eigen::Index> units =
-        chooseUnits(kept.gram + kSelectionLambda * all.prior, kept.cross * selectionWeights(ratios).asDiagonal(),
-                    std::end(kUnitCounts)[-1]);
+    const std::vector<Eigen::Index> units = chooseUnits(all, kept, ratios, std::end(kUnitCounts)[-1]);
     const Eigen::RowVectorXd phi_mean = kept.phi_sum / kept.rows, y_mean = kept.y_sum / kept.rows;
     const Eigen::MatrixXd truth = y(left_out, Eigen::all).rowwise() - y_mean;
     for (std::size_t n = 0; n < std::size(kUnitCounts); ++n) {
         const std::span<const Eigen::Index> some = std::span(units).first(std::min(kUnitCounts[n], units.size()));
-        const RidgePath path(kept, all.prior, some);
+        const RidgePath path(all, kept, some);
         const std::vector<Eigen::Index> columns(some.begin(), some.end());
         const Eigen::MatrixXd phi = all.phi(left_out, columns).rowwise() - phi_mean(columns);
         for (std::size_t l = 0; l < std::size(kLambdas); ++l)
@@ -224,7 +230,8 @@ Choice crossValidate(const Candidates& all, const Eigen::MatrixXd& y, const Eige
         std::vector<Eigen::Index> left_out;
         for (std::size_t i = 0; i < folds.size(); ++i)
             if (folds[i] == f) left_out.push_back(Eigen::Index(i));
-        Moments kept = whole - momentsOf(all.phi(left_out, Eigen::all), y(left_out, Eigen::all));
+        Moments kept = whole;
+        removeRows(all.phi(left_out, Eigen::all), y(left_out, Eigen::all), kept);
         centre(kept);
         addFoldErrors(all, y, ratios, kept, left_out, errors);
     }
@@ -259,14 +266,12 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
 
     const Eigen::RowVectorXd energies = y.colwise().squaredNorm();
     const Eigen::RowVectorXd ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
-    const Moments whole = momentsOf(all.phi, y);
+    Moments whole = momentsOf(all.phi, y);
     const Choice choice = crossValidate(all, y, ratios, problem.folds, whole);
-    Moments centred = whole;
+    Moments& centred = whole;
     centre(centred);
-    const std::vector<Eigen::Index> units =
-        chooseUnits(centred.gram + kSelectionLambda * all.prior, centred.cross * selectionWeights(ratios).asDiagonal(),
-                    choice.units);
-    const Eigen::MatrixXd weights = RidgePath(centred, all.prior, units).solve(choice.lambda, ratios);
+    const std::vector<Eigen::Index> units = chooseUnits(all, centred, ratios, choice.units);
+    const Eigen::MatrixXd weights = RidgePath(all, centred, units).solve(choice.lambda, ratios);
     const Eigen::RowVectorXd offset = centred.y_sum / centred.rows - centred.phi_sum(units) / centred.rows * weights;
     for (std::size_t k = 0; k < problem.components; ++k) model.bias[k] = float(offset[Eigen::Index(k)]);
     store(all, units, weights, model);
