@@ -26,6 +26,7 @@ constexpr double kSelectionLambda = 1e-3;
 constexpr double kSelectionShare = 1.0 / 30;
 // Fewer units are taken when cross-validation finds them within this of the best (squared error, relative).
 constexpr double kWorthMoreUnits = 0.01;
+constexpr float kLeastIdleWeight = 0.05f;  // of the largest group weight
 
 struct Candidates {
     std::vector<std::size_t> group;  // index into the model's groups
@@ -252,6 +253,30 @@ void store(const Candidates& all, const std::vector<Eigen::Index>& units, const 
         }
 }
 
+// Groups that no unit sees and that weigh little only cost bytes.
+void dropIdleGroups(ClusterModel& model) {
+    const std::size_t size = model.groups.empty() ? 0 : model.group_min.size() / model.groups.size();
+    const float least = kLeastIdleWeight * *std::max_element(model.group_weight.begin(), model.group_weight.end());
+    std::vector<bool> used(model.groups.size());
+    for (std::uint32_t g : model.unit_group) used[g] = true;
+    std::vector<std::uint32_t> place(model.groups.size());
+    std::size_t kept = 0;
+    for (std::size_t g = 0; g < model.groups.size(); ++g) {
+        if (!used[g] && model.group_weight[g] < least) continue;
+        place[g] = std::uint32_t(kept);
+        model.groups[kept] = model.groups[g];
+        model.group_weight[kept] = model.group_weight[g];
+        std::copy_n(model.group_min.begin() + long(g * size), size, model.group_min.begin() + long(kept * size));
+        std::copy_n(model.group_max.begin() + long(g * size), size, model.group_max.begin() + long(kept * size));
+        ++kept;
+    }
+    model.groups.resize(kept);
+    model.group_weight.resize(kept);
+    model.group_min.resize(kept * size);
+    model.group_max.resize(kept * size);
+    for (std::uint32_t& g : model.unit_group) g = place[g];
+}
+
 }  // namespace
 
 RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& model) {
@@ -275,6 +300,7 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
     const Eigen::RowVectorXd offset = centred.y_sum / centred.rows - centred.phi_sum(units) / centred.rows * weights;
     for (std::size_t k = 0; k < problem.components; ++k) model.bias[k] = float(offset[Eigen::Index(k)]);
     store(all, units, weights, model);
+    dropIdleGroups(model);
     model.ridge = choice.lambda;
     return {choice.error + dropped, none};
 }

@@ -52,6 +52,8 @@ Hdf5Reader openHdf5(const fs::path& path) {
     if (length == 0) throw InvalidInput(path.string() + ": empty file");
     const std::shared_ptr<const std::byte> bytes = mapFile(path, length);
     checkGlobalHeaps({bytes.get(), length}, path.string());
+    // That read every page; from now on a few are needed, and whoever counts our memory counts the others too.
+    ::madvise(const_cast<std::byte*>(bytes.get()), length, MADV_DONTNEED);
     const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "HDF5 file access");
     H5Pset_file_locking(access, false, true);  // read-only folders and network file systems
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);

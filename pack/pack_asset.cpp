@@ -86,8 +86,7 @@ static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model
     const std::vector<std::uint16_t> unit_groups(cluster.unit_group.begin(), cluster.unit_group.end());
     const auto unit_group = writeVector<std::uint16_t>(builder, unit_groups);
     // Units cancel one another where they overlap: halves cost up to 18% of the signal of an additive model.
-    const auto weights =
-        writeNumbers(builder, quantize(cluster.weights, units, AssetPrecision::kF32, what + ".weights"));
+    const auto weights = writeNumbers(builder, quantize(cluster.weights, units, fine, what + ".weights"));
     const auto bias = writeVector<float>(builder, cluster.bias);
     const auto mean = writeNumbers(builder, quantize(padded(cluster.mean, size, stride), row, fine, what + ".mean"));
     const auto basis =
