@@ -12,6 +12,7 @@
 #include "formats/parallel_for.h"
 #include "formats/write_file.h"
 #include "pack/least_squares.h"
+#include "pack/rank_correlation.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/shading.h"
 #include "sh/sh_rotation.h"
@@ -97,8 +98,10 @@ private:
     std::optional<Evaluator> unpacked_;
     std::optional<Spans> unpacked_spans_;
     std::vector<ClipSums> clips_;
+    std::vector<FrameCheck> frames_;
     FrameFinder predictions_, second_bake_;
     FrameBuffers buffers_;
+    std::vector<double> frame_error_;  // [cluster], squared, of the frame that was added last
 
     void compareVertex(std::size_t vertex, const BakedFrames& baked, Sums& sums);
     void compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip);
@@ -145,7 +148,8 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
       evaluator_(asset),
       spans_(asset),
       predictions_(references.predictions, "predictions"),
-      second_bake_(references.second_bake, "second bake") {
+      second_bake_(references.second_bake, "second bake"),
+      frame_error_(asset.model.clusters.size()) {
     if (references.unpacked) {
         unpacked_.emplace(*references.unpacked);
         unpacked_spans_.emplace(*references.unpacked);
@@ -235,7 +239,7 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
     };
     const std::span<const float> y = part(b.truth);
     for (std::size_t i = 0; i < y.size(); ++i) clip.truth_sum[begin * stride + i] += y[i];
-    sums.error = squaredDifference(part(b.evaluated), y);
+    sums.error = frame_error_[cluster] = squaredDifference(part(b.evaluated), y);
     sums.outside = spans_.squaredDistance(view, cluster, b.truth);
     if (unpacked_) {
         unpacked_->evaluateCluster(cluster, b.unpacked);
@@ -273,6 +277,10 @@ void Checker::addFrame(std::size_t frame, int threads) {
     if (unpacked_) unpacked_->setPose(baked.truth.bones, baked.truth.pose);
     parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) { compareCluster(c, baked, clip); });
     ++clip.frames;
+    double error = 0;
+    for (double squares : frame_error_) error += squares;
+    const double rms_v = std::sqrt(error / double(evaluator_.vertexCount()) / (4 * std::numbers::pi));
+    frames_.push_back({clip.name, time, clip.held_out, rms_v, evaluator_.outOfRange()});
 }
 
 // sum over frames (y - mean)^2 = sum y^2 - 2 mean . sum y + frames |mean|^2.
@@ -313,6 +321,7 @@ CheckResult Checker::result() const {
         if (clip.frames > 0) (clip.held_out ? held_out : training).push_back(&clip);
     std::vector<double> mean(spans_.mean.begin(), spans_.mean.end());
     CheckResult result;
+    result.frames = frames_;
     result.mean_from_truth = !training.empty();
     if (result.mean_from_truth) {
         std::fill(mean.begin(), mean.end(), 0.0);
@@ -339,6 +348,16 @@ CheckResult Checker::result() const {
 }
 
 }  // namespace
+
+double rangeCorrelation(const CheckResult& result) {
+    std::vector<double> distance, error;
+    for (const FrameCheck& frame : result.frames) {
+        if (!frame.held_out) continue;
+        distance.push_back(frame.out_of_range);
+        error.push_back(frame.rms_v);
+    }
+    return rankCorrelation(distance, error);
+}
 
 CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references,
                        int threads, const std::function<void(std::size_t)>& progress) {

@@ -29,8 +29,17 @@ struct ErrorFigures {
     double unpacked_error = 0, unpacked_truncation = 0, packing = 0;
 };
 
+// A frame of the truth: its error beside what the evaluator itself can tell about the pose.
+struct FrameCheck {
+    std::string clip;
+    double time = 0;  // s
+    bool held_out = false;
+    double rms_v = 0, out_of_range = 0;  // out_of_range: Evaluator::outOfRange()
+};
+
 struct CheckResult {
     std::vector<ErrorFigures> clips;
+    std::vector<FrameCheck> frames;
     ErrorFigures training, held_out;  // frames = 0: there were none
     // Whether the mean of truth was taken over training frames of the truth; else it is the model's stored mean.
     bool mean_from_truth = false;
@@ -46,6 +55,9 @@ struct CheckReferences {
 // InvalidInput when the mesh, skin, pose or order of the truth (or of the references) is not what the asset's model
 // needs; when a second bake has the rays of the truth; when an unpacked model has other vertices or another convention.
 void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references);
+
+// Rank correlation of out_of_range and rms_v over the held-out frames; NaN where it is not defined.
+double rangeCorrelation(const CheckResult& result);
 
 // Clips that the asset does not know count as held out. `predictions` must have every frame (clip and time) of the
 // truth; what frames a second bake has must be in the same poses; everything must fit, else InvalidInput. Deterministic

@@ -242,6 +242,21 @@ static void reportBudget(const CheckResult& result, Report& report) {
         "unpacked model + rank and quantisation = total up to their correlation. Bake noise is in the truth.\n");
 }
 
+static void reportFrames(const CheckResult& result, Report& report) {
+    for (const FrameCheck& f : result.frames)
+        report.figures["per_frame"].push_back({{"clip", f.clip},
+                                               {"time", f.time},
+                                               {"held_out", f.held_out},
+                                               {"rms_v", f.rms_v},
+                                               {"out_of_range", f.out_of_range}});
+    const double correlation = rangeCorrelation(result);
+    nlohmann::ordered_json& json = report.figures["out_of_range_rank_correlation"];
+    if (std::isnan(correlation)) return;  // null: no held-out frames, or all alike
+    json = correlation;
+    std::printf("out of range against error: rank correlation %.2f over %zu held-out frames\n", correlation,
+                result.held_out.frames);
+}
+
 static void reportCheck(const CheckResult& result, const AssetView& asset, bool predictions, Report& report) {
     std::printf("%-24s %-8s %6s %9s %10s %10s %8s %8s%s\n", "clip", "", "frames", "relative", "truncation",
                 "regression", "rms V", "ambient", predictions ? " predictions" : "");
@@ -260,6 +275,7 @@ static void reportCheck(const CheckResult& result, const AssetView& asset, bool 
     report.figures["mean_from_truth"] = result.mean_from_truth;
     if (!result.mean_from_truth)
         std::printf("no training clip in the truth: relative numbers are against the model's stored mean\n");
+    reportFrames(result, report);
     reportBudget(result, report);
 }
 
@@ -348,6 +364,6 @@ static Verb checkVerb() {
 int main(int argc, char** argv) {
     using namespace penumbra;
     return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
-                      "penumbra.asset 1, penumbra.visibility 1, penumbra.model 1, penumbra.brdf 1, penumbra.light 1",
+                      "penumbra.asset 2, penumbra.visibility 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1",
                       {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

@@ -43,6 +43,15 @@ static std::size_t bytesRead(const ModelView& model) {
     return bytes;
 }
 
+static void measureRange(Evaluator& evaluator, const AnimationView& animation, BenchResult& result) {
+    const std::size_t frames = animation.frameCount();
+    for (std::size_t f = 0; f < frames; ++f) {
+        evaluator.setPose(animation.bonesOf(f), animation.poseOf(f));
+        result.out_of_range_mean += evaluator.outOfRange() / double(frames);
+        result.out_of_range_max = std::max(result.out_of_range_max, evaluator.outOfRange());
+    }
+}
+
 static void benchCpu(Shot shot, Evaluator& evaluator, const RenderOptions& options, int runs, int threads,
                      FrameVertices& vertices, std::vector<Vec3>& values, BenchResult& result) {
     const AssetView& asset = *shot.asset;
@@ -74,6 +83,7 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
     Evaluator evaluator(asset);
     FrameVertices vertices;
     std::vector<Vec3> values;
+    measureRange(evaluator, asset.animation, result);
     benchCpu(shot, evaluator, options, runs, threads, vertices, values, result);
 
     const std::unique_ptr<GlContext> context = createGlContext(options.backend);

@@ -10,13 +10,14 @@ namespace penumbra {
 struct BenchResult {
     std::string gl;
     std::size_t vertices = 0, triangles = 0;
-    std::size_t bytes_read = 0;  // of mean and basis, a frame
-    double skin = 0;             // pose, regression, skinned positions and frames
-    double evaluate = 0;         // visibility numbers of all vertices
-    double shade = 0;            // radiance of all vertices; 0 without material or light
-    double draw_values = 0;      // upload and drawing of what the CPU made
-    double draw_model = 0;       // upload of the pose, evaluation in the vertex shader, drawing
-    double first_frame = 0;      // upload of the asset, compilation of the shaders, first draw
+    std::size_t bytes_read = 0;                          // of mean and basis, a frame
+    double skin = 0;                                     // pose, regression, skinned positions and frames
+    double evaluate = 0;                                 // visibility numbers of all vertices
+    double shade = 0;                                    // radiance of all vertices; 0 without material or light
+    double draw_values = 0;                              // upload and drawing of what the CPU made
+    double draw_model = 0;                               // upload of the pose, evaluation in the vertex shader, drawing
+    double first_frame = 0;                              // upload of the asset, compilation of the shaders, first draw
+    double out_of_range_mean = 0, out_of_range_max = 0;  // Evaluator::outOfRange() over the asset's frames
 };
 
 // Shades with options.brdf and options.light, or draws E when the asset has none.

@@ -28,6 +28,8 @@ static void printResult(const BenchResult& r, int threads) {
     std::printf("GL   draw CPU's values   %8.3f ms\n", r.draw_values);
     std::printf("GL   evaluate and draw   %8.3f ms  (the first time, with upload and shader compilation: %.0f ms)\n",
                 r.draw_model, r.first_frame);
+    std::printf("the asset's frames are out of the training range by %.4f on average, at most %.4f\n",
+                r.out_of_range_mean, r.out_of_range_max);
 }
 
 static void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
@@ -49,7 +51,9 @@ static void runBench(BenchCommand& command, const CommonOptions& common, Report&
                       {"shade_ms", r.shade},
                       {"draw_values_ms", r.draw_values},
                       {"draw_model_ms", r.draw_model},
-                      {"first_frame_ms", r.first_frame}};
+                      {"first_frame_ms", r.first_frame},
+                      {"out_of_range_mean", r.out_of_range_mean},
+                      {"out_of_range_max", r.out_of_range_max}};
     if (!common.quiet) printResult(r, common.threads);
 }
 

@@ -62,6 +62,12 @@ static void reportResult(const RenderResult& result, const RenderOptions& option
     report.figures["height"] = options.height;
     report.figures["gl"] = result.gl;
     report.figures["path"] = path;
+    report.figures["out_of_range"] = result.out_of_range;
+    if (!common.quiet)
+        std::printf(
+            "out of range by %.4f: how far the pose has what hides the sky from where training frames had it, "
+            "about radians\n",
+            result.out_of_range);
     if (common.verbosity > 0) std::printf("%s; path %s\n", result.gl.c_str(), path);
     if (!result.ambient_error) return;
     report.figures["ambient_error_mean"] = result.ambient_error->mean;

@@ -34,6 +34,7 @@ RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asse
     evaluateFrame(shot, options.source, evaluator, threads, vertices);
     const FrameView view = makePictureView(options, asset, vertices.positions);
     RenderResult result;
+    result.out_of_range = evaluator.outOfRange();
     std::vector<float> true_ambient;
     if (options.channel == Channel::kError) {
         true_ambient = trueAmbient(shot, vertices, threads);

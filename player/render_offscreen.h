@@ -9,6 +9,7 @@ struct RenderResult {
     Image image;     // linear Rec.709; over the background, or with alpha and the colours multiplied by it
     std::string gl;  // GlContext::description
     EvaluationPath path = EvaluationPath::kCpu;
+    double out_of_range = 0;  // Evaluator::outOfRange() of the frame's pose
     struct Error {
         double mean = 0, max = 0;  // |E(model) - E(truth)| over the vertices
     };

@@ -12,6 +12,7 @@
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"
 #include "pack/packing_error.h"
+#include "pack/rank_correlation.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/shading.h"
 #include "sh/sh_rotation.h"
@@ -182,6 +183,54 @@ TEST(CheckAsset, BakeNoiseIsTheDifferenceOfTwoBakes) {
     moved.write();
     const VisibilityReader other_pose(moved.path);
     EXPECT_THROW(checkAsset(bake.asset, truth, {.second_bake = &other_pose}, 1, kNoProgress), InvalidInput);
+}
+
+// Noise that grows with the distance makes the order of both the same; a frame nearer than it is bad turns it around.
+TEST(CheckAsset, ErrorThatGrowsWithTheDistanceHasRankCorrelationOne) {
+    SyntheticBake bake(0.1f);
+    for (ClusterModel& cluster : bake.model.clusters)  // what the frames of "twist" reach beyond
+        for (std::size_t i = 0; i < cluster.group_min.size(); ++i) {
+            const float middle = (cluster.group_min[i] + cluster.group_max[i]) / 2;
+            cluster.group_min[i] = cluster.group_max[i] = middle;
+        }
+    bake.packed = packAsset(bake.model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    bake.asset = openAsset(bake.packed.bytes);
+    std::vector<double> distance;
+    Evaluator evaluator(bake.asset);
+    for (std::size_t f = 0; f < 6; ++f) {
+        evaluator.setPose(bake.asset.animation.bonesOf(f), {});
+        distance.push_back(evaluator.outOfRange());
+    }
+    const std::size_t count = bake.noise.size() / 6;
+    for (double sign : {1.0, -1.0}) {
+        const std::vector<float> noise = bake.noise;
+        for (std::size_t i = 0; i < noise.size(); ++i)
+            bake.noise[i] *= float(std::pow(distance[i / count] / distance[3], 2 * sign));
+        bake.write();
+        bake.noise = noise;
+        const CheckResult result = checkAsset(bake.asset, VisibilityReader(bake.path), {}, 2, kNoProgress);
+        ASSERT_EQ(result.frames.size(), 6u);
+        double squares = 0;
+        for (std::size_t f = 3; f < 6; ++f) {
+            EXPECT_EQ(result.frames[f].clip, "twist");
+            EXPECT_TRUE(result.frames[f].held_out);
+            EXPECT_EQ(result.frames[f].out_of_range, distance[f]);
+            squares += result.frames[f].rms_v * result.frames[f].rms_v / 3;
+        }
+        EXPECT_NEAR(std::sqrt(squares), result.held_out.rms_v, 1e-12);
+        EXPECT_NEAR(rangeCorrelation(result), sign, 1e-12);
+    }
+}
+
+TEST(RankCorrelation, KnownOrders) {
+    const std::vector<double> a = {3, 1, 4, 1.5, 9}, b = {30, 1, 31, 2, 1e6}, reversed = {-3, -1, -4, -1.5, -9};
+    EXPECT_NEAR(rankCorrelation(a, b), 1, 1e-12);
+    EXPECT_NEAR(rankCorrelation(a, reversed), -1, 1e-12);
+    // Ranks 1 2.5 2.5 4 and 1 2 3 4, less 2.5: (2.25 + 0 + 0 + 2.25) / sqrt(4.5 * 5).
+    EXPECT_NEAR(rankCorrelation(std::vector<double>{1, 2, 2, 3}, std::vector<double>{1, 2, 3, 4}),
+                4.5 / std::sqrt(22.5), 1e-12);
+    EXPECT_TRUE(std::isnan(rankCorrelation(std::vector<double>{1, 1, 1}, std::vector<double>{1, 2, 3})));
+    EXPECT_TRUE(std::isnan(rankCorrelation({}, {})));
 }
 
 // Fewer components, and rounded: the span and the error of the model are those of the model, whatever is packed,

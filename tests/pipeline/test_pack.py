@@ -61,6 +61,12 @@ def check_agrees_with_the_fit():
             worst = max(worst, row["prediction_difference"])
             total = row["truncation_error"] ** 2 + row["regression_error"] ** 2
             assert abs(total - row["relative_error"] ** 2) < 1e-6, row
+        good("fit", "predict", name + ".model.h5", "x.vis.h5", "-o", "p.vis.h5", "--report", "p.json")
+        distances = figures("p.json")["out_of_range"]
+        assert len(f["per_frame"]) == len(distances) and max(distances) > 0, distances
+        for row, distance in zip(f["per_frame"], distances):
+            assert abs(row["out_of_range"] - distance) < 1e-5 and row["rms_v"] > 0, (row, distance)
+        assert -1 <= f["out_of_range_rank_correlation"] <= 1, f["out_of_range_rank_correlation"]
     assert worst < 2e-4, worst  # measured 8.7e-5: units of an additive model nearly cancel; 2e-5 for linear ones
     print("evaluator against penumbra-fit predict, f32: relative difference", worst)
 

@@ -161,11 +161,14 @@ def check_report_and_bytes():
     with open("r.json") as f:
         figures = json.load(f)["figures"]
     assert 0 < figures["ambient_error_mean"] < 0.2 and figures["ambient_error_mean"] < figures["ambient_error_max"] <= 1
+    distance = figures["out_of_range"]
     said = good("player", "render", "i8.pnb", *FRAME, *FRAMING, "--channel", "error", "--truth", "x.truth.pnb", "-o",
                 "again.png").stdout
+    assert distance > 0 and "out of range by %.4f" % distance in said, said
     assert "mean %.5f, max %.5f" % (figures["ambient_error_mean"], figures["ambient_error_max"]) in said, said
     said = good("player", "bench", "i8.pnb", "--runs", 3, "--size", "64x64").stdout
     assert "evaluate visibility" in said and "Mvertices/s" in said, said
+    assert "out of the training range" in said, said
 
 
 def check_alpha_and_numbers():
