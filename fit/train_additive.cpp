@@ -26,6 +26,7 @@ constexpr double kSelectionLambda = 1e-3;
 constexpr double kSelectionShare = 1.0 / 30;
 // Fewer units are taken when cross-validation finds them within this of the best (squared error, relative).
 constexpr double kWorthMoreUnits = 0.01;
+constexpr double kWorthLessPrior = 0.005;  // a stronger prior is taken when it costs no more (likewise)
 constexpr float kLeastIdleWeight = 0.05f;  // of the largest group weight
 
 struct Candidates {
@@ -208,16 +209,16 @@ struct Choice {
     double lambda = std::end(kLambdas)[-1], error = 0;
 };
 
-// The smallest number of units that is nearly as good as the best, with its best lambda; of equal ones the strongest
-// prior: with nothing to validate on, that is nearly the mean alone.
+// The smallest number of units that is nearly as good as the best, with the strongest prior that is as good: weights
+// then stay small, and what rounds them does little harm. With nothing to validate on, that is nearly the mean alone.
 Choice choose(const ErrorTable& errors) {
     double best = std::numeric_limits<double>::infinity();
     for (const std::vector<double>& row : errors) best = std::min(best, *std::min_element(row.begin(), row.end()));
     for (std::size_t n = 0; n < errors.size(); ++n) {
-        Choice choice{kUnitCounts[n], kLambdas[0], errors[n][0]};
-        for (std::size_t l = 1; l < errors[n].size(); ++l)
-            if (errors[n][l] <= choice.error) choice = {kUnitCounts[n], kLambdas[l], errors[n][l]};
-        if (choice.error <= (1 + kWorthMoreUnits) * best) return choice;
+        const double least = *std::min_element(errors[n].begin(), errors[n].end());
+        if (least > (1 + kWorthMoreUnits) * best) continue;
+        for (std::size_t l = errors[n].size(); l-- > 0;)
+            if (errors[n][l] <= (1 + kWorthLessPrior) * least) return {kUnitCounts[n], kLambdas[l], errors[n][l]};
     }
     return {};
 }

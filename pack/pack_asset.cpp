@@ -7,6 +7,7 @@
 #include "formats/errors.h"
 #include "pack/asset_writer.h"
 #include "pack/pack_within.h"
+#include "pack/packing_error.h"
 
 namespace penumbra {
 
@@ -61,8 +62,14 @@ static std::vector<float> padded(std::span<const float> numbers, std::size_t siz
     return out;
 }
 
+// Of the basis, and of the regression's weights.
+struct Precisions {
+    AssetPrecision basis, weights;
+};
+
 static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, std::size_t index,
-                                         std::uint32_t first_vertex, AssetPrecision precision) {
+                                         std::uint32_t first_vertex, Precisions precisions) {
+    const AssetPrecision precision = precisions.basis;
     const ClusterModel& cluster = model.clusters[index];
     const std::string what = "model.clusters[" + std::to_string(index) + "]";
     const AssetPrecision fine = precision == AssetPrecision::kF32 ? precision : AssetPrecision::kF16;
@@ -86,7 +93,7 @@ static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model
     const std::vector<std::uint16_t> unit_groups(cluster.unit_group.begin(), cluster.unit_group.end());
     const auto unit_group = writeVector<std::uint16_t>(builder, unit_groups);
     // Units cancel one another where they overlap: halves cost up to 18% of the signal of an additive model.
-    const auto weights = writeNumbers(builder, quantize(cluster.weights, units, fine, what + ".weights"));
+    const auto weights = writeNumbers(builder, quantize(cluster.weights, units, precisions.weights, what + ".weights"));
     const auto bias = writeVector<float>(builder, cluster.bias);
     const auto mean = writeNumbers(builder, quantize(padded(cluster.mean, size, stride), row, fine, what + ".mean"));
     const auto basis =
@@ -111,12 +118,12 @@ static fbs::ModelKind kindOf(ModelKind kind) {
     return {};
 }
 
-static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, AssetPrecision precision,
+static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
                                             double quantization_error) {
     std::vector<Offset<fbs::Cluster>> clusters;
     std::uint32_t next = 0;
     for (std::size_t c = 0; c < model.clusters.size(); ++c) {
-        clusters.push_back(writeCluster(builder, model, c, next, precision));
+        clusters.push_back(writeCluster(builder, model, c, next, precisions));
         next += std::uint32_t(model.clusters[c].vertices.size());
     }
     const auto convention = builder.CreateString(model.convention.name());
@@ -177,13 +184,13 @@ static Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const Li
 }
 
 static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
-                                       std::span<const LightFile> lights, AssetPrecision precision, double error,
+                                       std::span<const LightFile> lights, Precisions precisions, double error,
                                        const std::string& provenance) {
     FlatBufferBuilder builder(1 << 20);
     AssetSections sections;
     sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
     sections.animation = writeAnimation(builder, animationOf(model));
-    sections.model = writeModelSection(builder, model, precision, error);
+    sections.model = writeModelSection(builder, model, precisions, error);
     for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
     for (const LightFile& light : lights) sections.lights.push_back(writeLightSection(builder, light));
     const std::span<std::byte> bytes = finishAsset(builder, sections, model.convention.order, provenance);
@@ -217,12 +224,25 @@ static void checkModel(const Model& model) {
         throw InvalidInput("model.skin: " + std::to_string(model.skin.influences) + " influences; 1..255 are possible");
 }
 
+// Half, unless that is felt: the weights of a model of few training frames can be large and nearly cancel.
+static AssetPrecision weightPrecision(const Model& model, int threads) {
+    constexpr double kFelt = 0.02;  // of the signal; rounding the basis to bytes costs as much
+    const auto packed = [&](AssetPrecision precision) {
+        return packOnce(model, {}, {}, {precision, precision}, 0, "{}");
+    };
+    const std::vector<std::byte> half = packed(AssetPrecision::kF16), exact = packed(AssetPrecision::kF32);
+    const double error = comparePacked(openAsset(half), openAsset(exact), threads).relative();
+    return error > kFelt ? AssetPrecision::kF32 : AssetPrecision::kF16;
+}
+
 Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(model);
+    const AssetPrecision weights = weightPrecision(model, threads);
     const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, double error) {
-        return packOnce(chosen, materials, lights, precision, error, provenance);
+        const bool exact = precision == AssetPrecision::kF32;
+        return packOnce(chosen, materials, lights, {precision, exact ? precision : weights}, error, provenance);
     };
     return packWithin(model, options, write, threads);
 }
