@@ -13,7 +13,7 @@
 
 namespace penumbra {
 
-constexpr FileKind kKind{"penumbra.model", kModelVersion};
+constexpr FileKind kKind{"penumbra.model", kModelVersion, kModelVersion};
 
 static std::string clusterGroup(std::size_t index) {
     char name[32];

@@ -34,6 +34,9 @@ void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance
     if (version > kind.version)
         throw Unsupported(in.name + ": " + std::string(kind.format) + " version " + std::to_string(version) +
                           " is newer than this program's " + std::to_string(kind.version));
+    if (version < kind.oldest)
+        throw Unsupported(in.name + ": " + std::string(kind.format) + " version " + std::to_string(version) +
+                          " is too old; this program reads " + std::to_string(kind.oldest) + ": make the file again");
     try {
         provenance = provenanceFromJson(readTextAttribute(in, "/", "provenance"));
     } catch (const InvalidInput& error) {

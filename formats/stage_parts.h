@@ -14,6 +14,7 @@ namespace penumbra {
 struct FileKind {
     std::string_view format;  // "penumbra.visibility"
     int version;              // the newest that we read, and what we write
+    int oldest = 1;           // that we read
 };
 
 // format, format_version and provenance, which every file has; for files without SH.

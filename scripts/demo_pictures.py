@@ -17,7 +17,7 @@ SIZE = 600
 CAMERA = "yaw=35,pitch=12"
 MATERIAL = "lambert:color=0.75/0.7/0.65"
 COLUMNS = ["truth", "paper", "ours", "error_paper", "error_ours"]
-TITLES = {"truth": "truth (ray traced)", "paper": "paper: joint angles, A4", "ours": "ours: relative bones, D5",
+TITLES = {"truth": "truth (ray traced)", "paper": "paper: joint angles, A4", "ours": "ours: additive, D5",
           "error_paper": "ambient error, paper", "error_ours": "ambient error, ours"}
 
 

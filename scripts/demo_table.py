@@ -6,7 +6,8 @@ import json
 import pathlib
 import sys
 
-MODELS = {"paper": "paper: joint angles, A4", "bones_a4": "relative bones, A4", "ours": "ours: relative bones, D5"}
+MODELS = {"paper": "paper: linear, joint angles, A4", "bones_a4": "linear, relative bones, A4",
+          "additive_a4": "additive, relative bones, A4", "ours": "ours: additive, relative bones, D5"}
 
 
 def report(folder, name):

@@ -180,7 +180,7 @@ TEST(HostileFiles, WrongTypesAndShapesAreNamed) {
     expectRefused(replaced("/mesh", H5T_STD_I32LE, {2}), "/mesh");
 }
 
-TEST(HostileFiles, NewerVersionsAndOtherKindsAreNotGuessedAt) {
+TEST(HostileFiles, OtherVersionsAndKindsAreNotGuessedAt) {
     const auto withVersion = [](hid_t file) {
         checkHdf5(H5Adelete(file, "format_version"), "test");
         writeIntegerAttribute(file, "/", "format_version", kVisibilityVersion + 1);
@@ -189,6 +189,12 @@ TEST(HostileFiles, NewerVersionsAndOtherKindsAreNotGuessedAt) {
     const samples::Folder folder("kinds");
     writeModel(folder.path / "x.h5", samples::model(FeatureKind::kRelativeBones));
     EXPECT_THROW(VisibilityReader(folder.path / "x.h5"), InvalidInput);
+    {
+        const Hdf5Handle old(H5Fopen((folder.path / "x.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, "test");
+        checkHdf5(H5Adelete(old, "format_version"), "test");
+        writeIntegerAttribute(old, "/", "format_version", kModelVersion - 1);
+    }
+    EXPECT_THROW(readModel(folder.path / "x.h5"), Unsupported);
     writeWholeFile(folder.path / "text", "not HDF5 at all");
     EXPECT_THROW(readModel(folder.path / "text"), InvalidInput);
 }
