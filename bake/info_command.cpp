@@ -106,8 +106,8 @@ static Json rangeOf(const std::vector<ClusterModel>& clusters, Number number) {
 
 static Json describeModel(const fs::path& path) {
     const Model model = readModel(path);
-    Json json{{"model", "linear"},
-              {"features", model.features == FeatureKind::kJointAngles ? "joint-angles" : "relative-bones"},
+    Json json{{"model", nameOf(model.kind)},
+              {"features", nameOf(model.features)},
               {"convention", model.convention.name()},
               {"sh_order", model.convention.order},
               {"input_variance", model.input_variance},
@@ -119,7 +119,9 @@ static Json describeModel(const fs::path& path) {
     json["holdout_clips"] = model.holdout_clips;
     json["clusters"] = model.clusters.size();
     json["cluster_vertices"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.vertices.size(); });
-    json["inputs"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.input_min.size(); });
+    json["inputs"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.inputs(); });
+    json["groups"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.groups.size(); });
+    json["units"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.units(); });
     json["components"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.bias.size(); });
     json["errors"] = Json::array();
     for (const ClipError& error : model.clip_errors)
@@ -171,7 +173,8 @@ static const char* nameOf(AssetPrecision precision) {
 
 static void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
-    json["model"] = {{"features", model.features == AssetFeatures::kJointAngles ? "joint-angles" : "relative-bones"},
+    json["model"] = {{"model", nameOf(kModelKinds[std::size_t(model.kind)])},  // one order in both lists
+                     {"features", model.features == AssetFeatures::kJointAngles ? "joint-angles" : "relative-bones"},
                      {"convention", model.convention.name()},
                      {"clusters", model.clusters.size()},
                      {"precision", model.clusters.empty() ? "" : nameOf(model.clusters[0].basis.precision)},

@@ -39,9 +39,10 @@ void define(CLI::App& app, VisibilityCommand& command) {
         ->check(CLI::IsMember({"joint-angles", "relative-bones"}))
         ->capture_default_str();
     app.add_option("--clusters", command.clusters, "number of clusters, or auto")->capture_default_str();
-    app.add_option(
-           "--input-variance", command.input_variance,
-           "share of the features' variance to keep, (0, 1]; auto: 0.9 for joint-angles, 0.99 for relative-bones")
+    app.add_option("--input-variance", command.input_variance,
+                   "share of the features' variance to keep, (0, 1], not used by additive models; auto: 0.9 for "
+                   "joint-angles, 0.99 "
+                   "for relative-bones, 0.95 for neural models of them")
         ->capture_default_str();
     app.add_option("--output-variance", options.output_variance, "share of the visibility's variance to keep, (0, 1]")
         ->capture_default_str();

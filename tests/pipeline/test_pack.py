@@ -44,6 +44,10 @@ def make_inputs():
                  "--features", features, "--convention", convention)
             good("fit", "predict", name + ".model.h5", "x.vis.h5", "-o", name + ".pred.vis.h5")
     good("fit", "visibility", "x.vis.h5", "-o", "linear.model.h5", "--holdout", "walk", "--clusters", 13, "--model", "linear")
+    for name, kind in (("linear", "linear"), ("D5r", "additive")):
+        good("bake", "info", name + ".model.h5", "--report", "r.json")
+        info = figures("r.json")
+        assert info["model"] == kind and 0 < info["units"]["most"] <= 128 and info["groups"]["most"] > 0, info
     good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
     good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", "ggx.brdf.h5")
 
@@ -67,6 +71,8 @@ def check_agrees_with_the_fit():
         for row, distance in zip(f["per_frame"], distances):
             assert abs(row["out_of_range"] - distance) < 1e-5 and row["rms_v"] > 0, (row, distance)
         assert -1 <= f["out_of_range_rank_correlation"] <= 1, f["out_of_range_rank_correlation"]
+    good("bake", "info", "f32.pnb", "--report", "r.json")
+    assert figures("r.json")["model"]["model"] == "additive", figures("r.json")["model"]
     assert worst < 2e-4, worst  # measured 8.7e-5: units of an additive model nearly cancel; 2e-5 for linear ones
     print("evaluator against penumbra-fit predict, f32: relative difference", worst)
 
