@@ -8,6 +8,8 @@ namespace penumbra {
 
 namespace {
 
+// Of the inputs' length; nearer frames are one pose (a loop's ends), and a neuron between them would never move again.
+constexpr double kLeastDistance = 1e-3;
 constexpr std::size_t kCandidatesPerNeuron = 16;   // pairs to draw from
 constexpr double kSteepness = 1.0986122886681098;  // 2 atanh(1/2)
 
@@ -27,6 +29,14 @@ struct PairOfFrames {
 
 }  // namespace
 
+// Root mean square length of the inputs of a range.
+static double lengthOf(const Matrix& inputs, const InputRange& range) {
+    double sum = 0;
+    for (std::size_t f = 0; f < inputs.rows; ++f)
+        for (double x : inputs.row(f).subspan(range.first, range.count)) sum += x * x;
+    return std::sqrt(sum / double(inputs.rows));
+}
+
 TanhNet startNet(const Matrix& inputs, const Matrix& outputs, std::size_t neurons,
                  const std::vector<InputRange>& ranges, std::uint64_t seed) {
     assert(inputs.rows == outputs.rows && inputs.rows > 0);
@@ -35,13 +45,14 @@ TanhNet startNet(const Matrix& inputs, const Matrix& outputs, std::size_t neuron
     const auto frame = [&] { return std::size_t(uniform(random) * double(inputs.rows)); };
     for (std::size_t n = 0; n < neurons; ++n) {
         const InputRange range = net.rangeOf(n);
+        const double least = kLeastDistance * lengthOf(inputs, range);
         const auto seen = [&](std::size_t f) { return inputs.row(f).subspan(range.first, range.count); };
         PairOfFrames candidates[kCandidatesPerNeuron];
         double total = 0;
         for (PairOfFrames& pair : candidates) {
             pair.a = frame(), pair.b = frame();
             const double distance = std::sqrt(squaredDistance(seen(pair.a), seen(pair.b)));
-            if (distance > 0)
+            if (distance > least)
                 pair.steepness = std::sqrt(squaredDistance(outputs.row(pair.a), outputs.row(pair.b))) / distance;
             total += pair.steepness;
         }

@@ -44,13 +44,14 @@ void checkFits(const AssetView& asset, const VisibilityHeader& truth, const Chec
     if (!references.unpacked) return;
     const AssetView& unpacked = *references.unpacked;
     const auto same = [](auto a, auto b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); };
-    bool fits = unpacked.model.convention == asset.model.convention &&
+    bool fits = unpacked.model.convention == asset.model.convention && unpacked.model.kind == asset.model.kind &&
+                unpacked.model.features == asset.model.features &&
                 unpacked.model.clusters.size() == asset.model.clusters.size() &&
                 same(unpacked.mesh.shading_point, asset.mesh.shading_point) &&
                 unpacked.animation.jointCount() == asset.animation.jointCount();
     for (std::size_t c = 0; fits && c < asset.model.clusters.size(); ++c)
         fits = unpacked.model.clusters[c].vertex_count == asset.model.clusters[c].vertex_count;
-    if (!fits) throw InvalidInput("not the model of the asset: other clusters or another convention");
+    if (!fits) throw InvalidInput("not the model of the asset: another kind, other features, clusters or convention");
 }
 
 }  // namespace penumbra

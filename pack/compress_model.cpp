@@ -134,6 +134,10 @@ std::vector<double> turnToPrincipalAxes(ClusterModel& cluster, std::span<const f
     assert(scores.size() % components == 0);
     const std::vector<double> mean = meanScores(scores, components);
     const Turn turn = principalTurn(gramOf(cluster.basis, components), scatterOf(scores, mean), components);
+    if (turn.energies.empty()) {  // components of zeros: visibility that never changes; one of them stays
+        keepComponents(cluster, 1);
+        return {0.0};
+    }
     const std::size_t length = cluster.mean.size();
     for (std::size_t n = 0; n < length; ++n) {
         double sum = cluster.mean[n];

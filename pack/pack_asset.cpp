@@ -62,7 +62,7 @@ static std::vector<float> padded(std::span<const float> numbers, std::size_t siz
     return out;
 }
 
-// Of the basis, and of the regression's weights.
+// Of the basis, and of the regression's weights and units.
 struct Precisions {
     AssetPrecision basis, weights;
 };
@@ -87,12 +87,12 @@ static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model
     const std::size_t group_size = groupInputs(model.features), units = cluster.units();
     const auto group_min = writeNumbers(builder, quantize(cluster.group_min, group_size, fine, what + ".group_min"));
     const auto group_max = writeNumbers(builder, quantize(cluster.group_max, group_size, fine, what + ".group_max"));
-    const auto hidden = writeNumbers(
-        builder,
-        quantize(cluster.hidden, cluster.hidden.empty() ? 0 : cluster.hidden.size() / units, fine, what + ".hidden"));
+    const std::size_t width = model.kind == ModelKind::kNeural     ? cluster.inputs() + 1
+                              : model.kind == ModelKind::kAdditive ? group_size
+                                                                   : 0;
+    const auto hidden = writeNumbers(builder, quantize(cluster.hidden, width, precisions.weights, what + ".hidden"));
     const std::vector<std::uint16_t> unit_groups(cluster.unit_group.begin(), cluster.unit_group.end());
     const auto unit_group = writeVector<std::uint16_t>(builder, unit_groups);
-    // Units cancel one another where they overlap: halves cost up to 18% of the signal of an additive model.
     const auto weights = writeNumbers(builder, quantize(cluster.weights, units, precisions.weights, what + ".weights"));
     const auto bias = writeVector<float>(builder, cluster.bias);
     const auto mean = writeNumbers(builder, quantize(padded(cluster.mean, size, stride), row, fine, what + ".mean"));
@@ -224,8 +224,14 @@ static void checkModel(const Model& model) {
         throw InvalidInput("model.skin: " + std::to_string(model.skin.influences) + " influences; 1..255 are possible");
 }
 
-// Half, unless that is felt: the weights of a model of few training frames can be large and nearly cancel.
+// Half, unless that is felt: the weights of a model of few training frames can be large and nearly cancel (18% of the
+// signal of an additive model of 38 frames), or be too large for a half.
 static AssetPrecision weightPrecision(const Model& model, int threads) {
+    const auto large = [](const std::vector<float>& v) {
+        return std::any_of(v.begin(), v.end(), [](float x) { return std::abs(x) > 60000; });
+    };
+    for (const ClusterModel& cluster : model.clusters)
+        if (large(cluster.weights) || large(cluster.hidden)) return AssetPrecision::kF32;
     constexpr double kFelt = 0.02;  // of the signal; rounding the basis to bytes costs as much
     const auto packed = [&](AssetPrecision precision) {
         return packOnce(model, {}, {}, {precision, precision}, 0, "{}");
@@ -239,7 +245,8 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(model);
-    const AssetPrecision weights = weightPrecision(model, threads);
+    const AssetPrecision weights =
+        options.precision == AssetPrecision::kF32 ? AssetPrecision::kF32 : weightPrecision(model, threads);
     const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, double error) {
         const bool exact = precision == AssetPrecision::kF32;
         return packOnce(chosen, materials, lights, {precision, exact ? precision : weights}, error, provenance);

@@ -108,5 +108,17 @@ TEST(NeuralBfgs, RefusesNumbersThatAreNotFinite) {
     EXPECT_THROW(fitByBfgs(x, normalMatrix(10, 1, 2), normalNet(2, 1, 2, 3), 0.1), std::runtime_error);
 }
 
+// The ends of a loop are one pose but for rounding: no neuron starts between them, where it would never move again.
+TEST(NeuralStart, IgnoresFramesThatAreOnePose) {
+    Matrix inputs(40, 2), outputs(40, 1);
+    for (std::size_t f = 0; f < 40; ++f) {
+        const double t = double(f % 20);
+        inputs(f, 0) = std::sin(t) + (f < 20 ? 0 : 1e-13);
+        inputs(f, 1) = std::cos(2 * t);
+        outputs(f, 0) = std::sin(t) + (f < 20 ? 0 : 0.01);
+    }
+    for (double d : startNet(inputs, outputs, 16, {}, 1).hidden.values) EXPECT_LT(std::abs(d), 1e4);
+}
+
 }  // namespace
 }  // namespace penumbra

@@ -170,5 +170,21 @@ TEST(PackAsset, SectionSizesAddUpToTheFile) {
     EXPECT_EQ(sum, packed.bytes.size());
 }
 
+// Teeth, say: visibility that never changes has components of zeros and, in an additive model, no unit.
+TEST(PackAsset, AClusterThatNeverChanges) {
+    for (ModelKind kind : kModelKinds) {
+        Model model = synthetic::tubeModel({.kind = kind});
+        ClusterModel& still = model.clusters[1];
+        std::fill(still.basis.begin(), still.basis.end(), 0.0f);
+        if (kind == ModelKind::kAdditive) {
+            still.hidden.clear();
+            still.unit_group.clear();
+            still.weights.clear();
+        }
+        const Packed packed = packAsset(model, {}, {}, {}, "{}", 1);
+        EXPECT_GE(openAsset(packed.bytes).model.clusters[1].components(), 1u) << nameOf(kind);
+    }
+}
+
 }  // namespace
 }  // namespace penumbra
