@@ -39,7 +39,7 @@ StoredNumbers quantize(std::span<const float> values, std::size_t row_length, As
             throw InvalidInput(what + ": " + std::to_string(v) + " is not finite or too large for the precision");
     switch (precision) {
         case AssetPrecision::kF32:
-            std::memcpy(stored.data.data(), values.data(), values.size_bytes());
+            if (!values.empty()) std::memcpy(stored.data.data(), values.data(), values.size_bytes());
             break;
         case AssetPrecision::kF16:
             floatToHalf(values, {reinterpret_cast<std::uint16_t*>(stored.data.data()), values.size()});
