@@ -32,13 +32,6 @@ std::vector<Block> makeBlocks(const FrameList& list, std::span<const std::size_t
     return blocks;
 }
 
-Matrix centredRows(const Matrix& m, std::span<const std::size_t> rows, std::span<const double> mean) {
-    Matrix out(rows.size(), m.columns);
-    for (std::size_t r = 0; r < rows.size(); ++r)
-        for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = m(rows[r], c) - mean[c];
-    return out;
-}
-
 struct Fold {
     std::vector<std::size_t> kept, left_out;  // rows
 };

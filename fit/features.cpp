@@ -14,12 +14,6 @@ constexpr double kSingular = 1e-9;
 constexpr double kNearness = 0.02;  // box diagonals squared: keeps the weight of the nearest bones finite
 constexpr double kRotationWeight = 0.3;
 
-Mat3d toDouble(const Mat3& a) {
-    Mat3d out;
-    for (std::size_t i = 0; i < 9; ++i) out.m[i] = a.m[i];
-    return out;
-}
-
 Mat3d inverseLinear(const Affine& bone, const Mat3& rotation) {
     const Mat3d a = toDouble(bone.linear()), c = cofactor(a);
     const double det = a.m[0] * c.m[0] + a.m[1] * c.m[1] + a.m[2] * c.m[2];

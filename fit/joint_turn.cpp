@@ -11,12 +11,6 @@ namespace penumbra {
 
 namespace {
 
-Mat3d toDouble(const Mat3& a) {
-    Mat3d out;
-    for (std::size_t i = 0; i < 9; ++i) out.m[i] = a.m[i];
-    return out;
-}
-
 // Axis times angle of a rotation. Near half a turn the axis comes from R + I, whose columns are along it.
 Vec3d rotationLog(const Mat3d& r) {
     const Vec3d twice{r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)};  // 2 sin(angle) axis

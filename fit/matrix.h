@@ -31,4 +31,18 @@ std::vector<double> meanOfRows(const BasicMatrix<T>& m, std::span<const std::siz
     return mean;
 }
 
+// The given rows minus `mean`.
+inline Matrix centredRows(const Matrix& m, std::span<const std::size_t> rows, std::span<const double> mean) {
+    Matrix out(rows.size(), m.columns);
+    for (std::size_t r = 0; r < rows.size(); ++r)
+        for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = m(rows[r], c) - mean[c];
+    return out;
+}
+
+inline double squaredDistance(std::span<const double> a, std::span<const double> b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sum;
+}
+
 }  // namespace penumbra

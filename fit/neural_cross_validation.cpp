@@ -35,13 +35,6 @@ Matrix scaled(const Matrix& m, double factor) {
     return out;
 }
 
-Matrix selectCentred(const Matrix& m, std::span<const std::size_t> rows, std::span<const double> mean) {
-    Matrix out(rows.size(), m.columns);
-    for (std::size_t r = 0; r < rows.size(); ++r)
-        for (std::size_t c = 0; c < m.columns; ++c) out(r, c) = m(rows[r], c) - mean[c];
-    return out;
-}
-
 struct NetFold {
     Matrix x, y;          // kept rows, scaled
     Matrix x_out, y_out;  // left out, in the same units
@@ -72,15 +65,15 @@ NetFold makeFold(const Matrix& inputs, const Matrix& outputs, const std::vector<
     for (std::size_t i = 0; i < folds.size(); ++i) (folds[i] == left_out ? out : kept).push_back(i);
     const std::vector<double> x_mean = meanOfRows(inputs, kept), y_mean = meanOfRows(outputs, kept);
     NetFold fold;
-    const Matrix centred = selectCentred(inputs, kept, x_mean);
+    const Matrix centred = centredRows(inputs, kept, x_mean);
     const Pca pca = principalComponents(centred);
     const Matrix basis = basisOf(pca, centred, componentsFor(pca, input_variance));
     fold.x = Matrix(kept.size(), basis.rows);
     fold.x_out = Matrix(out.size(), basis.rows);
     asEigen(fold.x).noalias() = asEigen(centred) * asEigen(basis).transpose();
-    asEigen(fold.x_out).noalias() = asEigen(selectCentred(inputs, out, x_mean)) * asEigen(basis).transpose();
-    fold.y = selectCentred(outputs, kept, y_mean);
-    fold.y_out = selectCentred(outputs, out, y_mean);
+    asEigen(fold.x_out).noalias() = asEigen(centredRows(inputs, out, x_mean)) * asEigen(basis).transpose();
+    fold.y = centredRows(outputs, kept, y_mean);
+    fold.y_out = centredRows(outputs, out, y_mean);
     const double input_scale = scaleOf(fold.x);
     fold.output_scale = scaleOf(fold.y);
     for (Matrix* m : {&fold.x, &fold.x_out}) asEigen(*m) *= input_scale;

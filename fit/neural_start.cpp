@@ -16,26 +16,20 @@ constexpr double kSteepness = 1.0986122886681098;  // 2 atanh(1/2)
 // [0, 1): the same in every standard library, which std::uniform_real_distribution is not.
 double uniform(std::mt19937_64& random) { return double(random() >> 11) * 0x1p-53; }
 
-double squaredDistance(std::span<const double> a, std::span<const double> b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-    return sum;
-}
-
 struct PairOfFrames {
     std::size_t a = 0, b = 0;
     double steepness = 0;  // |y_b - y_a| / |x_b - x_a|
 };
 
-}  // namespace
-
 // Root mean square length of the inputs of a range.
-static double lengthOf(const Matrix& inputs, const InputRange& range) {
+double lengthOf(const Matrix& inputs, const InputRange& range) {
     double sum = 0;
     for (std::size_t f = 0; f < inputs.rows; ++f)
         for (double x : inputs.row(f).subspan(range.first, range.count)) sum += x * x;
     return std::sqrt(sum / double(inputs.rows));
 }
+
+}  // namespace
 
 TanhNet startNet(const Matrix& inputs, const Matrix& outputs, std::size_t neurons,
                  const std::vector<InputRange>& ranges, std::uint64_t seed) {

@@ -1,6 +1,5 @@
 #include "fit/train_additive.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -34,12 +33,6 @@ struct Candidates {
     Matrix centres;                  // [M, D]
     Eigen::MatrixXd phi;             // [n, M]
 };
-
-double squaredDistance(std::span<const double> a, std::span<const double> b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-    return sum;
-}
 
 // Rows that lie far apart: the first is nearest the mean, each next one farthest from those before; fewer than `count`
 // when the rest repeat them.
@@ -100,7 +93,7 @@ Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& 
     return all;
 }
 
-// Centred second moments of a set of rows: Phi^T Phi, Phi^T Y, and what centring took off.
+// Second moments of a set of rows, Phi^T Phi and Phi^T Y, and the sums that centre() takes off them.
 struct Moments {
     Eigen::MatrixXd gram, cross;
     Eigen::RowVectorXd phi_sum, y_sum;
@@ -292,9 +285,8 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
 
     const Eigen::RowVectorXd energies = y.colwise().squaredNorm();
     const Eigen::RowVectorXd ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
-    Moments whole = momentsOf(all.phi, y);
-    const Choice choice = crossValidate(all, y, ratios, problem.folds, whole);
-    Moments& centred = whole;
+    Moments centred = momentsOf(all.phi, y);
+    const Choice choice = crossValidate(all, y, ratios, problem.folds, centred);
     centre(centred);
     const std::vector<Eigen::Index> units = chooseUnits(all, centred, ratios, choice.units);
     const Eigen::MatrixXd weights = RidgePath(all, centred, units).solve(choice.lambda, ratios);

@@ -67,6 +67,11 @@ struct BasicMat3 {
 };
 using Mat3 = BasicMat3<float>;
 using Mat3d = BasicMat3<double>;
+constexpr Mat3d toDouble(const Mat3& a) {
+    Mat3d out;
+    for (std::size_t i = 0; i < 9; ++i) out.m[i] = a.m[i];
+    return out;
+}
 
 template <class T>
 constexpr BasicMat3<T> transposed(const BasicMat3<T>& a) {
