@@ -171,4 +171,10 @@ bool isIsotropic(const BrdfSpec& spec) {
     return !model.x || spec.parameters.at(model.x) == spec.parameters.at(model.y);
 }
 
+RgbBrdf rgbBrdf(const BrdfSpec& spec) {
+    // Every anisotropic model here is mirrored at x = 0 and y = 0.
+    return {toString(spec), isIsotropic(spec) ? BrdfSymmetry::kIsotropic : BrdfSymmetry::kOrthotropic,
+            [f = brdfFunction(spec), color = spec.color](Vec3d wi, Vec3d wo) { return color * f(wi, wo); }};
+}
+
 }  // namespace penumbra

@@ -53,6 +53,24 @@ TEST(Brdf, EveryModelIsReciprocalAndDarkBelowTheHorizon) {
     }
 }
 
+// The symmetry that a model claims, on its own values.
+TEST(Brdf, RgbBrdfIsTheModelTimesItsColour) {
+    for (const std::string& name : brdfNames()) {
+        const BrdfSpec spec = parseBrdf(name + ":color=0.5/1/2");
+        const RgbBrdf brdf = rgbBrdf(spec);
+        EXPECT_EQ(brdf.name, toString(spec));
+        for (Vec3d a : fibonacciSphere(20))
+            for (Vec3d b : fibonacciSphere(20)) {
+                const Vec3d f = brdf.eval(a, b);
+                EXPECT_EQ(f, (Vec3d{0.5, 1, 2} * evalBrdf(spec, a, b))) << name;
+                for (const Vec3d flip : {Vec3d{-1, 1, 1}, Vec3d{1, -1, 1}})
+                    EXPECT_NEAR(brdf.eval(flip * a, flip * b).y, f.y, 1e-12 * std::max(1.0, f.y)) << name;
+            }
+    }
+    EXPECT_EQ(rgbBrdf(parseBrdf("ward")).symmetry, BrdfSymmetry::kOrthotropic);
+    EXPECT_EQ(rgbBrdf(parseBrdf("ward:ax=0.3,ay=0.3")).symmetry, BrdfSymmetry::kIsotropic);
+}
+
 double albedo(const BrdfSpec& spec, Vec3d view) {
     double sum = 0;
     for (const auto& [direction, weight] : gaussHemisphere(64, 128))
