@@ -180,6 +180,12 @@ MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bo
     checkIndices(at / "skin_joints", mesh.skin_joints, joints);
     mesh.skin_weights = floatsOf(stored.skin_weights(), at / "skin_weights", std::uint64_t(count) * mesh.influences);
     if (mesh.influences > 0) checkWeights(at / "skin_weights", mesh.skin_weights, mesh.influences);
+    if (stored.slots())
+        for (const flatbuffers::String* slot : *stored.slots()) mesh.slots.push_back(textOf(slot));
+    checkUniqueNames(at / "slots", mesh.slots);
+    mesh.slot_of_vertex = spanOf<std::uint16_t>(stored.slot_of_vertex(), at / "slot_of_vertex");
+    checkCount(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.empty() ? 0 : count);
+    checkIndices(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.size());
     return mesh;
 }
 
@@ -372,6 +378,18 @@ TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertice
     return truth;
 }
 
+OperatorsView operatorsOf(const fbs::Operators& stored, const Field& at, const MaterialView& material) {
+    OperatorsView operators;
+    operators.count = stored.count();
+    operators.order = stored.order();
+    checkRange(at / "count", operators.count, 1, kMaxOperators);
+    checkRange(at / "order", operators.order, 1, kMaxOrder);
+    const int even = material.view_order * (material.view_order + 1) / 2, sets = material.channels * operators.count;
+    operators.u = floatsOf(stored.u(), at / "u", std::uint64_t(sets * coefficientCount(operators.order)));
+    operators.w = floatsOf(stored.w(), at / "w", std::uint64_t(sets * even));
+    return operators;
+}
+
 MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     MaterialView material;
     material.name = textOf(stored.name());
@@ -387,6 +405,7 @@ MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     const int even = material.view_order * (material.view_order + 1) / 2;
     material.slices = floatsOf(stored.slices(), at / "slices",
                                std::uint64_t(material.channels * coefficientCount(material.slice_order) * even));
+    if (stored.operators()) material.operators = operatorsOf(*stored.operators(), at / "operators", material);
     return material;
 }
 
@@ -396,7 +415,30 @@ LightView lightOf(const fbs::Light& stored, const Field& at) {
     light.order = stored.order();
     checkRange(at / "order", light.order, 1, kMaxOrder);
     light.sh = floatsOf(stored.sh(), at / "sh", 3 * std::uint64_t(coefficientCount(light.order)));
+    if (const fbs::Lobes* lobes = stored.lobes()) {
+        const Field here = at / "lobes";
+        light.lobes.directions = spanOf<Vec3>(lobes->directions(), here / "directions");
+        const std::size_t count = light.lobes.directions.size();
+        checkRange(here / "directions", std::int64_t(count), 1, kMaxLobes);
+        checkFinite(here / "directions", light.lobes.directions);
+        checkUnit(here / "directions", light.lobes.directions);
+        light.lobes.coefficients = floatsOf(lobes->coefficients(), here / "coefficients",
+                                            3 * std::uint64_t(count) * std::uint64_t(light.order));
+    }
     return light;
+}
+
+// Without the field every slot has the first material.
+std::vector<std::uint16_t> slotMaterialsOf(const fbs::Asset& stored, const Field& at, const AssetView& asset) {
+    const std::size_t slots = asset.mesh.slots.size();
+    const auto chosen = spanOf<std::uint16_t>(stored.slot_material(), at / "slot_material");
+    if (asset.materials.empty() || chosen.empty()) {
+        checkCount(at / "slot_material", chosen, 0);
+        return std::vector<std::uint16_t>(asset.materials.empty() ? 0 : slots, 0);
+    }
+    checkCount(at / "slot_material", chosen, slots);
+    checkIndices(at / "slot_material", chosen, asset.materials.size());
+    return {chosen.begin(), chosen.end()};
 }
 
 }  // namespace
@@ -424,6 +466,7 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
         for (const fbs::Light* light : *stored.lights())
             asset.lights.push_back(lightOf(*light, (at / "lights")[asset.lights.size()]));
     checkUniqueNames(at / "lights", asset.lights);
+    asset.slot_material = slotMaterialsOf(stored, at, asset);
     return asset;
 }
 

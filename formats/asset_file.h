@@ -16,6 +16,8 @@
 namespace penumbra {
 
 constexpr int kAssetVersion = 2;
+constexpr int kMaxOperators = 16;             // k of a material
+constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // of a light: as many as an exact one needs
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
@@ -39,8 +41,10 @@ struct MeshView {
     std::span<const std::uint32_t> shading_point;        // [V], < V: a permutation
     std::span<const std::uint32_t> source_vertex;        // [R]
     int influences = 0;
-    std::span<const std::uint16_t> skin_joints;  // [V,K]
-    std::span<const float> skin_weights;         // [V,K]
+    std::span<const std::uint16_t> skin_joints;     // [V,K]
+    std::span<const float> skin_weights;            // [V,K]
+    std::vector<std::string_view> slots;            // the parts of the mesh that may have a material of their own
+    std::span<const std::uint16_t> slot_of_vertex;  // [V], < slots; empty without slots
 };
 
 // Clips follow one another and cover all frames.
@@ -107,17 +111,30 @@ struct TruthView {
     std::span<const std::byte> data;  // [F,V,order^2], V in the bake's order, whatever the mesh's order
 };
 
+// formats/asset.fbs has the formulas of operators and lobes.
+struct OperatorsView {
+    int count = 0, order = 0;     // count 0: the material has none
+    std::span<const float> u, w;  // [channels, k, order^2], [channels, k, E]
+};
+
 struct MaterialView {
     std::string_view name;
     int slice_order = 0, view_order = 0, channels = 0;
     Vec3 color{1, 1, 1};
     std::span<const float> slices;  // [channels, J^2, E]
+    OperatorsView operators = {};
+};
+
+struct LobesView {
+    std::span<const Vec3> directions;     // [D], unit; empty: the light has none
+    std::span<const float> coefficients;  // [D, order, 3]
 };
 
 struct LightView {
     std::string_view name;
     int order = 0;
     std::span<const float> sh;  // [n^2, 3]
+    LobesView lobes = {};
 };
 
 struct AssetView {
@@ -129,7 +146,8 @@ struct AssetView {
     TruthView truth;
     std::vector<MaterialView> materials;
     std::vector<LightView> lights;
-    std::string name = "asset";  // of the file, for messages
+    std::vector<std::uint16_t> slot_material;  // [slots], < materials; empty without slots or materials
+    std::string name = "asset";                // of the file, for messages
 };
 
 // Verifier, version, content hash, then every count, index, range and finite number; InvalidInput starts with `name`
