@@ -44,7 +44,7 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
         return;
     }
     report.phase("fit");
-    BrdfFile brdf = fitBrdf(spec, orders, common.threads);
+    BrdfFile brdf = fitBrdf(rgbBrdf(spec), orders, common.threads);
     nlohmann::ordered_json options;
     options["analytic"] = toString(spec);
     options["slice_order"] = orders.slice_order;

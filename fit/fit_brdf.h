@@ -14,13 +14,13 @@ struct SliceOrders {
     int view_order = 5;   // 1..kMaxOrder
 };
 
-// C, row-major [J^2, E], from a table.
+// C, row-major [J^2, E, 3], from a table.
 std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders);
 
-// `errors` of the result:
+// `errors` of the result, over all channels where none is named:
 //   fit: sqrt(sum w z |F - C y|^2 / sum w z |F|^2);  refinement: the last change of F in the same measure;
 //   albedo_r, _g, _b: mean directional albedo, cosine-weighted over the views;  albedo_max: the largest of any view.
 // The provenance is left to the caller. InvalidInput when a lobe is too narrow for the finest grid.
-BrdfFile fitBrdf(const BrdfSpec& spec, const SliceOrders& orders, int threads);
+BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads);
 
 }  // namespace penumbra

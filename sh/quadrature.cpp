@@ -49,6 +49,12 @@ static std::vector<WeightedDirection> productGrid(const std::vector<Node>& nodes
     return grid;
 }
 
+std::vector<WeightedNumber> gaussInterval(int n) {
+    std::vector<WeightedNumber> nodes;
+    for (const Node& node : gaussLegendre(n)) nodes.push_back({(node.z + 1) / 2, node.weight / 2});
+    return nodes;
+}
+
 std::vector<WeightedDirection> gaussSphere(int n_z, int n_phi) { return productGrid(gaussLegendre(n_z), n_phi); }
 
 std::vector<WeightedDirection> gaussHemisphere(int n_z, int n_phi) {

@@ -11,6 +11,12 @@ struct WeightedDirection {
     double weight;  // steradians
 };
 
+struct WeightedNumber {
+    double x, weight;
+};
+// n Gauss-Legendre nodes on (0, 1), ascending; the weights sum to 1.
+std::vector<WeightedNumber> gaussInterval(int n);
+
 // Gauss-Legendre nodes in z times uniform azimuths; exact for polynomials of degree < min(2 n_z, n_phi).
 std::vector<WeightedDirection> gaussSphere(int n_z, int n_phi);
 // The same on z in (0, 1). The weights sum to 2 pi.

@@ -73,7 +73,7 @@ std::vector<std::vector<double>> slicesOf(const BrdfFile& brdf, const std::vecto
 
 // Relative RMSE of l . (f x v) over all lights, views and occluders.
 double shadingError(const Scenes& scenes, const BrdfSpec& spec) {
-    const auto slices = slicesOf(fitBrdf(spec, {}, 2), scenes.views);
+    const auto slices = slicesOf(fitBrdf(rgbBrdf(spec), {}, 2), scenes.views);
     const BrdfFunction brdf = brdfFunction(spec);
     // The product of light and visibility does not depend on the view.
     std::vector<std::vector<double>> products;
