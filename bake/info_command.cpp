@@ -136,12 +136,18 @@ static Json describeModel(const fs::path& path) {
 
 static Json describeBrdf(const fs::path& path) {
     const BrdfFile brdf = readBrdf(path);
-    return {{"name", brdf.name},
-            {"slice_order", brdf.slice_order},
-            {"view_order", brdf.view_order},
-            {"view_functions", brdf.even_index.size()},
-            {"errors", brdf.errors},
-            {"provenance", describe(brdf.provenance)}};
+    Json json{{"name", brdf.name},
+              {"slice_order", brdf.slice_order},
+              {"view_order", brdf.view_order},
+              {"view_functions", brdf.even_index.size()}};
+    if (const BrdfOperators& operators = brdf.operators; operators.count > 0)
+        json["operators"] = {{"count", operators.count},
+                             {"source", operators.source},
+                             {"order", operators.order},
+                             {"view_functions", operators.view_index.size()}};
+    json["errors"] = brdf.errors;
+    json["provenance"] = describe(brdf.provenance);
+    return json;
 }
 
 static Json describeLight(const fs::path& path) {

@@ -10,13 +10,13 @@
 #include <string_view>
 #include <vector>
 
+#include "sh/reflection_operator.h"
 #include "sh/vec3.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
 constexpr int kAssetVersion = 2;
-constexpr int kMaxOperators = 16;             // k of a material
 constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // of a light: as many as an exact one needs
 constexpr std::string_view kAssetIdentifier = "PNB1";
 

@@ -11,6 +11,19 @@ namespace penumbra {
 
 constexpr FileKind kKind{"penumbra.brdf", kBrdfVersion};
 
+static void writeOperators(hid_t file, const BrdfOperators& operators) {
+    const hsize_t count = hsize_t(operators.count), columns = operators.view_index.size();
+    const hsize_t rows = hsize_t(coefficientCount(operators.order));
+    assert(count <= kMaxOperators && operators.u.size() == count * rows * 3 &&
+           operators.w.size() == count * columns * 3);
+    writeDoubles(file, "/operators/u", operators.u, {count, rows, 3});
+    writeDoubles(file, "/operators/w", operators.w, {count, columns, 3});
+    const std::vector<std::int64_t> index(operators.view_index.begin(), operators.view_index.end());
+    writeIntegers(file, "/operators/view_index", index, {columns}, H5T_STD_I32LE);
+    writeIntegerAttribute(file, "/operators", "order", operators.order);
+    writeTextAttribute(file, "/operators", "source", operators.source);
+}
+
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     const hsize_t rows = hsize_t(coefficientCount(brdf.slice_order)), columns = brdf.even_index.size();
     assert(brdf.even_index == evenIndices(brdf.view_order) && brdf.slices.size() == rows * columns * 3);
@@ -24,6 +37,7 @@ void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     writeIntegers(file, "/reflectance/even_index", even, {columns}, H5T_STD_I32LE);
     makeGroup(file, "/error");
     for (const auto& [name, value] : brdf.errors) writeNumberAttribute(file, "/error", name, value);
+    if (brdf.operators.count > 0) writeOperators(file, brdf.operators);
     closeHdf5(file);
     partial.commit();
 }
@@ -44,6 +58,34 @@ static std::map<std::string, double> readErrors(const Hdf5Reader& in) {
     return errors;
 }
 
+static BrdfOperators readOperators(const Hdf5Reader& in, const std::vector<int>& even_index) {
+    BrdfOperators operators;
+    operators.source = readTextAttribute(in, "/operators", "source");
+    const bool literal = operators.source == "literal";
+    if (!literal && operators.source != "table" && operators.source != "slices")
+        throw InvalidInput(in.name + ": /operators: source \"" + operators.source +
+                           "\" is none of table, slices, literal");
+    operators.order = int(readIntegerAttribute(in, "/operators", "order", 1, kMaxOrder));
+    std::vector<hsize_t> index_shape{literal ? 0 : even_index.size()};
+    for (std::int64_t index :
+         readIntegers(in, "/operators/view_index", index_shape, 0, coefficientCount(kMaxOrder) - 1)) {
+        if (!operators.view_index.empty() && index <= operators.view_index.back())
+            throw InvalidInput(in.name + ": /operators/view_index: not ascending");
+        operators.view_index.push_back(int(index));
+    }
+    if (!literal && operators.view_index != even_index)
+        throw InvalidInput(in.name + ": /operators/view_index: not that of the slices");
+    std::vector<hsize_t> shape{0, hsize_t(coefficientCount(operators.order)), 3};
+    operators.u = readDoubles(in, "/operators/u", shape);
+    if (shape[0] < 1 || shape[0] > kMaxOperators)
+        throw InvalidInput(in.name + ": /operators/u: " + std::to_string(shape[0]) + " operators; 1.." +
+                           std::to_string(kMaxOperators) + " are possible");
+    operators.count = int(shape[0]);
+    std::vector<hsize_t> w_shape{shape[0], operators.view_index.size(), 3};
+    operators.w = readDoubles(in, "/operators/w", w_shape);
+    return operators;
+}
+
 BrdfFile readBrdf(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     BrdfFile brdf;
@@ -59,6 +101,7 @@ BrdfFile readBrdf(const std::filesystem::path& path) {
     std::vector<hsize_t> shape{hsize_t(coefficientCount(brdf.slice_order)), brdf.even_index.size(), 3};
     brdf.slices = readDoubles(in, "/reflectance/slices", shape);
     brdf.errors = readErrors(in);
+    if (exists(in, "/operators")) brdf.operators = readOperators(in, brdf.even_index);
     return brdf;
 }
 

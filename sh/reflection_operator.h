@@ -9,6 +9,8 @@
 
 namespace penumbra {
 
+constexpr int kMaxOperators = 16;  // k of a material
+
 // M of one u, row-major [light_order^2, convention.size()]: column j belongs to number j of a vertex, so that
 // l^T M numbers needs no zeros of convention D. u has order^2 coefficients, order <= kMaxProductOrder; the product is
 // exact for order >= light_order + convention.order - 1, truncated below that.

@@ -28,6 +28,13 @@ BrdfFile sampleBrdf() {
     return brdf;
 }
 
+BrdfOperators sampleOperators() {
+    BrdfOperators operators{2, 2, {}, evenIndices(2), {}, "slices"};
+    for (int i = 0; i < 2 * 4 * 3; ++i) operators.u.push_back(std::sin(0.2 * i));
+    for (int i = 0; i < 2 * 3 * 3; ++i) operators.w.push_back(std::cos(0.3 * i));
+    return operators;
+}
+
 LightFile sampleLight() {
     LightFile light;
     light.name = "sky.exr";
@@ -55,6 +62,45 @@ TEST(BrdfFile, RoundTripIsExactAndDeterministic) {
     writeBrdf(path, brdf);
     EXPECT_EQ(bytesOf(path), first);
     EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST(BrdfFile, OperatorsRoundTrip) {
+    const Folder folder("operators");
+    const auto path = folder.path / "m.brdf.h5";
+    BrdfFile brdf = sampleBrdf();
+    EXPECT_EQ((writeBrdf(path, brdf), readBrdf(path).operators.count), 0);
+    brdf.operators = sampleOperators();
+    writeBrdf(path, brdf);
+    EXPECT_EQ(readBrdf(path).operators, brdf.operators);
+    EXPECT_EQ(readBrdf(path).slices, brdf.slices);
+    brdf.operators.source = "literal";  // its view functions are its own
+    brdf.operators.view_index = {0, 1, 2};
+    writeBrdf(path, brdf);
+    EXPECT_EQ(readBrdf(path).operators, brdf.operators);
+}
+
+// Written by our own writer with one thing wrong at a time.
+TEST(BrdfFile, WrongOperatorsAreRefused) {
+    const Folder folder("wrong_operators");
+    const auto path = folder.path / "m.brdf.h5";
+    const auto expectRefused = [&](const char* what, const auto& damage) {
+        BrdfFile brdf = sampleBrdf();
+        brdf.operators = sampleOperators();
+        damage(brdf.operators);
+        writeBrdf(path, brdf);
+        try {
+            readBrdf(path);
+            FAIL() << what << " was read";
+        } catch (const InvalidInput& error) {
+            EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("m.brdf.h5"), testing::HasSubstr(what)));
+        }
+    };
+    expectRefused("source", [](BrdfOperators& o) { o.source = "guess"; });
+    expectRefused("view_index", [](BrdfOperators& o) { o.view_index = {0, 1, 2}; });
+    expectRefused("not ascending", [](BrdfOperators& o) { o.source = "literal", o.view_index = {0, 2, 2}; });
+    expectRefused("view_index", [](BrdfOperators& o) { o.source = "literal", o.view_index = {0, 2, 64}; });
+    expectRefused("view_index", [](BrdfOperators& o) { o.view_index.pop_back(), o.w.resize(2 * 2 * 3); });
+    expectRefused("order", [](BrdfOperators& o) { o.order = 9, o.u.resize(2 * 81 * 3); });
 }
 
 TEST(LightFile, RoundTripIsExactAndDeterministic) {
@@ -86,7 +132,9 @@ void expectEveryTruncationFails(const std::filesystem::path& whole_path, const R
 
 TEST(BrdfFile, RejectsTruncation) {
     const Folder folder("brdf_cut");
-    writeBrdf(folder.path / "m.brdf.h5", sampleBrdf());
+    BrdfFile brdf = sampleBrdf();
+    brdf.operators = sampleOperators();
+    writeBrdf(folder.path / "m.brdf.h5", brdf);
     expectEveryTruncationFails(folder.path / "m.brdf.h5", readBrdf);
 }
 
