@@ -1,9 +1,10 @@
-// penumbra-fit brdf --analytic SPEC -o M.brdf.h5: a material as reflectance slices.
+// penumbra-fit brdf (--analytic SPEC | --merl FILE | --table FILE) -o M.brdf.h5: a material as reflectance slices.
 #include <cstdio>
 #include <memory>
 
 #include "fit/fit_brdf.h"
 #include "fit/fit_verbs.h"
+#include "formats/brdf_source.h"
 #include "formats/errors.h"
 
 namespace penumbra {
@@ -11,7 +12,7 @@ namespace penumbra {
 namespace {
 
 struct BrdfCommand {
-    std::string analytic;
+    BrdfSource source;
     std::filesystem::path output;
 };
 
@@ -22,38 +23,64 @@ std::string modelNames() {
 }
 
 void define(CLI::App& app, BrdfCommand& command) {
-    app.add_option("--analytic", command.analytic,
-                   "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " + modelNames())
-        ->required();
+    app.add_option("--analytic", command.source.analytic,
+                   "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " + modelNames());
+    app.add_option("--merl", command.source.merl, "measurements of the MERL database (.binary)");
+    app.add_option("--table", command.source.table,
+                   "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
+    app.add_option("--material", command.source.material, "which row of a --table of fits");
     app.add_option("-o,--output", command.output, "M.brdf.h5")->required();
 }
 
-BrdfSpec parseSpec(const std::string& text) {
-    try {
-        return parseBrdf(text);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--analytic: ") + error.what());
-    }
+nlohmann::ordered_json optionsOf(const BrdfCommand& command, const SliceOrders& orders, const RgbBrdf& brdf) {
+    nlohmann::ordered_json options;
+    if (!command.source.analytic.empty()) options["analytic"] = brdf.name;
+    if (!command.source.merl.empty()) options["merl"] = command.source.merl.filename();
+    if (!command.source.table.empty()) options["table"] = command.source.table.filename();
+    if (!command.source.material.empty()) options["material"] = command.source.material;
+    options["slice_order"] = orders.slice_order;
+    options["view_order"] = orders.view_order;
+    return options;
+}
+
+// More than slices that still change by kSettled can make of an albedo of 1.
+constexpr double kMostAlbedo = 1.001;
+
+void warn(const BrdfReading& reading, const BrdfFile& brdf) {
+    const auto count = [&](const char* figure) {
+        const auto found = reading.figures.find(figure);
+        return found == reading.figures.end() ? 0 : found->second;
+    };
+    const char* name = brdf.name.c_str();
+    if (const double clamped = count("clamped"); clamped > 0)
+        std::fprintf(stderr, "penumbra-fit: warning: %s: %.0f negative values were set to 0\n", name, clamped);
+    if (const double unmeasured = count("unmeasured"); unmeasured > 0)
+        std::fprintf(stderr,
+                     "penumbra-fit: warning: %s: %.0f cells above the horizon have no measurement and were filled\n",
+                     name, unmeasured);
+    if (const double albedo = brdf.errors.at("albedo_max"); albedo > kMostAlbedo)
+        std::fprintf(stderr, "penumbra-fit: warning: %s gains energy: its largest directional albedo is %.3f\n", name,
+                     albedo);
 }
 
 void run(const BrdfCommand& command, const CommonOptions& common, Report& report) {
-    const BrdfSpec spec = parseSpec(command.analytic);
     const SliceOrders orders;
+    report.phase("read");
+    const BrdfReading reading = readBrdfSource(command.source, common.threads);
     if (common.dry_run) {
-        std::printf("would fit %s and write %s\n", toString(spec).c_str(), command.output.c_str());
+        std::printf("would fit %s and write %s\n", reading.brdf.name.c_str(), command.output.c_str());
         return;
     }
     report.phase("fit");
-    BrdfFile brdf = fitBrdf(rgbBrdf(spec), orders, common.threads);
-    nlohmann::ordered_json options;
-    options["analytic"] = toString(spec);
-    options["slice_order"] = orders.slice_order;
-    options["view_order"] = orders.view_order;
-    brdf.provenance = makeProvenance("penumbra-fit brdf", options.dump(), {});
+    BrdfFile brdf = fitBrdf(reading.brdf, orders, common.threads);
+    brdf.provenance =
+        makeProvenance("penumbra-fit brdf", optionsOf(command, orders, reading.brdf).dump(), command.source.files());
     report.phase("write");
     writeBrdf(command.output, brdf);
     report.figures["name"] = brdf.name;
+    for (const auto& [name, value] : reading.figures) report.figures[name] = value;
     for (const auto& [name, value] : brdf.errors) report.figures[name] = value;
+    warn(reading, brdf);
     if (!common.quiet)
         std::printf("%s: fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n", brdf.name.c_str(),
                     brdf.errors.at("fit"), brdf.errors.at("albedo_r"), brdf.errors.at("albedo_g"),
@@ -67,7 +94,7 @@ Verb brdfVerb() {
     return {"brdf",
             "A material as reflectance slices.",
             [command](CLI::App& app) { define(app, *command); },
-            [] { return std::vector<std::filesystem::path>{}; },
+            [command] { return command->source.files(); },
             [command] { return command->output; },
             [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
 }

@@ -1,0 +1,70 @@
+#include "formats/brdf_source.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+
+#include "formats/brdf_readers.h"
+#include "formats/errors.h"
+
+namespace penumbra {
+
+constexpr std::uintmax_t kMostBytes = std::uintmax_t(1) << 30;
+
+static std::string readText(const std::filesystem::path& path) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) throw IoError(path.string() + ": cannot read: is a folder");
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
+    if (const auto size = std::filesystem::file_size(path, error); !error && size > kMostBytes)
+        throw InvalidInput(path.string() + ": larger than any BRDF (1 GiB)");
+    std::string text;
+    std::string buffer(1 << 20, '\0');
+    do {
+        in.read(buffer.data(), std::ptrdiff_t(buffer.size()));
+        text.append(buffer, 0, std::size_t(in.gcount()));
+        if (text.size() > kMostBytes) throw InvalidInput(path.string() + ": larger than any BRDF (1 GiB)");
+    } while (in);
+    if (in.bad()) throw IoError(path.string() + ": cannot read");
+    return text;
+}
+
+std::vector<std::filesystem::path> BrdfSource::files() const {
+    if (!merl.empty()) return {merl};
+    if (!table.empty()) return {table};
+    return {};
+}
+
+static BrdfReading readAnalytic(const BrdfSource& source) {
+    try {
+        return {rgbBrdf(parseBrdf(source.analytic)), {}};
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string(source.analytic_option) + ": " + error.what());
+    }
+}
+
+static BrdfReading decodeTable(const std::string& text, const BrdfSource& source, const std::string& name,
+                               int threads) {
+    if (looksLikeFits(text)) return decodeFits(text, name, source.material);
+    if (!source.material.empty())
+        throw UsageError("--material needs a --table of several materials (a .csv of fits), " + name + " has one");
+    if (looksLikeBrdfTable(text)) return decodeBrdfTable(text, name);
+    return decodeScattered(text, name, threads);
+}
+
+BrdfReading readBrdfSource(const BrdfSource& source, int threads) {
+    const int given = !source.analytic.empty() + !source.merl.empty() + !source.table.empty();
+    if (given != 1)
+        throw UsageError(std::string("give exactly one of ") + source.analytic_option + ", --merl and --table");
+    if (!source.material.empty() && source.table.empty()) throw UsageError("--material needs --table");
+    if (!source.analytic.empty()) return readAnalytic(source);
+    const std::filesystem::path path = source.files()[0];
+    const std::string text = readText(path);
+    BrdfReading reading =
+        source.merl.empty() ? decodeTable(text, source, path.string(), threads) : decodeMerl(text, path.string());
+    reading.brdf.name = path.filename().string() + (source.material.empty() ? "" : ":" + source.material);
+    return reading;
+}
+
+}  // namespace penumbra
