@@ -52,8 +52,8 @@ static void measureRange(Evaluator& evaluator, const AnimationView& animation, B
     }
 }
 
-static void benchCpu(Shot shot, Evaluator& evaluator, const RenderOptions& options, int runs, int threads,
-                     FrameVertices& vertices, std::vector<Vec3>& values, BenchResult& result) {
+static void benchCpu(const Shot& shot, const ShadingSet* shading, Evaluator& evaluator, const RenderOptions& options,
+                     int runs, int threads, FrameVertices& vertices, std::vector<Vec3>& values, BenchResult& result) {
     const AssetView& asset = *shot.asset;
     const auto pose = [&](std::size_t run) {
         const std::size_t frame = run % asset.animation.frameCount();
@@ -66,10 +66,9 @@ static void benchCpu(Shot shot, Evaluator& evaluator, const RenderOptions& optio
         skinFrame(evaluator, threads, vertices);
     });
     result.evaluate = time(runs, [&](std::size_t) { evaluateNumbers(evaluator, threads, vertices); });
-    values = channelValues(shot, options.channel, vertices, {}, eye, threads);
+    values = channelValues(shot, options.channel, shading, vertices, {}, eye, threads);
     if (options.channel != Channel::kShaded) return;
-    const VertexShader shader(asset.model.convention, asset.model.stride, *shot.material, *shot.light);
-    result.shade = time(runs, [&](std::size_t) { shadeFrame(shader, vertices, eye, threads, values); });
+    result.shade = time(runs, [&](std::size_t) { shadeFrame(*shading, vertices, eye, threads, values); });
 }
 
 BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads) {
@@ -84,7 +83,10 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
     FrameVertices vertices;
     std::vector<Vec3> values;
     measureRange(evaluator, asset.animation, result);
-    benchCpu(shot, evaluator, options, runs, threads, vertices, values, result);
+    std::optional<ShadingSet> shading;
+    if (shot.shaded) shading.emplace(shadingOf(shot));
+    ShadingSet* const shading_view = shading ? &*shading : nullptr;
+    benchCpu(shot, shading_view, evaluator, options, runs, threads, vertices, values, result);
 
     const std::unique_ptr<GlContext> context = createGlContext(options.backend);
     result.gl = context->description;
@@ -97,7 +99,7 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
         gl::Finish();
     });
     const Clock::time_point start = Clock::now();
-    ModelPainter model_painter(asset, options.channel, shot.material, shot.light, /*numbers_given=*/false);
+    ModelPainter model_painter(asset, options.channel, shading_view, /*numbers_given=*/false);
     const auto draw_model = [&](std::size_t run) {
         target.begin();
         model_painter.setPose(evaluator, asset.animation.bonesOf(run % asset.animation.frameCount()));

@@ -11,7 +11,7 @@ namespace penumbra {
 struct BenchCommand {
     std::filesystem::path asset;
     RenderOptions options;
-    std::string size, backend = "auto";
+    std::string size, backend = "auto", reflectance = "slices", light_form = "auto";
     int runs = 50;
 };
 
@@ -34,6 +34,7 @@ static void printResult(const BenchResult& r, int threads) {
 
 static void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
     command.options.backend = parseGlBackend(command.backend);
+    command.options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     if (!command.size.empty()) parseSize(command.size, command.options.width, command.options.height);
     if (const std::string problem = findProblem(command.options); !problem.empty()) throw UsageError(problem);
     const OpenAsset asset(command.asset);
@@ -62,7 +63,13 @@ static void defineBench(CLI::App& app, BenchCommand& command) {
     app.add_option("--runs", command.runs, "frames to time; the median counts")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    app.add_option("--brdf", command.options.brdf, "name of the material (default: the first)");
+    app.add_option("--brdf", command.options.brdf,
+                   "name of one material for all parts (default: what the asset gives each)");
+    app.add_option("--material", command.options.materials,
+                   "PART=NAME: the material of one part of the mesh; repeatable");
+    app.add_option("--light-form", command.light_form, "auto, lobes (as fitted), fixed or rotation (both exact)")
+        ->capture_default_str();
+    app.add_option("--reflectance", command.reflectance, "slices, or the paper's operators")->capture_default_str();
     app.add_option("--light", command.options.light, "name of the light (default: the first)");
     app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)");
     app.add_option("--aa", command.options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str();

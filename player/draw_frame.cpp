@@ -1,7 +1,5 @@
 #include "player/draw_frame.h"
 
-#include "formats/errors.h"
-
 namespace penumbra {
 
 static void setView(const GlObject& program, const FrameView& view) {
@@ -36,23 +34,7 @@ void ValuePainter::draw(const FrameView& view, std::span<const Vec3> positions, 
     checkGl("drawing");
 }
 
-// Binding points of the uniform blocks.
-static constexpr GLuint kSlicesBinding = 0, kLightBinding = 1;
-
-static GlObject uniformBlock(const GlObject& program, const char* name, GLuint binding, std::span<const float> values) {
-    GLint limit = 0;
-    gl::GetIntegerv(GL_MAX_UNIFORM_BLOCK_SIZE, &limit);
-    if (values.size_bytes() > std::size_t(limit))
-        throw Unsupported(std::string(name) + " need " + std::to_string(values.size_bytes()) +
-                          " bytes of a uniform block and this OpenGL has " + std::to_string(limit) +
-                          "; use --path cpu");
-    GlObject buffer = makeBuffer(GL_UNIFORM_BUFFER, values);
-    gl::UniformBlockBinding(program.id(), gl::GetUniformBlockIndex(program.id(), name), binding);
-    return buffer;
-}
-
-ModelPainter::ModelPainter(const AssetView& asset, Channel channel, const MaterialView* material,
-                           const LightView* light, bool numbers_given)
+ModelPainter::ModelPainter(const AssetView& asset, Channel channel, const ShadingSet* shading, bool numbers_given)
     : model_(uploadModel(asset)) {
     ShaderRecipe recipe;
     recipe.channel = channel;
@@ -62,15 +44,15 @@ ModelPainter::ModelPainter(const AssetView& asset, Channel channel, const Materi
     recipe.numbers_given = numbers_given;
     recipe.mean = model_.mean;
     recipe.basis = model_.basis;
-    if (material && light) {
-        recipe.light_order = light->order;
-        recipe.slices = sliceLayout(*material);
+    ShadingLayout layout;
+    if (channel == Channel::kShaded) {
+        layout = shadingLayout(*shading);
+        recipe.shading = &layout;
     }
     program_ = makeProgram(evaluateVertexSource(recipe), channelFragmentSource(channel));
     if (channel != Channel::kShaded) return;
-    slices_ = uniformBlock(program_, "Slices", kSlicesBinding, slicesBlock(recipe.slices, *material));
-    light_ = uniformBlock(program_, "Light", kLightBinding, lightBlock(*light));
-    checkGl("uploading material and light");
+    shading_.emplace(layout, *shading);
+    shading_->attach(program_);
 }
 
 void ModelPainter::setPose(const Evaluator& evaluator, std::span<const Affine> bones) {
@@ -86,7 +68,7 @@ void ModelPainter::setTrueAmbient(std::span<const float> e) {
     gl::EnableVertexAttribArray(4);
 }
 
-void ModelPainter::draw(const FrameView& view) const {
+void ModelPainter::draw(const FrameView& view) {
     setView(program_, view);
     GLint unit = 0;
     for (const auto& [name, buffer] : model_.samplers) {
@@ -96,8 +78,7 @@ void ModelPainter::draw(const FrameView& view) const {
         gl::BindTexture(GL_TEXTURE_BUFFER, buffer.texture.id());
         gl::Uniform1i(location, unit++);
     }
-    if (slices_.id()) gl::BindBufferBase(GL_UNIFORM_BUFFER, kSlicesBinding, slices_.id());
-    if (light_.id()) gl::BindBufferBase(GL_UNIFORM_BUFFER, kLightBinding, light_.id());
+    if (shading_) shading_->bind(program_, GLuint(unit));
     gl::BindVertexArray(model_.vertex_array.id());
     gl::DrawElements(GL_TRIANGLES, model_.index_count, GL_UNSIGNED_INT, nullptr);
     checkGl("drawing");

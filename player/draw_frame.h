@@ -1,8 +1,10 @@
 #pragma once
 // Drawing one frame into the bound target, on either path.
 #include <array>
+#include <optional>
 
 #include "player/gl_upload.h"
+#include "player/shading_buffers.h"
 
 namespace penumbra {
 
@@ -26,17 +28,18 @@ private:
 // Draws an asset that the vertex shader evaluates.
 class ModelPainter {
 public:
-    // `material` and `light`: for kShaded only, else null. numbers_given: setNumbers() replaces the model's numbers.
-    ModelPainter(const AssetView& asset, Channel channel, const MaterialView* material, const LightView* light,
-                 bool numbers_given);
+    // `shading`: for kShaded only, else null; what is on in it when draw() is called is what is drawn, and it outlives
+    // the painter. numbers_given: setNumbers() replaces the model's numbers.
+    ModelPainter(const AssetView& asset, Channel channel, const ShadingSet* shading, bool numbers_given);
     void setPose(const Evaluator& evaluator, std::span<const Affine> bones);
     void setNumbers(std::span<const float> numbers);  // [V, stride]
     void setTrueAmbient(std::span<const float> e);    // [V], for kError
-    void draw(const FrameView& view) const;
+    void draw(const FrameView& view);
 
 private:
     GlModel model_;
-    GlObject program_, slices_, light_, true_ambient_;
+    GlObject program_, true_ambient_;
+    std::optional<ShadingBuffers> shading_;
 };
 
 }  // namespace penumbra

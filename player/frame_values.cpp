@@ -64,14 +64,17 @@ std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, 
     return ambientOf(shot, truthNumbers(shot, vertices, threads), threads);
 }
 
-void shadeFrame(const VertexShader& shader, const FrameVertices& vertices, Vec3 eye, int threads,
+void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance) {
     radiance.resize(vertices.positions.size());
+    const std::span<const std::uint32_t> order = shading.shadingOrder();
     overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
-        shader.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
-                     radiance);
-        for (std::size_t v = begin; v < end; ++v)
-            for (int c = 0; c < 3; ++c) radiance[v][c] = std::max(radiance[v][c], 0.0f);
+        shading.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
+                      radiance);
+        for (std::size_t at = begin; at < end; ++at) {
+            Vec3& v = radiance[order.empty() ? at : order[at]];
+            for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
+        }
     });
 }
 
@@ -84,14 +87,13 @@ std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {
     return cluster_of_vertex;
 }
 
-std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const FrameVertices& vertices,
-                                const std::vector<float>& true_ambient, Vec3 eye, int threads) {
+std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
+                                const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
+                                int threads) {
     if (channel == Channel::kNormals) return vertices.normals;
     std::vector<Vec3> values(vertices.positions.size());
     if (channel == Channel::kShaded) {
-        const ModelView& model = shot.asset->model;
-        shadeFrame(VertexShader(model.convention, model.stride, *shot.material, *shot.light), vertices, eye, threads,
-                   values);
+        shadeFrame(*shading, vertices, eye, threads, values);
         return values;
     }
     if (channel == Channel::kClusters) {

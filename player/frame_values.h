@@ -27,13 +27,14 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers
 std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads);
 
 // Radiance of every vertex towards `eye`, negative values as 0; sizes `radiance`.
-void shadeFrame(const VertexShader& shader, const FrameVertices& vertices, Vec3 eye, int threads,
+void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance);
 
 // What the picture shows of every vertex, as the fragment shader takes it: radiance, normal, or a number in x.
-// `true_ambient` is read for kError only.
-std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const FrameVertices& vertices,
-                                const std::vector<float>& true_ambient, Vec3 eye, int threads);
+// `shading` is read for kShaded only, `true_ambient` for kError.
+std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
+                                const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
+                                int threads);
 
 // The cluster of every vertex.
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset);

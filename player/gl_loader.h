@@ -8,7 +8,7 @@
     X(GETSTRING, GetString) X(GETINTEGERV, GetIntegerv) X(GETERROR, GetError) X(FINISH, Finish) \
     X(GENVERTEXARRAYS, GenVertexArrays) X(BINDVERTEXARRAY, BindVertexArray) X(DELETEVERTEXARRAYS, DeleteVertexArrays) \
     X(GENBUFFERS, GenBuffers) X(BINDBUFFER, BindBuffer) X(BUFFERDATA, BufferData) X(BUFFERSUBDATA, BufferSubData) \
-    X(DELETEBUFFERS, DeleteBuffers) X(BINDBUFFERBASE, BindBufferBase) \
+    X(DELETEBUFFERS, DeleteBuffers) X(BINDBUFFERRANGE, BindBufferRange) \
     X(VERTEXATTRIBPOINTER, VertexAttribPointer) X(VERTEXATTRIBIPOINTER, VertexAttribIPointer) \
     X(ENABLEVERTEXATTRIBARRAY, EnableVertexAttribArray) X(VERTEXATTRIB1F, VertexAttrib1f) \
     X(CREATESHADER, CreateShader) X(SHADERSOURCE, ShaderSource) X(COMPILESHADER, CompileShader) \

@@ -99,6 +99,11 @@ GlModel uploadModel(const AssetView& asset) {
     model.cluster = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::uint32_t>(cluster));
     gl::VertexAttribIPointer(3, 1, GL_UNSIGNED_INT, 0, nullptr);
     gl::EnableVertexAttribArray(3);
+    if (!mesh.slot_of_vertex.empty()) {
+        model.slot = makeBuffer(GL_ARRAY_BUFFER, mesh.slot_of_vertex);
+        gl::VertexAttribIPointer(5, 1, GL_UNSIGNED_SHORT, 0, nullptr);
+        gl::EnableVertexAttribArray(5);
+    }
     model.triangles = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.triangles);
     model.index_count = GLsizei(mesh.triangles.size());
 

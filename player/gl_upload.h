@@ -11,7 +11,7 @@
 namespace penumbra {
 
 struct GlModel {
-    GlObject vertex_array, positions, normals, tangents, cluster, triangles;
+    GlObject vertex_array, positions, normals, tangents, cluster, slot, triangles;
     GLsizei index_count = 0;
     std::map<std::string, TextureBuffer> samplers;  // by the name of the shader's sampler
     ArrayFormat mean = ArrayFormat::kFloat, basis = ArrayFormat::kFloat;

@@ -13,6 +13,7 @@ struct RenderCommand {
     std::filesystem::path asset, truth, output;
     RenderOptions options;
     std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
+    std::string reflectance = "slices", light_form = "auto";
     std::vector<const CLI::Option*> shading;  // what only --channel shaded reads
     const CLI::Option *truth_option = nullptr, *error_max_option = nullptr;
 };
@@ -24,6 +25,7 @@ static void parseWords(RenderCommand& command) {
     options.source = parseSource(command.source);
     options.path = parsePath(command.path);
     options.backend = parseGlBackend(command.backend);
+    options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.background = parseBackground(command.background);
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     const std::string extension = command.output.extension();
@@ -111,8 +113,19 @@ static void defineRender(CLI::App& app, RenderCommand& command) {
     app.add_option("--clip", options.clip, "name of the clip, or how only it begins (default: the first)");
     app.add_option("--frame", options.frame, "sampled frame of the clip, from 0")->capture_default_str();
     command.shading = {
-        app.add_option("--brdf", options.brdf, "name of the material, likewise"),
-        app.add_option("--light", options.light, "name of the light, likewise"),
+        app.add_option("--brdf", options.brdf,
+                       "name of one material for all parts (default: what the asset gives each)"),
+        app.add_option("--material", options.materials, "PART=NAME: the material of one part of the mesh; repeatable"),
+        app.add_option("--light", options.light, "name of the light (default: the first)"),
+        app.add_option("--light-rotation", options.light_rotation,
+                       "yaw=,pitch=,roll= or axis=X/Y/Z,angle= (degrees) that the light is turned by"),
+        app.add_option("--light-form", command.light_form,
+                       "how the light is turned into each vertex' frame: auto, lobes (as fitted), fixed or rotation "
+                       "(both exact)")
+            ->capture_default_str(),
+        app.add_option("--reflectance", command.reflectance,
+                       "what a material is evaluated from: slices, or the paper's operators")
+            ->capture_default_str(),
         app.add_option("--exposure", options.exposure, "factor on the colours of a shaded PNG")->capture_default_str()};
     app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)");
     app.add_option("--camera", options.camera,

@@ -41,6 +41,9 @@ RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asse
         result.ambient_error = statistics(ambientOf(shot, vertices.numbers, threads), true_ambient);
     }
 
+    std::optional<ShadingSet> shading;
+    if (shot.shaded) shading.emplace(shadingOf(shot));
+    const ShadingSet* shading_view = shading ? &*shading : nullptr;
     const std::unique_ptr<GlContext> context = createGlContext(options.backend);
     result.gl = context->description;
     result.path = options.path.value_or(context->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
@@ -48,12 +51,12 @@ RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asse
     if (result.path == EvaluationPath::kCpu) {
         const ValuePainter painter(asset.mesh.triangles, options.channel);
         const std::vector<Vec3> values =
-            channelValues(shot, options.channel, vertices, true_ambient, view.eye, threads);
+            channelValues(shot, options.channel, shading_view, vertices, true_ambient, view.eye, threads);
         target.begin();
         painter.draw(view, vertices.positions, values);
     } else {
         const bool truth_numbers = options.source == VisibilitySource::kTruth;
-        ModelPainter painter(asset, options.channel, shot.material, shot.light, truth_numbers);
+        ModelPainter painter(asset, options.channel, shading_view, truth_numbers);
         painter.setPose(evaluator, asset.animation.bonesOf(shot.frame));
         if (truth_numbers) painter.setNumbers(vertices.numbers);
         if (options.channel == Channel::kError) painter.setTrueAmbient(true_ambient);

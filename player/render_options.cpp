@@ -51,6 +51,20 @@ std::optional<EvaluationPath> parsePath(std::string_view word) {
     throw wrongWord("--path", "auto, cpu or glsl", word);
 }
 
+Reflectance parseReflectance(std::string_view word) {
+    if (word == "slices") return Reflectance::kSlices;
+    if (word == "operators") return Reflectance::kOperators;
+    throw wrongWord("--reflectance", "slices or operators", word);
+}
+
+LightForm parseLightForm(std::string_view word) {
+    if (word == "auto") return ShadingChoice().light_form;
+    if (word == "lobes") return LightForm::kLobes;
+    if (word == "fixed") return LightForm::kFixed;
+    if (word == "rotation") return LightForm::kRotation;
+    throw wrongWord("--light-form", "auto, lobes, fixed or rotation", word);
+}
+
 template <class T>
 static bool readNumber(std::string_view& text, T& value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

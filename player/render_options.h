@@ -3,9 +3,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "player/channel.h"
 #include "player/gl_context.h"
+#include "player/runtime/shading.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -21,9 +23,14 @@ enum class EvaluationPath {
 };
 
 struct RenderOptions {
-    std::string clip;               // "" = the first one
-    int frame = 0;                  // of the clip, 0 = its first sampled frame
-    std::string brdf, light;        // names in the asset; "" = the first one
+    std::string clip;  // "" = the first one
+    int frame = 0;     // of the clip, 0 = its first sampled frame
+    // Names in the asset, or how only one of them begins. brdf: of every part, "" = what the asset gives each.
+    // materials: PART=NAME, after brdf. light: "" = the first one.
+    std::string brdf, light;
+    std::vector<std::string> materials;
+    ShadingChoice shading;
+    std::string light_rotation;     // sh/light_rotation.h
     int width = 512, height = 512;  // pixels, 1..16384
     std::string camera;             // sh/camera.h
     Channel channel = Channel::kShaded;
@@ -42,6 +49,8 @@ std::string findProblem(const RenderOptions& options);
 // Words of the command line; UsageError names the option and what it takes.
 VisibilitySource parseSource(std::string_view word);             // model | truth
 std::optional<EvaluationPath> parsePath(std::string_view word);  // auto | cpu | glsl
+Reflectance parseReflectance(std::string_view word);             // slices | operators
+LightForm parseLightForm(std::string_view word);                 // auto | lobes | fixed | rotation
 std::optional<Vec3> parseBackground(std::string_view text);      // transparent | r/g/b
 void parseSize(std::string_view text, int& width, int& height);  // WxH
 

@@ -2,32 +2,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "formats/errors.h"
+#include "sh/light_rotation.h"
 
 namespace penumbra {
 
-// The element of `list` called `name`, else the only one whose name begins so ("ggx" for "ggx:alpha=0.3"), or the
+static std::string_view nameOf(std::string_view name) { return name; }
+template <class T>
+static std::string_view nameOf(const T& named) {
+    return named.name;
+}
+
+// Where `list` has what is called `name`, else the only one whose name begins so ("ggx" for "ggx:alpha=0.3"), or the
 // first for "".
 template <class T>
-static const T& findByName(const AssetView& asset, const std::vector<T>& list, const std::string& name,
-                           const std::string& option) {
-    if (list.empty())
-        throw InvalidInput(asset.name + ": holds no " + option + "; give penumbra-pack asset one with --" + option);
-    if (name.empty()) return list.front();
-    const T* beginning = nullptr;
-    int beginnings = 0;
+static std::size_t findByName(const std::vector<T>& list, std::string_view name, const std::string& option,
+                              const std::string& what) {
+    if (name.empty()) return 0;
+    std::size_t beginning = 0, beginnings = 0;
     std::string known;
-    for (const T& element : list) {
-        if (element.name == name) return element;
-        known += (known.empty() ? "" : ", ") + std::string(element.name);
-        if (!element.name.starts_with(name)) continue;
-        beginning = &element;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        const std::string_view element = nameOf(list[i]);
+        if (element == name) return i;
+        known += (known.empty() ? "" : ", ") + std::string(element);
+        if (!element.starts_with(name)) continue;
+        beginning = i;
         ++beginnings;
     }
-    if (beginnings == 1) return *beginning;
-    throw UsageError("--" + option + ": the asset has " + (beginnings == 0 ? "no" : "more than one") + " \"" + name +
-                     "\"; it has " + known);
+    if (beginnings == 1) return beginning;
+    throw UsageError("--" + option + ": the " + what + " has " + (beginnings == 0 ? "no" : "more than one") + " \"" +
+                     std::string(name) + "\"; it has " + known);
+}
+
+template <class T>
+static void checkSome(const AssetView& asset, const std::vector<T>& list, const std::string& option) {
+    if (list.empty())
+        throw InvalidInput(asset.name + ": holds no " + option + "; give penumbra-pack asset one with --" + option);
 }
 
 static const ClipView* findClip(const AnimationView& animation, std::string_view name) {
@@ -62,6 +74,46 @@ static void checkTruth(const AssetView& asset, const AssetView& truth) {
                            asset.model.convention.name());
 }
 
+// "PART=NAME"
+static void assignMaterial(const AssetView& asset, const std::string& assignment, Shot& shot) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == assignment.size())
+        throw UsageError("--material is PART=NAME, not \"" + assignment + "\"");
+    if (asset.mesh.slots.empty())
+        throw UsageError("--material: the asset's mesh is one part without a name; use --brdf");
+    const std::string_view text = assignment;
+    const std::size_t slot = findByName(asset.mesh.slots, text.substr(0, equals), "material", "mesh");
+    shot.material_of_slot[slot] = findByName(asset.materials, text.substr(equals + 1), "material", "asset");
+}
+
+static void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
+    checkSome(asset, asset.materials, "brdf");
+    checkSome(asset, asset.lights, "light");
+    shot.shaded = true;
+    shot.shading = options.shading;
+    shot.material_of_slot.assign(asset.slot_material.begin(), asset.slot_material.end());
+    shot.material_of_slot.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
+    if (!options.brdf.empty())
+        std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
+                  findByName(asset.materials, options.brdf, "brdf", "asset"));
+    for (const std::string& assignment : options.materials) assignMaterial(asset, assignment, shot);
+    shot.light = findByName(asset.lights, options.light, "light", "asset");
+    for (const std::size_t material : shot.material_of_slot)
+        if (!hasReflectance(asset.materials[material], shot.shading.reflectance))
+            throw UsageError("--reflectance operators: the asset's material \"" +
+                             std::string(asset.materials[material].name) +
+                             "\" has none; fit it with penumbra-fit brdf --operators");
+    if (!hasForm(asset.lights[shot.light], shot.shading.light_form))
+        throw UsageError("--light-form lobes: the asset's light \"" + std::string(asset.lights[shot.light].name) +
+                         "\" has none; fit it with penumbra-fit light --lobes");
+    try {
+        const Mat3d rotation = parseLightRotation(options.light_rotation);
+        for (std::size_t i = 0; i < 9; ++i) shot.light_rotation.m[i] = float(rotation.m[i]);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--light-rotation: ") + error.what());
+    }
+}
+
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
     if (!asset.has_mesh || !asset.has_model)
         throw InvalidInput(asset.name + ": holds no model; make one with penumbra-pack asset");
@@ -71,7 +123,8 @@ Shot resolveShot(const RenderOptions& options, const AssetView& asset, const Ass
 
     Shot shot;
     shot.asset = &asset;
-    const ClipView& clip = findByName(asset, asset.animation.clips, options.clip, "clip");
+    checkSome(asset, asset.animation.clips, "clip");
+    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "clip", "asset")];
     if (std::size_t(options.frame) >= clip.frame_count)
         throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
                          std::string(clip.name) + "\", not " + std::to_string(options.frame));
@@ -81,11 +134,17 @@ Shot resolveShot(const RenderOptions& options, const AssetView& asset, const Ass
         shot.truth = truth;
         shot.truth_frame = truthFrame(asset, *truth, clip, std::size_t(options.frame));
     }
-    if (options.channel == Channel::kShaded || !options.brdf.empty())
-        shot.material = &findByName(asset, asset.materials, options.brdf, "brdf");
-    if (options.channel == Channel::kShaded || !options.light.empty())
-        shot.light = &findByName(asset, asset.lights, options.light, "light");
+    if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
     return shot;
+}
+
+ShadingSet shadingOf(const Shot& shot) {
+    ShadingSet set(*shot.asset, shot.shading);
+    for (std::size_t slot = 0; slot < shot.material_of_slot.size(); ++slot)
+        set.setMaterial(slot, shot.material_of_slot[slot]);
+    set.setLight(shot.light);
+    set.setLightRotation(shot.light_rotation);
+    return set;
 }
 
 }  // namespace penumbra

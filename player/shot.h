@@ -2,6 +2,7 @@
 // A render's names resolved: which frame of which asset, under which light, of which material, seen from where.
 #include "formats/asset_file.h"
 #include "player/render_options.h"
+#include "player/runtime/shading_set.h"
 
 namespace penumbra {
 
@@ -10,13 +11,20 @@ struct Shot {
     std::size_t frame = 0;             // of asset->animation
     const AssetView* truth = nullptr;  // baked frames, may be null
     std::size_t truth_frame = 0;
-    const MaterialView* material = nullptr;  // set for Channel::kShaded
-    const LightView* light = nullptr;        // likewise
+    // For Channel::kShaded:
+    bool shaded = false;
+    ShadingChoice shading;
+    std::vector<std::size_t> material_of_slot;  // as many as ShadingSet has
+    std::size_t light = 0;
+    Mat3 light_rotation;
 };
 
 // `truth` may be null. UsageError: an unknown name (the message lists the known ones), a frame beyond the clip's last,
 // a truth that is needed and not given. InvalidInput: an asset without what the channel needs, a truth of another mesh
 // or animation. The views must outlive the shot.
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth);
+
+// The shot's materials and light on; shot.shaded. The asset must outlive it.
+ShadingSet shadingOf(const Shot& shot);
 
 }  // namespace penumbra

@@ -1,14 +1,15 @@
 #pragma once
-// The inner loop of VertexShader: plain tables and 8 vertices at a time, so that the same source (shade_lanes.h) is
-// compiled once for any processor and once for AVX2.
+// The inner loop of shading: plain tables and 8 vertices at a time, so that the same source (shade_lanes.h) is compiled
+// once for any processor and once for AVX2.
 //
 // Per vertex, with Q the rotation into the local frame and o = Q (eye - p) / |eye - p|:
-//   f_k = sum_e C_ke y_e(o)                          slice terms: the non-zero C only
-//   t_i = sum Gamma_ijk v_j f_k                      product terms: v_j != 0 by the convention, f_k != 0 by the
-//   material L   = sum_d sum_l g_dl sum_m t_lm y_lm(Q a_d)    light = sum_d sum_l g_dl sum_m y_lm(a_d) y_lm, 2n-1 fixed
-//   axes a_d
-// The last line is t rotated into the model frame times the light, exactly: a zonal lobe rotates by evaluating the
-// basis at its rotated axis, which costs less than an SH rotation a vertex.
+//   f_k = sum_e A_ke y_e(o)                     view terms; A is C of the slices, or w of the operators (paper 000 eq
+//   11) t_i = sum_j v_j (sum_k B_ijk f_k)           product rows; B is Gamma_ijk, or M^k_ij of the operators L   = sum
+//   over light of it with t           below
+// B is symmetric in i and j: a row whose mirror is also wanted gives both.
+// The light, one of
+//   lobes:    sum_d sum_l g_dl sum_m t_lm y_lm(Q a_d), for light = sum_d sum_l g_dl sum_m y_lm(a_d) y_lm
+//   rotation: l . (R(Q)^T t), with Q = Z(a) Y(b) Z(c) and Y(b) = X(-90) Z(b) X(90): three turns about z, two fixed ones
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -20,32 +21,46 @@ namespace penumbra {
 
 constexpr std::size_t kShadeLanes = 8;
 
-struct SliceTerm {
-    std::uint16_t k, e;  // SH indices: of the slice, of the view function
+struct ViewTerm {
+    std::uint16_t k, e;  // which f, SH index of the view function
     float value;
 };
-// t_i += v_j * (sum of value * f_k over the row's terms).
 struct ProductTerm {
-    std::uint16_t k;  // slice index
+    std::uint16_t k;
     float value;
 };
+// t_i += v_j s and, of a row with a mirror, t_mirror_i += v_mirror_j s; s = sum of value * f_k over the row's terms.
 struct ProductRow {
-    std::uint16_t i, j, terms;  // light coefficient, position among the numbers, how many of the terms are this row's
+    std::uint16_t i, j;  // light coefficient, position among the numbers
+    std::uint16_t mirror_i, mirror_j;
+    std::uint16_t terms;
+};
+struct TurnTerm {
+    std::uint16_t to, from;
+    float value;
 };
 
 // Raw pointers, so that the files compiled for one processor call nothing inline of the standard library.
-struct ShadeTables {
-    int view_order, slice_order, light_order;
-    int stride, size;      // of the numbers; the padding is not read
+struct ShadeMaterial {
+    int view_order;
     std::size_t channels;  // 1 or 3
-    const SliceTerm* slices[3];
-    std::size_t slice_terms[3];
-    const ProductRow* rows;
-    std::size_t row_count;
-    const ProductTerm* products;
-    const Vec3* axes;  // model frame, unit
+    const ViewTerm* views[3];
+    std::size_t view_terms[3];
+    const ProductRow* rows;  // those with a mirror first
+    std::size_t mirrored_rows, row_count;
+    const ProductTerm* products[3];  // of every channel; the same ones for slices
+    float color[3];                  // factors on the radiance: the material's when it has one channel
+};
+
+struct ShadeLight {
+    int order;
+    bool lobes;        // else rotation
+    const Vec3* axes;  // lobes: [axis_count], model frame, unit
+    const Vec3* lobe;  // lobes: g [axis_count, order], RGB
     std::size_t axis_count;
-    const Vec3* lobes;  // g: [axis, light_order], RGB; with one channel the material's colour is in it
+    const Vec3* sh;         // rotation: [order^2], RGB
+    const TurnTerm* turns;  // rotation: R(X(90)); its transpose is R(X(-90))
+    std::size_t turn_count;
     // y(l, +-m) = q_l {Re, Im}(x + iy)^m; q_m = a, q_l = a z q_(l-1) - b q_(l-2); a, b at [l * kMaxOrder + m].
     const float *basis_a, *basis_b;
 };
@@ -53,13 +68,16 @@ struct ShadeTables {
 struct ShadeInput {
     const Vec3 *positions = nullptr, *normals = nullptr, *tangents = nullptr;
     const float* numbers = nullptr;
+    int stride = 0, size = 0;  // of the numbers; the padding is not read
     Vec3 eye;
     Vec3* radiance = nullptr;
+    const std::uint32_t* order = nullptr;  // the n-th vertex to shade, or null: n itself
 };
 
 struct ShadePath {
     const char* name = "";
-    void (*shade)(const ShadeTables& tables, const ShadeInput& input, std::size_t begin, std::size_t end) = nullptr;
+    void (*shade)(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& input, std::size_t begin,
+                  std::size_t end) = nullptr;
 };
 
 // The paths that this processor can run, slowest first; PENUMBRA_NO_SIMD leaves only the portable one.

@@ -15,13 +15,13 @@ struct LaneVec3 {
 };
 
 // The SH basis of 8 unit directions; recurrences: shade_kernel.h.
-inline void laneBasis(const ShadeTables& tables, int order, const LaneVec3& d, Lanes* out) {
+inline void laneBasis(const ShadeLight& light, int order, const LaneVec3& d, Lanes* out) {
     Lanes re = d.x * 0.0f + 1.0f, im = d.x * 0.0f;
     for (int m = 0; m < order; ++m) {
-        Lanes q = d.x * 0.0f + tables.basis_a[m * kMaxOrder + m], before = d.x * 0.0f;
+        Lanes q = d.x * 0.0f + light.basis_a[m * kMaxOrder + m], before = d.x * 0.0f;
         for (int l = m; l < order; ++l) {
             if (l > m) {
-                const float a = tables.basis_a[l * kMaxOrder + m], b = tables.basis_b[l * kMaxOrder + m];
+                const float a = light.basis_a[l * kMaxOrder + m], b = light.basis_b[l * kMaxOrder + m];
                 const Lanes next = a * (d.z * q) - b * before;
                 before = q;
                 q = next;
@@ -40,10 +40,15 @@ struct LaneFrames {
     LaneVec3 view;  // local frame, unit
 };
 
-// Vertices first..first+7, or the last one again beyond `end`.
+// Which vertex lane `lane` of the block at `first` has; beyond `end`, the last one again.
+inline std::size_t vertexOf(const ShadeInput& in, std::size_t first, std::size_t end, std::size_t lane) {
+    const std::size_t at = first + lane < end ? first + lane : end - 1;
+    return in.order ? in.order[at] : at;
+}
+
 inline void gather(const ShadeInput& in, std::size_t first, std::size_t end, LaneFrames& out) {
     for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
-        const std::size_t v = first + lane < end ? first + lane : end - 1;
+        const std::size_t v = vertexOf(in, first, end, lane);
         const Vec3 n = in.normals[v], t = in.tangents[v], p = in.positions[v];
         const float bx = n.y * t.z - n.z * t.y, by = n.z * t.x - n.x * t.z, bz = n.x * t.y - n.y * t.x;
         float ox = in.eye.x - p.x, oy = in.eye.y - p.y, oz = in.eye.z - p.z;
@@ -59,49 +64,59 @@ inline void gather(const ShadeInput& in, std::size_t first, std::size_t end, Lan
     }
 }
 
-inline void gatherNumbers(const ShadeTables& tables, const ShadeInput& in, std::size_t first, std::size_t end,
-                          Lanes* v) {
+inline void gatherNumbers(const ShadeInput& in, std::size_t first, std::size_t end, Lanes* v) {
     for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
-        const std::size_t vertex = first + lane < end ? first + lane : end - 1;
-        const float* numbers = in.numbers + vertex * std::size_t(tables.stride);
-        for (int j = 0; j < tables.size; ++j) v[j][lane] = numbers[j];
+        const float* numbers = in.numbers + vertexOf(in, first, end, lane) * std::size_t(in.stride);
+        for (int j = 0; j < in.size; ++j) v[j][lane] = numbers[j];
     }
 }
 
-// t = f x v with f = C y_even(view) of one channel.
-inline void transfer(const ShadeTables& tables, std::size_t channel, const Lanes* view_basis, const Lanes* v,
-                     Lanes* t) {
+inline void productRow(const ProductRow& row, const Lanes* f, const ProductTerm*& term, Lanes& sum) {
+    sum = term->value * f[term->k];
+    for (const ProductTerm* last = term++ + row.terms; term < last; ++term) sum += term->value * f[term->k];
+}
+
+// t of one colour channel.
+inline void transfer(const ShadeMaterial& material, int light_order, std::size_t channel, const Lanes* view_basis,
+                     const Lanes* v, Lanes* t) {
     Lanes f[kMaxOrder * kMaxOrder] = {};
-    for (std::size_t s = 0; s < tables.slice_terms[channel]; ++s) {
-        const SliceTerm& term = tables.slices[channel][s];
+    for (std::size_t s = 0; s < material.view_terms[channel]; ++s) {
+        const ViewTerm& term = material.views[channel][s];
         f[term.k] += term.value * view_basis[term.e];
     }
-    for (int i = 0; i < tables.light_order * tables.light_order; ++i) t[i] = v[0] * 0.0f;
-    const ProductTerm* term = tables.products;
-    for (std::size_t r = 0; r < tables.row_count; ++r) {
-        const ProductRow row = tables.rows[r];
-        Lanes sum = term->value * f[term->k];
-        for (const ProductTerm* last = term++ + row.terms; term < last; ++term) sum += term->value * f[term->k];
+    for (int i = 0; i < light_order * light_order; ++i) t[i] = v[0] * 0.0f;
+    const ProductTerm* term = material.products[channel];
+    Lanes sum;
+    std::size_t r = 0;
+    for (; r < material.mirrored_rows; ++r) {
+        const ProductRow row = material.rows[r];
+        productRow(row, f, term, sum);
+        t[row.i] += v[row.j] * sum;
+        t[row.mirror_i] += v[row.mirror_j] * sum;
+    }
+    for (; r < material.row_count; ++r) {
+        const ProductRow row = material.rows[r];
+        productRow(row, f, term, sum);
         t[row.i] += v[row.j] * sum;
     }
 }
 
 // radiance_c += g_c * (sum over m of t y(axis in the local frame)) for every axis and band.
-inline void light(const ShadeTables& tables, const LaneFrames& frames, const Lanes (*t)[kMaxOrder * kMaxOrder],
-                  Lanes* radiance) {
+inline void lightByLobes(const ShadeLight& light, std::size_t channels, const LaneFrames& frames,
+                         const Lanes (*t)[kMaxOrder * kMaxOrder], Lanes* radiance) {
     Lanes basis[kMaxOrder * kMaxOrder];
-    const Vec3* g = tables.lobes;
-    for (std::size_t d = 0; d < tables.axis_count; ++d) {
-        const Vec3 a = tables.axes[d];
+    const Vec3* g = light.lobe;
+    for (std::size_t d = 0; d < light.axis_count; ++d) {
+        const Vec3 a = light.axes[d];
         const LaneVec3 local{frames.tangent.x * a.x + frames.tangent.y * a.y + frames.tangent.z * a.z,
                              frames.bitangent.x * a.x + frames.bitangent.y * a.y + frames.bitangent.z * a.z,
                              frames.normal.x * a.x + frames.normal.y * a.y + frames.normal.z * a.z};
-        laneBasis(tables, tables.light_order, local, basis);
-        for (int l = 0; l < tables.light_order; ++l, ++g) {
+        laneBasis(light, light.order, local, basis);
+        for (int l = 0; l < light.order; ++l, ++g) {
             const float weight[3] = {g->x, g->y, g->z};
             Lanes sum = {};
             for (std::size_t c = 0; c < 3; ++c) {
-                if (c < tables.channels) {
+                if (c < channels) {
                     sum = t[c][l * l] * basis[l * l];
                     for (int i = l * l + 1; i < (l + 1) * (l + 1); ++i) sum += t[c][i] * basis[i];
                 }
@@ -111,21 +126,93 @@ inline void light(const ShadeTables& tables, const LaneFrames& frames, const Lan
     }
 }
 
-inline void shadeLanes(const ShadeTables& tables, const ShadeInput& in, std::size_t begin, std::size_t end) {
+// cos and sin of m times the angles of Q = Z(a) Y(b) Z(c), m < order.
+struct LaneTurns {
+    Lanes cos_a[kMaxOrder], sin_a[kMaxOrder], cos_b[kMaxOrder], sin_b[kMaxOrder], cos_c[kMaxOrder], sin_c[kMaxOrder];
+};
+
+inline void multiples(int order, Lanes* cosine, Lanes* sine) {
+    for (int m = 2; m < order; ++m) {
+        cosine[m] = cosine[m - 1] * cosine[1] - sine[m - 1] * sine[1];
+        sine[m] = sine[m - 1] * cosine[1] + cosine[m - 1] * sine[1];
+    }
+}
+
+// The rows of Q are tangent, bitangent and normal, so that its last column is (cos a sin b, sin a sin b, cos b). Near
+// the pole a is ill defined and any will do: b and c are taken from Z(-a) Q, which makes up for it.
+inline void makeTurns(int order, const LaneFrames& q, LaneTurns& out) {
+    for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
+        const float x = q.tangent.z[lane], y = q.bitangent.z[lane], square = x * x + y * y;
+        const float scale = square > 1e-30f ? 1 / __builtin_sqrtf(square) : 0;
+        out.cos_a[1][lane] = square > 1e-30f ? x * scale : 1;
+        out.sin_a[1][lane] = y * scale;
+    }
+    const Lanes cos_a = out.cos_a[1], sin_a = out.sin_a[1];
+    out.cos_b[1] = q.normal.z;
+    out.sin_b[1] = cos_a * q.tangent.z + sin_a * q.bitangent.z;
+    out.cos_c[1] = cos_a * q.bitangent.y - sin_a * q.tangent.y;
+    out.sin_c[1] = cos_a * q.bitangent.x - sin_a * q.tangent.x;
+    multiples(order, out.cos_a, out.sin_a);
+    multiples(order, out.cos_b, out.sin_b);
+    multiples(order, out.cos_c, out.sin_c);
+}
+
+// t = R(Z(-angle)) t, in place.
+inline void turnBack(int order, const Lanes* cosine, const Lanes* sine, Lanes* t) {
+    for (int l = 1; l < order; ++l)
+        for (int m = 1; m <= l; ++m) {
+            Lanes &plus = t[l * l + l + m], &minus = t[l * l + l - m];
+            const Lanes turned = cosine[m] * plus + sine[m] * minus;
+            minus = cosine[m] * minus - sine[m] * plus;
+            plus = turned;
+        }
+}
+
+// radiance += l . (R(Q)^T t) = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t.
+inline void lightByRotation(const ShadeLight& light, std::size_t channels, const LaneFrames& frames,
+                            Lanes (*t)[kMaxOrder * kMaxOrder], Lanes* radiance) {
+    LaneTurns turns;
+    makeTurns(light.order, frames, turns);
+    const int count = light.order * light.order;
+    for (std::size_t c = 0; c < channels; ++c) {
+        Lanes *in = t[c], turned[kMaxOrder * kMaxOrder];
+        turnBack(light.order, turns.cos_a, turns.sin_a, in);
+        for (int i = 0; i < count; ++i) turned[i] = in[0] * 0.0f;
+        for (const TurnTerm* s = light.turns; s < light.turns + light.turn_count; ++s)
+            turned[s->to] += s->value * in[s->from];
+        turnBack(light.order, turns.cos_b, turns.sin_b, turned);
+        for (int i = 0; i < count; ++i) in[i] = turned[0] * 0.0f;
+        for (const TurnTerm* s = light.turns; s < light.turns + light.turn_count; ++s)
+            in[s->from] += s->value * turned[s->to];
+        turnBack(light.order, turns.cos_c, turns.sin_c, in);
+    }
+    const Lanes *red = t[0], *green = t[channels == 3 ? 1 : 0], *blue = t[channels == 3 ? 2 : 0];
+    for (int i = 0; i < count; ++i) {
+        radiance[0] += light.sh[i].x * red[i];
+        radiance[1] += light.sh[i].y * green[i];
+        radiance[2] += light.sh[i].z * blue[i];
+    }
+}
+
+inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t begin,
+                       std::size_t end) {
     for (std::size_t first = begin; first < end; first += kShadeLanes) {
         LaneFrames frames;
         gather(in, first, end, frames);
         Lanes v[kMaxOrder * kMaxOrder], view_basis[kMaxOrder * kMaxOrder], t[3][kMaxOrder * kMaxOrder];
-        gatherNumbers(tables, in, first, end, v);
-        laneBasis(tables, tables.view_order, frames.view, view_basis);
-        for (std::size_t c = 0; c < tables.channels; ++c) transfer(tables, c, view_basis, v, t[c]);
+        gatherNumbers(in, first, end, v);
+        laneBasis(light, material.view_order, frames.view, view_basis);
+        for (std::size_t c = 0; c < material.channels; ++c) transfer(material, light.order, c, view_basis, v, t[c]);
         Lanes radiance[3] = {};
-        light(tables, frames, t, radiance);
+        if (light.lobes)
+            lightByLobes(light, material.channels, frames, t, radiance);
+        else
+            lightByRotation(light, material.channels, frames, t, radiance);
         for (std::size_t lane = 0; lane < kShadeLanes && first + lane < end; ++lane) {
-            Vec3& out = in.radiance[first + lane];
-            out.x = radiance[0][lane];
-            out.y = radiance[1][lane];
-            out.z = radiance[2][lane];
+            Vec3& out = in.radiance[vertexOf(in, first, end, lane)];
+            out.x = material.color[0] * radiance[0][lane];
+            out.y = material.color[1] * radiance[1][lane];
+            out.z = material.color[2] * radiance[2][lane];
         }
     }
 }

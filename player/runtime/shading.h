@@ -1,24 +1,33 @@
 #pragma once
-// Radiance from visibility, light and reflectance: L = l . (f x v), f = C y_even(omega_o) in the vertex' local frame,
-// the product exact (docs/formulas.md section 3).
+// Radiance from visibility, light and reflectance in the vertex' local frame: L = l . (f x v), f = C y_even(omega_o),
+// the product exact, or paper 000's eq 11 (docs/formulas.md section 3).
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "formats/asset_file.h"
-#include "player/runtime/shade_kernel.h"
+#include "player/runtime/light_tables.h"
+#include "player/runtime/material_tables.h"
 
 namespace penumbra {
 
-// What per-vertex shading needs of one material, light and convention: tables made once when one of them changes. Keeps
-// no reference to its arguments.
+struct ShadingChoice {
+    Reflectance reflectance = Reflectance::kSlices;
+    LightForm light_form = LightForm::kRotation;
+};
+
+// Shading of vertices that all have one material under one light; ShadingSet (shading_set.h) switches both while it
+// runs. Keeps no reference to its arguments.
 class VertexShader {
 public:
-    VertexShader(const Convention& convention, int stride, const MaterialView& material, const LightView& light);
+    // hasReflectance(material, choice.reflectance) and hasForm(light, choice.light_form)
+    VertexShader(const Convention& convention, int stride, const MaterialView& material, const LightView& light,
+                 const ShadingChoice& choice = {});
 
     // The fastest path of this processor unless this is called: tests go through all of shadePaths().
     void usePath(const ShadePath& path) { path_ = path; }
+    void setLightRotation(const Mat3& rotation) { light_.setRotation(rotation); }  // LightTables
 
     // Radiance towards `eye` of vertices [begin, end): arrays are [V], numbers [V * stride], radiance [V]. Not clamped.
     // A vertex seen from behind its normal gets the radiance of the view direction mirrored at its tangent plane.
@@ -28,20 +37,10 @@ public:
                std::span<Vec3> radiance) const;
 
 private:
-    std::vector<SliceTerm> slices_[3];
-    std::vector<ProductRow> rows_;
-    std::vector<ProductTerm> products_;
-    std::vector<Vec3> axes_;
-    std::vector<Vec3> lobes_;  // [axis, light order]
-    std::vector<float> basis_a_, basis_b_;
-    Convention convention_;
-    int stride_ = 0, view_order_ = 0, slice_order_ = 0, light_order_ = 0, channels_ = 1;
+    MaterialTables material_;
+    LightTables light_;
+    int stride_, size_;
     ShadePath path_;
-
-    void addSlices(const MaterialView& material);
-    void addProduct();
-    void addLobes(const MaterialView& material, const LightView& light);
-    ShadeTables tables() const;
 };
 
 // E, cosine-weighted visibility / pi, of vertices [begin, end); 1 = unshadowed. numbers: [V * stride], e: [V].

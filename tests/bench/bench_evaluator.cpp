@@ -37,6 +37,18 @@ static void print(const char* precision, const char* path, const char* what, Tim
     std::printf("\n");
 }
 
+// Every way to shade that tests/bench times.
+static const ShadingChoice choices[] = {{Reflectance::kSlices, LightForm::kFixed},
+                                        {Reflectance::kSlices, LightForm::kLobes},
+                                        {Reflectance::kSlices, LightForm::kRotation},
+                                        {Reflectance::kOperators, LightForm::kRotation}};
+
+static std::string nameOf(const ShadingChoice& choice) {
+    static const char* const forms[] = {"lobes", "fixed", "rotation"};
+    return std::string(choice.reflectance == Reflectance::kSlices ? " slices " : " operators ") +
+           forms[int(choice.light_form)];
+}
+
 static void benchAsset(std::span<const std::byte> bytes, int threads) {
     const AssetView asset = openAsset(bytes);
     Evaluator evaluator(asset);
@@ -68,18 +80,22 @@ static void benchAsset(std::span<const std::byte> bytes, int threads) {
     const auto skin = [&] { evaluator.skin(0, count, positions, normals, tangents); };
     const Timing skin_time = measure(skin);
     print(precision, "", "skinning, 1 thread", skin_time, skin_time.minimum, 0);
-    for (const MaterialView& material : asset.materials) {
-        VertexShader shader(asset.model.convention, asset.model.stride, material, asset.lights.at(0));
-        for (const ShadePath& path : shadePaths()) {
-            shader.usePath(path);
-            const Timing t = measure([&] {
-                shader.shade(0, count, positions, normals, tangents, numbers, {0, 1, 4}, radiance);
-            });
-            if (shade_base == 0) shade_base = t.minimum;
-            const std::string what = "shade " + std::string(material.name.substr(0, 12)) + ", 1 thread";
-            print(precision, path.name, what.c_str(), t, shade_base, 0);
+    for (const MaterialView& material : asset.materials)
+        for (const ShadingChoice& choice : choices) {
+            if (!hasReflectance(material, choice.reflectance) || !hasForm(asset.lights.at(0), choice.light_form))
+                continue;
+            VertexShader shader(asset.model.convention, asset.model.stride, material, asset.lights.at(0), choice);
+            for (const ShadePath& path : shadePaths()) {
+                shader.usePath(path);
+                const Timing t = measure([&] {
+                    shader.shade(0, count, positions, normals, tangents, numbers, {0, 1, 4}, radiance);
+                });
+                if (shade_base == 0) shade_base = t.minimum;
+                const std::string what = "shade " + std::string(material.name.substr(0, 12)) + nameOf(choice);
+                print(precision, path.name, what.c_str(), t, shade_base, 0);
+                std::printf("%50s %.1f ns a vertex\n", "", t.minimum * 1e6 / double(count));
+            }
         }
-    }
 }
 
 // A material whose slices have the pattern of an isotropic BRDF: only equal m couple.

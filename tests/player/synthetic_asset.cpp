@@ -8,6 +8,7 @@
 
 #include "formats/fp16.h"
 #include "player/runtime/evaluator.h"
+#include "player/runtime/light_lobes.h"
 #include "player/runtime/shading.h"
 #include "sh/brdf.h"
 #include "sh/quadrature.h"
@@ -66,7 +67,10 @@ SyntheticAsset::SyntheticAsset(const AssetRecipe& recipe) {
     makeAnimation();
     makeClusters(recipe);
     makeMaterials();
+    addOperators();
     makeLights(recipe);
+    addLobes();
+    makeSlots(recipe);
     makeTruth();
 }
 
@@ -263,6 +267,49 @@ void SyntheticAsset::makeLights(const AssetRecipe& recipe) {
     even_.assign(12, 0);
     std::fill_n(even_.begin(), 3, float(std::sqrt(4 * kPi)));
     asset.lights = {{"sky", recipe.light_order, sky_}, {"even", 2, even_}};
+}
+
+// u^b the column of C that belongs to view function b, w^b that view function: sum over b is C y_even.
+void SyntheticAsset::addOperators() {
+    constexpr std::size_t kCount = coefficientCount(kSliceOrder), kEven = kSliceViewOrder * (kSliceViewOrder + 1) / 2;
+    operators_.resize(2 * asset.materials.size());
+    for (std::size_t m = 0; m < asset.materials.size(); ++m) {
+        MaterialView& material = asset.materials[m];
+        std::vector<float>&u = operators_[2 * m], &w = operators_[2 * m + 1];
+        for (std::size_t c = 0; c < std::size_t(material.channels); ++c)
+            for (std::size_t b = 0; b < kEven; ++b) {
+                for (std::size_t k = 0; k < kCount; ++k) u.push_back(material.slices[(c * kCount + k) * kEven + b]);
+                for (std::size_t e = 0; e < kEven; ++e) w.push_back(e == b);
+            }
+        material.operators = {int(kEven), kSliceOrder, u, w};
+    }
+}
+
+// z = g sqrt((2l+1)/4pi)
+void SyntheticAsset::addLobes() {
+    lobes_.resize(asset.lights.size());
+    lobe_numbers_.resize(asset.lights.size());
+    for (std::size_t l = 0; l < asset.lights.size(); ++l) {
+        LightView& light = asset.lights[l];
+        lobes_[l] = makeLightLobes(light);
+        for (std::size_t i = 0; i < lobes_[l].weights.size(); ++i) {
+            const double band = double(i % std::size_t(light.order));
+            const Vec3 z = lobes_[l].weights[i] * float(std::sqrt((2 * band + 1) / (4 * kPi)));
+            lobe_numbers_[l].insert(lobe_numbers_[l].end(), {z.x, z.y, z.z});
+        }
+        light.lobes = {lobes_[l].directions, lobe_numbers_[l]};
+    }
+}
+
+void SyntheticAsset::makeSlots(const AssetRecipe& recipe) {
+    if (recipe.slots == 0) return;
+    for (int s = 0; s < recipe.slots; ++s) slot_names_.push_back("part" + std::to_string(s));
+    for (std::size_t v = 0; v < positions_.size(); ++v)
+        slot_of_vertex_.push_back(std::uint16_t(v % slot_names_.size()));
+    asset.mesh.slots.assign(slot_names_.begin(), slot_names_.end());
+    asset.mesh.slot_of_vertex = slot_of_vertex_;
+    for (std::size_t s = 0; s < slot_names_.size(); ++s)
+        asset.slot_material.push_back(std::uint16_t(s % asset.materials.size()));
 }
 
 }  // namespace penumbra::player_test

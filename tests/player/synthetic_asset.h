@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/asset_file.h"
+#include "player/runtime/light_lobes.h"
 #include "sh/brdf.h"
 
 namespace penumbra::player_test {
@@ -25,10 +26,13 @@ struct AssetRecipe {
     float light_ambient = 0.4f;    // radiance that comes from everywhere
     float light_lobe = 1;          // size of the directed part, a clamped cosine
     int light_order = 4;           // of "sky"
+    int slots = 0;                 // parts "part0", "part1", ... with materials 0, 1, ...; each vertex has another one
+                                   // than its neighbours
 };
 
 // Owns what `asset` and `truth` look at. Clips "swing" (3 frames) and "still" (1 frame); materials "lambert", "ggx"
-// and "tinted" (three channels); lights "sky" and "even" (order 2, radiance 1 from everywhere).
+// and "tinted" (three channels), each also as operators that are the slices exactly; lights "sky" and "even" (order 2,
+// radiance 1 from everywhere), each also as lobes that are the light exactly.
 class SyntheticAsset {
 public:
     explicit SyntheticAsset(const AssetRecipe& recipe = {});
@@ -36,12 +40,20 @@ public:
     AssetView asset, truth;
 
 private:
+    std::vector<std::vector<float>> operators_;  // u, w of each material
+    std::vector<LightLobes> lobes_;
+    std::vector<std::vector<float>> lobe_numbers_;
+    std::vector<std::string> slot_names_;
+    std::vector<std::uint16_t> slot_of_vertex_;
     void makeMesh(const AssetRecipe& recipe);
     void makeAnimation();
     void makeClusters(const AssetRecipe& recipe);
     void makeTruth();
     void makeMaterials();
     void makeLights(const AssetRecipe& recipe);
+    void addOperators();
+    void addLobes();
+    void makeSlots(const AssetRecipe& recipe);
 
     std::vector<Vec3> positions_, tangents_;
     std::vector<std::uint32_t> triangles_, shading_point_;

@@ -41,8 +41,9 @@ double difference255(const Image& a, const Image& b) {
 struct Case {
     const char* convention;
     AssetPrecision precision;
-    const char* material;
+    const char* material;  // "" = three parts with three materials
     int light_order = 4;
+    ShadingChoice shading = {};
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
@@ -50,7 +51,9 @@ void PrintTo(const Case& c, std::ostream* out) {
          << (c.precision == AssetPrecision::kI8    ? "i8"
              : c.precision == AssetPrecision::kF16 ? "f16"
                                                    : "f32")
-         << " " << c.material << " light " << c.light_order;
+         << " " << (*c.material ? c.material : "parts") << " light " << c.light_order
+         << (c.shading.reflectance == Reflectance::kSlices ? " slices" : " operators") << " form "
+         << int(c.shading.light_form);
 }
 
 class Parity : public testing::TestWithParam<Case> {};
@@ -59,9 +62,12 @@ class Parity : public testing::TestWithParam<Case> {};
 TEST_P(Parity, ShadedPictureIsTheSameFromCpuAndShader) {
     const SyntheticAsset data({.convention = GetParam().convention,
                                .precision = GetParam().precision,
-                               .light_order = GetParam().light_order});
+                               .light_order = GetParam().light_order,
+                               .slots = *GetParam().material ? 0 : 3});
     RenderOptions options = smallPicture();
     options.brdf = GetParam().material;
+    options.shading = GetParam().shading;
+    options.light_rotation = "yaw=20,pitch=-10,roll=40";
     options.path = EvaluationPath::kCpu;
     const Image cpu = renderOffscreen(options, data.asset, nullptr, 2).image;
     options.path = EvaluationPath::kGlsl;
@@ -78,7 +84,14 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"D5", AssetPrecision::kI8, "tinted"}, Case{"A4", AssetPrecision::kI8, "ggx"},
                     Case{"A4", AssetPrecision::kF32, "tinted"}, Case{"B3", AssetPrecision::kF16, "lambert"},
                     Case{"D8", AssetPrecision::kI8, "ggx", 8}, Case{"A6", AssetPrecision::kF32, "tinted", 6},
-                    Case{"D1", AssetPrecision::kF32, "lambert", 1}));
+                    Case{"D1", AssetPrecision::kF32, "lambert", 1},
+                    Case{"D5", AssetPrecision::kI8, "ggx", 4, {Reflectance::kSlices, LightForm::kFixed}},
+                    Case{"A4", AssetPrecision::kI8, "tinted", 4, {Reflectance::kSlices, LightForm::kLobes}},
+                    Case{"D5", AssetPrecision::kI8, ""}, Case{"A4", AssetPrecision::kI8, "", 6},
+                    Case{"D5", AssetPrecision::kI8, "", 3, {Reflectance::kSlices, LightForm::kFixed}},
+                    Case{"D5", AssetPrecision::kI8, "ggx", 4, {Reflectance::kOperators, LightForm::kRotation}},
+                    Case{"A4", AssetPrecision::kF32, "tinted", 4, {Reflectance::kOperators, LightForm::kLobes}},
+                    Case{"A4", AssetPrecision::kI8, "", 4, {Reflectance::kOperators, LightForm::kRotation}}));
 
 TEST(Render, EveryChannelIsTheSameFromCpuAndShader) {
     const SyntheticAsset data({.precision = AssetPrecision::kI8});

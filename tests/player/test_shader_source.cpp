@@ -42,33 +42,56 @@ TEST(ShGlsl, LiteralsAreFloatsAndReadBack) {
     }
 }
 
-TEST(ShaderSource, IsotropicSlicesCoupleEqualOrdersOnly) {
-    const player_test::SyntheticAsset data;
+TEST(ShadingLayout, IsotropicSlicesCoupleEqualOrdersOnly) {
+    player_test::SyntheticAsset data;
+    data.asset.materials = {data.asset.materials[1]};
+    const ShadingSet ggx(data.asset);
     // Per m: 5 - |m| bands in, times the bands out with l+m even: 15 + 2 (8 + 6 + 2 + 1).
-    const SliceLayout ggx = sliceLayout(data.asset.materials[1]);
-    EXPECT_EQ(ggx.entries.size(), 49u);
-    const SliceLayout lambert = sliceLayout(data.asset.materials[0]);
-    for (const SliceLayout::Entry& entry : lambert.entries)
-        EXPECT_EQ(entry.e, 0) << "Lambert is the same from anywhere";
-    EXPECT_EQ(sliceLayout(data.asset.materials[2]).channels, 3);
+    EXPECT_EQ(shadingLayout(ggx).views.size(), 49u);
+    const player_test::SyntheticAsset other;
+    data.asset.materials = {other.asset.materials[0]};
+    for (const ShadingLayout::View& view : shadingLayout(ShadingSet(data.asset)).views)
+        EXPECT_EQ(view.e, 0) << "Lambert is the same from anywhere";
 }
 
-TEST(ShaderSource, MaterialsOfOneLayoutShareTheText) {
-    const player_test::SyntheticAsset data;
-    ShaderRecipe recipe;
-    recipe.convention = data.asset.model.convention;
-    recipe.stride = data.asset.model.stride;
-    recipe.influences = 2;
-    recipe.light_order = 4;
-    recipe.slices = sliceLayout(data.asset.materials[1]);
-    MaterialView scaled = data.asset.materials[1];
-    std::vector<float> slices(scaled.slices.begin(), scaled.slices.end());
-    for (float& c : slices) c *= 0.5f;
-    scaled.slices = slices;
-    ShaderRecipe other = recipe;
-    other.slices = sliceLayout(scaled);
-    EXPECT_EQ(evaluateVertexSource(recipe), evaluateVertexSource(other));
-    EXPECT_EQ(evaluateVertexSource(recipe).find("GENERATED\n"), std::string::npos);
+// One program for a whole asset: the union of its materials, the highest order and the most channels of all.
+TEST(ShadingLayout, HoldsEveryMaterialAndLight) {
+    const player_test::SyntheticAsset data({.light_order = 6});
+    for (const Reflectance reflectance : {Reflectance::kSlices, Reflectance::kOperators}) {
+        const ShadingSet set(data.asset, {reflectance, LightForm::kFixed});
+        const ShadingLayout layout = shadingLayout(set);
+        EXPECT_EQ(layout.channels, 3);
+        EXPECT_EQ(layout.light_order, 6);
+        EXPECT_EQ(layout.lobe_count, 11);
+        const std::vector<float> numbers = materialData(layout, set);
+        EXPECT_EQ(numbers.size(), 3 * 4 * layout.materialTexels());
+        for (std::size_t m = 0; m < 3; ++m) {
+            std::size_t expected = 0, found = 0;
+            for (const ViewTerm& term : viewTerms(data.asset.materials[m], reflectance, 0)) expected += term.value != 0;
+            for (std::size_t i = 0; i < layout.views.size(); ++i)
+                found += numbers[4 * (m * layout.materialTexels() + 1 + i)] != 0;
+            EXPECT_EQ(found, expected) << "material " << m;
+        }
+    }
+}
+
+TEST(ShaderSource, MaterialsOfOneStructureHaveOneText) {
+    player_test::SyntheticAsset data;
+    const MaterialView ggx = data.asset.materials[1];
+    std::vector<float> half(ggx.slices.begin(), ggx.slices.end());
+    for (float& c : half) c *= 0.5f;
+    const auto text = [&](std::vector<MaterialView> materials) {
+        data.asset.materials = std::move(materials);
+        const ShadingLayout layout = shadingLayout(ShadingSet(data.asset));
+        ShaderRecipe recipe{
+            .convention = data.asset.model.convention, .stride = 16, .influences = 2, .shading = &layout};
+        return evaluateVertexSource(recipe);
+    };
+    MaterialView scaled = ggx;
+    scaled.slices = half;
+    const std::string one = text({ggx});
+    EXPECT_EQ(one, text({scaled, ggx}));
+    EXPECT_EQ(one.find("GENERATED\n"), std::string::npos);
 }
 
 }  // namespace

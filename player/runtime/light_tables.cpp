@@ -1,0 +1,103 @@
+#include "player/runtime/light_tables.h"
+
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "sh/sh_rotation.h"
+
+namespace penumbra {
+
+// Normalised associated Legendre recurrences in z, divided by sin^m, with the Condon-Shortley sign and the factor
+// sqrt 2 of real harmonics in the start value.
+static void basisRecurrence(std::vector<float>& a, std::vector<float>& b) {
+    a.assign(kMaxOrder * kMaxOrder, 0);
+    b.assign(kMaxOrder * kMaxOrder, 0);
+    double start = std::sqrt(1 / (4 * std::numbers::pi));
+    for (int m = 0; m < kMaxOrder; ++m) {
+        if (m > 0) start *= -std::sqrt((2 * m + 1) / (2.0 * m));
+        a[std::size_t(m * kMaxOrder + m)] = float(m > 0 ? std::numbers::sqrt2 * start : start);
+        for (int l = m + 1; l < kMaxOrder; ++l) {
+            const double scale = std::sqrt((4.0 * l * l - 1) / (double(l) * l - m * m));
+            const double previous = std::sqrt(((l - 1.0) * (l - 1) - m * m) / (4.0 * (l - 1) * (l - 1) - 1));
+            a[std::size_t(l * kMaxOrder + m)] = float(scale);
+            b[std::size_t(l * kMaxOrder + m)] = float(scale * previous);
+        }
+    }
+}
+
+bool hasForm(const LightView& light, LightForm form) {
+    return form != LightForm::kLobes || !light.lobes.directions.empty();
+}
+
+LightLobes lobesOf(const LightView& light, LightForm form) {
+    if (form == LightForm::kFixed) return makeLightLobes(light);
+    LightLobes lobes;
+    lobes.directions.assign(light.lobes.directions.begin(), light.lobes.directions.end());
+    const std::span<const float> z = light.lobes.coefficients;
+    for (std::size_t at = 0; at + 2 < z.size(); at += 3) {
+        const auto band = int(at / 3 % std::size_t(light.order));
+        const auto scale = float(std::sqrt(4 * std::numbers::pi / (2 * band + 1)));
+        lobes.weights.push_back(scale * Vec3{z[at], z[at + 1], z[at + 2]});
+    }
+    return lobes;
+}
+
+std::vector<TurnTerm> quarterTurn(int order) {
+    const ShRotationD rotation = makeShRotation(order, Mat3d{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
+    std::vector<TurnTerm> terms;
+    const double* block = rotation.blocks.data();
+    for (int l = 0; l < order; block += (2 * l + 1) * (2 * l + 1), ++l)
+        for (int row = 0; row <= 2 * l; ++row)
+            for (int column = 0; column <= 2 * l; ++column)
+                if (const double value = block[row * (2 * l + 1) + column]; std::abs(value) > 1e-12)
+                    terms.push_back({std::uint16_t(l * l + row), std::uint16_t(l * l + column), float(value)});
+    return terms;
+}
+
+LightTables::LightTables(const LightView& light, LightForm form) : order_(light.order), form_(form) {
+    assert(hasForm(light, form));
+    basisRecurrence(basis_a_, basis_b_);
+    if (form == LightForm::kRotation) {
+        for (std::size_t i = 0; i < light.sh.size(); i += 3)
+            original_.push_back({light.sh[i], light.sh[i + 1], light.sh[i + 2]});
+        sh_ = original_;
+        turns_ = quarterTurn(order_);
+    } else {
+        lobes_ = lobesOf(light, form);
+        original_ = lobes_.directions;
+    }
+}
+
+void LightTables::setRotation(const Mat3& rotation) {
+    if (form_ != LightForm::kRotation) {
+        for (std::size_t d = 0; d < original_.size(); ++d) lobes_.directions[d] = rotation * original_[d];
+        return;
+    }
+    const ShRotation turn = makeShRotation(order_, rotation);
+    std::array<float, coefficientCount(kMaxOrder)> from, to;
+    const std::size_t count = original_.size();
+    for (int c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < count; ++i) from[i] = original_[i][c];
+        apply(turn, std::span<const float>(from).first(count), std::span(to).first(count));
+        for (std::size_t i = 0; i < count; ++i) sh_[i][c] = to[i];
+    }
+}
+
+ShadeLight LightTables::view() const {
+    ShadeLight view{};
+    view.order = order_;
+    view.lobes = form_ != LightForm::kRotation;
+    view.axes = lobes_.directions.data();
+    view.lobe = lobes_.weights.data();
+    view.axis_count = lobes_.directions.size();
+    view.sh = sh_.data();
+    view.turns = turns_.data();
+    view.turn_count = turns_.size();
+    view.basis_a = basis_a_.data();
+    view.basis_b = basis_b_.data();
+    return view;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,145 @@
+#include "player/runtime/material_tables.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "sh/reflectance.h"
+#include "sh/reflection_operator.h"
+#include "sh/sh_product.h"
+
+namespace penumbra {
+
+constexpr float kRounding = 1e-7f;  // of the largest entry
+
+bool hasReflectance(const MaterialView& material, Reflectance reflectance) {
+    return reflectance == Reflectance::kSlices || material.operators.count > 0;
+}
+
+std::vector<ViewTerm> viewTerms(const MaterialView& material, Reflectance reflectance, int channel) {
+    const bool slices = reflectance == Reflectance::kSlices;
+    const std::vector<int> even = evenIndices(material.view_order);
+    const std::span<const float> values = slices ? material.slices : material.operators.w;
+    const std::size_t count = std::size_t(slices ? coefficientCount(material.slice_order) : material.operators.count);
+    const std::size_t per_channel = count * even.size();
+    float largest = 0;
+    for (const float value : values) largest = std::max(largest, std::abs(value));
+    std::vector<ViewTerm> terms;
+    for (std::size_t at = 0; at < per_channel; ++at) {
+        float size = 0;
+        for (std::size_t c = 0; c < std::size_t(material.channels); ++c)
+            size = std::max(size, std::abs(values[c * per_channel + at]));
+        if (size > kRounding * largest)
+            terms.push_back({std::uint16_t(at / even.size()), std::uint16_t(even[at % even.size()]),
+                             values[std::size_t(channel) * per_channel + at]});
+    }
+    return terms;
+}
+
+std::vector<ProductEntry> sliceProduct(const Convention& convention, int light_order, int slice_order,
+                                       const std::vector<bool>& used) {
+    const std::vector<int> indices = convention.indices();
+    std::array<int, coefficientCount(kMaxOrder)> position;
+    position.fill(-1);
+    for (std::size_t j = 0; j < indices.size(); ++j) position[std::size_t(indices[j])] = int(j);
+    std::vector<ProductEntry> entries;
+    for (const TripleProductEntry& e : tripleProduct(light_order, convention.order, slice_order))
+        if (position[e.j] >= 0 && used[e.k])
+            entries.push_back({e.i, std::uint16_t(position[e.j]), e.k, float(e.value)});
+    return entries;
+}
+
+std::vector<ProductEntry> operatorProduct(const Convention& convention, int light_order, const MaterialView& material,
+                                          int channel) {
+    const OperatorsView& operators = material.operators;
+    const std::size_t k = std::size_t(operators.count), numbers = std::size_t(convention.size());
+    const std::size_t u_size = std::size_t(coefficientCount(operators.order));
+    std::vector<std::vector<float>> m;  // [channel, k][light_order^2, numbers]
+    float largest = 0;
+    for (std::size_t set = 0; set < std::size_t(material.channels) * k; ++set) {
+        m.push_back(reflectionOperator(light_order, convention, operators.u.subspan(set * u_size, u_size)));
+        for (const float value : m.back()) largest = std::max(largest, std::abs(value));
+    }
+    std::vector<ProductEntry> entries;
+    for (std::size_t at = 0; at < m.front().size(); ++at)
+        for (std::size_t b = 0; b < k; ++b) {
+            float size = 0;
+            for (std::size_t set = b; set < m.size(); set += k) size = std::max(size, std::abs(m[set][at]));
+            if (size > kRounding * largest)
+                entries.push_back({std::uint16_t(at / numbers), std::uint16_t(at % numbers), std::uint16_t(b),
+                                   m[std::size_t(channel) * k + b][at]});
+        }
+    return entries;
+}
+
+ProductRows groupRows(const Convention& convention, const std::vector<ProductEntry>& entries) {
+    const std::vector<int> indices = convention.indices();
+    std::vector<ProductRow> all;
+    std::vector<std::size_t> first;
+    for (std::size_t at = 0; at < entries.size(); ++at) {
+        const ProductEntry& e = entries[at];
+        if (all.empty() || all.back().i != e.i || all.back().j != e.j) {
+            all.push_back({e.i, e.j, 0, 0, 0});
+            first.push_back(at);
+        }
+        ++all.back().terms;
+    }
+    // The row of (index of j, position of i), if there is one: its terms are the same, as Gamma_ijk = Gamma_jik.
+    constexpr std::size_t kCount = coefficientCount(kMaxOrder);
+    std::vector<int> row_of(kCount * kCount, -1);  // by both SH indices
+    for (std::size_t r = 0; r < all.size(); ++r) row_of[all[r].i * kCount + std::size_t(indices[all[r].j])] = int(r);
+    const auto mirrorOf = [&](const ProductRow& row) { return row_of[std::size_t(indices[row.j]) * kCount + row.i]; };
+    ProductRows result;
+    for (const bool mirrored : {true, false})
+        for (std::size_t r = 0; r < all.size(); ++r) {
+            const int mirror = mirrorOf(all[r]), self = int(r);
+            const bool has_mirror = mirror >= 0 && mirror != self;
+            if (has_mirror != mirrored || (mirrored && mirror < self)) continue;
+            ProductRow row = all[r];
+            if (mirrored) row.mirror_i = all[std::size_t(mirror)].i, row.mirror_j = all[std::size_t(mirror)].j;
+            result.rows.push_back(row);
+            result.first.push_back(first[r]);
+            result.mirrored += mirrored;
+        }
+    return result;
+}
+
+MaterialTables::MaterialTables(const Convention& convention, int light_order, const MaterialView& material,
+                               Reflectance reflectance)
+    : view_order_(material.view_order), channels_(material.channels), color_(material.color) {
+    assert(hasReflectance(material, reflectance));
+    std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
+    for (int c = 0; c < channels_; ++c) {
+        views_[c] = viewTerms(material, reflectance, c);
+        for (const ViewTerm& term : views_[c]) used[term.k] = true;
+    }
+    const bool slices = reflectance == Reflectance::kSlices;
+    for (int c = 0; c < (slices ? 1 : channels_); ++c) {
+        const std::vector<ProductEntry> entries =
+            slices ? sliceProduct(convention, light_order, material.slice_order, used)
+                   : operatorProduct(convention, light_order, material, c);
+        if (c == 0) rows_ = groupRows(convention, entries);
+        for (std::size_t r = 0; r < rows_.rows.size(); ++r)
+            for (std::size_t at = rows_.first[r]; at < rows_.first[r] + rows_.rows[r].terms; ++at)
+                products_[c].push_back({entries[at].k, entries[at].value});
+    }
+}
+
+ShadeMaterial MaterialTables::view() const {
+    ShadeMaterial view{};
+    view.view_order = view_order_;
+    view.channels = std::size_t(channels_);
+    for (int c = 0; c < channels_; ++c) {
+        view.views[c] = views_[c].data();
+        view.view_terms[c] = views_[c].size();
+        view.products[c] = (products_[c].empty() ? products_[0] : products_[c]).data();
+    }
+    view.rows = rows_.rows.data();
+    view.mirrored_rows = rows_.mirrored;
+    view.row_count = rows_.rows.size();
+    for (int c = 0; c < 3; ++c) view.color[c] = color_[c];
+    return view;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,101 @@
+#include "player/runtime/shading_set.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace penumbra {
+
+ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
+    : asset_(&asset), choice_(choice), path_(shadePaths().back()) {
+    assert(asset.has_model && !asset.materials.empty() && !asset.lights.empty());
+    makeTables();
+    material_of_slot_ = asset.slot_material;
+    material_of_slot_.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
+    sortVertices();
+}
+
+void ShadingSet::makeTables() {
+    for (const LightView& light : asset_->lights) orders_.push_back(light.order);
+    std::sort(orders_.begin(), orders_.end());
+    orders_.erase(std::unique(orders_.begin(), orders_.end()), orders_.end());
+    for (const LightView& light : asset_->lights) {
+        lights_.emplace_back(light, hasForm(light, choice_.light_form) ? choice_.light_form : LightForm::kRotation);
+        const auto order = std::lower_bound(orders_.begin(), orders_.end(), light.order);
+        order_of_light_.push_back(std::size_t(order - orders_.begin()));
+    }
+    for (const MaterialView& material : asset_->materials) {
+        std::vector<MaterialTables>& of_orders = tables_.emplace_back();
+        if (!hasReflectance(material, choice_.reflectance)) continue;
+        for (const int order : orders_)
+            of_orders.emplace_back(asset_->model.convention, order, material, choice_.reflectance);
+    }
+}
+
+// Counting sort by slot; stable, so that a slot's vertices stay in the order of the arrays.
+void ShadingSet::sortVertices() {
+    const std::span<const std::uint16_t> slot_of_vertex = asset_->mesh.slot_of_vertex;
+    const std::size_t vertices = asset_->mesh.positions.size();
+    first_of_slot_.assign(slotCount() + 1, 0);
+    first_of_slot_.back() = vertices;
+    if (slotCount() == 1) return;
+    std::vector<std::size_t> next(slotCount() + 1);
+    for (const std::uint16_t slot : slot_of_vertex) ++next[slot + 1u];
+    for (std::size_t s = 0; s < slotCount(); ++s) next[s + 1] += next[s];
+    first_of_slot_ = next;
+    order_.resize(vertices);
+    for (std::size_t v = 0; v < vertices; ++v) order_[next[slot_of_vertex[v]]++] = std::uint32_t(v);
+    if (std::is_sorted(order_.begin(), order_.end())) order_.clear();
+}
+
+bool ShadingSet::hasMaterial(std::size_t material) const { return !tables_[material].empty(); }
+
+bool ShadingSet::hasLight(std::size_t light) const { return lights_[light].form() == choice_.light_form; }
+
+void ShadingSet::setMaterial(std::size_t slot, std::size_t material) {
+    assert(slot < slotCount() && hasMaterial(material));
+    material_of_slot_[slot] = std::uint16_t(material);
+    ++material_version_;
+}
+
+void ShadingSet::setMaterial(std::size_t material) {
+    for (std::size_t slot = 0; slot < slotCount(); ++slot) setMaterial(slot, material);
+}
+
+void ShadingSet::setLight(std::size_t light) {
+    assert(light < lights_.size() && hasLight(light));
+    light_ = light;
+    setLightRotation(rotation_);
+}
+
+void ShadingSet::setLightRotation(const Mat3& rotation) {
+    rotation_ = rotation;
+    lights_[light_].setRotation(rotation);
+    ++light_version_;
+}
+
+void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
+                       std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> numbers,
+                       Vec3 eye, std::span<Vec3> radiance) const {
+    const ModelView& model = asset_->model;
+    assert(begin <= end && end <= radiance.size() && positions.size() == radiance.size() &&
+           normals.size() == radiance.size() && tangents.size() == radiance.size() &&
+           numbers.size() == radiance.size() * std::size_t(model.stride));
+    const ShadeInput input{positions.data(),
+                           normals.data(),
+                           tangents.data(),
+                           numbers.data(),
+                           model.stride,
+                           model.convention.size(),
+                           eye,
+                           radiance.data(),
+                           order_.empty() ? nullptr : order_.data()};
+    const ShadeLight light = lights_[light_].view();
+    for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {
+        const std::size_t stop = std::min(end, first_of_slot_[slot + 1]);
+        if (stop <= begin) continue;
+        path_.shade(tables_[material_of_slot_[slot]][order_of_light_[light_]].view(), light, input, begin, stop);
+        begin = stop;
+    }
+}
+
+}  // namespace penumbra

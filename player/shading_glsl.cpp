@@ -1,0 +1,162 @@
+#include "player/shading_glsl.h"
+
+#include "player/sh_glsl.h"
+
+namespace penumbra {
+
+std::string numberGlsl(std::size_t i) { return "numbers[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; }
+
+static std::string name(const char* prefix, std::size_t i) { return prefix + std::to_string(i); }
+
+// The text of an entry of the material; its texel is fetched into a variable before the first use.
+class EntryReader {
+public:
+    explicit EntryReader(int channels) : channels_(channels) {}
+    std::string entry(std::size_t i, std::string& declarations) {
+        const std::size_t texel = channels_ == 3 ? i : i / 4;
+        if (texel == fetched_) {
+            declarations += "    vec4 " + name("c", texel) + " = texelFetch(materials, material + " +
+                            std::to_string(texel + 1) + ");\n";
+            ++fetched_;
+        }
+        return name("c", texel) + (channels_ == 3 ? ".rgb" : std::string(".") + "xyzw"[i % 4]);
+    }
+
+private:
+    int channels_;
+    std::size_t fetched_ = 0;  // texels, in order
+};
+
+// f_k = sum over e of A_ke y_e, for every k that has an entry; `type` is float or vec3 (three colour channels).
+static std::string viewGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
+    std::string text;
+    for (std::size_t at = 0; at < layout.views.size();) {
+        const std::uint16_t k = layout.views[at].k;
+        std::string sum, fetches;
+        for (; at < layout.views.size() && layout.views[at].k == k; ++at)
+            sum += (sum.empty() ? "" : " + ") + reader.entry(at, fetches) + " * " + name("e", layout.views[at].e);
+        text += fetches + "    " + type + " " + name("f", k) + " = " + sum + ";\n";
+    }
+    return text;
+}
+
+// t_i = sum over j of v_j (sum over k of B_ijk f_k); the inner sum of (i, j) serves (j, i) too.
+static std::string productGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
+    const ProductRows grouped = groupRows(layout.convention, layout.products);
+    const bool slices = layout.choice.reflectance == Reflectance::kSlices;
+    std::string text, fetches;
+    for (int i = 0; i < coefficientCount(layout.light_order); ++i)
+        text += "    " + type + " " + name("t", std::size_t(i)) + " = " + type + "(0.0);\n";
+    if (!slices)  // in the order of the entries: a reader goes forward only
+        for (std::size_t p = 0; p < layout.products.size(); ++p) reader.entry(layout.views.size() + p, fetches);
+    text += fetches + "    " + type + " s;\n";
+    for (std::size_t r = 0; r < grouped.rows.size(); ++r) {
+        const ProductRow& row = grouped.rows[r];
+        std::string sum;
+        for (std::size_t p = grouped.first[r]; p < grouped.first[r] + row.terms; ++p) {
+            const ProductEntry& entry = layout.products[p];
+            sum += (sum.empty() ? "" : " + ") +
+                   (slices ? glslFloat(entry.value) : reader.entry(layout.views.size() + p, fetches)) + " * " +
+                   name("f", entry.k);
+        }
+        text += "    s = " + sum + ";\n    " + name("t", row.i) + " += " + numberGlsl(row.j) + " * s;\n";
+        if (r < grouped.mirrored)
+            text += "    " + name("t", row.mirror_i) + " += " + numberGlsl(row.mirror_j) + " * s;\n";
+    }
+    return text;
+}
+
+// L = sum over lobes d and bands l of w_dl sum over m of y_lm(Q s_d) t_lm (light_lobes.h).
+static std::string lobesGlsl(const ShadingLayout& layout) {
+    const int order = layout.light_order;
+    std::string text =
+        "    for (int d = 0; d < int(light[0].x); ++d) {\n    vec3 s = local_from_model * light[1 + d].xyz;\n" +
+        basisGlsl(order, false, "y", "s");
+    for (int band = 0; band < order; ++band) {
+        text += "    radiance += light[" + std::to_string(1 + layout.lobe_count + band) + " + " +
+                std::to_string(order) + " * d].rgb * (";
+        for (int i = band * band; i < (band + 1) * (band + 1); ++i)
+            text += (i == band * band ? "" : " + ") + name("y", std::size_t(i)) + " * " + name("t", std::size_t(i));
+        text += ");\n";
+    }
+    return text + "    }\n";
+}
+
+// t = R(Z(-angle)) t: what turnBack() of shade_lanes.h does.
+static std::string turnBackGlsl(int order, const std::string& angle, const char* t) {
+    std::string text;
+    for (int l = 1; l < order; ++l)
+        for (int m = 1; m <= l; ++m) {
+            const std::string c = "cos_" + angle + std::to_string(m), s = "sin_" + angle + std::to_string(m);
+            const std::string plus = name(t, std::size_t(shIndex(l, m))), minus = name(t, std::size_t(shIndex(l, -m)));
+            text += "    turned = " + c + " * " + plus + " + " + s + " * " + minus + ";\n    " + minus + " = " + c +
+                    " * " + minus + " - " + s + " * " + plus + ";\n    " + plus + " = turned;\n";
+        }
+    return text;
+}
+
+static std::string multiplesGlsl(int order, const std::string& angle) {
+    const std::string c = "cos_" + angle, s = "sin_" + angle;
+    std::string text;
+    for (int m = 2; m < order; ++m) {
+        const std::string before = std::to_string(m - 1), now = std::to_string(m);
+        text += "    float " + c + now + " = " + c + before + " * " + c + "1 - " + s + before + " * " + s + "1, " + s +
+                now + " = " + s + before + " * " + c + "1 + " + c + before + " * " + s + "1;\n";
+    }
+    return text;
+}
+
+// out = R(X(90)) in, or its transpose.
+static std::string quarterTurnGlsl(int order, const std::string& type, bool transposed, const char* in,
+                                   const char* out) {
+    std::vector<std::string> sums(std::size_t(coefficientCount(order)));
+    for (const TurnTerm& term : quarterTurn(order)) {
+        std::string& sum = sums[transposed ? term.from : term.to];
+        sum += (sum.empty() ? "" : " + ") + glslFloat(term.value) + " * " + name(in, transposed ? term.to : term.from);
+    }
+    std::string text;
+    for (std::size_t i = 0; i < sums.size(); ++i) text += "    " + type + " " + name(out, i) + " = " + sums[i] + ";\n";
+    return text;
+}
+
+// L = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t, Q = Z(a) Y(b) Z(c): makeTurns() and lightByRotation() of shade_lanes.h.
+static std::string rotationGlsl(const ShadingLayout& layout, const std::string& type) {
+    const int order = layout.light_order;
+    std::string text;
+    if (order > 1)
+        text = R"(    mat3 q = transpose(local_from_model);  // q[0]: what the tangent row of Q has
+    float square = q[0].z * q[0].z + q[1].z * q[1].z;
+    float scale = square > 1e-30 ? inversesqrt(square) : 0.0;
+    float cos_a1 = square > 1e-30 ? q[0].z * scale : 1.0, sin_a1 = q[1].z * scale;
+    float cos_b1 = q[2].z, sin_b1 = cos_a1 * q[0].z + sin_a1 * q[1].z;
+    float cos_c1 = cos_a1 * q[1].y - sin_a1 * q[0].y, sin_c1 = cos_a1 * q[1].x - sin_a1 * q[0].x;
+)";
+    for (const char* angle : {"a", "b", "c"}) text += multiplesGlsl(order, angle);
+    text += "    " + type + " turned;\n" + turnBackGlsl(order, "a", "t") +
+            quarterTurnGlsl(order, type, false, "t", "u") + turnBackGlsl(order, "b", "u") +
+            quarterTurnGlsl(order, type, true, "u", "w") + turnBackGlsl(order, "c", "w");
+    for (int i = 0; i < coefficientCount(order); ++i)
+        text += "    radiance += light[" + std::to_string(1 + i) + "].rgb * " + name("w", std::size_t(i)) + ";\n";
+    return text;
+}
+
+std::string shadingGlsl(const ShadingLayout& layout) {
+    const std::string type = layout.channels == 3 ? "vec3" : "float";
+    EntryReader reader(layout.channels);
+    const std::string views = viewGlsl(layout, type, reader);  // before the products: entries are fetched in order
+    const std::string products = productGlsl(layout, type, reader);
+    const bool rotation = layout.choice.light_form == LightForm::kRotation;
+    return "layout(location = 5) in uint slot;\nuniform samplerBuffer materials;\n"
+           "uniform usamplerBuffer material_of_slot;\nuniform int slot_base;\n"
+           "layout(std140) uniform Light { vec4 light[" +
+           std::to_string(layout.lightTexels()) +
+           "]; };\nvec3 shade(vec4 numbers[STRIDE4], vec3 to_eye, mat3 local_from_model) {\n"
+           "    int material = " +
+           std::to_string(layout.materialTexels()) +
+           " * int(texelFetch(material_of_slot, slot_base + int(slot)).x);\n" +
+           basisGlsl(layout.view_order, true, "e", "to_eye") + views + products + "    vec3 radiance = vec3(0.0);\n" +
+           (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)) +
+           "    return texelFetch(materials, material).rgb * radiance;\n}\n";
+}
+
+}  // namespace penumbra

@@ -1,0 +1,126 @@
+#include "player/shading_layout.h"
+
+#include <algorithm>
+#include <cassert>
+#include <tuple>
+
+namespace penumbra {
+
+std::size_t ShadingLayout::entryCount() const {
+    return views.size() + (choice.reflectance == Reflectance::kOperators ? products.size() : 0);
+}
+
+std::size_t ShadingLayout::materialTexels() const {
+    return 1 + (channels == 3 ? entryCount() : (entryCount() + 3) / 4);
+}
+
+std::size_t ShadingLayout::lightTexels() const {
+    const auto order = std::size_t(light_order), lobes = std::size_t(lobe_count);
+    return 1 + (choice.light_form == LightForm::kRotation ? order * order : lobes + lobes * order);
+}
+
+static auto keyOf(const ProductEntry& e) { return std::tuple(e.i, e.j, e.k); }
+
+static void addViews(const MaterialView& material, ShadingLayout& layout) {
+    for (const ViewTerm& term : viewTerms(material, layout.choice.reflectance, 0))
+        layout.views.push_back({term.k, term.e});
+    std::sort(layout.views.begin(), layout.views.end());
+    layout.views.erase(std::unique(layout.views.begin(), layout.views.end()), layout.views.end());
+}
+
+static void addOperatorProducts(const MaterialView& material, ShadingLayout& layout) {
+    const std::vector<ProductEntry> more = operatorProduct(layout.convention, layout.light_order, material, 0);
+    std::vector<ProductEntry> merged;
+    std::set_union(layout.products.begin(), layout.products.end(), more.begin(), more.end(), std::back_inserter(merged),
+                   [](const ProductEntry& a, const ProductEntry& b) { return keyOf(a) < keyOf(b); });
+    layout.products = std::move(merged);
+}
+
+ShadingLayout shadingLayout(const ShadingSet& set) {
+    const AssetView& asset = set.asset();
+    ShadingLayout layout;
+    layout.convention = asset.model.convention;
+    layout.choice = set.choice();
+    for (std::size_t l = 0; l < asset.lights.size(); ++l) {
+        if (!set.hasLight(l)) continue;
+        const LightView& light = asset.lights[l];
+        layout.light_order = std::max(layout.light_order, light.order);
+        const auto lobes = int(light.lobes.directions.size());
+        if (layout.choice.light_form == LightForm::kLobes) layout.lobe_count = std::max(layout.lobe_count, lobes);
+    }
+    if (layout.choice.light_form == LightForm::kFixed) layout.lobe_count = 2 * layout.light_order - 1;
+    int slice_order = 1;
+    for (std::size_t m = 0; m < asset.materials.size(); ++m) {
+        if (!set.hasMaterial(m)) continue;
+        const MaterialView& material = asset.materials[m];
+        layout.channels = std::max(layout.channels, material.channels);
+        layout.view_order = std::max(layout.view_order, material.view_order);
+        slice_order = std::max(slice_order, material.slice_order);
+        addViews(material, layout);
+        if (layout.choice.reflectance == Reflectance::kOperators) addOperatorProducts(material, layout);
+    }
+    if (layout.choice.reflectance == Reflectance::kSlices) {
+        std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
+        for (const ShadingLayout::View& view : layout.views) used[view.k] = true;
+        layout.products = sliceProduct(layout.convention, layout.light_order, slice_order, used);
+    }
+    return layout;
+}
+
+// The material's entries of one channel, in the layout's order.
+static std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialView& material, int channel) {
+    std::vector<float> values(layout.entryCount());
+    for (const ViewTerm& term : viewTerms(material, layout.choice.reflectance, channel)) {
+        const ShadingLayout::View view{term.k, term.e};
+        values[std::size_t(std::lower_bound(layout.views.begin(), layout.views.end(), view) - layout.views.begin())] =
+            term.value;
+    }
+    if (layout.choice.reflectance == Reflectance::kSlices) return values;
+    for (const ProductEntry& e : operatorProduct(layout.convention, layout.light_order, material, channel)) {
+        const auto at =
+            std::lower_bound(layout.products.begin(), layout.products.end(), e,
+                             [](const ProductEntry& a, const ProductEntry& b) { return keyOf(a) < keyOf(b); });
+        values[layout.views.size() + std::size_t(at - layout.products.begin())] = e.value;
+    }
+    return values;
+}
+
+std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& set) {
+    const std::vector<MaterialView>& materials = set.asset().materials;
+    const std::size_t size = 4 * layout.materialTexels();
+    std::vector<float> data(materials.size() * size);
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        if (!set.hasMaterial(m)) continue;
+        const MaterialView& material = materials[m];
+        const std::span<float> out = std::span(data).subspan(m * size, size);
+        for (int c = 0; c < 3; ++c) out[std::size_t(c)] = material.color[c];
+        for (int c = 0; c < layout.channels; ++c) {
+            const std::vector<float> values = entriesOf(layout, material, std::min(c, material.channels - 1));
+            for (std::size_t i = 0; i < values.size(); ++i)
+                out[4 + (layout.channels == 3 ? 4 * i + std::size_t(c) : i)] = values[i];
+        }
+    }
+    return data;
+}
+
+void writeLightData(const ShadingLayout& layout, const LightTables& light, std::span<float> out) {
+    assert(out.size() == 4 * layout.lightTexels() && light.form() == layout.choice.light_form);
+    std::fill(out.begin(), out.end(), 0.0f);
+    const auto put = [&](std::size_t texel, Vec3 v) {
+        for (int c = 0; c < 3; ++c) out[4 * texel + std::size_t(c)] = v[c];
+    };
+    if (light.form() == LightForm::kRotation) {
+        for (std::size_t i = 0; i < light.sh().size(); ++i) put(1 + i, light.sh()[i]);
+        return;
+    }
+    const LightLobes& lobes = light.lobes();
+    out[0] = float(lobes.directions.size());
+    const auto order = std::size_t(light.order()), padded = std::size_t(layout.light_order);
+    const std::size_t weights = 1 + std::size_t(layout.lobe_count);
+    for (std::size_t d = 0; d < lobes.directions.size(); ++d) {
+        put(1 + d, lobes.directions[d]);
+        for (std::size_t l = 0; l < order; ++l) put(weights + d * padded + l, lobes.weights[d * order + l]);
+    }
+}
+
+}  // namespace penumbra
