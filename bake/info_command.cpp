@@ -150,12 +150,24 @@ static Json describeBrdf(const fs::path& path) {
     return json;
 }
 
+static Json describeLobes(const LightFile& light) {
+    const LightLobesFit& lobes = light.lobes;
+    Json json{{"fit", lobes.mode},
+              {"count", lobes.directions.size()},
+              {"residual", lobes.residual},
+              {"irradiance_error", lobes.irradiance_error},
+              {"directions", Json::array()}};
+    for (Vec3d d : lobes.directions) json["directions"].push_back({d.x, d.y, d.z});
+    return json;
+}
+
 static Json describeLight(const fs::path& path) {
     const LightFile light = readLight(path);
     Json json{{"name", light.name}, {"sh_order", light.order}, {"residual", light.residual}};
     // Mean radiance over the sphere: coefficient 0 over y_0 4 pi, y_0 = 1 / sqrt(4 pi).
     json["mean_radiance"] = Json::array();
     for (std::size_t c = 0; c < 3; ++c) json["mean_radiance"].push_back(light.sh[c] / std::sqrt(4 * std::numbers::pi));
+    if (!light.lobes.directions.empty()) json["lobes"] = describeLobes(light);
     json["provenance"] = describe(light.provenance);
     return json;
 }

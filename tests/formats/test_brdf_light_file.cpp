@@ -119,6 +119,51 @@ TEST(LightFile, RoundTripIsExactAndDeterministic) {
     EXPECT_EQ(bytesOf(path), first);
 }
 
+LightLobesFit sampleLobes() {
+    LightLobesFit lobes{"joint", {{0, 0, 1}, {0.6, -0.8, 0}, {-1, 0, 0}}, {}, 0.0625, 1.0 / 3};
+    for (int i = 0; i < 3 * 2 * 3; ++i) lobes.coefficients.push_back(std::sin(0.7 * i));
+    return lobes;
+}
+
+TEST(LightFile, LobesRoundTrip) {
+    const Folder folder("lobes");
+    const auto path = folder.path / "e.light.h5";
+    LightFile light = sampleLight();
+    light.lobes = sampleLobes();
+    writeLight(path, light);
+    const LightLobesFit back = readLight(path).lobes;
+    EXPECT_EQ(back.mode, "joint");
+    EXPECT_EQ(back.directions, light.lobes.directions);
+    EXPECT_EQ(back.coefficients, light.lobes.coefficients);
+    EXPECT_EQ(back.residual, 0.0625);
+    EXPECT_EQ(back.irradiance_error, 1.0 / 3);
+}
+
+TEST(LightFile, BadLobesAreRefused) {
+    const Folder folder("bad_lobes");
+    const auto path = folder.path / "e.light.h5";
+    LightFile light = sampleLight();
+    const auto expectRefused = [&](const LightLobesFit& lobes, const char* named) {
+        light.lobes = lobes;
+        writeLight(path, light);
+        try {
+            readLight(path);
+            FAIL() << named << " was read";
+        } catch (const InvalidInput& error) {
+            EXPECT_THAT(error.what(), testing::HasSubstr(named));
+        }
+    };
+    LightLobesFit lobes = sampleLobes();
+    lobes.directions[1] = {0.6, -0.8, 0.1};
+    expectRefused(lobes, "row 1");
+    lobes = sampleLobes();
+    lobes.mode = "best";
+    expectRefused(lobes, "best");
+    lobes = sampleLobes();
+    lobes.residual = -1;
+    expectRefused(lobes, "residual");
+}
+
 // Every prefix of a file: HDF5 itself notices most, because the root says how long the file is.
 template <class Read>
 void expectEveryTruncationFails(const std::filesystem::path& whole_path, const Read& read) {
