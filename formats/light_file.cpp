@@ -14,7 +14,7 @@ constexpr FileKind kKind{"penumbra.light", kLightVersion};
 
 static void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
     const std::size_t count = lobes.directions.size();
-    assert(count <= kMaxLobes && lobes.coefficients.size() == count * std::size_t(order) * 3);
+    assert(count <= kMaxFileLobes && lobes.coefficients.size() == count * std::size_t(order) * 3);
     std::vector<double> directions;
     for (Vec3d d : lobes.directions) directions.insert(directions.end(), {d.x, d.y, d.z});
     writeDoubles(file, "/light/lobes/directions", directions, {count, 3});
@@ -50,8 +50,8 @@ static LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     LightLobesFit lobes;
     std::vector<hsize_t> shape{0, 3};
     const std::vector<double> directions = readDoubles(in, group + "/directions", shape);
-    if (shape[0] < 1 || shape[0] > kMaxLobes)
-        fail("/directions: 1 to " + std::to_string(kMaxLobes) + " lobes, not " + std::to_string(shape[0]));
+    if (shape[0] < 1 || shape[0] > kMaxFileLobes)
+        fail("/directions: 1 to " + std::to_string(kMaxFileLobes) + " lobes, not " + std::to_string(shape[0]));
     for (std::size_t d = 0; d < shape[0]; ++d) {
         lobes.directions.push_back({directions[3 * d], directions[3 * d + 1], directions[3 * d + 2]});
         if (!(std::abs(length(lobes.directions[d]) - 1) < 1e-6))

@@ -11,7 +11,7 @@
 namespace penumbra {
 
 constexpr int kLightVersion = 1;
-constexpr int kMaxLobes = 15;  // of a file: 2n - 1 fixed lobes are exact, n <= 8
+constexpr int kMaxFileLobes = 15;  // of a file: 2n - 1 fixed lobes are exact, n <= 8
 
 // The same SH as a sum of zonal lobes: light_lm = sum_d sqrt(4pi/(2l+1)) z_dl y_lm(direction_d) (sh/zonal.h).
 struct LightLobesFit {

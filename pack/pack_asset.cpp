@@ -176,11 +176,22 @@ static Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const Brd
                                std::uint8_t(channels), color_vector, slice_vector);
 }
 
+static Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& lobes) {
+    if (lobes.directions.empty()) return {};
+    std::vector<float> directions;
+    for (Vec3d d : lobes.directions) directions.insert(directions.end(), {float(d.x), float(d.y), float(d.z)});
+    const std::vector<float> z(lobes.coefficients.begin(), lobes.coefficients.end());
+    const auto direction_vector = writeVector<float>(builder, directions);
+    const auto z_vector = writeVector<float>(builder, z);
+    return fbs::CreateLobes(builder, direction_vector, z_vector);
+}
+
 static Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile& light) {
     const std::vector<float> sh(light.sh.begin(), light.sh.end());
     const auto name = builder.CreateString(light.name);
     const auto values = writeVector<float>(builder, sh);
-    return fbs::CreateLight(builder, name, std::uint8_t(light.order), values);
+    const auto lobes = writeLobes(builder, light.lobes);
+    return fbs::CreateLight(builder, name, std::uint8_t(light.order), values, lobes);
 }
 
 static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
@@ -271,7 +282,8 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
     }
     std::size_t materials = 0, lights = 0;
     for (const MaterialView& material : asset.materials) materials += material.slices.size_bytes();
-    for (const LightView& light : asset.lights) lights += light.sh.size_bytes();
+    for (const LightView& light : asset.lights)
+        lights += light.sh.size_bytes() + light.lobes.directions.size_bytes() + light.lobes.coefficients.size_bytes();
     std::vector<SizeOf> sizes = {
         {"mesh", m.positions.size_bytes() + m.normals.size_bytes() + m.tangents.size_bytes() +
                      m.triangles.size_bytes() + m.shading_point.size_bytes() + m.source_vertex.size_bytes()},

@@ -186,5 +186,20 @@ TEST(PackAsset, AClusterThatNeverChanges) {
     }
 }
 
+TEST(PackAsset, KeepsTheLobesOfALight) {
+    std::vector<LightFile> lights = {synthetic::light(3, 0.3), synthetic::light(3, 0.4)};
+    lights[1].name = "with lobes";
+    lights[1].lobes = {"joint", {{0, 0, 1}, {0.6, -0.8, 0}}, {}, 0, 0};
+    for (int i = 0; i < 2 * 3 * 3; ++i) lights[1].lobes.coefficients.push_back(std::sin(0.7 * i));
+    const Packed packed = packAsset(tubeModel(), {}, lights, {}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    EXPECT_TRUE(asset.lights[0].lobes.directions.empty());
+    const LobesView& lobes = asset.lights[1].lobes;
+    ASSERT_EQ(lobes.directions.size(), 2u);
+    EXPECT_EQ(lobes.directions[1], (Vec3{0.6f, -0.8f, 0}));
+    ASSERT_EQ(lobes.coefficients.size(), 18u);
+    for (std::size_t i = 0; i < 18; ++i) EXPECT_EQ(lobes.coefficients[i], float(lights[1].lobes.coefficients[i]));
+}
+
 }  // namespace
 }  // namespace penumbra
