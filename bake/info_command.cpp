@@ -30,6 +30,7 @@ static Json describe(const Mesh& mesh) {
     return {{"vertices", mesh.vertexCount()},
             {"source_vertices", mesh.source_vertex.size()},
             {"triangles", mesh.triangles.size()},
+            {"slots", mesh.slots},
             {"rest_diagonal", boxDiagonal(mesh.rest_positions)}};
 }
 
@@ -212,6 +213,7 @@ static Json describeAsset(const fs::path& path) {
         json["mesh"] = {{"vertices", asset.mesh.positions.size()},
                         {"source_vertices", asset.mesh.source_vertex.size()},
                         {"triangles", asset.mesh.triangles.size() / 3},
+                        {"slots", asset.mesh.slots},
                         {"bytes_per_vertex", double(file.bytes().size()) / double(asset.mesh.positions.size())}};
     json["joints"] = asset.animation.jointCount();
     json["frames"] = asset.animation.times.size();

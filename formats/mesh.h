@@ -16,6 +16,10 @@ struct Mesh {
     std::vector<Triangle> triangles;           // [T], indices < V
     std::vector<Vec3> rest_positions;          // [V], in the space that bone matrices map from
     std::vector<std::uint32_t> source_vertex;  // [R], the shading point of each source vertex
+    // The parts that may have a material each, "NODE/MATERIAL" of the source, unique; and the part of each vertex: of
+    // one that welds several, the first. Both empty: one part without a name.
+    std::vector<std::string> slots;
+    std::vector<std::uint16_t> slot_of_vertex;  // [V], < slots
 
     std::size_t vertexCount() const { return rest_positions.size(); }
 };

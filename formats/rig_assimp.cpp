@@ -115,6 +115,10 @@ static void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
         part.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
     }
     if (part.triangles.empty()) return;
+    if (mesh.mMaterialIndex < import.scene->mNumMaterials) {
+        const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
+        if (!name.empty()) part.material = name;
+    }
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
         const aiVector3D& p = mesh.mVertices[v];
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))

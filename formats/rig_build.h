@@ -15,10 +15,14 @@ struct SourceSkin {
     std::vector<Matrix> inverse_bind;  // one a node
 };
 
+// The name of parts that have no material.
+constexpr const char* kDefaultSlot = "default";
+
 // The triangles that one node draws with one list of vertices.
 struct SourcePart {
     int node = 0;
     int skin = -1;  // -1: moves rigidly with its node
+    std::string material = kDefaultSlot;
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;    // indices into positions
     int influences = 0;                 // a vertex; 0 without skin
@@ -67,6 +71,8 @@ struct SourceVertices {
     int influences = 0;  // K
     std::vector<std::uint16_t> joints;
     std::vector<float> weights;
+    std::vector<std::string> slots;  // "NODE/MATERIAL", by first use
+    std::vector<std::uint16_t> slot_of_vertex;
 };
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
 // Fills mesh and the joints and weights of skin; drops triangles without area.

@@ -198,6 +198,12 @@ static void readInfluences(const Importer& importer, const tinygltf::Primitive& 
             }
 }
 
+static std::string materialName(const GltfFile& file, int material) {
+    if (material < 0 || std::size_t(material) >= file.materials.size()) return kDefaultSlot;
+    const std::string& name = file.materials[std::size_t(material)];
+    return name.empty() ? "material" + std::to_string(material) : name;
+}
+
 static void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
                              const tinygltf::Primitive& primitive, const std::string& where) {
     const auto position = primitive.attributes.find("POSITION");
@@ -207,6 +213,7 @@ static void convertPrimitive(Importer& importer, const tinygltf::Node& node, int
     SourcePart part;
     part.node = our_node;
     part.skin = node.skin;
+    part.material = materialName(importer.file, primitive.material);
     for (std::size_t v = 0; v < values.count(); ++v)
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);

@@ -9,8 +9,9 @@
 namespace penumbra {
 
 struct GltfFile {
-    std::filesystem::path path;  // for messages
-    tinygltf::Model model;       // without materials and images; one buffer; no compression left
+    std::filesystem::path path;          // for messages
+    tinygltf::Model model;               // without materials and images; one buffer; no compression left
+    std::vector<std::string> materials;  // names, "" where one has none
     std::vector<std::filesystem::path> files_read;
 };
 

@@ -241,6 +241,13 @@ static void dropExtensions(Json& objects) {
     }
 }
 
+static std::vector<std::string> materialNames(const Json& document) {
+    std::vector<std::string> names;
+    for (const Json& material : document.value("materials", Json::array()))
+        names.push_back(cleanText(material.value("name", "")));
+    return names;
+}
+
 static std::string geometryOnly(Json& document) {
     Json kept = Json::object();
     for (const char* key :
@@ -270,6 +277,7 @@ GltfFile openGltf(const std::filesystem::path& path) {
         Container container = readContainer(loader);
         checkVersionAndExtensions(loader, container.document);
         Bytes buffer = mergeBuffers(loader, container);
+        file.materials = materialNames(container.document);
         parseModel(loader, geometryOnly(container.document), std::move(buffer), file.model);
     } catch (const Json::exception& error) {
         loader.fail(std::string("is not valid glTF: ") + error.what());

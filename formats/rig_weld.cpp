@@ -81,6 +81,15 @@ static void packInfluences(const std::vector<std::vector<Influence>>& influences
         }
 }
 
+static std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots) {
+    const std::string name = source.nodes[std::size_t(part.node)].name + "/" + part.material;
+    const auto found = std::find(slots.begin(), slots.end(), name);
+    if (found != slots.end()) return std::uint16_t(found - slots.begin());
+    if (slots.size() == 65535) throw Unsupported(source.file.string() + ": more than 65535 parts");
+    slots.push_back(name);
+    return std::uint16_t(slots.size() - 1);
+}
+
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table) {
     const std::vector<bool> mirrors = mirroringJoints(source, table);
     SourceVertices out;
@@ -88,6 +97,8 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SourcePart& part = source.parts[p];
         const std::uint32_t first = std::uint32_t(out.positions.size());
+        out.slot_of_vertex.resize(out.positions.size() + part.positions.size(),
+                                  slotOf(source, part, out.slots));
         for (std::size_t v = 0; v < part.positions.size(); ++v) {
             out.positions.push_back(placedPosition(source, part, table.placement_of_part[p], v));
             influences.push_back(part.skin < 0
@@ -179,6 +190,7 @@ void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
     const std::size_t k = std::size_t(vertices.influences);
     std::vector<std::size_t> source_of_point;
     mesh = {};
+    mesh.slots = vertices.slots;
     skin.influences = vertices.influences;
     for (std::size_t v = 0; v < vertices.positions.size(); ++v) {
         const Vec3d p = toDouble(vertices.positions[v]);
@@ -189,6 +201,7 @@ void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
         if (point == PointGrid::kNone) {
             point = std::uint32_t(source_of_point.size());
             source_of_point.push_back(v);
+            if (!vertices.slots.empty()) mesh.slot_of_vertex.push_back(vertices.slot_of_vertex[v]);
             mesh.rest_positions.push_back(vertices.positions[v]);
             for (std::size_t i = v * k; i < (v + 1) * k; ++i) {
                 skin.joints.push_back(vertices.joints[i]);

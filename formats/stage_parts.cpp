@@ -83,6 +83,24 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
     writeVectors(file, "/mesh/rest_positions", mesh.rest_positions);
     writeIndices(file, "/mesh/source_vertex", mesh.source_vertex);
     writeVectors(file, "/mesh/rest_normals", rest_normals);
+    if (mesh.slots.empty()) return;
+    writeStrings(file, "/mesh/slots", mesh.slots);
+    writeIntegers(file, "/mesh/slot_of_vertex",
+                  std::vector<std::int64_t>(mesh.slot_of_vertex.begin(), mesh.slot_of_vertex.end()),
+                  {mesh.slot_of_vertex.size()}, H5T_STD_U16LE);
+}
+
+// Files of others, and older ones of ours, have none.
+static void readSlots(const Hdf5Reader& in, Mesh& mesh) {
+    if (!exists(in, "/mesh/slots")) return;
+    mesh.slots = readStrings(in, "/mesh/slots");
+    if (mesh.slots.empty() || mesh.slots.size() > 65535)
+        throw InvalidInput(in.name + ": /mesh/slots: " + std::to_string(mesh.slots.size()) + " slots");
+    checkUnique(in, "/mesh/slots", mesh.slots);
+    std::vector<hsize_t> shape{mesh.vertexCount()};
+    const std::vector<std::int64_t> slots =
+        readIntegers(in, "/mesh/slot_of_vertex", shape, 0, std::int64_t(mesh.slots.size()) - 1);
+    mesh.slot_of_vertex.assign(slots.begin(), slots.end());
 }
 
 Mesh readMesh(const Hdf5Reader& in) {
@@ -96,6 +114,7 @@ Mesh readMesh(const Hdf5Reader& in) {
     mesh.triangles.resize(corners.size() / 3);
     for (std::size_t i = 0; i < corners.size(); ++i) mesh.triangles[i / 3][i % 3] = std::uint32_t(corners[i]);
     mesh.source_vertex = readIndices(in, "/mesh/source_vertex", 0, vertices);
+    readSlots(in, mesh);
     return mesh;
 }
 

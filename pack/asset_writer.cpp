@@ -23,8 +23,14 @@ Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh)
     const auto source_vertex = writeVector<std::uint32_t>(builder, mesh.source_vertex);
     const auto joints = writeVector<std::uint16_t>(builder, mesh.skin_joints);
     const auto weights = writeVector<float>(builder, mesh.skin_weights);
+    Offset<flatbuffers::Vector<Offset<flatbuffers::String>>> slots;
+    Offset<flatbuffers::Vector<std::uint16_t>> slot_of_vertex;
+    if (!mesh.slots.empty()) {
+        slots = builder.CreateVectorOfStrings(mesh.slots);
+        slot_of_vertex = writeVector<std::uint16_t>(builder, mesh.slot_of_vertex);
+    }
     return fbs::CreateMesh(builder, positions, normals, tangents, triangles, shading_point, source_vertex,
-                           std::uint8_t(mesh.influences), joints, weights);
+                           std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex);
 }
 
 Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const AnimationSection& animation) {
@@ -61,9 +67,11 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
     const auto materials = builder.CreateVector(sections.materials);
     const auto lights = builder.CreateVector(sections.lights);
     constexpr std::uint64_t kPlaceholder = 1;  // not the default: a field that holds its default is not stored
-    const auto asset =
-        fbs::CreateAsset(builder, kAssetVersion, convention, std::uint8_t(sh_order), made_by, kPlaceholder,
-                         sections.mesh, sections.animation, sections.model, sections.truth, materials, lights);
+    Offset<flatbuffers::Vector<std::uint16_t>> slot_material;
+    if (!sections.slot_material.empty()) slot_material = writeVector<std::uint16_t>(builder, sections.slot_material);
+    const auto asset = fbs::CreateAsset(builder, kAssetVersion, convention, std::uint8_t(sh_order), made_by,
+                                        kPlaceholder, sections.mesh, sections.animation, sections.model, sections.truth,
+                                        materials, lights, slot_material);
     fbs::FinishAssetBuffer(builder, asset);
     const std::span<std::byte> bytes(reinterpret_cast<std::byte*>(builder.GetBufferPointer()), builder.GetSize());
     [[maybe_unused]] const bool sealed = sealAsset(bytes);

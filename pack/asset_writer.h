@@ -37,6 +37,8 @@ struct MeshSection {
     int influences = 0;
     std::vector<std::uint16_t> skin_joints;
     std::vector<float> skin_weights;
+    std::vector<std::string> slots;
+    std::vector<std::uint16_t> slot_of_vertex;
 };
 Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh);
 
@@ -62,6 +64,7 @@ struct AssetSections {
     Offset<fbs::Truth> truth;
     std::vector<Offset<fbs::Material>> materials;
     std::vector<Offset<fbs::Light>> lights;
+    std::vector<std::uint16_t> slot_material;  // of the mesh's slots; empty: the first for all
 };
 std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,
                                  const std::string& provenance);

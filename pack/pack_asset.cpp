@@ -36,6 +36,7 @@ static MeshSection reorderedMesh(const Model& model, const std::vector<std::uint
     MeshSection mesh;
     mesh.influences = model.skin.influences;
     mesh.shading_point = order;
+    mesh.slots = model.mesh.slots;
     std::vector<std::uint32_t> new_of_old(order.size());
     for (std::size_t v = 0; v < order.size(); ++v) {
         const std::uint32_t old = order[v];
@@ -43,6 +44,7 @@ static MeshSection reorderedMesh(const Model& model, const std::vector<std::uint
         mesh.positions.push_back(model.mesh.rest_positions[old]);
         mesh.normals.push_back(model.rest_normals[old]);
         mesh.tangents.push_back(model.rest_tangents[old]);
+        if (!mesh.slots.empty()) mesh.slot_of_vertex.push_back(model.mesh.slot_of_vertex[old]);
         const auto joints = model.skin.joints.begin() + std::ptrdiff_t(old * influences);
         const auto weights = model.skin.weights.begin() + std::ptrdiff_t(old * influences);
         mesh.skin_joints.insert(mesh.skin_joints.end(), joints, joints + std::ptrdiff_t(influences));
@@ -195,11 +197,13 @@ static Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const Li
 }
 
 static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
-                                       std::span<const LightFile> lights, Precisions precisions, double error,
-                                       const std::string& provenance) {
+                                       std::span<const LightFile> lights,
+                                       const std::vector<std::uint16_t>& slot_material, Precisions precisions,
+                                       double error, const std::string& provenance) {
     FlatBufferBuilder builder(1 << 20);
     AssetSections sections;
     sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
+    sections.slot_material = slot_material;
     sections.animation = writeAnimation(builder, animationOf(model));
     sections.model = writeModelSection(builder, model, precisions, error);
     for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
@@ -216,6 +220,20 @@ static void checkNames(std::span<const BrdfFile> materials, std::span<const Ligh
     for (std::size_t i = 0; i < lights.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (lights[i].name == lights[j].name) throw InvalidInput("light \"" + lights[i].name + "\" is given twice");
+}
+
+// The material of each slot: those that were asked for, else the first.
+static std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
+                                                std::span<const SlotChoice> choices) {
+    if (choices.empty()) return {};
+    const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
+    std::vector<std::string_view> names;
+    for (const BrdfFile& material : materials) names.push_back(material.name);
+    std::vector<std::uint16_t> chosen(slots.size(), 0);
+    for (const SlotChoice& choice : choices)
+        for (const std::size_t slot : findSlots(slots, choice.slot))
+            chosen[slot] = std::uint16_t(findMaterial(names, choice.material));
+    return chosen;
 }
 
 // What the reader of the model file promises and a model made in memory may break.
@@ -245,7 +263,7 @@ static AssetPrecision weightPrecision(const Model& model, int threads) {
         if (large(cluster.weights) || large(cluster.hidden)) return AssetPrecision::kF32;
     constexpr double kFelt = 0.02;  // of the signal; rounding the basis to bytes costs as much
     const auto packed = [&](AssetPrecision precision) {
-        return packOnce(model, {}, {}, {precision, precision}, 0, "{}");
+        return packOnce(model, {}, {}, {}, {precision, precision}, 0, "{}");
     };
     const std::vector<std::byte> half = packed(AssetPrecision::kF16), exact = packed(AssetPrecision::kF32);
     const double error = comparePacked(openAsset(half), openAsset(exact), threads).relative();
@@ -256,11 +274,13 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(model);
+    const std::vector<std::uint16_t> slot_material = slotMaterials(model.mesh, materials, options.slots);
     const AssetPrecision weights =
         options.precision == AssetPrecision::kF32 ? AssetPrecision::kF32 : weightPrecision(model, threads);
     const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, double error) {
         const bool exact = precision == AssetPrecision::kF32;
-        return packOnce(chosen, materials, lights, {precision, exact ? precision : weights}, error, provenance);
+        return packOnce(chosen, materials, lights, slot_material, {precision, exact ? precision : weights}, error,
+                        provenance);
     };
     return packWithin(model, options, write, threads);
 }

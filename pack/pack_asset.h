@@ -9,6 +9,7 @@
 #include "formats/brdf_file.h"
 #include "formats/light_file.h"
 #include "formats/model_file.h"
+#include "formats/slot_choice.h"
 
 namespace penumbra {
 
@@ -17,6 +18,7 @@ struct PackOptions {
     std::optional<AssetPrecision> precision = {};     // nothing: I8, or what max_error asks for
     std::optional<double> max_error = {};             // bound on Packed::quantization_error, > 0
     std::optional<double> max_bytes_per_vertex = {};  // bound on modelBytes() / V, > 0
+    std::vector<SlotChoice> slots = {};               // the others have the first material
 };
 
 struct Packed {
@@ -33,7 +35,7 @@ struct Packed {
 // the model predicts, and those dropped that add least for their bytes (compress_model.h): with max_bytes_per_vertex as
 // few as meet it, with max_error as many as it allows (in the coarsest precision that does), with neither 1e-3 of the
 // squared signal. InvalidInput when a material or a light is given twice, UsageError when a bound cannot be met or the
-// two contradict. Deterministic for any number of threads.
+// two contradict, or a slot or its material does not exist. Deterministic for any number of threads.
 Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads);
 

@@ -36,6 +36,7 @@ struct AssetCommand {
     std::vector<fs::path> brdfs, lights;
     std::string precision;
     std::optional<double> max_error, max_bytes_per_vertex;
+    std::vector<std::string> slots;
 
     std::vector<fs::path> inputs() const {
         std::vector<fs::path> all{model};
@@ -50,6 +51,7 @@ static std::string provenanceOf(const AssetCommand& command) {
     options["precision"] = command.precision.empty() ? "auto" : command.precision;
     if (command.max_error) options["max_error"] = *command.max_error;
     if (command.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *command.max_bytes_per_vertex;
+    if (!command.slots.empty()) options["slots"] = command.slots;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -83,6 +85,7 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
     if (options.max_bytes_per_vertex && !(*options.max_bytes_per_vertex > 0))
         throw UsageError("--max-bytes-per-vertex must be above 0, not " +
                          std::to_string(*options.max_bytes_per_vertex));
+    for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
     report.phase("read");
     const Model model = readModel(command.model);
     std::vector<BrdfFile> brdfs;
@@ -116,6 +119,10 @@ static Verb assetVerb() {
                 app.add_option("model", command->model, "X.model.h5")->required();
                 app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
+                app.add_option("--slot", command->slots,
+                               "SLOT=MATERIAL: the material of a part of the mesh (penumbra-bake info lists the "
+                               "slots); any number of them, the other parts have the first --brdf")
+                    ->allow_extra_args(false);
                 app.add_option("-o,--output", command->output, "X.pnb")->required();
                 app.add_option("--precision", command->precision,
                                "of the visibility basis (i8 unless --max-error); alone it keeps every component")

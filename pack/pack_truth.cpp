@@ -44,6 +44,8 @@ static MeshSection meshOf(const VisibilityHeader& header) {
     mesh.normals = header.rest_normals;
     mesh.triangles = header.mesh.triangles;
     mesh.source_vertex = header.mesh.source_vertex;
+    mesh.slots = header.mesh.slots;
+    mesh.slot_of_vertex = header.mesh.slot_of_vertex;
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) mesh.shading_point.push_back(v);
     if (header.skin) {
         mesh.influences = header.skin->influences;

@@ -71,7 +71,9 @@ inline Mesh strip(std::uint32_t quads) {
     for (std::uint32_t v = 0; v < mesh.rest_positions.size(); ++v) {
         mesh.source_vertex.push_back(v);
         mesh.source_vertex.push_back(v);
+        mesh.slot_of_vertex.push_back(std::uint16_t(v % 2));
     }
+    mesh.slots = {"strip/left", "strip/right"};
     return mesh;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "formats/errors.h"
@@ -72,6 +73,26 @@ TEST(RigFiles, LaterFilesBringTheirClipsByName) {
     EXPECT_EQ(rig.mesh.source_vertex.size(), 74u);
     EXPECT_EQ(rig.files_read.size(), 3u);
     EXPECT_THROW(readRig({glb, samples::samplePath("capsule_man")}), InvalidInput);
+}
+
+// A part for each node and material; what has no material, or one without a name, is called so.
+TEST(RigFiles, SlotsAreNamedAfterNodeAndMaterial) {
+    samples::EditableGlb glb = samples::EditableGlb::of("swing");
+    auto& primitives = glb.json["meshes"][0]["primitives"];
+    primitives.push_back(primitives[0]);
+    primitives.push_back(primitives[0]);
+    primitives[0]["material"] = 1;
+    primitives[1]["material"] = 0;
+    primitives[2].erase("material");
+    glb.json["materials"] = {nlohmann::json::object(), {{"name", "steel"}}};
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "slots.glb";
+    samples::writeText(path, glb.bytes());
+    const Rig rig = readRig({path});
+    ASSERT_EQ(rig.mesh.slots.size() % 3, 0u);
+    for (std::size_t i = 0; i < rig.mesh.slots.size(); ++i)
+        EXPECT_THAT(rig.mesh.slots[i], testing::EndsWith(std::array{"/steel", "/material0", "/default"}[i % 3]));
+    // The copies lie on the first part and are welded to it.
+    for (const std::uint16_t slot : rig.mesh.slot_of_vertex) EXPECT_EQ(slot % 3, 0);
 }
 
 TEST(RigFiles, UnknownKindsMissingFilesAndFolders) {

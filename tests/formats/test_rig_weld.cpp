@@ -51,6 +51,18 @@ TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
     }
 }
 
+// A point of two parts has the slot of the first.
+TEST(RigWeld, SlotsAreThoseOfTheFirstVertex) {
+    SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {2, 0, 0}});
+    source.slots = {"body/skin", "body/cloth"};
+    source.slot_of_vertex = {0, 0, 1, 1};
+    Mesh mesh;
+    Skin skin;
+    weldVertices(source, mesh, skin);
+    EXPECT_EQ(mesh.slots, source.slots);
+    EXPECT_THAT(mesh.slot_of_vertex, ElementsAre(0, 0, 1));
+}
+
 TEST(RigWeld, TrianglesFollowAndThoseThatCollapseGo) {
     SourceVertices source = vertices({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {2, 0, 0}});
     source.triangles = {{0, 1, 2}, {3, 1, 2}, {0, 3, 1}, {0, 1, 4}};

@@ -18,6 +18,8 @@ void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
     EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
     EXPECT_EQ(a.mesh.rest_positions, b.mesh.rest_positions);
     EXPECT_EQ(a.mesh.source_vertex, b.mesh.source_vertex);
+    EXPECT_EQ(a.mesh.slots, b.mesh.slots);
+    EXPECT_EQ(a.mesh.slot_of_vertex, b.mesh.slot_of_vertex);
     EXPECT_EQ(a.rest_normals, b.rest_normals);
     EXPECT_EQ(a.frames.clip_names, b.frames.clip_names);
     EXPECT_EQ(a.frames.clip, b.frames.clip);

@@ -156,6 +156,41 @@ TEST(PackAsset, OneSliceSetWhereChannelsDifferByAFactorOnly) {
         }
 }
 
+BrdfFile plainMaterial(const std::string& name) {
+    BrdfFile brdf;
+    brdf.name = name;
+    brdf.slice_order = 1;
+    brdf.view_order = 1;
+    brdf.even_index = {0};
+    brdf.slices = {1, 1, 1};
+    return brdf;
+}
+
+TEST(PackAsset, SlotsFollowTheirVerticesAndGetTheirMaterials) {
+    Model model = tubeModel({.clusters = 4});
+    model.mesh.slots = {"body/skin", "body/cloth", "sword/steel"};
+    for (std::size_t v = 0; v < model.mesh.vertexCount(); ++v)
+        model.mesh.slot_of_vertex.push_back(std::uint16_t(v % 3));
+    const std::vector<BrdfFile> materials = {plainMaterial("lambert"), plainMaterial("ggx:alpha=0.3")};
+    PackOptions options;
+    const auto chosen = [&](std::vector<SlotChoice> slots) {
+        options.slots = std::move(slots);
+        const Packed packed = packAsset(model, materials, {}, options, "{}", 1);
+        const AssetView asset = openAsset(packed.bytes);
+        EXPECT_EQ(asset.mesh.slots.size(), 3u);
+        for (std::size_t v = 0; v < asset.mesh.slot_of_vertex.size(); ++v)
+            EXPECT_EQ(asset.mesh.slot_of_vertex[v], asset.mesh.shading_point[v] % 3);
+        return asset.slot_material;
+    };
+    using Indices = std::vector<std::uint16_t>;
+    EXPECT_EQ(chosen({}), (Indices{0, 0, 0}));
+    EXPECT_EQ(chosen({{"steel", "ggx"}}), (Indices{0, 0, 1}));
+    EXPECT_EQ(chosen({{"body", "ggx"}, {"body/skin", "lambert"}}), (Indices{0, 1, 0}));
+    EXPECT_EQ(chosen({{"s", "ggx"}}), (Indices{0, 0, 1}));
+    EXPECT_THROW(chosen({{"helmet", "ggx"}}), UsageError);
+    EXPECT_THROW(chosen({{"body", "phong"}}), UsageError);
+}
+
 TEST(PackAsset, RefusesAMaterialOrALightTwice) {
     const std::vector<BrdfFile> brdfs(2, synthetic::lambert());
     const std::vector<LightFile> lights(2, synthetic::light(4, 0));

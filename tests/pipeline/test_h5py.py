@@ -18,6 +18,7 @@ DATASETS = {  # name: (type, axes)
     "/mesh/rest_positions": ("float32", "V3"),
     "/mesh/rest_normals": ("float32", "V3"),
     "/mesh/source_vertex": ("uint32", "R"),
+    "/mesh/slot_of_vertex": ("uint16", "V"),
     "/skin/parents": ("int32", "J"),
     "/skin/joints": ("uint16", "VK"),
     "/skin/weights": ("float32", "VK"),
