@@ -10,6 +10,7 @@
 #include "bake/frame_choice.h"
 #include "bake/info_command.h"
 #include "bake/poses_command.h"
+#include "formats/brdf_source.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/name_list_option.h"
@@ -112,12 +113,13 @@ static Verb visibilityVerb() {
 // --- reference ------------------------------------------------------------------------------------------------------
 
 struct ReferenceCommand {
-    std::filesystem::path input, output, light;
+    std::filesystem::path input, output, light, tangents;
+    BrdfSource brdf;
     ReferenceOptions options;
     std::int64_t frame = 0;
     int light_order = 0;  // 0: the picture itself
     const CLI::Option* light_order_option = nullptr;
-    std::string brdf = "lambert", camera, size = "512x512", channel = "shaded", background = "transparent";
+    std::string camera, size = "512x512", channel = "shaded", background = "transparent";
     float exposure = 1;
 };
 
@@ -141,11 +143,6 @@ static void finishOptions(ReferenceCommand& command) {
                       : command.channel == "normals" ? ReferenceChannel::kNormals
                                                      : ReferenceChannel::kShaded;
     if (command.background != "transparent") options.background = parseColor(command.background);
-    try {
-        options.brdf = parseBrdf(command.brdf);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--brdf: ") + error.what());
-    }
     if (command.light_order_option->count() > 0 && command.light.empty())
         throw UsageError("--light-order needs --light: the default light is the same at any order");
     if (command.light_order < 0 || command.light_order > kMaxOrder)
@@ -163,9 +160,20 @@ static EnvironmentLight readLightOf(const ReferenceCommand& command) {
     return command.light_order > 0 ? light.bandLimited(command.light_order) : light;
 }
 
+static BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) {
+    BrdfSource source = command.brdf;
+    source.analytic_option = "--brdf";
+    if (source.analytic.empty() && source.files().empty()) source.analytic = "lambert";
+    return readBrdfSource(source, threads);
+}
+
 static void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
     finishOptions(command);
     report.phase("read");
+    const BrdfReading material = readMaterialOf(command, common.threads);
+    command.options.brdfs = {material.brdf};
+    report.figures["brdf"] = material.brdf.name;
+    for (const auto& [name, value] : material.figures) report.figures[name] = value;
     const VisibilityReader reader(command.input);
     const VisibilityHeader& header = reader.header();
     const auto count = std::int64_t(header.frames.frameCount());
@@ -184,8 +192,12 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
                     command.options.width, command.options.height, command.options.samples);
         return;
     }
+    std::optional<PosedTangents> tangents;
+    if (!command.tangents.empty())
+        tangents = posedTangents(readModel(command.tangents), header.mesh, frame, command.tangents.string());
     report.phase("render");
-    const ReferenceFrame input{header.mesh, frame, header.ground_y.has_value()};
+    ReferenceFrame input{header.mesh, frame, header.ground_y.has_value()};
+    if (tangents) input.tangents = &*tangents;
     const Image image = renderReference(input, camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");
@@ -198,7 +210,13 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used")->required();
     app.add_option("-o,--output", command.output, "REF.exr or REF.png")->required();
     app.add_option("--frame", command.frame, "index into the file's frames")->required();
-    app.add_option("--brdf", command.brdf, "NAME[:key=value,...]; anisotropic ones get a stand-in tangent");
+    app.add_option("--brdf", command.brdf.analytic, "NAME[:key=value,...] (default: lambert)");
+    app.add_option("--merl", command.brdf.merl, "measurements of the MERL database (.binary)");
+    app.add_option("--table", command.brdf.table,
+                   "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
+    app.add_option("--material", command.brdf.material, "which row of a --table of fits");
+    app.add_option("--tangents", command.tangents,
+                   "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
     app.add_option("--light", command.light, "lat-long picture (.exr, .hdr) or .light.h5 (default: white, radiance 1)");
     command.light_order_option = app.add_option("--light-order", command.light_order,
                                                 "replace the picture of --light by its SH of this order (0: do not)");
@@ -219,6 +237,8 @@ static Verb referenceVerb() {
             [command] {
                 std::vector<std::filesystem::path> inputs{command->input};
                 if (!command->light.empty()) inputs.push_back(command->light);
+                if (!command->tangents.empty()) inputs.push_back(command->tangents);
+                for (const std::filesystem::path& file : command->brdf.files()) inputs.push_back(file);
                 return inputs;
             },
             [command] { return command->output; },

@@ -1,7 +1,9 @@
 #include "bake/bake_reference.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cassert>
 #include <cmath>
 #include <mutex>
 
@@ -30,39 +32,64 @@ struct ReferenceScene {
     SceneScale scale;
     std::vector<Vec3> positions;
     OcclusionScene scene;
+    std::vector<SampledBrdf> materials;
 };
 
-static ReferenceScene makeScene(const ReferenceFrame& input) {
+static ReferenceScene makeScene(const ReferenceFrame& input, const std::vector<RgbBrdf>& brdfs, int threads) {
     const std::vector<Vec3>& model = input.frame.positions;
     const double diagonal = boxDiagonal(model);
     const SceneScale scale = sceneScale(model, diagonal > 0 ? diagonal : 1);
     std::vector<Vec3> positions;
     for (Vec3 p : model) positions.push_back(scale.apply(p));
     OcclusionScene scene(positions, input.mesh.triangles);
-    return {input, scale, std::move(positions), std::move(scene)};
+    std::vector<SampledBrdf> materials(brdfs.size());
+    parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });
+    return {input, scale, std::move(positions), std::move(scene), std::move(materials)};
+}
+
+struct Corners {
+    Triangle vertex;
+    std::array<double, 3> weight;  // barycentric
+
+    std::uint32_t nearest() const {
+        return vertex[std::size_t(std::max_element(weight.begin(), weight.end()) - weight.begin())];
+    }
+};
+
+static Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d normal) {
+    if (!input.tangents) return shadingFrame(normal);
+    const PosedTangents& field = *input.tangents;
+    Vec3d tangent;
+    for (std::size_t k = 0; k < 3; ++k)
+        if (field.cluster_of_vertex[corners.vertex[k]] == field.cluster_of_vertex[corners.nearest()])
+            tangent += toDouble(field.tangents[corners.vertex[k]]) * corners.weight[k];
+    return shadingFrame(normal, tangent);
 }
 
 // Shading normal, interpolated; shadow rays start on the smooth surface that the normals suggest, not on the flat
 // triangle below it, so that triangles do not shadow themselves (Hanika 2021, "Hacking the shadow terminator").
-static SurfacePoint surfacePoint(const ReferenceScene& scene, const SurfaceHit& hit, Vec3d to_eye, double bias) {
-    const Triangle& corner = scene.input.mesh.triangles[hit.triangle];
-    const double weight[3] = {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v};
+static SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye, double bias) {
+    const auto& [corner, weight] = corners;
     Vec3d p[3], n[3], point, normal;
-    for (int k = 0; k < 3; ++k) {
-        p[k] = toDouble(scene.positions[corner[std::size_t(k)]]);
-        n[k] = toDouble(scene.input.frame.normals[corner[std::size_t(k)]]);
+    for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = toDouble(scene.positions[corner[k]]);
+        n[k] = toDouble(scene.input.frame.normals[corner[k]]);
         point += p[k] * weight[k];
         normal += n[k] * weight[k];
     }
     normal = normalized(normal);
     if (dot(normal, normal) == 0) normal = normalized(cross(p[1] - p[0], p[2] - p[0]));
     Vec3d lifted = point;
-    for (int k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
-    return {toFloat(lifted + normal * bias), shadingFrame(normal), to_eye};
+    for (std::size_t k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
+    return {toFloat(lifted + normal * bias), frameAt(scene.input, corners, normal), to_eye};
 }
 
-static Vec3d shade(const ReferenceScene& scene, const SurfacePoint& point, const EnvironmentLight& light,
-                   const ReferenceOptions& options, std::uint64_t seed) {
+static std::size_t materialAt(const ReferenceFrame& input, const Corners& corners) {
+    return input.brdf_of_vertex.empty() ? 0 : input.brdf_of_vertex[corners.nearest()];
+}
+
+static Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
+                   const EnvironmentLight& light, const ReferenceOptions& options, std::uint64_t seed) {
     const ShadowCaster caster{scene.scene, scene.input.ground};
     const int samples = std::max(4, options.samples / options.camera_rays);
     switch (options.channel) {
@@ -73,7 +100,7 @@ static Vec3d shade(const ReferenceScene& scene, const SurfacePoint& point, const
             return {v, v, v};
         }
         default:
-            return directLight(caster, point, light, options.brdf, samples, seed);
+            return directLight(caster, point, light, scene.materials[materialAt(scene.input, corners)], samples, seed);
     }
 }
 
@@ -99,7 +126,10 @@ static void renderPixel(const ReferenceScene& scene, const Camera& camera, const
         if (!hit) continue;
         ++covered;
         const std::uint64_t seed = index * std::uint64_t(options.camera_rays) + std::uint64_t(i);
-        sum += shade(scene, surfacePoint(scene, *hit, -direction, options.bias), light, options, seed);
+        const Corners corners{scene.input.mesh.triangles[hit->triangle],
+                              {1.0 - double(hit->u) - double(hit->v), hit->u, hit->v}};
+        const SurfacePoint point = surfacePoint(scene, corners, -direction, options.bias);
+        sum += shade(scene, corners, point, light, options, seed);
     }
     double alpha = double(covered) / options.camera_rays;
     sum = sum / options.camera_rays;
@@ -114,7 +144,8 @@ static void renderPixel(const ReferenceScene& scene, const Camera& camera, const
 Image renderReference(const ReferenceFrame& frame, const Camera& camera, const EnvironmentLight& light,
                       const ReferenceOptions& options, int threads, ProgressStyle style) {
     constexpr std::size_t kPixelsPerTask = 16;
-    const ReferenceScene scene = makeScene(frame);
+    assert(!options.brdfs.empty());
+    const ReferenceScene scene = makeScene(frame, options.brdfs, threads);
     const std::size_t count = std::size_t(options.width) * std::size_t(options.height);
     Image image{options.width, options.height, std::vector<Vec3>(count), std::vector<float>(count)};
     Progress progress(style, "rendering", "pixels", double(count));

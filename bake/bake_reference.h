@@ -1,9 +1,12 @@
 #pragma once
 // Brute-force pictures of a baked frame, to hold the player's against: full-resolution light, true BRDF, shadow rays.
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "bake/environment_light.h"
+#include "bake/posed_tangents.h"
 #include "formats/progress.h"
 #include "formats/visibility_file.h"
 #include "sh/brdf.h"
@@ -15,12 +18,12 @@ enum class ReferenceChannel { kShaded, kAmbient, kNormals };
 
 struct ReferenceOptions {
     ReferenceChannel channel = ReferenceChannel::kShaded;
-    BrdfSpec brdf = {};
-    int width = 512, height = 512;        // pixels, each 1..16384
-    int samples = 256;                    // shadow rays a pixel, 4..2^20, shared by its camera rays
-    int camera_rays = 4;                  // a pixel, 1..64
-    std::optional<Vec3> background = {};  // linear; unset: transparent
-    double bias = 1e-4;                   // start of a shadow ray above the surface, in box diagonals of the frame
+    std::vector<RgbBrdf> brdfs = {rgbBrdf({})};  // ReferenceFrame::brdf_of_vertex says which; at least one
+    int width = 512, height = 512;               // pixels, each 1..16384
+    int samples = 256;                           // shadow rays a pixel, 4..2^20, shared by its camera rays
+    int camera_rays = 4;                         // a pixel, 1..64
+    std::optional<Vec3> background = {};         // linear; unset: transparent
+    double bias = 1e-4;  // start of a shadow ray above the surface, in box diagonals of the frame
 };
 std::string findProblem(const ReferenceOptions& options);
 
@@ -29,6 +32,8 @@ struct ReferenceFrame {
     const Mesh& mesh;
     const VisibilityFrame& frame;
     bool ground = false;
+    std::span<const std::uint16_t> brdf_of_vertex = {};  // [V], index into brdfs; empty: all 0
+    const PosedTangents* tangents = nullptr;             // x axes of the BRDFs' frames; null: shadingFrame()'s stand-in
 };
 // Colours are multiplied by coverage, alpha is coverage. Same options, same pixels, for any number of threads.
 Image renderReference(const ReferenceFrame& frame, const Camera& camera, const EnvironmentLight& light,

@@ -2,6 +2,7 @@
 // Outgoing radiance of a shadowed point by Monte Carlo: environment light, any BRDF, no approximation.
 #include <cstdint>
 
+#include "bake/brdf_lobe.h"
 #include "bake/environment_light.h"
 #include "bake/occlusion.h"
 #include "sh/brdf.h"
@@ -29,10 +30,17 @@ struct SurfacePoint {
 // away from the eye where the surface does not.
 Vec3d viewDirection(const SurfacePoint& point);
 
+// A BRDF and how to sample it.
+struct SampledBrdf {
+    RgbBrdf brdf;
+    BrdfLobe lobe;
+};
+SampledBrdf sampledBrdf(RgbBrdf brdf);  // with fitLobe()
+
 // Integral of f L V cos over the hemisphere with `samples` shadow rays: stratified sets for the light's luminance, the
 // cosine and the BRDF's lobe, joined by the balance heuristic (Veach 1997). The same `seed` gives the same number.
 Vec3d directLight(const ShadowCaster& caster, const SurfacePoint& point, const EnvironmentLight& light,
-                  const BrdfSpec& brdf, int samples, std::uint64_t seed);
+                  const SampledBrdf& material, int samples, std::uint64_t seed);
 
 // Cosine-weighted visibility / pi: 1 = unshadowed.
 double ambientVisibility(const ShadowCaster& caster, const SurfacePoint& point, int samples, std::uint64_t seed);
@@ -41,5 +49,7 @@ double ambientVisibility(const ShadowCaster& caster, const SurfacePoint& point, 
 // y (or, below the equator, -y) to the normal: continuous on either side of the equator. A stand-in: anisotropic BRDFs
 // want the tangents of a fitted model.
 Mat3d shadingFrame(Vec3d normal);
+// The same with the tangent in the direction of `wanted_tangent`; the stand-in where that is along the normal.
+Mat3d shadingFrame(Vec3d normal, Vec3d wanted_tangent);
 
 }  // namespace penumbra

@@ -97,7 +97,7 @@ TEST(ShadingFrame, IsRightHandedWithTheNormalAsItsThirdRow) {
 
 TEST(DirectLight, WhiteFurnaceShowsLambertAsItsColour) {
     const OcclusionScene scene(kFarAway.positions, kFarAway.triangles);
-    const BrdfSpec brdf = parseBrdf("lambert:color=0.2/0.5/0.8");
+    const SampledBrdf brdf = sampledBrdf(rgbBrdf(parseBrdf("lambert:color=0.2/0.5/0.8")));
     const Vec3d l =
         directLight({scene, false}, pointFacing({0.6, 0, 0.8}, {0, 0, 1}), EnvironmentLight::white(), brdf, 1024, 1);
     EXPECT_NEAR(l.x, 0.2, 0.002);
@@ -106,7 +106,7 @@ TEST(DirectLight, WhiteFurnaceShowsLambertAsItsColour) {
 }
 
 // By quadrature over directions; half of the sphere is hidden.
-static Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& light, const BrdfSpec& brdf) {
+static Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& light, const RgbBrdf& brdf) {
     Vec3d sum;
     const int width = 512, height = 256;
     for (int y = 0; y < height; ++y)
@@ -117,7 +117,7 @@ static Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& 
             const double solid_angle =
                 2 * std::numbers::pi / width *
                 (std::cos(std::numbers::pi * y / height) - std::cos(std::numbers::pi * (y + 1) / height));
-            sum += light.radiance(d) * (evalBrdf(brdf, wi, viewDirection(point)) * wi.z * solid_angle);
+            sum += light.radiance(d) * brdf.eval(wi, viewDirection(point)) * (wi.z * solid_angle);
         }
     return sum;
 }
@@ -131,8 +131,8 @@ TEST(DirectLight, MatchesQuadratureForEveryBrdf) {
     const SurfacePoint point = pointFacing(normal, to_eye);
     for (const EnvironmentLight& light : {sun, sun.bandLimited(4)})
         for (const std::string& name : brdfNames()) {
-            const BrdfSpec brdf = parseBrdf(name);
-            const Vec3d exact = lightBesideWall(point, light, brdf);
+            const SampledBrdf brdf = sampledBrdf(rgbBrdf(parseBrdf(name)));
+            const Vec3d exact = lightBesideWall(point, light, brdf.brdf);
             const Vec3d l = directLight({scene, false}, point, light, brdf, 1 << 16, 7);
             for (int c = 0; c < 3; ++c) EXPECT_NEAR(l[c] / exact[c], 1, 0.01) << name << " channel " << c;
         }

@@ -1,0 +1,21 @@
+#pragma once
+// The tangents of a fitted model on a baked frame, so that anisotropic materials lie as the run-time evaluator has
+// them.
+#include <string>
+
+#include "formats/model_file.h"
+#include "formats/visibility_file.h"
+
+namespace penumbra {
+
+// Across clusters tangents jump, so a point of a triangle takes those of its nearest corner's cluster.
+struct PosedTangents {
+    std::vector<Vec3> tangents;                    // [V], unit, model frame, orthogonal to the frame's normals
+    std::vector<std::uint32_t> cluster_of_vertex;  // [V]
+};
+// What the run-time evaluator has: rest tangents turned by the cluster joint's rotation and projected on the tangent
+// plane. InvalidInput when the model is of another mesh than `mesh`; `name` starts the message.
+PosedTangents posedTangents(const Model& model, const Mesh& mesh, const VisibilityFrame& frame,
+                            const std::string& name);
+
+}  // namespace penumbra
