@@ -6,6 +6,7 @@
 
 #include "formats/errors.h"
 #include "pack/asset_writer.h"
+#include "pack/material_section.h"
 #include "pack/pack_within.h"
 #include "pack/packing_error.h"
 
@@ -151,33 +152,6 @@ static AnimationSection animationOf(const Model& model) {
     return animation;
 }
 
-// One slice set and a colour where the three channels differ by a factor only (1e-6 of the largest entry), else three.
-static Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf) {
-    const std::size_t count = brdf.slices.size() / 3;
-    std::size_t largest = 0;
-    for (std::size_t i = 0; i < brdf.slices.size(); ++i)
-        if (std::abs(brdf.slices[i]) > std::abs(brdf.slices[largest])) largest = i;
-    const double top = brdf.slices.empty() ? 0 : brdf.slices[largest];
-    double color[3] = {1, 1, 1};
-    for (std::size_t c = 0; c < 3 && top != 0; ++c) color[c] = brdf.slices[largest / 3 * 3 + c] / top;
-    bool proportional = true;
-    for (std::size_t i = 0; i < brdf.slices.size(); ++i)
-        proportional &=
-            std::abs(brdf.slices[i] - color[i % 3] * brdf.slices[i / 3 * 3 + largest % 3]) <= 1e-6 * std::abs(top);
-    const std::size_t channels = proportional ? 1 : 3;
-    std::vector<float> slices;
-    for (std::size_t c = 0; c < channels; ++c)
-        for (std::size_t i = 0; i < count; ++i)
-            slices.push_back(float(brdf.slices[3 * i + (proportional ? largest % 3 : c)]));
-    std::vector<float> factors(3, 1.0f);
-    if (proportional) std::copy(color, color + 3, factors.begin());
-    const auto name = builder.CreateString(brdf.name);
-    const auto color_vector = builder.CreateVector(factors);
-    const auto slice_vector = writeVector<float>(builder, slices);
-    return fbs::CreateMaterial(builder, name, std::uint8_t(brdf.slice_order), std::uint8_t(brdf.view_order),
-                               std::uint8_t(channels), color_vector, slice_vector);
-}
-
 static Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& lobes) {
     if (lobes.directions.empty()) return {};
     std::vector<float> directions;
@@ -301,7 +275,9 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
                       c.input_max.size_bytes();
     }
     std::size_t materials = 0, lights = 0;
-    for (const MaterialView& material : asset.materials) materials += material.slices.size_bytes();
+    for (const MaterialView& material : asset.materials)
+        materials +=
+            material.slices.size_bytes() + material.operators.u.size_bytes() + material.operators.w.size_bytes();
     for (const LightView& light : asset.lights)
         lights += light.sh.size_bytes() + light.lobes.directions.size_bytes() + light.lobes.coefficients.size_bytes();
     std::vector<SizeOf> sizes = {

@@ -1,0 +1,73 @@
+#include "pack/material_section.h"
+
+#include <array>
+#include <cmath>
+
+#include "formats/errors.h"
+
+namespace penumbra {
+
+// The channel of the largest entry and, if all three are that one times a factor, the factors.
+struct Channels {
+    std::size_t strongest = 0;
+    std::array<double, 3> color{1, 1, 1};
+    bool proportional = true;
+};
+
+static Channels channelsOf(const BrdfFile& brdf) {
+    const std::vector<double>& slices = brdf.slices;
+    std::size_t largest = 0;
+    for (std::size_t i = 0; i < slices.size(); ++i)
+        if (std::abs(slices[i]) > std::abs(slices[largest])) largest = i;
+    const double top = slices.empty() ? 0 : slices[largest];
+    Channels channels;
+    channels.strongest = largest % 3;
+    for (std::size_t c = 0; c < 3 && top != 0; ++c) channels.color[c] = slices[largest / 3 * 3 + c] / top;
+    const auto differs = [&](const std::vector<double>& values, double limit) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            if (std::abs(values[i] - channels.color[i % 3] * values[i / 3 * 3 + channels.strongest]) > limit)
+                return true;
+        return false;
+    };
+    double top_u = 0;
+    for (double u : brdf.operators.u) top_u = std::max(top_u, std::abs(u));
+    channels.proportional = !differs(slices, 1e-6 * std::abs(top)) && !differs(brdf.operators.u, 1e-6 * top_u);
+    // u has the colour, w has not.
+    for (std::size_t i = 0; i < brdf.operators.w.size(); ++i)
+        channels.proportional &= brdf.operators.w[i] == brdf.operators.w[i / 3 * 3 + channels.strongest];
+    return channels;
+}
+
+// [count, 3] as [channels, count].
+static flatbuffers::Offset<flatbuffers::Vector<float>> writeChannels(FlatBufferBuilder& builder,
+                                                                     const std::vector<double>& values,
+                                                                     const Channels& channels) {
+    std::vector<float> numbers;
+    for (std::size_t c = 0; c < (channels.proportional ? 1 : 3); ++c)
+        for (std::size_t i = 0; i < values.size() / 3; ++i)
+            numbers.push_back(float(values[3 * i + (channels.proportional ? channels.strongest : c)]));
+    return writeVector<float>(builder, numbers);
+}
+
+Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf) {
+    const BrdfOperators& operators = brdf.operators;
+    if (operators.count > 0 && operators.view_index != brdf.even_index)
+        throw Unsupported("material \"" + brdf.name + "\": operators from \"" + operators.source +
+                          "\" are for comparisons only: their view functions are not even in z");
+    const Channels channels = channelsOf(brdf);
+    std::vector<float> color(3, 1.0f);
+    if (channels.proportional) std::copy(channels.color.begin(), channels.color.end(), color.begin());
+    const auto name = builder.CreateString(brdf.name);
+    const auto color_vector = builder.CreateVector(color);
+    const auto slices = writeChannels(builder, brdf.slices, channels);
+    Offset<fbs::Operators> operator_table;
+    if (operators.count > 0) {
+        const auto u = writeChannels(builder, operators.u, channels), w = writeChannels(builder, operators.w, channels);
+        operator_table =
+            fbs::CreateOperators(builder, std::uint8_t(operators.count), std::uint8_t(operators.order), u, w);
+    }
+    return fbs::CreateMaterial(builder, name, std::uint8_t(brdf.slice_order), std::uint8_t(brdf.view_order),
+                               channels.proportional ? 1 : 3, color_vector, slices, operator_table);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,11 @@
+#pragma once
+#include "formats/brdf_file.h"
+#include "pack/asset_writer.h"
+
+namespace penumbra {
+
+// One slice set and a colour where the three channels differ by a factor only (1e-6 of the largest entry), else three;
+// operators, where the file has them, likewise. Unsupported: operators over functions that are not even in z.
+Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf);
+
+}  // namespace penumbra
