@@ -1,7 +1,9 @@
-// penumbra-fit brdf (--analytic SPEC | --merl FILE | --table FILE) -o M.brdf.h5: a material as reflectance slices.
+// penumbra-fit brdf (--analytic SPEC | --merl FILE | --table FILE) -o M.brdf.h5 [--operators K]: a material as
+// reflectance slices, with the papers' operators beside them where asked for.
 #include <cstdio>
 #include <memory>
 
+#include "fit/brdf_operators.h"
 #include "fit/fit_brdf.h"
 #include "fit/fit_verbs.h"
 #include "formats/brdf_source.h"
@@ -14,6 +16,8 @@ namespace {
 struct BrdfCommand {
     BrdfSource source;
     std::filesystem::path output;
+    int operators = 0;  // k; 0: none
+    std::string operators_from = "slices";
 };
 
 std::string modelNames() {
@@ -29,6 +33,15 @@ void define(CLI::App& app, BrdfCommand& command) {
     app.add_option("--table", command.source.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
     app.add_option("--material", command.source.material, "which row of a --table of fits");
+    CLI::Option* operators =
+        app.add_option(
+               "--operators", command.operators,
+               "also K reflection product operators (paper 000), 1..16; one more or less where K would cut a pair")
+            ->check(CLI::Range(1, kMaxOperators));
+    app.add_option("--operators-from", command.operators_from,
+                   "slices (default), table (SVD of the BRDF itself), literal (the paper as printed, for comparisons)")
+        ->check(CLI::IsMember({"slices", "table", "literal"}))
+        ->needs(operators);
     app.add_option("-o,--output", command.output, "M.brdf.h5")->required();
 }
 
@@ -40,6 +53,10 @@ nlohmann::ordered_json optionsOf(const BrdfCommand& command, const SliceOrders& 
     if (!command.source.material.empty()) options["material"] = command.source.material;
     options["slice_order"] = orders.slice_order;
     options["view_order"] = orders.view_order;
+    if (command.operators > 0) {
+        options["operators"] = command.operators;
+        options["operators_from"] = command.operators_from;
+    }
     return options;
 }
 
@@ -63,6 +80,19 @@ void warn(const BrdfReading& reading, const BrdfFile& brdf) {
                      albedo);
 }
 
+void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& brdf, const CommonOptions& common,
+                  Report& report) {
+    const OperatorSource from = parseOperatorSource(command.operators_from);
+    brdf.operators = fitOperators(source, brdf, from, command.operators, common.threads);
+    report.figures["operators"] = brdf.operators.count;
+    report.figures["operators_asked"] = command.operators;
+    report.figures["operators_from"] = command.operators_from;
+    if (brdf.operators.count != command.operators && !common.quiet)
+        std::printf("%d operators instead of %d: %s\n", brdf.operators.count, command.operators,
+                    brdf.operators.count < command.operators - 1 ? "the BRDF has no more terms"
+                                                                 : "no pair of equal singular values is cut");
+}
+
 void run(const BrdfCommand& command, const CommonOptions& common, Report& report) {
     const SliceOrders orders;
     report.phase("read");
@@ -75,6 +105,12 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     BrdfFile brdf = fitBrdf(reading.brdf, orders, common.threads);
     brdf.provenance =
         makeProvenance("penumbra-fit brdf", optionsOf(command, orders, reading.brdf).dump(), command.source.files());
+    if (command.operators > 0) {
+        report.phase("operators");
+        addOperators(command, reading.brdf, brdf, common, report);
+    }
+    report.phase("shading error");
+    measureShading(reading.brdf, brdf, common.threads);
     report.phase("write");
     writeBrdf(command.output, brdf);
     report.figures["name"] = brdf.name;
@@ -82,9 +118,9 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     for (const auto& [name, value] : brdf.errors) report.figures[name] = value;
     warn(reading, brdf);
     if (!common.quiet)
-        std::printf("%s: fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n", brdf.name.c_str(),
-                    brdf.errors.at("fit"), brdf.errors.at("albedo_r"), brdf.errors.at("albedo_g"),
-                    brdf.errors.at("albedo_b"), brdf.errors.at("albedo_max"));
+        std::printf("%s: shading error %.4f, fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n",
+                    brdf.name.c_str(), brdf.errors.at("shading_d5"), brdf.errors.at("fit"), brdf.errors.at("albedo_r"),
+                    brdf.errors.at("albedo_g"), brdf.errors.at("albedo_b"), brdf.errors.at("albedo_max"));
 }
 
 }  // namespace

@@ -163,14 +163,14 @@ static BrdfOperators assembled(const std::vector<ProjectedTerms>& channels, std:
     return out;
 }
 
-OperatorFit fitOperators(const RgbBrdf& source, const BrdfFile& brdf, OperatorSource from, int count, int threads) {
+BrdfOperators fitOperators(const RgbBrdf& source, const BrdfFile& brdf, OperatorSource from, int count, int threads) {
     assert(count >= 1 && count <= kMaxOperators);
     std::vector<ProjectedTerms> terms;
     if (from == OperatorSource::kSlices) terms = termsOfSlices(brdf);
     if (from == OperatorSource::kTable) terms = termsOfTable(source, brdf.even_index, threads);
     if (from == OperatorSource::kLiteral) terms = termsAsPrinted(source, threads);
     const std::vector<int> index = from == OperatorSource::kLiteral ? allIndices(kLiteralOrder) : brdf.even_index;
-    return {assembled(terms, std::size_t(count), index, from), count};
+    return assembled(terms, std::size_t(count), index, from);
 }
 
 std::size_t expandedBytes(const BrdfOperators& operators, int light_order, const Convention& convention) {

@@ -18,13 +18,9 @@ enum class OperatorSource {
 OperatorSource parseOperatorSource(const std::string& name);  // UsageError
 const char* nameOf(OperatorSource source);
 
-struct OperatorFit {
-    BrdfOperators operators;
-    int asked = 0;  // k; operators.count differs where k would cut a pair of equal singular values, or beyond the rank
-};
-
-// `brdf` holds the slices of `source`; count 1..kMaxOperators.
-OperatorFit fitOperators(const RgbBrdf& source, const BrdfFile& brdf, OperatorSource from, int count, int threads);
+// `brdf` holds the slices of `source`; count 1..kMaxOperators. There are more or fewer where `count` would cut a pair
+// of equal singular values, and fewer where the BRDF has no more terms.
+BrdfOperators fitOperators(const RgbBrdf& source, const BrdfFile& brdf, OperatorSource from, int count, int threads);
 
 // Bytes of M^b and w of all channels in single precision, as the paper stores them: k (n^4 + E) a channel.
 std::size_t expandedBytes(const BrdfOperators& operators, int light_order, const Convention& convention);
