@@ -15,13 +15,18 @@ namespace {
 
 struct LightCommand {
     std::filesystem::path picture, output;
+    std::string layout;  // "": by the picture's shape
     int order = 4, lobes = 3;
     std::string lobe_fit = "joint";
     const CLI::Option* lobes_option = nullptr;
 };
 
 void define(CLI::App& app, LightCommand& command) {
-    app.add_option("picture", command.picture, "lat-long environment, OpenEXR or Radiance HDR")->required();
+    app.add_option("picture", command.picture, "environment, OpenEXR or Radiance HDR")->required();
+    app.add_option(
+           "--layout", command.layout,
+           "lat-long, angular map (light probe), mirror ball or cross of cube faces; by the shape when not given")
+        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
     app.add_option("-o,--output", command.output, "E.light.h5")->required();
     app.add_option("--order", command.order, "SH bands")->check(CLI::Range(1, kMaxOrder));
     command.lobes_option =
@@ -62,20 +67,23 @@ void checkOptions(const LightCommand& command) {
 void run(const LightCommand& command, const CommonOptions& common, Report& report) {
     checkOptions(command);
     report.phase("read");
-    const Image image = readImage(command.picture);
+    const EnvironmentMap map = readEnvironmentMap(command.picture, command.layout);
     report.phase("fit");
-    LightFile light = fitLight(image, command.picture.string(), command.order);
+    LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
     if (common.dry_run) {
-        std::printf("would fit order %d to %d x %d pixels and write %s\n", command.order, image.width, image.height,
-                    command.output.c_str());
+        std::printf("would fit order %d to %d x %d pixels, layout %s, and write %s\n", command.order, map.image.width,
+                    map.image.height, std::string(nameOf(map.layout)).c_str(), command.output.c_str());
         return;
     }
     nlohmann::ordered_json options;
-    options["layout"] = "latlong";
+    options["layout"] = nameOf(map.layout);
     options["order"] = command.order;
     options["lobes"] = command.lobes;
     options["lobe_fit"] = command.lobe_fit;
     light.provenance = makeProvenance("penumbra-fit light", options.dump(), {command.picture});
+    report.figures["layout"] = nameOf(map.layout);
+    report.figures["negative_pixels"] = map.negative_pixels;
+    report.figures["negative_share"] = map.negative_share;
     report.figures["order"] = light.order;
     report.figures["residual"] = light.residual;
     // Mean radiance: SH_0 / sqrt(4pi) = SH_0 y_0.
@@ -84,6 +92,9 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
     if (!common.quiet)
         std::printf("%s: order %d, residual %.4f of the picture, mean radiance %.4g %.4g %.4g\n", light.name.c_str(),
                     light.order, light.residual, light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0);
+    if (map.negative_share > 1e-5 && !common.quiet)
+        std::printf("%s: %zu pixels below 0 made 0, %.2g%% of the light, taken from the bright ones beside them\n",
+                    light.name.c_str(), map.negative_pixels, 100 * map.negative_share);
     addLobes(command, light, report, common.quiet);
     report.phase("write");
     writeLight(command.output, light);
