@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "formats/write_file.h"
 #include "player/draw_frame.h"
@@ -35,6 +36,38 @@ static double time(int runs, const Body& body) {
     return median(std::move(times));
 }
 
+// The next material that can be on for one of the parts, the next light that can be, and another rotation.
+static void switchAll(ShadingSet& set, std::size_t run) {
+    const AssetView& asset = set.asset();
+    const std::size_t slot = run % set.slotCount();
+    std::size_t material = set.materialOfSlot()[slot], light = set.light();
+    do material = (material + 1) % asset.materials.size();
+    while (!set.hasMaterial(material));
+    do light = (light + 1) % asset.lights.size();
+    while (!set.hasLight(light));
+    set.setMaterial(slot, material);
+    set.setLight(light);
+    const float turn = 0.1f * float(run), c = std::cos(turn), s = std::sin(turn);
+    set.setLightRotation({{c, 0, s, 0, 1, 0, -s, 0, c}});
+}
+
+// `frame(run)` draws one.
+template <class Frame>
+static BenchResult::Switching timeSwitching(ShadingSet& set, int runs, const Frame& frame) {
+    std::vector<double> switched, steady;
+    for (int run = -1; run < runs; ++run) {
+        throwIfInterrupted();
+        for (const bool change : {true, false}) {
+            const Clock::time_point start = Clock::now();
+            if (change) switchAll(set, std::size_t(run + 1));
+            frame(std::size_t(run + 1));
+            if (run >= 0) (change ? switched : steady).push_back(millisecondsSince(start));
+        }
+    }
+    return {median(switched), *std::max_element(switched.begin(), switched.end()), median(steady),
+            *std::max_element(steady.begin(), steady.end())};
+}
+
 static std::size_t bytesRead(const ModelView& model) {
     std::size_t bytes = 0;
     for (const ClusterView& cluster : model.clusters)
@@ -52,7 +85,7 @@ static void measureRange(Evaluator& evaluator, const AnimationView& animation, B
     }
 }
 
-static void benchCpu(const Shot& shot, const ShadingSet* shading, Evaluator& evaluator, const RenderOptions& options,
+static void benchCpu(const Shot& shot, ShadingSet* shading, Evaluator& evaluator, const RenderOptions& options,
                      int runs, int threads, FrameVertices& vertices, std::vector<Vec3>& values, BenchResult& result) {
     const AssetView& asset = *shot.asset;
     const auto pose = [&](std::size_t run) {
@@ -69,6 +102,8 @@ static void benchCpu(const Shot& shot, const ShadingSet* shading, Evaluator& eva
     values = channelValues(shot, options.channel, shading, vertices, {}, eye, threads);
     if (options.channel != Channel::kShaded) return;
     result.shade = time(runs, [&](std::size_t) { shadeFrame(*shading, vertices, eye, threads, values); });
+    result.switch_cpu =
+        timeSwitching(*shading, runs, [&](std::size_t) { shadeFrame(*shading, vertices, eye, threads, values); });
 }
 
 BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads) {
@@ -109,6 +144,7 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
     draw_model(0);  // drivers compile at the first draw
     result.first_frame = millisecondsSince(start);
     result.draw_model = time(runs, draw_model);
+    if (shading) result.switch_gl = timeSwitching(*shading, runs, draw_model);
     return result;
 }
 

@@ -17,6 +17,12 @@ struct BenchResult {
     double draw_values = 0;                              // upload and drawing of what the CPU made
     double draw_model = 0;                               // upload of the pose, evaluation in the vertex shader, drawing
     double first_frame = 0;                              // upload of the asset, compilation of the shaders, first draw
+    // Part, material, light and rotation changed before every frame, against the frame that follows without a change; in
+    // turns, so that both see the same work. `frame`: shading alone on the CPU, the whole frame on GL.
+    struct Switching {
+        double switched = 0, switched_worst = 0, steady = 0, steady_worst = 0;
+    };
+    Switching switch_cpu, switch_gl;
     double out_of_range_mean = 0, out_of_range_max = 0;  // Evaluator::outOfRange() over the asset's frames
 };
 

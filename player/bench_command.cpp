@@ -15,6 +15,19 @@ struct BenchCommand {
     int runs = 50;
 };
 
+static void printSwitching(const char* what, const BenchResult::Switching& s) {
+    if (s.steady == 0) return;
+    std::printf("%s %8.3f ms, worst %.3f; without %.3f ms, worst %.3f: ratio %.3f, worst %.3f\n", what, s.switched,
+                s.switched_worst, s.steady, s.steady_worst, s.switched / s.steady, s.switched_worst / s.steady_worst);
+}
+
+static nlohmann::json figuresOf(const BenchResult::Switching& s) {
+    return {{"switched_ms", s.switched},
+            {"switched_worst_ms", s.switched_worst},
+            {"steady_ms", s.steady},
+            {"steady_worst_ms", s.steady_worst}};
+}
+
 static void printResult(const BenchResult& r, int threads) {
     std::printf("%zu vertices, %zu triangles, %d threads; %s\n", r.vertices, r.triangles, threads, r.gl.c_str());
     std::printf("CPU  pose and skin       %8.3f ms\n", r.skin);
@@ -28,6 +41,8 @@ static void printResult(const BenchResult& r, int threads) {
     std::printf("GL   draw CPU's values   %8.3f ms\n", r.draw_values);
     std::printf("GL   evaluate and draw   %8.3f ms  (the first time, with upload and shader compilation: %.0f ms)\n",
                 r.draw_model, r.first_frame);
+    printSwitching("CPU  shade, switched    ", r.switch_cpu);
+    printSwitching("GL   draw, switched     ", r.switch_gl);
     std::printf("the asset's frames are out of the training range by %.4f on average, at most %.4f\n",
                 r.out_of_range_mean, r.out_of_range_max);
 }
@@ -53,6 +68,8 @@ static void runBench(BenchCommand& command, const CommonOptions& common, Report&
                       {"draw_values_ms", r.draw_values},
                       {"draw_model_ms", r.draw_model},
                       {"first_frame_ms", r.first_frame},
+                      {"switch_cpu", figuresOf(r.switch_cpu)},
+                      {"switch_gl", figuresOf(r.switch_gl)},
                       {"out_of_range_mean", r.out_of_range_mean},
                       {"out_of_range_max", r.out_of_range_max}};
     if (!common.quiet) printResult(r, common.threads);

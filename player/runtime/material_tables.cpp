@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include "sh/reflectance.h"
 #include "sh/reflection_operator.h"
@@ -73,33 +74,45 @@ std::vector<ProductEntry> operatorProduct(const Convention& convention, int ligh
     return entries;
 }
 
-ProductRows groupRows(const Convention& convention, const std::vector<ProductEntry>& entries) {
-    const std::vector<int> indices = convention.indices();
-    std::vector<ProductRow> all;
-    std::vector<std::size_t> first;
+// Every (i, j) once, in the order of the entries; `first` gets the first entry of each.
+static std::vector<ProductRow> plainRows(const std::vector<ProductEntry>& entries, std::vector<std::size_t>& first) {
+    std::vector<ProductRow> rows;
     for (std::size_t at = 0; at < entries.size(); ++at) {
         const ProductEntry& e = entries[at];
-        if (all.empty() || all.back().i != e.i || all.back().j != e.j) {
-            all.push_back({e.i, e.j, 0, 0, 0});
+        if (rows.empty() || rows.back().i != e.i || rows.back().j != e.j) {
+            rows.push_back({e.i, e.j, 0, 0, 0});
             first.push_back(at);
         }
-        ++all.back().terms;
+        ++rows.back().terms;
     }
-    // The row of (index of j, position of i), if there is one: its terms are the same, as Gamma_ijk = Gamma_jik.
-    constexpr std::size_t kCount = coefficientCount(kMaxOrder);
+    return rows;
+}
+
+ProductRows groupRows(const Convention& convention, const std::vector<ProductEntry>& entries) {
+    const std::vector<int> indices = convention.indices();
+    std::vector<std::size_t> first;
+    const std::vector<ProductRow> all = plainRows(entries, first);
+    constexpr int kCount = coefficientCount(kMaxOrder);
     std::vector<int> row_of(kCount * kCount, -1);  // by both SH indices
-    for (std::size_t r = 0; r < all.size(); ++r) row_of[all[r].i * kCount + std::size_t(indices[all[r].j])] = int(r);
-    const auto mirrorOf = [&](const ProductRow& row) { return row_of[std::size_t(indices[row.j]) * kCount + row.i]; };
+    for (std::size_t r = 0; r < all.size(); ++r) row_of[std::size_t(all[r].i * kCount + indices[all[r].j])] = int(r);
+    // By diagonals of (i, j): rows that follow one another add to different t, so that no sum waits for the one before.
+    std::vector<int> visit(all.size());
+    std::iota(visit.begin(), visit.end(), 0);
+    std::stable_sort(visit.begin(), visit.end(), [&](int a, int b) {
+        const auto diagonal = [&](int r) { return indices[all[std::size_t(r)].j] - int(all[std::size_t(r)].i); };
+        return diagonal(a) < diagonal(b);
+    });
     ProductRows result;
     for (const bool mirrored : {true, false})
-        for (std::size_t r = 0; r < all.size(); ++r) {
-            const int mirror = mirrorOf(all[r]), self = int(r);
-            const bool has_mirror = mirror >= 0 && mirror != self;
-            if (has_mirror != mirrored || (mirrored && mirror < self)) continue;
-            ProductRow row = all[r];
+        for (const int r : visit) {
+            ProductRow row = all[std::size_t(r)];
+            // The row of (index of j, position of i): its terms are the same, as Gamma_ijk = Gamma_jik.
+            const int mirror = row_of[std::size_t(indices[row.j] * kCount + row.i)];
+            const bool has_mirror = mirror >= 0 && mirror != r;
+            if (has_mirror != mirrored || (mirrored && mirror < r)) continue;
             if (mirrored) row.mirror_i = all[std::size_t(mirror)].i, row.mirror_j = all[std::size_t(mirror)].j;
             result.rows.push_back(row);
-            result.first.push_back(first[r]);
+            result.first.push_back(first[std::size_t(r)]);
             result.mirrored += mirrored;
         }
     return result;
