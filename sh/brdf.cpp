@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sh/fresnel.h"
 #include "sh/key_values.h"
 
 namespace penumbra {
@@ -30,9 +31,22 @@ static double pow5(double x) { return x * x * x * x * x; }
 
 static double lambert(const Parameters&, Vec3d, Vec3d) { return 1 / pi; }
 
+// Oren and Nayar 1994, eq. 30, with albedo 1: the qualitative model. max(0, cos(phi_i - phi_o)) sin(alpha) tan(beta) is
+// what the horizontal parts' dot product is over the larger cosine.
+static double orenNayar(const Parameters& p, Vec3d i, Vec3d o) {
+    const double s2 = p[0] * p[0], a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
+    return (a + b * std::max(0.0, i.x * o.x + i.y * o.y) / std::max(i.z, o.z)) / pi;
+}
+
 static double phong(const Parameters& p, Vec3d i, Vec3d o) {
     const double s = p[0], cosine = std::max(0.0, i.z * o.z - i.x * o.x - i.y * o.y);
     return (s + 2) / (2 * pi) * std::pow(cosine, s);
+}
+
+// (n.h)^s over its integral with the cosine at normal view, 8 pi (s + 2^(-s/2)) / ((s + 2) (s + 4)).
+static double blinnPhong(const Parameters& p, Vec3d i, Vec3d o) {
+    const double s = p[0];
+    return (s + 2) * (s + 4) / (8 * pi * (s + std::exp2(-s / 2))) * std::pow(normalized(i + o).z, s);
 }
 
 // exp(-tan^2 delta (cos^2 phi / ax^2 + sin^2 phi / ay^2)) of the unnormalised half vector h.
@@ -76,11 +90,23 @@ static double ggx(const Parameters& p, Vec3d i, Vec3d o) {
     return distribution * shadowing * fresnel / (4 * i.z * o.z);
 }
 
+// Cook and Torrance 1982 with Beckmann's distribution; 4 where the paper prints pi, so that D integrates to 1.
+static double cookTorrance(const Parameters& p, Vec3d i, Vec3d o) {
+    const double m2 = p[0] * p[0];
+    const Vec3d h = normalized(i + o);
+    const double cosine = dot(h, i), h2 = h.z * h.z;
+    const double distribution = std::exp((h2 - 1) / (h2 * m2)) / (pi * m2 * h2 * h2);
+    const double shadowing = std::min(1.0, 2 * h.z * std::min(i.z, o.z) / cosine);
+    return distribution * shadowing * dielectricFresnel(cosine, p[1]) / (4 * i.z * o.z);
+}
+
 static const std::vector<Model>& models() {
     static const std::vector<Parameter> widths = {{"ax", 0.2, 0.01, 10}, {"ay", 0.5, 0.01, 10}};
     static const std::vector<Model> all = {
         {"lambert", {}, lambert},
+        {"oren-nayar", {{"sigma", 0.5, 0, 1.5708}}, orenNayar},
         {"phong", {{"exponent", 10, 0, 1e5}}, phong},
+        {"blinn-phong", {{"exponent", 50, 0, 1e5}}, blinnPhong},
         {"ward", widths, ward, "ax", "ay"},
         {"ward-gmd", widths, wardGmd, "ax", "ay"},
         {"ashikhmin-shirley",
@@ -89,6 +115,7 @@ static const std::vector<Model>& models() {
          "nu",
          "nv"},
         {"ggx", {{"alpha", 0.3, 0.01, 1}, {"f0", 0.9, 0, 1}}, ggx},
+        {"cook-torrance", {{"m", 0.3, 0.01, 1}, {"ior", 1.5, 1, 100}}, cookTorrance},
     };
     return all;
 }

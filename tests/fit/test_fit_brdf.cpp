@@ -125,6 +125,8 @@ TEST(FitBrdf, EveryModelSettles) {
         const BrdfFile brdf = fitBrdf(specBrdf(name), {}, 2);
         EXPECT_LT(brdf.errors.at("refinement"), 1e-3) << name;
         EXPECT_LE(brdf.errors.at("albedo_r"), 1 + 1e-12) << name;
+        // Ward's model of 1992 is known to reflect more than it gets at grazing views; the others do not.
+        EXPECT_EQ(brdf.errors.at("albedo_max") > 1.001, name == "ward") << name << brdf.errors.at("albedo_max");
     }
 }
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "sh/brdf.h"
+#include "sh/fresnel.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "tests/sh/golden.h"
@@ -22,6 +23,7 @@ std::string messageOf(const std::string& text) {
 
 TEST(Brdf, TextRoundTrips) {
     for (const char* text : {"lambert", "lambert:color=0.5/0.25/1", "phong", "phong:exponent=50", "ward:ay=0.1",
+                             "oren-nayar:sigma=0.3", "blinn-phong", "cook-torrance:m=0.1,ior=2",
                              "ward-gmd:ax=0.3,ay=0.3", "ashikhmin-shirley:rd=0", "ggx:alpha=0.1,f0=0.04,color=0.5"}) {
         const BrdfSpec spec = parseBrdf(text);
         EXPECT_EQ(parseBrdf(toString(spec)), spec) << text;
@@ -88,6 +90,44 @@ TEST(Brdf, AlbedosAtNormalViewMatchClosedForms) {
     EXPECT_NEAR(albedo(parseBrdf("ggx:alpha=0.1,f0=1"), normal), 1, 0.02);  // 0.988: masked light is lost
     EXPECT_NEAR(albedo(parseBrdf("ward-gmd:ax=0.1,ay=0.1"), normal), 1, 0.03);
     EXPECT_NEAR(albedo(parseBrdf("ward:ax=0.1,ay=0.1"), normal), 1, 0.03);
+}
+
+// Blinn-Phong's normalisation is exact; the quadrature resolves an exponent of 1000 to 1e-10.
+TEST(Brdf, BlinnPhongReflectsAllAtNormalView) {
+    for (const char* text :
+         {"blinn-phong:exponent=0", "blinn-phong:exponent=1", "blinn-phong:exponent=50", "blinn-phong:exponent=1000"})
+        EXPECT_NEAR(albedo(parseBrdf(text), {0, 0, 1}), 1, 1e-9) << text;
+}
+
+// A + 2B/pi (sin t (t - sin t cos t) / 2 + tan t (1 - sin^3 t) / 3) at view angle t. The quadrature sees the kinks at
+// opposite azimuths and at equal heights: measured 2e-4.
+TEST(Brdf, OrenNayarAlbedoMatchesItsClosedForm) {
+    for (const double sigma : {0.0, 0.3, 1.0})
+        for (const double t : {0.0, 0.4, 1.0, 1.4}) {
+            const double s2 = sigma * sigma, a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
+            const double sine = std::sin(t), inner = sine * (t - sine * std::cos(t)) / 2;
+            const double exact = a + 2 * b / std::numbers::pi * (inner + std::tan(t) * (1 - sine * sine * sine) / 3);
+            BrdfSpec spec = parseBrdf("oren-nayar");
+            spec.parameters["sigma"] = sigma;
+            EXPECT_NEAR(albedo(spec, {sine, 0, std::cos(t)}), exact, 6e-4) << sigma << " " << t;
+        }
+}
+
+// A narrow Beckmann lobe reflects what Fresnel's formula says: normal incidence, 60 degrees, nearly a mirror.
+TEST(Brdf, NarrowCookTorranceReflectsAsFresnelSays) {
+    const BrdfSpec glass = parseBrdf("cook-torrance:m=0.05,ior=1.5"), metal = parseBrdf("cook-torrance:m=0.05,ior=100");
+    EXPECT_NEAR(albedo(glass, {0, 0, 1}), 0.04, 0.0004);
+    EXPECT_NEAR(albedo(glass, {std::sqrt(0.75), 0, 0.5}), dielectricFresnel(0.5, 1.5), 0.002);  // 0.0892
+    EXPECT_NEAR(albedo(metal, {0, 0, 1}), std::pow(99.0 / 101, 2), 0.01);
+}
+
+// Normal incidence; Brewster's angle, where only the perpendicular half is reflected; grazing; no boundary at all.
+TEST(Fresnel, DielectricMatchesClosedForms) {
+    const double n = 1.5, brewster = std::cos(std::atan(n));
+    EXPECT_NEAR(dielectricFresnel(1, n), 0.04, 1e-15);
+    EXPECT_NEAR(dielectricFresnel(brewster, n), std::pow((n * n - 1) / (n * n + 1), 2) / 2, 1e-15);
+    EXPECT_NEAR(dielectricFresnel(1e-9, n), 1, 1e-8);
+    EXPECT_NEAR(dielectricFresnel(0.3, 1), 0, 1e-15);
 }
 
 TEST(Brdf, IsotropyIsThatOfTheFunction) {
