@@ -100,7 +100,7 @@ BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads) 
                    {"albedo_r", albedo.mean.x},
                    {"albedo_g", albedo.mean.y},
                    {"albedo_b", albedo.mean.z},
-                   {"albedo_max", albedo.largest}};
+                   {"albedo_max", std::max(albedo.largest, largestAlbedo(source, threads))}};
     return brdf;
 }
 

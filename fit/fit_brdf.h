@@ -19,7 +19,8 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
 
 // `errors` of the result, over all channels where none is named:
 //   fit: sqrt(sum w z |F - C y|^2 / sum w z |F|^2);  refinement: the last change of F in the same measure;
-//   albedo_r, _g, _b: mean directional albedo, cosine-weighted over the views;  albedo_max: the largest of any view.
+//   albedo_r, _g, _b: mean directional albedo, cosine-weighted over the views;  albedo_max: the largest of any view
+//   (down to 0.1 degrees above the horizon).
 // The provenance is left to the caller. InvalidInput when a lobe is too narrow for the finest grid.
 BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads);
 

@@ -238,8 +238,11 @@ SliceTable tabulateSlices(const RgbBrdf& brdf, int slice_order, int incident_n_z
 }
 
 SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
-    constexpr int kViewNz = 32, kCoarsest = 32, kFinest = 512;  // of heights and azimuths
-    SliceTable table = makeTable(slice_order, kViewNz);
+    constexpr int kCoarsest = 32, kFinest = 512;  // heights, and azimuths
+    constexpr double kMostEvaluations = 4e7;      // of one refinement: some seconds
+    // C of any model here is within 5e-5 of that of 64 heights.
+    const int view_n_z = brdf.symmetry == BrdfSymmetry::kIsotropic ? 32 : 16;
+    SliceTable table = makeTable(slice_order, view_n_z);
     std::vector<std::size_t> views = sourceViews(table, brdf.symmetry);
     const double enough = 0.25 * kSettled * kSettled / double(views.size());  // leaves as much to views still open
     const auto sum = [](const std::vector<double>& values) { return std::reduce(values.begin(), values.end()); };
@@ -251,6 +254,7 @@ SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
     const double total = sum(integrateAll(kCoarsest));
     double settled_change = 0, open_change = total;
     for (int n = 2 * kCoarsest; n <= kFinest && !views.empty(); n *= 2) {
+        if (double(views.size()) * n * n > kMostEvaluations) break;
         const std::vector<double> change = integrateAll(n);
         std::vector<std::size_t> open;
         open_change = 0;
@@ -265,6 +269,25 @@ SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
     table.refinement = total > 0 ? std::sqrt((settled_change + open_change) / total) : 0;
     spreadBySymmetry(table, brdf.symmetry);
     return table;
+}
+
+double largestAlbedo(const RgbBrdf& brdf, int threads) {
+    constexpr std::array<double, 9> kHeights = {0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.9};
+    const std::size_t azimuths = brdf.symmetry == BrdfSymmetry::kIsotropic     ? 1
+                                 : brdf.symmetry == BrdfSymmetry::kOrthotropic ? 3
+                                                                               : 8;
+    const std::vector<WeightedNumber> nodes = gaussInterval(64);
+    std::vector<double> largest(kHeights.size() * azimuths);
+    parallelFor(largest.size(), threads, [&](std::size_t k) {
+        throwIfInterrupted();
+        const double z = kHeights[k / azimuths], r = std::sqrt(1 - z * z),
+                     phi = std::numbers::pi / 4 * double(k % azimuths);
+        std::array<double, kChannels> f0{};
+        integrateAroundMirror(brdf, {r * std::cos(phi), r * std::sin(phi), z}, nodes, f0);
+        // F_0 holds the constant y_0 = 1 / sqrt(4 pi).
+        largest[k] = std::sqrt(4 * std::numbers::pi) * *std::max_element(f0.begin(), f0.end());
+    });
+    return *std::max_element(largest.begin(), largest.end());
 }
 
 }  // namespace penumbra

@@ -25,4 +25,7 @@ constexpr double kSettled = 1e-3;
 // together, until `refinement` is below kSettled or the finest grid is reached.
 SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads);
 
+// The largest directional albedo of any channel over some views, grazing ones included, where BRDFs gain energy first.
+double largestAlbedo(const RgbBrdf& brdf, int threads);
+
 }  // namespace penumbra
