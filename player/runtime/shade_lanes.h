@@ -71,33 +71,53 @@ inline void gatherNumbers(const ShadeInput& in, std::size_t first, std::size_t e
     }
 }
 
-inline void productRow(const ProductRow& row, const Lanes* f, const ProductTerm*& term, Lanes& sum) {
-    sum = term->value * f[term->k];
-    for (const ProductTerm* last = term++ + row.terms; term < last; ++term) sum += term->value * f[term->k];
+// What is computed of 8 vertices.
+struct Block {
+    LaneFrames frames;
+    Lanes v[kMaxOrder * kMaxOrder], view_basis[kMaxOrder * kMaxOrder], t[3][kMaxOrder * kMaxOrder];
+};
+// The tables are walked for several blocks at once: the sums of one fill the gaps in which those of another wait.
+// Without AVX2 the registers are too few for that.
+#ifdef __AVX2__
+constexpr int kBlocks = 2;
+#else
+constexpr int kBlocks = 1;
+#endif
+
+// s = sum of value * f_k over the next `terms` of the products.
+inline void productSum(int terms, const Lanes (*f)[kBlocks], const ProductTerm*& term, Lanes* s) {
+    for (int b = 0; b < kBlocks; ++b) s[b] = term->value * f[term->k][b];
+    for (const ProductTerm* last = term++ + terms; term < last; ++term)
+        for (int b = 0; b < kBlocks; ++b) s[b] += term->value * f[term->k][b];
 }
 
 // t of one colour channel.
-inline void transfer(const ShadeMaterial& material, int light_order, std::size_t channel, const Lanes* view_basis,
-                     const Lanes* v, Lanes* t) {
-    Lanes f[kMaxOrder * kMaxOrder] = {};
-    for (std::size_t s = 0; s < material.view_terms[channel]; ++s) {
-        const ViewTerm& term = material.views[channel][s];
-        f[term.k] += term.value * view_basis[term.e];
+inline void transfer(const ShadeMaterial& material, int light_order, std::size_t channel, Block* blocks) {
+    Lanes f[kMaxOrder * kMaxOrder][kBlocks], s[kBlocks];
+    const ViewTerm* view = material.views[channel];
+    for (const ViewTerm* end = view + material.view_terms[channel]; view < end;) {
+        const int k = view->k;
+        for (int b = 0; b < kBlocks; ++b) s[b] = view->value * blocks[b].view_basis[view->e];
+        for (++view; view < end && view->k == k; ++view)
+            for (int b = 0; b < kBlocks; ++b) s[b] += view->value * blocks[b].view_basis[view->e];
+        for (int b = 0; b < kBlocks; ++b) f[k][b] = s[b];
     }
-    for (int i = 0; i < light_order * light_order; ++i) t[i] = v[0] * 0.0f;
+    for (int b = 0; b < kBlocks; ++b)
+        for (int i = 0; i < light_order * light_order; ++i) blocks[b].t[channel][i] = blocks[b].v[0] * 0.0f;
     const ProductTerm* term = material.products[channel];
-    Lanes sum;
     std::size_t r = 0;
     for (; r < material.mirrored_rows; ++r) {
         const ProductRow row = material.rows[r];
-        productRow(row, f, term, sum);
-        t[row.i] += v[row.j] * sum;
-        t[row.mirror_i] += v[row.mirror_j] * sum;
+        productSum(row.terms, f, term, s);
+        for (int b = 0; b < kBlocks; ++b) {
+            blocks[b].t[channel][row.i] += blocks[b].v[row.j] * s[b];
+            blocks[b].t[channel][row.mirror_i] += blocks[b].v[row.mirror_j] * s[b];
+        }
     }
     for (; r < material.row_count; ++r) {
         const ProductRow row = material.rows[r];
-        productRow(row, f, term, sum);
-        t[row.i] += v[row.j] * sum;
+        productSum(row.terms, f, term, s);
+        for (int b = 0; b < kBlocks; ++b) blocks[b].t[channel][row.i] += blocks[b].v[row.j] * s[b];
     }
 }
 
@@ -194,26 +214,33 @@ inline void lightByRotation(const ShadeLight& light, std::size_t channels, const
     }
 }
 
+inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t first,
+                       std::size_t end, Block& block) {
+    Lanes radiance[3] = {};
+    if (light.lobes)
+        lightByLobes(light, material.channels, block.frames, block.t, radiance);
+    else
+        lightByRotation(light, material.channels, block.frames, block.t, radiance);
+    for (std::size_t lane = 0; lane < kShadeLanes && first + lane < end; ++lane) {
+        Vec3& out = in.radiance[vertexOf(in, first, end, lane)];
+        out.x = material.color[0] * radiance[0][lane];
+        out.y = material.color[1] * radiance[1][lane];
+        out.z = material.color[2] * radiance[2][lane];
+    }
+}
+
 inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t begin,
                        std::size_t end) {
-    for (std::size_t first = begin; first < end; first += kShadeLanes) {
-        LaneFrames frames;
-        gather(in, first, end, frames);
-        Lanes v[kMaxOrder * kMaxOrder], view_basis[kMaxOrder * kMaxOrder], t[3][kMaxOrder * kMaxOrder];
-        gatherNumbers(in, first, end, v);
-        laneBasis(light, material.view_order, frames.view, view_basis);
-        for (std::size_t c = 0; c < material.channels; ++c) transfer(material, light.order, c, view_basis, v, t[c]);
-        Lanes radiance[3] = {};
-        if (light.lobes)
-            lightByLobes(light, material.channels, frames, t, radiance);
-        else
-            lightByRotation(light, material.channels, frames, t, radiance);
-        for (std::size_t lane = 0; lane < kShadeLanes && first + lane < end; ++lane) {
-            Vec3& out = in.radiance[vertexOf(in, first, end, lane)];
-            out.x = material.color[0] * radiance[0][lane];
-            out.y = material.color[1] * radiance[1][lane];
-            out.z = material.color[2] * radiance[2][lane];
+    Block blocks[kBlocks];
+    for (std::size_t first = begin; first < end; first += kBlocks * kShadeLanes) {
+        for (std::size_t b = 0; b < kBlocks; ++b) {
+            gather(in, first + b * kShadeLanes, end, blocks[b].frames);
+            gatherNumbers(in, first + b * kShadeLanes, end, blocks[b].v);
+            laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
         }
+        for (std::size_t c = 0; c < material.channels; ++c) transfer(material, light.order, c, blocks);
+        for (std::size_t b = 0; b < kBlocks; ++b)
+            shadeBlock(material, light, in, first + b * kShadeLanes, end, blocks[b]);
     }
 }
 
