@@ -156,6 +156,53 @@ TEST(PackAsset, OneSliceSetWhereChannelsDifferByAFactorOnly) {
         }
 }
 
+BrdfFile withOperators(Vec3d color) {
+    BrdfFile brdf = synthetic::lambert(color);
+    brdf.operators = {2, 3, {}, brdf.even_index, {}, "table"};
+    for (int i = 0; i < 2 * 9; ++i)
+        for (int c = 0; c < 3; ++c) brdf.operators.u.push_back(color[c] * (i + 1));
+    for (std::size_t i = 0; i < 2 * brdf.even_index.size() * 3; ++i) brdf.operators.w.push_back(double(i / 3) - 7);
+    return brdf;
+}
+
+TEST(PackAsset, KeepsOperators) {
+    BrdfFile one = withOperators({0.2, 0.8, 0.0}), three = withOperators({1, 1, 1});
+    three.name = "three";
+    three.operators.u[4] = -1;  // one channel differs, though the slices do not
+    const std::vector<BrdfFile> brdfs = {one, three};
+    const Packed packed = packAsset(tubeModel({.clusters = 2}), brdfs, {}, {}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    const std::size_t even = one.even_index.size();
+    for (std::size_t material = 0; material < 2; ++material) {
+        const MaterialView& view = asset.materials[material];
+        const BrdfOperators& stored = brdfs[material].operators;
+        ASSERT_EQ(view.channels, material == 0 ? 1 : 3);
+        ASSERT_EQ(view.operators.count, 2);
+        ASSERT_EQ(view.operators.order, 3);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t set = view.channels == 1 ? 0 : c;
+            for (std::size_t i = 0; i < 18; ++i)
+                EXPECT_NEAR(view.operators.u[set * 18 + i] * view.color[int(c)], stored.u[i * 3 + c], 1e-5);
+            for (std::size_t i = 0; i < 2 * even; ++i)
+                EXPECT_EQ(view.operators.w[set * 2 * even + i], stored.w[i * 3 + c]);
+        }
+    }
+    EXPECT_EQ(
+        openAsset(
+            packAsset(tubeModel({.clusters = 2}), std::vector<BrdfFile>{synthetic::lambert()}, {}, {}, "{}", 1).bytes)
+            .materials[0]
+            .operators.count,
+        0);
+}
+
+TEST(PackAsset, RefusesOperatorsThatNoPlayerReads) {
+    BrdfFile brdf = withOperators({1, 1, 1});
+    brdf.operators.source = "literal";
+    brdf.operators.view_index = {0, 1, 2};
+    brdf.operators.w.resize(2 * 3 * 3);
+    EXPECT_THROW(packAsset(tubeModel({.clusters = 2}), std::vector<BrdfFile>{brdf}, {}, {}, "{}", 1), Unsupported);
+}
+
 BrdfFile plainMaterial(const std::string& name) {
     BrdfFile brdf;
     brdf.name = name;

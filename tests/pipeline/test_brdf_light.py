@@ -44,6 +44,36 @@ def check_brdf(folder):
     print("brdf: slices, figures, the same bytes for 1, 2 and 8 threads")
 
 
+def check_operators(folder):
+    """Sizes, what is stored, and that two ways to the same radiance agree as far as their errors say."""
+    spec = "ward-gmd:ax=0.2,ay=0.5,color=1/0.5/0"
+    for source, asked in (("slices", "8"), ("table", "8"), ("literal", "8"), ("slices", "16")):
+        code, out, err = run(folder, "brdf", "--analytic", spec, "-o", "o.brdf.h5", "--operators", asked, "--operators-from",
+                             source, "--report", "o.json")
+        assert code == 0 and err == "", (code, err)
+        figures = json.loads((folder / "o.json").read_text())["figures"]
+        with h5py.File(folder / "o.brdf.h5") as f:
+            u, w, index = f["/operators/u"][()], f["/operators/w"][()], f["/operators/view_index"][()]
+            order = f["/operators"].attrs["order"]
+            errors = dict(f["/error"].attrs)
+            assert f["/operators"].attrs["source"] == source
+            slices, even = f["/reflectance/slices"][()], f["/reflectance/even_index"][()]
+        assert u.shape == (figures["operators"], order**2, 3) and w.shape == (len(u), len(index), 3)
+        assert list(index) == (list(even) if source != "literal" else list(range(16)))
+        assert np.allclose(u[..., 1], u[..., 0] / 2) and not u[..., 2].any()
+        assert 0 < errors["shading_d5"] < errors["shading_a4"] < errors["shading_operators"] + 1e-9, errors
+        assert len(u) * (16 * 16 + len(index)) * 4 <= 10000 or asked == "16"
+        if asked == "16":  # all 15 terms of C
+            assert f"{len(u)} operators instead of 16" in out and len(u) == 15, out
+            assert np.allclose(np.einsum("bic,bec->iec", u, w), slices, atol=1e-9)
+    first = (folder / "o.brdf.h5").read_bytes()
+    for threads in ("1", "8"):
+        assert run(folder, "brdf", "--analytic", spec, "-o", "o.brdf.h5", "--operators", "16", "--threads", threads)[0] == 0
+        assert (folder / "o.brdf.h5").read_bytes() == first, f"{threads} threads give other bytes"
+    (folder / "o.brdf.h5").unlink()
+    print("operators: three sources, all terms of C are C, the same bytes for any number of threads")
+
+
 def check_light(folder):
     # Radiance (1, 2, 0.5) everywhere: c 2^(e-136).
     write_hdr(folder / "sky.hdr", np.broadcast_to(np.array([64, 128, 32, 130]), (4, 8, 4)))
@@ -68,7 +98,9 @@ def check_failures(folder):
         (1, "--analytic", ["brdf", "-o", "x.h5"]),
         (1, "gloss", ["brdf", "--analytic", "gloss", "-o", "x.h5"]),
         (1, "alpha", ["brdf", "--analytic", "ggx:alpha=7", "-o", "x.h5"]),
-        (1, "--operators", ["brdf", "--analytic", "ggx", "-o", "x.h5", "--operators", "8"]),
+        (1, "--operators", ["brdf", "--analytic", "ggx", "-o", "x.h5", "--operators", "17"]),
+        (1, "guess", ["brdf", "--analytic", "ggx", "-o", "x.h5", "--operators", "8", "--operators-from", "guess"]),
+        (1, "--operators", ["brdf", "--analytic", "ggx", "-o", "x.h5", "--operators-from", "table"]),
         (1, "--order", ["light", "sky.hdr", "-o", "x.h5", "--order", "9"]),
         (2, "none.exr", ["light", "none.exr", "-o", "x.h5"]),
         (2, "no/such", ["light", "sky.hdr", "-o", "no/such/x.h5"]),
@@ -88,5 +120,6 @@ def check_failures(folder):
 
 with tempfile.TemporaryDirectory() as name:
     check_brdf(pathlib.Path(name))
+    check_operators(pathlib.Path(name))
     check_light(pathlib.Path(name))
     check_failures(pathlib.Path(name))
