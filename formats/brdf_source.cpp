@@ -1,5 +1,6 @@
 #include "formats/brdf_source.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -34,6 +35,28 @@ std::vector<std::filesystem::path> BrdfSource::files() const {
     if (!merl.empty()) return {merl};
     if (!table.empty()) return {table};
     return {};
+}
+
+BrdfSource brdfSource(const std::string& word) {
+    BrdfSource source;
+    const std::vector<std::string> models = brdfNames();
+    const bool is_model = std::find(models.begin(), models.end(), word.substr(0, word.find(':'))) != models.end();
+    const auto exists = [](const std::string& path) {
+        std::error_code error;
+        return std::filesystem::exists(path, error);
+    };
+    const std::size_t colon = word.rfind(':');
+    std::filesystem::path path = word;
+    if (!exists(word) && colon != std::string::npos && exists(word.substr(0, colon))) {
+        path = word.substr(0, colon);
+        source.material = word.substr(colon + 1);
+    }
+    const bool means_file = exists(path.string()) || word.find_first_of("./") < colon;
+    if (is_model || !means_file)
+        source.analytic = word;
+    else
+        (path.extension() == ".binary" ? source.merl : source.table) = path;
+    return source;
 }
 
 static BrdfReading readAnalytic(const BrdfSource& source) {

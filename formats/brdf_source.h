@@ -19,6 +19,9 @@ struct BrdfSource {
     std::vector<std::filesystem::path> files() const;
 };
 
+// A source in one word: an analytic model, or a file: FILE.binary is MERL, others are tables, FILE:ROW a row of fits.
+BrdfSource brdfSource(const std::string& word);
+
 struct BrdfReading {
     RgbBrdf brdf;  // named after the model, or the file without its folder
     // Counts of what a file has and what was done about its faults: samples; unmeasured (cells above the horizon that

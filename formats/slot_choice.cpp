@@ -22,7 +22,7 @@ std::vector<std::size_t> findSlots(std::span<const std::string_view> slots, std:
     std::vector<std::size_t> whole, beginning;
     for (std::size_t i = 0; i < slots.size(); ++i) {
         if (slots[i] == name || slots[i].starts_with(node) || slots[i].ends_with(material)) whole.push_back(i);
-        if (slots[i].starts_with(name)) beginning.push_back(i);
+        if (slots[i].starts_with(name) || slots[i].find(material) != slots[i].npos) beginning.push_back(i);
     }
     if (whole.empty() && beginning.empty()) fail("no slot \"" + std::string(name) + "\"", slots);
     return whole.empty() ? beginning : whole;

@@ -15,8 +15,8 @@ struct SlotChoice {
 // Cut at the first '='; UsageError when a side is empty.
 SlotChoice parseSlotChoice(const std::string& text);
 
-// Every slot whose whole name, node or material is `name`; where there is none, every slot that begins so. UsageError
-// that lists the slots when none does.
+// Every slot whose whole name, node or material is `name`; where there is none, every slot where one of them begins so.
+// UsageError that lists the slots when none does.
 std::vector<std::size_t> findSlots(std::span<const std::string_view> slots, std::string_view name);
 
 // The material called `name`, or the only one that begins so; UsageError that lists them.

@@ -1,0 +1,182 @@
+// penumbra-bake reference X.vis.h5 --frame N -o REF.png: a ray-traced picture to hold results against.
+#include "bake/reference_command.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "bake/bake_reference.h"
+#include "formats/brdf_source.h"
+#include "formats/errors.h"
+#include "formats/slot_choice.h"
+#include "sh/sh_basis.h"
+
+namespace penumbra {
+
+struct ReferenceCommand {
+    std::filesystem::path input, output, light, tangents;
+    BrdfSource brdf;
+    std::vector<std::string> slots;
+    ReferenceOptions options;
+    std::int64_t frame = 0;
+    int light_order = 0;  // 0: the picture itself
+    const CLI::Option* light_order_option = nullptr;
+    std::string camera, size = "512x512", channel = "shaded", background = "transparent";
+    float exposure = 1;
+};
+
+static Vec3 parseColor(const std::string& text) {
+    Vec3 color;
+    int used = 0;
+    const int read = std::sscanf(text.c_str(), "%f/%f/%f%n", &color.x, &color.y, &color.z, &used);
+    const float least = std::min({color.x, color.y, color.z}), sum = color.x + color.y + color.z;
+    if (read != 3 || std::size_t(used) != text.size() || !(least >= 0) || !std::isfinite(sum))
+        throw UsageError("--background must be transparent or R/G/B (linear, 0 or more), not '" + text + "'");
+    return color;
+}
+
+static void finishOptions(ReferenceCommand& command) {
+    ReferenceOptions& options = command.options;
+    int used = 0;
+    if (std::sscanf(command.size.c_str(), "%5dx%5d%n", &options.width, &options.height, &used) != 2 ||
+        std::size_t(used) != command.size.size())
+        throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
+    options.channel = command.channel == "ao"        ? ReferenceChannel::kAmbient
+                      : command.channel == "normals" ? ReferenceChannel::kNormals
+                                                     : ReferenceChannel::kShaded;
+    if (command.background != "transparent") options.background = parseColor(command.background);
+    if (command.light_order_option->count() > 0 && command.light.empty())
+        throw UsageError("--light-order needs --light: the default light is the same at any order");
+    if (command.light_order < 0 || command.light_order > kMaxOrder)
+        throw UsageError("--light-order must be 0 (the picture itself) or 1..8, not " +
+                         std::to_string(command.light_order));
+    if (!(command.exposure > 0)) throw UsageError("--exposure must be above 0");
+    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+    const std::string extension = command.output.extension().string();
+    if (extension != ".exr" && extension != ".png") throw UsageError("-o must end in .exr or .png");
+}
+
+static EnvironmentLight readLightOf(const ReferenceCommand& command) {
+    if (command.light.empty()) return EnvironmentLight::white();
+    EnvironmentLight light = readEnvironmentLight(command.light);
+    return command.light_order > 0 ? light.bandLimited(command.light_order) : light;
+}
+
+static BrdfSource slotSource(const SlotChoice& choice) {
+    BrdfSource source = brdfSource(choice.material);
+    source.analytic_option = "--slot";
+    return source;
+}
+
+static BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) {
+    BrdfSource source = command.brdf;
+    source.analytic_option = "--brdf";
+    if (source.analytic.empty() && source.files().empty()) source.analytic = "lambert";
+    return readBrdfSource(source, threads);
+}
+
+// Materials of the parts that have one of their own, and which of options.brdfs each vertex has.
+static std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& mesh, int threads) {
+    if (command.slots.empty()) return {};
+    const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
+    std::vector<std::uint16_t> brdf_of_slot(slots.size(), 0), brdf_of_vertex;
+    for (const std::string& text : command.slots) {
+        const SlotChoice choice = parseSlotChoice(text);
+        for (const std::size_t slot : findSlots(slots, choice.slot))
+            brdf_of_slot[slot] = std::uint16_t(command.options.brdfs.size());
+        command.options.brdfs.push_back(readBrdfSource(slotSource(choice), threads).brdf);
+    }
+    for (const std::uint16_t slot : mesh.slot_of_vertex) brdf_of_vertex.push_back(brdf_of_slot[slot]);
+    return brdf_of_vertex;
+}
+
+static void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
+    finishOptions(command);
+    report.phase("read");
+    const BrdfReading material = readMaterialOf(command, common.threads);
+    command.options.brdfs = {material.brdf};
+    report.figures["brdf"] = material.brdf.name;
+    for (const auto& [name, value] : material.figures) report.figures[name] = value;
+    const VisibilityReader reader(command.input);
+    const VisibilityHeader& header = reader.header();
+    const auto count = std::int64_t(header.frames.frameCount());
+    if (command.frame < 0 || command.frame >= count)
+        throw UsageError("--frame must be 0.." + std::to_string(count - 1) + ", not " + std::to_string(command.frame));
+    const VisibilityFrame frame = reader.readPose(std::size_t(command.frame));
+    Camera camera;
+    try {
+        camera = makeCamera(command.camera, frame.positions, boxDiagonal(header.mesh.rest_positions) / 2);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--camera: ") + error.what());
+    }
+    const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
+    const EnvironmentLight light = readLightOf(command);
+    if (common.dry_run) {
+        std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", std::size_t(command.frame),
+                    command.options.width, command.options.height, command.options.samples);
+        return;
+    }
+    std::optional<PosedTangents> tangents;
+    if (!command.tangents.empty())
+        tangents = posedTangents(readModel(command.tangents), header.mesh, frame, command.tangents.string());
+    report.phase("render");
+    ReferenceFrame input{header.mesh, frame, header.ground_y.has_value()};
+    if (tangents) input.tangents = &*tangents;
+    input.brdf_of_vertex = brdf_of_vertex;
+    const Image image = renderReference(input, camera, light, command.options, common.threads,
+                                        parseProgressStyle(common.quiet ? "none" : common.progress));
+    report.phase("write");
+    const bool shaded = command.options.channel == ReferenceChannel::kShaded;
+    writeImage(command.output, image, shaded ? command.exposure : 1);
+}
+
+static void defineReference(CLI::App& app, ReferenceCommand& command) {
+    ReferenceOptions& options = command.options;
+    app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used")->required();
+    app.add_option("-o,--output", command.output, "REF.exr or REF.png")->required();
+    app.add_option("--frame", command.frame, "index into the file's frames")->required();
+    app.add_option("--brdf", command.brdf.analytic, "NAME[:key=value,...] (default: lambert)");
+    app.add_option("--merl", command.brdf.merl, "measurements of the MERL database (.binary)");
+    app.add_option("--table", command.brdf.table,
+                   "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
+    app.add_option("--material", command.brdf.material, "which row of a --table of fits");
+    app.add_option(
+           "--slot", command.slots,
+           "SLOT=SPEC: the material of a part of the mesh (info lists the slots), an analytic one or the file of "
+           "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above")
+        ->allow_extra_args(false);
+    app.add_option("--tangents", command.tangents,
+                   "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
+    app.add_option("--light", command.light, "lat-long picture (.exr, .hdr) or .light.h5 (default: white, radiance 1)");
+    command.light_order_option = app.add_option("--light-order", command.light_order,
+                                                "replace the picture of --light by its SH of this order (0: do not)");
+    app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
+    app.add_option("--size", command.size, "WIDTHxHEIGHT, pixels");
+    app.add_option("--samples", options.samples, "shadow rays a pixel");
+    app.add_option("--aa", options.camera_rays, "camera rays a pixel");
+    app.add_option("--exposure", command.exposure, "factor on the colours of a shaded PNG");
+    app.add_option("--background", command.background, "transparent or R/G/B (linear)");
+    app.add_option("--channel", command.channel, "what to draw")->check(CLI::IsMember({"shaded", "ao", "normals"}));
+}
+
+Verb referenceVerb() {
+    const auto command = std::make_shared<ReferenceCommand>();
+    return {"reference",
+            "Ray-trace a picture of a baked frame: full-resolution light, true BRDF, shadow rays.",
+            [command](CLI::App& app) { defineReference(app, *command); },
+            [command] {
+                std::vector<std::filesystem::path> inputs{command->input};
+                if (!command->light.empty()) inputs.push_back(command->light);
+                if (!command->tangents.empty()) inputs.push_back(command->tangents);
+                for (const std::filesystem::path& file : command->brdf.files()) inputs.push_back(file);
+                for (const std::string& slot : command->slots)
+                    for (const std::filesystem::path& file : slotSource(parseSlotChoice(slot)).files())
+                        inputs.push_back(file);
+                return inputs;
+            },
+            [command] { return command->output; },
+            [command](const CommonOptions& common, Report& report) { runReference(*command, common, report); }};
+}
+
+}  // namespace penumbra
