@@ -82,8 +82,8 @@ static void defineBench(CLI::App& app, BenchCommand& command) {
         ->capture_default_str();
     app.add_option("--brdf", command.options.brdf,
                    "name of one material for all parts (default: what the asset gives each)");
-    app.add_option("--material", command.options.materials,
-                   "PART=NAME: the material of one part of the mesh; repeatable");
+    app.add_option("--slot", command.options.slots,
+                   "SLOT=NAME: the material of a part of the mesh; any number of them");
     app.add_option("--light-form", command.light_form, "auto, lobes (as fitted), fixed or rotation (both exact)")
         ->capture_default_str();
     app.add_option("--reflectance", command.reflectance, "slices, or the paper's operators")->capture_default_str();

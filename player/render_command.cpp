@@ -115,7 +115,9 @@ static void defineRender(CLI::App& app, RenderCommand& command) {
     command.shading = {
         app.add_option("--brdf", options.brdf,
                        "name of one material for all parts (default: what the asset gives each)"),
-        app.add_option("--material", options.materials, "PART=NAME: the material of one part of the mesh; repeatable"),
+        app.add_option(
+            "--slot", options.slots,
+            "SLOT=NAME: the material of a part of the mesh (penumbra-bake info lists the slots); any number of them"),
         app.add_option("--light", options.light, "name of the light (default: the first)"),
         app.add_option("--light-rotation", options.light_rotation,
                        "yaw=,pitch=,roll= or axis=X/Y/Z,angle= (degrees) that the light is turned by"),

@@ -26,9 +26,9 @@ struct RenderOptions {
     std::string clip;  // "" = the first one
     int frame = 0;     // of the clip, 0 = its first sampled frame
     // Names in the asset, or how only one of them begins. brdf: of every part, "" = what the asset gives each.
-    // materials: PART=NAME, after brdf. light: "" = the first one.
+    // slots: SLOT=NAME (formats/slot_choice.h), after brdf. light: "" = the first one.
     std::string brdf, light;
-    std::vector<std::string> materials;
+    std::vector<std::string> slots;
     ShadingChoice shading;
     std::string light_rotation;     // sh/light_rotation.h
     int width = 512, height = 512;  // pixels, 1..16384

@@ -5,26 +5,20 @@
 #include <stdexcept>
 
 #include "formats/errors.h"
+#include "formats/slot_choice.h"
 #include "sh/light_rotation.h"
 
 namespace penumbra {
 
-static std::string_view nameOf(std::string_view name) { return name; }
-template <class T>
-static std::string_view nameOf(const T& named) {
-    return named.name;
-}
-
 // Where `list` has what is called `name`, else the only one whose name begins so ("ggx" for "ggx:alpha=0.3"), or the
 // first for "".
 template <class T>
-static std::size_t findByName(const std::vector<T>& list, std::string_view name, const std::string& option,
-                              const std::string& what) {
+static std::size_t findByName(const std::vector<T>& list, std::string_view name, const std::string& option) {
     if (name.empty()) return 0;
     std::size_t beginning = 0, beginnings = 0;
     std::string known;
     for (std::size_t i = 0; i < list.size(); ++i) {
-        const std::string_view element = nameOf(list[i]);
+        const std::string_view element = list[i].name;
         if (element == name) return i;
         known += (known.empty() ? "" : ", ") + std::string(element);
         if (!element.starts_with(name)) continue;
@@ -32,7 +26,7 @@ static std::size_t findByName(const std::vector<T>& list, std::string_view name,
         ++beginnings;
     }
     if (beginnings == 1) return beginning;
-    throw UsageError("--" + option + ": the " + what + " has " + (beginnings == 0 ? "no" : "more than one") + " \"" +
+    throw UsageError("--" + option + ": the asset has " + (beginnings == 0 ? "no" : "more than one") + " \"" +
                      std::string(name) + "\"; it has " + known);
 }
 
@@ -74,16 +68,14 @@ static void checkTruth(const AssetView& asset, const AssetView& truth) {
                            asset.model.convention.name());
 }
 
-// "PART=NAME"
-static void assignMaterial(const AssetView& asset, const std::string& assignment, Shot& shot) {
-    const std::size_t equals = assignment.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == assignment.size())
-        throw UsageError("--material is PART=NAME, not \"" + assignment + "\"");
-    if (asset.mesh.slots.empty())
-        throw UsageError("--material: the asset's mesh is one part without a name; use --brdf");
-    const std::string_view text = assignment;
-    const std::size_t slot = findByName(asset.mesh.slots, text.substr(0, equals), "material", "mesh");
-    shot.material_of_slot[slot] = findByName(asset.materials, text.substr(equals + 1), "material", "asset");
+// "SLOT=NAME"
+static void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot) {
+    const SlotChoice choice = parseSlotChoice(text);
+    if (asset.mesh.slots.empty()) throw UsageError("--slot: the asset's mesh is one part without a name; use --brdf");
+    std::vector<std::string_view> names;
+    for (const MaterialView& material : asset.materials) names.push_back(material.name);
+    for (const std::size_t slot : findSlots(asset.mesh.slots, choice.slot))
+        shot.material_of_slot[slot] = findMaterial(names, choice.material);
 }
 
 static void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
@@ -95,9 +87,9 @@ static void resolveShading(const RenderOptions& options, const AssetView& asset,
     shot.material_of_slot.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     if (!options.brdf.empty())
         std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
-                  findByName(asset.materials, options.brdf, "brdf", "asset"));
-    for (const std::string& assignment : options.materials) assignMaterial(asset, assignment, shot);
-    shot.light = findByName(asset.lights, options.light, "light", "asset");
+                  findByName(asset.materials, options.brdf, "brdf"));
+    for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
+    shot.light = findByName(asset.lights, options.light, "light");
     for (const std::size_t material : shot.material_of_slot)
         if (!hasReflectance(asset.materials[material], shot.shading.reflectance))
             throw UsageError("--reflectance operators: the asset's material \"" +
@@ -124,7 +116,7 @@ Shot resolveShot(const RenderOptions& options, const AssetView& asset, const Ass
     Shot shot;
     shot.asset = &asset;
     checkSome(asset, asset.animation.clips, "clip");
-    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "clip", "asset")];
+    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "clip")];
     if (std::size_t(options.frame) >= clip.frame_count)
         throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
                          std::string(clip.name) + "\", not " + std::to_string(options.frame));
