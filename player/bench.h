@@ -10,15 +10,15 @@ namespace penumbra {
 struct BenchResult {
     std::string gl;
     std::size_t vertices = 0, triangles = 0;
-    std::size_t bytes_read = 0;                          // of mean and basis, a frame
-    double skin = 0;                                     // pose, regression, skinned positions and frames
-    double evaluate = 0;                                 // visibility numbers of all vertices
-    double shade = 0;                                    // radiance of all vertices; 0 without material or light
-    double draw_values = 0;                              // upload and drawing of what the CPU made
-    double draw_model = 0;                               // upload of the pose, evaluation in the vertex shader, drawing
-    double first_frame = 0;                              // upload of the asset, compilation of the shaders, first draw
-    // Part, material, light and rotation changed before every frame, against the frame that follows without a change; in
-    // turns, so that both see the same work. `frame`: shading alone on the CPU, the whole frame on GL.
+    std::size_t bytes_read = 0;  // of mean and basis, a frame
+    double skin = 0;             // pose, regression, skinned positions and frames
+    double evaluate = 0;         // visibility numbers of all vertices
+    double shade = 0;            // radiance of all vertices; 0 without material or light
+    double draw_values = 0;      // upload and drawing of what the CPU made
+    double draw_model = 0;       // upload of the pose, evaluation in the vertex shader, drawing
+    double first_frame = 0;      // upload of the asset, compilation of the shaders, first draw
+    // Part, material, light and rotation changed before every frame, against the frame that follows without a change;
+    // in turns, so that both see the same work. `frame`: shading alone on the CPU, the whole frame on GL.
     struct Switching {
         double switched = 0, switched_worst = 0, steady = 0, steady_worst = 0;
     };

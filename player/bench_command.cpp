@@ -34,8 +34,8 @@ static void printResult(const BenchResult& r, int threads) {
     std::printf("CPU  evaluate visibility %8.3f ms  %6.2f GB/s  %7.2f Mvertices/s\n", r.evaluate,
                 double(r.bytes_read) / r.evaluate * 1e-6, double(r.vertices) / r.evaluate * 1e-3);
     if (r.shade > 0)
-        std::printf("CPU  shade               %8.3f ms  %18.2f Mvertices/s\n", r.shade,
-                    double(r.vertices) / r.shade * 1e-3);
+        std::printf("CPU  shade               %8.3f ms  %18.2f Mvertices/s  %.1f ns a vertex\n", r.shade,
+                    double(r.vertices) / r.shade * 1e-3, r.shade * 1e6 / double(r.vertices));
     else
         std::printf("CPU  shade                      -     (no material or no light in the asset)\n");
     std::printf("GL   draw CPU's values   %8.3f ms\n", r.draw_values);

@@ -2,17 +2,22 @@
 
 namespace penumbra {
 
-static void setView(const GlObject& program, const FrameView& view) {
+static ViewUniforms viewUniforms(const GlObject& program) {
+    return {gl::GetUniformLocation(program.id(), "clip_from_model"), gl::GetUniformLocation(program.id(), "eye"),
+            gl::GetUniformLocation(program.id(), "error_max")};
+}
+
+static void setView(const GlObject& program, const ViewUniforms& at, const FrameView& view) {
     gl::UseProgram(program.id());
-    gl::UniformMatrix4fv(gl::GetUniformLocation(program.id(), "clip_from_model"), 1, GL_FALSE,
-                         view.clip_from_model.data());
-    gl::Uniform3f(gl::GetUniformLocation(program.id(), "eye"), view.eye.x, view.eye.y, view.eye.z);
-    gl::Uniform1f(gl::GetUniformLocation(program.id(), "error_max"), view.error_max);
+    gl::UniformMatrix4fv(at.clip_from_model, 1, GL_FALSE, view.clip_from_model.data());
+    gl::Uniform3f(at.eye, view.eye.x, view.eye.y, view.eye.z);
+    gl::Uniform1f(at.error_max, view.error_max);
 }
 
 ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel)
     : program_(makeProgram(valueVertexSource(channel), channelFragmentSource(channel))),
       vertex_array_(makeVertexArray()),
+      view_(viewUniforms(program_)),
       index_count_(GLsizei(triangles.size())) {
     gl::BindVertexArray(vertex_array_.id());
     GLuint location = 0;
@@ -29,10 +34,14 @@ void ValuePainter::draw(const FrameView& view, std::span<const Vec3> positions, 
     gl::BindVertexArray(vertex_array_.id());
     replaceBuffer(GL_ARRAY_BUFFER, positions_, std::as_bytes(positions));
     replaceBuffer(GL_ARRAY_BUFFER, values_, std::as_bytes(values));
-    setView(program_, view);
+    setView(program_, view_, view);
     gl::DrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
     checkGl("drawing");
 }
+
+static constexpr const char* kSamplers[] = {"bones",         "skin_joints",   "skin_weights", "cluster_rotations",
+                                            "given_numbers", "clusters",      "scores",       "mean_numbers",
+                                            "mean_scales",   "basis_numbers", "basis_scales"};
 
 ModelPainter::ModelPainter(const AssetView& asset, Channel channel, const ShadingSet* shading, bool numbers_given)
     : model_(uploadModel(asset)) {
@@ -50,9 +59,15 @@ ModelPainter::ModelPainter(const AssetView& asset, Channel channel, const Shadin
         recipe.shading = &layout;
     }
     program_ = makeProgram(evaluateVertexSource(recipe), channelFragmentSource(channel));
-    if (channel != Channel::kShaded) return;
-    shading_.emplace(layout, *shading);
-    shading_->attach(program_);
+    view_ = viewUniforms(program_);
+    gl::UseProgram(program_.id());
+    for (const char* name : kSamplers) {
+        const GLint location = gl::GetUniformLocation(program_.id(), name);
+        if (location < 0) continue;  // a channel that does not read it
+        gl::Uniform1i(location, GLint(samplers_.size()));
+        samplers_.push_back(name);
+    }
+    if (channel == Channel::kShaded) shading_.emplace(layout, *shading, program_, GLuint(samplers_.size()));
 }
 
 void ModelPainter::setPose(const Evaluator& evaluator, std::span<const Affine> bones) {
@@ -69,16 +84,12 @@ void ModelPainter::setTrueAmbient(std::span<const float> e) {
 }
 
 void ModelPainter::draw(const FrameView& view) {
-    setView(program_, view);
-    GLint unit = 0;
-    for (const auto& [name, buffer] : model_.samplers) {
-        const GLint location = gl::GetUniformLocation(program_.id(), name.c_str());
-        if (location < 0) continue;  // a channel that does not read it
+    setView(program_, view_, view);
+    for (std::size_t unit = 0; unit < samplers_.size(); ++unit) {
         gl::ActiveTexture(GL_TEXTURE0 + GLenum(unit));
-        gl::BindTexture(GL_TEXTURE_BUFFER, buffer.texture.id());
-        gl::Uniform1i(location, unit++);
+        gl::BindTexture(GL_TEXTURE_BUFFER, model_.samplers.at(samplers_[unit]).texture.id());
     }
-    if (shading_) shading_->bind(program_, GLuint(unit));
+    if (shading_) shading_->bind();
     gl::BindVertexArray(model_.vertex_array.id());
     gl::DrawElements(GL_TRIANGLES, model_.index_count, GL_UNSIGNED_INT, nullptr);
     checkGl("drawing");

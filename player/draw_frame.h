@@ -2,6 +2,8 @@
 // Drawing one frame into the bound target, on either path.
 #include <array>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "player/gl_upload.h"
 #include "player/shading_buffers.h"
@@ -14,6 +16,11 @@ struct FrameView {
     float error_max = 0.25f;
 };
 
+// Where a program takes a FrameView; -1 where it does not.
+struct ViewUniforms {
+    GLint clip_from_model = -1, eye = -1, error_max = -1;
+};
+
 // Draws vertices whose values were computed on the CPU.
 class ValuePainter {
 public:
@@ -22,6 +29,7 @@ public:
 
 private:
     GlObject program_, vertex_array_, positions_, values_, triangles_;
+    ViewUniforms view_;
     GLsizei index_count_;
 };
 
@@ -39,6 +47,8 @@ public:
 private:
     GlModel model_;
     GlObject program_, true_ambient_;
+    ViewUniforms view_;
+    std::vector<std::string> samplers_;  // that the program reads, by texture unit
     std::optional<ShadingBuffers> shading_;
 };
 

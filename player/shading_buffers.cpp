@@ -8,7 +8,9 @@ namespace penumbra {
 constexpr std::size_t kParts = 4;
 constexpr GLuint kLightBinding = 0;
 
-ShadingBuffers::ShadingBuffers(const ShadingLayout& layout, const ShadingSet& set) : set_(&set), layout_(layout) {
+ShadingBuffers::ShadingBuffers(const ShadingLayout& layout, const ShadingSet& set, const GlObject& program,
+                               GLuint first_unit)
+    : set_(&set), layout_(layout), first_unit_(first_unit) {
     light_data_.resize(4 * layout.lightTexels());
     const std::size_t bytes = light_data_.size() * sizeof(float);
     GLint limit = 0, alignment = 1;
@@ -24,11 +26,15 @@ ShadingBuffers::ShadingBuffers(const ShadingLayout& layout, const ShadingSet& se
     materials_ = makeTextureBuffer(GL_RGBA32F, std::span<const float>(materials));
     const std::vector<std::uint16_t> slots(kParts * set.slotCount());
     material_of_slot_ = makeTextureBuffer(GL_R16UI, std::span<const std::uint16_t>(slots));
+    connect(program);
     checkGl("uploading materials and lights");
 }
 
-void ShadingBuffers::attach(const GlObject& program) const {
+void ShadingBuffers::connect(const GlObject& program) {
     gl::UniformBlockBinding(program.id(), gl::GetUniformBlockIndex(program.id(), "Light"), kLightBinding);
+    gl::Uniform1i(gl::GetUniformLocation(program.id(), "materials"), GLint(first_unit_));
+    gl::Uniform1i(gl::GetUniformLocation(program.id(), "material_of_slot"), GLint(first_unit_ + 1));
+    slot_base_ = gl::GetUniformLocation(program.id(), "slot_base");
 }
 
 void ShadingBuffers::uploadLight() {
@@ -49,17 +55,16 @@ void ShadingBuffers::uploadSlots() {
                       slots.data());
 }
 
-void ShadingBuffers::bind(const GlObject& program, GLuint first_unit) {
+void ShadingBuffers::bind() {
     if (light_version_ != set_->lightVersion()) uploadLight();
     if (material_version_ != set_->materialVersion()) uploadSlots();
     gl::BindBufferRange(GL_UNIFORM_BUFFER, kLightBinding, light_.id(), GLintptr(light_part_ * light_part_bytes_),
                         GLsizeiptr(light_data_.size() * sizeof(float)));
-    for (const auto& [name, buffer] : {std::pair("materials", &materials_), {"material_of_slot", &material_of_slot_}}) {
-        gl::ActiveTexture(GL_TEXTURE0 + first_unit);
-        gl::BindTexture(GL_TEXTURE_BUFFER, buffer->texture.id());
-        gl::Uniform1i(gl::GetUniformLocation(program.id(), name), GLint(first_unit++));
-    }
-    gl::Uniform1i(gl::GetUniformLocation(program.id(), "slot_base"), GLint(slot_part_ * set_->slotCount()));
+    gl::ActiveTexture(GL_TEXTURE0 + first_unit_);
+    gl::BindTexture(GL_TEXTURE_BUFFER, materials_.texture.id());
+    gl::ActiveTexture(GL_TEXTURE0 + first_unit_ + 1);
+    gl::BindTexture(GL_TEXTURE_BUFFER, material_of_slot_.texture.id());
+    gl::Uniform1i(slot_base_, GLint(slot_part_ * set_->slotCount()));
 }
 
 }  // namespace penumbra

@@ -8,13 +8,12 @@ namespace penumbra {
 
 class ShadingBuffers {
 public:
+    // `program` is in use and has shadingGlsl(layout); `first_unit`: of the two texture units that are taken.
     // Unsupported when the light does not fit a uniform block.
-    ShadingBuffers(const ShadingLayout& layout, const ShadingSet& set);
+    ShadingBuffers(const ShadingLayout& layout, const ShadingSet& set, const GlObject& program, GLuint first_unit);
 
-    // Connects the program that shadingGlsl(layout) is part of; once.
-    void attach(const GlObject& program) const;
-    // Before a draw: uploads what changed in the set, binds the light. `first_unit`: of the two texture units it takes.
-    void bind(const GlObject& program, GLuint first_unit);
+    // Before a draw, with the program in use: uploads what changed in the set and binds everything.
+    void bind();
 
 private:
     const ShadingSet* set_;
@@ -23,9 +22,12 @@ private:
     GlObject light_;
     std::vector<float> light_data_;  // of one part
     std::size_t light_part_bytes_ = 0;
+    GLuint first_unit_;
+    GLint slot_base_;  // uniform
     std::size_t light_part_ = 0, slot_part_ = 0;
     std::uint64_t light_version_ = 0, material_version_ = 0;
 
+    void connect(const GlObject& program);
     void uploadLight();
     void uploadSlots();
 };

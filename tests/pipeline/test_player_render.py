@@ -86,13 +86,25 @@ def write_sky(path):
         f.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width) + rgbe.tobytes())
 
 
+def split_slots(path):
+    """The sample has one material; here its upper and its lower half have one each."""
+    import h5py
+    with h5py.File(path, "r+") as f:
+        height = f["mesh/rest_positions"][:, 1]
+        del f["mesh/slots"]
+        f["mesh/slots"] = np.array([b"upper", b"lower"])
+        f["mesh/slot_of_vertex"][:] = height < np.median(height)
+
+
 def make_assets():
     good("bake", "visibility", RIG, "-o", "x.vis.h5", "--fps", 4, "--rays", 512)
+    split_slots("x.vis.h5")
     good("fit", "visibility", "x.vis.h5", "-o", "x.model.h5", "--holdout", "squat", "--clusters", 13)
     write_sky("sky.hdr")
     good("fit", "light", "sky.hdr", "-o", "sky.light.h5", "--order", 4)
-    good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
-    good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", "ggx.brdf.h5")
+    good("fit", "brdf", "--analytic", "lambert", "--operators", 8, "-o", "lambert.brdf.h5")
+    good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "--operators", 8, "-o",
+         "ggx.brdf.h5")
     for precision in ("f16", "i8"):
         good("pack", "asset", "x.model.h5", "--brdf", "lambert.brdf.h5", "--brdf", "ggx.brdf.h5", "--light",
              "sky.light.h5", "-o", precision + ".pnb", "--precision", precision)
@@ -115,6 +127,41 @@ def check_paths_agree():
                 assert channel == "error" or cpu.max() > 100, (channel, cpu.max())
     assert worst < 0.5, worst
     print("CPU path against GLSL path, worst of all channels: RMSE %.3f / 255" % worst)
+
+
+def draw(name, *options):
+    good("player", "render", "i8.pnb", *FRAME, *VIEW, *options, "-o", name)
+    return read_png(name)[..., :3]
+
+
+def check_ways_to_shade():
+    """Operators, the forms of a light and its rotation, on both paths; materials of slots."""
+    exact = draw("a.png", "--brdf", "ggx")
+    assert (draw("b.png", "--brdf", "ggx", "--light-form", "rotation") == exact).all(), "rotation is the default"
+    for form, bound in (("fixed", 0.1), ("lobes", 3)):
+        for reflectance, most in (("slices", bound), ("operators", 5)):
+            options = ["--brdf", "ggx", "--light-form", form, "--reflectance", reflectance]
+            cpu, glsl = draw("c.png", *options, "--path", "cpu"), draw("d.png", *options, "--path", "glsl")
+            assert rmse(cpu, glsl) < 0.5, (options, rmse(cpu, glsl))
+            assert rmse(cpu, exact) < most, (options, rmse(cpu, exact))
+            print("%s of %s against exact slices: RMSE %.3f / 255, paths %.3f" % (form, reflectance, rmse(cpu, exact),
+                                                                                rmse(cpu, glsl)))
+    turned = draw("t.png", "--brdf", "ggx", "--light-rotation", "yaw=360")
+    assert rmse(turned, exact) < 0.1
+    assert rmse(draw("t.png", "--brdf", "ggx", "--light-rotation", "axis=0/1/0,angle=90"), exact) > 3
+    assert (draw("t.png", "--brdf", "ggx", "--light-rotation", "axis=0/1/0,angle=90") ==
+            draw("u.png", "--brdf", "ggx", "--light-rotation", "yaw=90")).all()
+
+    lambert, first = draw("e.png", "--brdf", "lambert"), draw("f.png")
+    assert (first == lambert).all(), "without anything said, every slot has the first material"
+    both = draw("g.png", "--brdf", "lambert", "--slot", "upper=ggx")
+    assert (both == draw("h.png", "--slot", "up=ggx", "--slot", "lower=lam")).all()
+    assert rmse(both, draw("g.png", "--slot", "upper=ggx", "--path", "glsl")) < 0.5
+    rows = np.arange(both.shape[0])
+    changed = rows[(both != lambert).any((1, 2))], rows[(both != exact).any((1, 2))]
+    assert changed[0].mean() + 20 < changed[1].mean(), changed  # the upper rows against lambert, the lower against ggx
+    print("slots: rows %d..%d are ggx, %d..%d lambert" % (changed[0].min(), changed[0].max(), changed[1].min(),
+                                                          changed[1].max()))
 
 
 def frame_number():
@@ -169,6 +216,7 @@ def check_report_and_bytes():
     said = good("player", "bench", "i8.pnb", "--runs", 3, "--size", "64x64").stdout
     assert "evaluate visibility" in said and "Mvertices/s" in said, said
     assert "out of the training range" in said, said
+    assert "GL   draw, switched" in said and "ratio" in said, said
 
 
 def check_alpha_and_numbers():
@@ -191,12 +239,18 @@ def check_errors():
     fails(1, "i8.pnb", *out, "--channel", "depth", says="normals")
     fails(1, "i8.pnb", *out, "--channel", "error", says="--truth")
     fails(1, "i8.pnb", *out, "--camera", "roll=1", says="--camera")
+    fails(1, "i8.pnb", *out, "--slot", "head=ggx", says="upper, lower")
+    fails(1, "i8.pnb", *out, "--slot", "upper", says="SLOT=MATERIAL")
+    fails(1, "i8.pnb", *out, "--light-rotation", "tilt=3", says="--light-rotation")
+    fails(1, "i8.pnb", *out, "--light-form", "sh", says="auto, lobes, fixed or rotation")
+    fails(1, "i8.pnb", *out, "--reflectance", "rpo", says="slices or operators")
     fails(1, "i8.pnb", *out, "--gl", "vulkan", says="osmesa")
     fails(1, "i8.pnb", "-o", "no.jpg", says=".png or .exr")
     fails(2, "none.pnb", *out, says="none.pnb")
     fails(2, "i8.pnb", "-o", "no_folder/no.png", says="no_folder")
     for channel in ("normals", "clusters", "ao", "error"):
-        for option, value in (("--brdf", "ggx"), ("--light", "sky"), ("--exposure", 1)):
+        for option, value in (("--brdf", "ggx"), ("--light", "sky"), ("--exposure", 1), ("--slot", "upper=ggx"),
+                              ("--light-rotation", "yaw=1"), ("--light-form", "fixed"), ("--reflectance", "slices")):
             fails(1, "i8.pnb", *out, "--channel", channel, option, value, says=option + " is of no use")
     fails(1, "i8.pnb", *out, "--error-max", 0.25, says="--error-max is of no use")
     fails(1, "i8.pnb", *out, "--truth", "x.truth.pnb", says="--truth is of no use")
@@ -213,6 +267,7 @@ with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     make_assets()
     check_paths_agree()
+    check_ways_to_shade()
     check_against_ray_tracing()
     check_report_and_bytes()
     check_alpha_and_numbers()

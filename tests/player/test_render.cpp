@@ -288,6 +288,72 @@ TEST(Render, UnknownNamesAreUsageErrorsThatListTheKnownOnes) {
     EXPECT_EQ(messageOf(options, data.asset, nullptr).substr(0, 16), "usage: --camera:");
 }
 
+TEST(Render, MaterialsOfSlotsAreNamed) {
+    SyntheticAsset data({.slots = 3});
+    RenderOptions options = smallPicture();
+    options.brdf = "ggx";
+    options.slots = {"part0=lam", "part2=tinted"};
+    const Shot shot = resolveShot(options, data.asset, nullptr);
+    EXPECT_EQ(shot.material_of_slot, (std::vector<std::size_t>{0, 1, 2}));
+    options.brdf = "";
+    options.slots = {};
+    EXPECT_EQ(resolveShot(options, data.asset, nullptr).material_of_slot, (std::vector<std::size_t>{0, 1, 2}));
+    options.slots = {"part=ggx", "part1=lambert"};
+    EXPECT_EQ(resolveShot(options, data.asset, nullptr).material_of_slot, (std::vector<std::size_t>{1, 0, 1}));
+    const std::pair<const char*, const char*> wrong[] = {
+        {"part0", "usage: --slot takes SLOT=MATERIAL, not \"part0\""},
+        {"head=ggx", "usage: --slot: no slot \"head\"; there are part0, part1, part2"},
+        {"part1=gold", "usage: --slot: no material \"gold\"; there are lambert, ggx, tinted"}};
+    for (const auto& [text, message] : wrong) {
+        options.slots = {text};
+        EXPECT_EQ(messageOf(options, data.asset, nullptr), message);
+    }
+    const SyntheticAsset plain;
+    options.slots = {"part0=ggx"};
+    EXPECT_NE(messageOf(options, plain.asset, nullptr).find("usage: --slot: the asset's mesh is one part"),
+              std::string::npos);
+}
+
+TEST(Render, WhatAMaterialOrLightLacksIsSaid) {
+    SyntheticAsset data({.slots = 2});
+    data.asset.materials[1].operators = {};
+    data.asset.lights[1].lobes = {};
+    RenderOptions options = smallPicture();
+    options.shading.reflectance = Reflectance::kOperators;
+    EXPECT_EQ(messageOf(options, data.asset, nullptr),
+              "usage: --reflectance operators: the asset's material \"ggx\" has none; fit it with penumbra-fit brdf "
+              "--operators");
+    options.brdf = "tinted";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "") << "a material that is not on need not have them";
+    options.shading.light_form = LightForm::kLobes;
+    EXPECT_EQ(messageOf(options, data.asset, nullptr), "");
+    options.light = "even";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr),
+              "usage: --light-form lobes: the asset's light \"even\" has none; fit it with penumbra-fit light --lobes");
+    options = smallPicture();
+    options.light_rotation = "yaw=1000";
+    EXPECT_EQ(messageOf(options, data.asset, nullptr),
+              "usage: --light-rotation: light rotation yaw must be a number from -360 to 360, not '1000'");
+}
+
+// The light at the upper left turned by half a turn about the axis of view is at the lower right.
+TEST(Render, ATurnedLightBrightensTheOtherSide) {
+    const SyntheticAsset data({.basis_size = 0, .open = true, .light_from = {-1, 1, 0.5f}, .light_ambient = 0});
+    RenderOptions options = smallPicture();
+    options.clip = "still";
+    options.frame = 0;
+    const Image plain = render(options, data);
+    options.light_rotation = "roll=180";
+    const Image turned = render(options, data);
+    double difference = 0, size = 0;
+    for (std::size_t i = 0; i < plain.pixels.size(); ++i) {
+        const Vec3 opposite = turned.pixels[plain.pixels.size() - 1 - i];
+        difference += double(length(opposite - plain.pixels[i]));
+        size += double(length(plain.pixels[i]));
+    }
+    EXPECT_LT(difference / size, 0.01);  // measured: 0.003, of the mesh's edges
+}
+
 TEST(Render, WhatIsMissingIsSaid) {
     SyntheticAsset data;
     RenderOptions options = smallPicture();

@@ -40,6 +40,14 @@ TEST(RenderOptions, WordsAreRead) {
     EXPECT_EQ(parseSource("truth"), VisibilitySource::kTruth);
     EXPECT_EQ(parsePath("glsl"), EvaluationPath::kGlsl);
     EXPECT_EQ(parsePath("auto"), std::nullopt);
+    EXPECT_EQ(parseReflectance("slices"), Reflectance::kSlices);
+    EXPECT_EQ(parseReflectance("operators"), Reflectance::kOperators);
+    EXPECT_EQ(parseLightForm("lobes"), LightForm::kLobes);
+    EXPECT_EQ(parseLightForm("fixed"), LightForm::kFixed);
+    EXPECT_EQ(parseLightForm("rotation"), LightForm::kRotation);
+    EXPECT_EQ(parseLightForm("auto"), LightForm::kRotation);
+    EXPECT_THROW(parseReflectance("rpo"), UsageError);
+    EXPECT_THROW(parseLightForm(""), UsageError);
     for (const char* word : {"", "Shaded", "ao "}) EXPECT_THROW(parseChannel(word), UsageError);
     EXPECT_THROW(parseSource("both"), UsageError);
     EXPECT_THROW(parsePath("gpu"), UsageError);

@@ -10,6 +10,7 @@
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
 #include "sh/sh_rotation.h"
+#include "sh/zonal.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/synthetic_asset.h"
 
@@ -150,6 +151,35 @@ TEST(ShadingSet, RotationIsExactAtThePoles) {
         shader.shade(0, positions.size(), positions, normals, tangents, numbers, {1, 2, 3}, radiance[rotation]);
     }
     EXPECT_LT(largestDifference(radiance[0], radiance[1]), 1e-6f);
+}
+
+// Lobes that are no light's exact ones, in the convention of the file (formulas.md section 1): what is shaded is the SH
+// light that they add up to. Radiances reach 2. Measured: 9.5e-7.
+TEST(ShadingSet, FittedLobesAreTheLightThatTheyAddUpTo) {
+    SyntheticAsset data({.rings = 8, .light_order = 4});
+    const std::vector<Vec3> directions = {normalized(Vec3{1, 2, 3}), normalized(Vec3{-2, 0.3f, 1}), {0, 0, -1}};
+    std::vector<float> z;
+    for (int i = 0; i < 3 * 4 * 3; ++i) z.push_back(std::cos(float(i)));
+    std::vector<double> light(3 * 16), lobe(16);
+    for (std::size_t d = 0; d < 3; ++d)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::vector<double> bands = {z[(4 * d + 0) * 3 + c], z[(4 * d + 1) * 3 + c], z[(4 * d + 2) * 3 + c],
+                                               z[(4 * d + 3) * 3 + c]};
+            rotateZonal(bands, toDouble(directions[d]), lobe);
+            for (std::size_t i = 0; i < 16; ++i) light[3 * i + c] += lobe[i];
+        }
+    const std::vector<float> sh(light.begin(), light.end());
+    data.asset.lights = {{"lobes", 4, sh, {directions, z}}};
+    const Posed posed(data.asset);
+    const Mat3 rotation = rotationOf("yaw=25,roll=110");
+    ShadingSet lobes(data.asset, {Reflectance::kSlices, LightForm::kLobes}), exact(data.asset);
+    for (std::size_t m = 0; m < 3; ++m) {
+        for (ShadingSet* set : {&lobes, &exact}) {
+            set->setMaterial(m);
+            set->setLightRotation(rotation);
+        }
+        EXPECT_LT(largestDifference(posed.shade(lobes), posed.shade(exact)), 4e-6f);
+    }
 }
 
 // Every path, way and number of lanes that are left over. Radiances reach 0.9. Measured: 1.9e-7.
