@@ -50,6 +50,25 @@ ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
     return test;
 }
 
+// lit f^T of every channel, [lights * occluders, 3 views]. Channels that are multiples of another take no product.
+static Eigen::MatrixXd shaded(const Eigen::MatrixXd& lit, const std::array<Eigen::MatrixXd, 3>& f) {
+    const Eigen::Index views = f[0].rows();
+    Eigen::MatrixXd radiance(lit.rows(), 3 * views);
+    for (Eigen::Index c = 0; c < 3; ++c) {
+        bool multiple = false;
+        for (Eigen::Index d = 0; d < c && !multiple; ++d) {
+            Eigen::Index row = 0, column = 0;
+            const auto &own = f[std::size_t(c)], &other = f[std::size_t(d)];
+            const double top = other.cwiseAbs().maxCoeff(&row, &column);
+            const double factor = top > 0 ? own(row, column) / other(row, column) : 0;
+            multiple = (own - factor * other).cwiseAbs().maxCoeff() <= 1e-14 * std::abs(factor) * top;
+            if (multiple) radiance.middleCols(c * views, views) = factor * radiance.middleCols(d * views, views);
+        }
+        if (!multiple) radiance.middleCols(c * views, views) = lit * f[std::size_t(c)].transpose();
+    }
+    return radiance;
+}
+
 std::vector<double> bruteForceRadiance(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
     const std::size_t lights = test.scenes.lights.size(), occluders = test.scenes.occluders.size(),
                       views = test.scenes.views.size(), columns = lights * occluders;
@@ -57,18 +76,20 @@ std::vector<double> bruteForceRadiance(const ShadingTest& test, const RgbBrdf& b
     parallelFor(kParts, threads, [&](std::size_t part) {
         throwIfInterrupted();
         // L = sum over q of f(q, view) (light(q) cos w) open(q).
-        Eigen::MatrixXd f(3 * views, kPartSize), lit(columns, kPartSize);
+        std::array<Eigen::MatrixXd, 3> f;
+        f.fill(Eigen::MatrixXd(views, kPartSize));
+        Eigen::MatrixXd lit(columns, kPartSize);
         for (std::size_t k = 0; k < kPartSize; ++k) {
             const std::size_t q = part * kPartSize + k;
             for (std::size_t v = 0; v < views; ++v) {
                 const Vec3d value = brdf.eval(test.directions[q], test.scenes.views[v]);
-                for (std::size_t c = 0; c < 3; ++c) f(Eigen::Index(c * views + v), Eigen::Index(k)) = value[int(c)];
+                for (int c = 0; c < 3; ++c) f[std::size_t(c)](Eigen::Index(v), Eigen::Index(k)) = value[c];
             }
             for (std::size_t i = 0; i < columns; ++i)
                 lit(Eigen::Index(i), Eigen::Index(k)) =
                     test.light[q * lights + i / occluders] * test.open[q * occluders + i % occluders];
         }
-        sums[part] = lit * f.transpose();
+        sums[part] = shaded(lit, f);
     });
     Eigen::MatrixXd total = sums[0];
     for (std::size_t part = 1; part < kParts; ++part) total += sums[part];
