@@ -168,6 +168,7 @@ static Json describeLight(const fs::path& path) {
     // Mean radiance over the sphere: coefficient 0 over y_0 4 pi, y_0 = 1 / sqrt(4 pi).
     json["mean_radiance"] = Json::array();
     for (std::size_t c = 0; c < 3; ++c) json["mean_radiance"].push_back(light.sh[c] / std::sqrt(4 * std::numbers::pi));
+    if (!light.window.empty()) json["window"] = light.window;
     if (!light.lobes.directions.empty()) json["lobes"] = describeLobes(light);
     json["provenance"] = describe(light.provenance);
     return json;

@@ -9,16 +9,75 @@
 
 namespace penumbra {
 
+static double squareOf(std::span<const double> values) {
+    return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+}
+
+// The projection is orthogonal: |L - SH|^2 = |L|^2 - |SH|^2.
+static LightFile makeLight(const std::string& name, int order, std::vector<double> sh, double energy) {
+    LightFile light;
+    light.name = name;
+    light.order = order;
+    light.residual = energy > 0 ? std::sqrt(std::max(0.0, 1 - squareOf(sh) / energy)) : 0;
+    light.sh = std::move(sh);
+    return light;
+}
+
 LightFile fitLight(const EnvironmentMap& map, const std::string& name, int order, int threads) {
     MapProjection projection = projectMap(map, order, threads);
-    LightFile light;
-    light.name = std::filesystem::path(name).filename().string();
-    light.order = order;
-    light.sh = std::move(projection.sh);
-    // The projection is orthogonal: |L - SH|^2 = |L|^2 - |SH|^2.
-    const double kept = std::inner_product(light.sh.begin(), light.sh.end(), light.sh.begin(), 0.0);
-    light.residual = projection.energy > 0 ? std::sqrt(std::max(0.0, 1 - kept / projection.energy)) : 0;
-    return light;
+    return makeLight(std::filesystem::path(name).filename().string(), order, std::move(projection.sh),
+                     projection.energy);
+}
+
+LightFile fitLight(std::span<const AnalyticLight> lights, int order) {
+    const LightParts parts = partsOf(lights);
+    return makeLight(toString(lights), order, projectLights(parts, order), energyOf(parts));
+}
+
+static double luminanceOf(Vec3 rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
+
+static bool isAlone(const EnvironmentMap& map, int x, int y) {
+    const auto luminance = [&](int i, int j) {
+        return luminanceOf(map.image.pixels[std::size_t(j) * std::size_t(map.image.width) + std::size_t(i)]);
+    };
+    for (int j = std::max(0, y - 1); j <= std::min(map.image.height - 1, y + 1); ++j)
+        for (int i = x - 1; i <= x + 1; ++i) {
+            const bool around = map.layout == MapLayout::kLatLong;
+            if ((i < 0 || i >= map.image.width) && !around) continue;
+            const int column = (i + map.image.width) % map.image.width;
+            if ((column != x || j != y) && luminance(column, j) >= 0.1 * luminance(x, y)) return false;
+        }
+    return true;
+}
+
+HotPixel findHotPixel(const EnvironmentMap& map) {
+    constexpr double kShare = 0.05;
+    HotPixel brightest;
+    double whole = 0, most = 0;
+    for (int y = 0; y < map.image.height; ++y)
+        for (int x = 0; x < map.image.width; ++x) {
+            const Vec3 pixel = map.image.pixels[std::size_t(y) * std::size_t(map.image.width) + std::size_t(x)];
+            const double flux = luminanceOf(pixel) * mapSteradians(map.shape(), x + 0.5, y + 0.5);
+            whole += flux;
+            if (flux > most) most = flux, brightest = {x, y, 0};
+        }
+    if (most > 0 && most >= kShare * whole && isAlone(map, brightest.x, brightest.y)) brightest.share = most / whole;
+    return brightest;
+}
+
+WindowReport windowFit(const WindowChoice& choice, const HotPixel& hot, LightFile& light) {
+    std::vector<double> change = light.sh;
+    const bool always = choice.mode == WindowChoice::Mode::kAuto && hot.share > 0;
+    WindowReport report =
+        windowLight(light.order, always ? WindowChoice{WindowChoice::Mode::kAlways, 0} : choice, light.sh);
+    if (!report.any()) return report;
+    light.window = report.weights;
+    const double whole = squareOf(change);
+    for (std::size_t i = 0; i < change.size(); ++i) change[i] -= light.sh[i];
+    // |L|^2 = |SH|^2 / (1 - residual^2), and what the window took is orthogonal to what the projection left out.
+    const double left = light.residual * light.residual;
+    light.residual = std::sqrt(left + (1 - left) * squareOf(change) / whole);
+    return report;
 }
 
 }  // namespace penumbra

@@ -1,12 +1,31 @@
 #pragma once
-// Environment pictures to SH.
+// Lights to SH. Window, lobes and provenance are left to the caller.
+#include <span>
+
+#include "fit/light_window.h"
 #include "formats/environment_map.h"
 #include "formats/light_file.h"
+#include "sh/analytic_light.h"
 
 namespace penumbra {
 
 // The projection of a picture (formats/project_map.h). 1 <= order <= kMaxOrder. The light is named after the file
-// `name`; lobes and provenance are left to the caller.
+// `name`.
 LightFile fitLight(const EnvironmentMap& map, const std::string& name, int order, int threads);
+// The sum of analytic lights, named as they are written. The residual of a directional light is 1: a delta has no SH.
+LightFile fitLight(std::span<const AnalyticLight> lights, int order);
+
+// A pixel that shines alone: 5% of the picture's luminous flux or more, and every neighbour less than a tenth of its
+// luminance. Lenses do not make such pictures: fireflies of renderers and suns set by hand are like that.
+struct HotPixel {
+    int x = 0, y = 0;
+    double share = 0;  // of the flux; 0: there is none
+};
+HotPixel findHotPixel(const EnvironmentMap& map);
+
+// Windows light.sh and puts residual and window right. Before lobes are fitted. kAuto is kAlways with a hot pixel,
+// whose ringing is no part of the light, else kNone: of real pictures the projection is best, and its ringing is
+// reported.
+WindowReport windowFit(const WindowChoice& choice, const HotPixel& hot, LightFile& light);
 
 }  // namespace penumbra

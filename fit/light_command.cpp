@@ -1,4 +1,4 @@
-// penumbra-fit light ENV.(exr|hdr) -o E.light.h5: an environment picture as SH and as zonal lobes.
+// penumbra-fit light (ENV.(exr|hdr) | --analytic SPEC) -o E.light.h5: a light as SH and as zonal lobes.
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -6,6 +6,7 @@
 #include "fit/fit_light.h"
 #include "fit/fit_verbs.h"
 #include "fit/light_lobes.h"
+#include "fit/light_window.h"
 #include "formats/errors.h"
 #include "sh/sh_basis.h"
 
@@ -15,20 +16,39 @@ namespace {
 
 struct LightCommand {
     std::filesystem::path picture, output;
+    std::vector<std::string> analytic;
     std::string layout;  // "": by the picture's shape
+    std::string window = "auto", lobe_fit = "joint";
     int order = 4, lobes = 3;
-    std::string lobe_fit = "joint";
-    const CLI::Option* lobes_option = nullptr;
+    const CLI::Option *layout_option = nullptr, *lobes_option = nullptr;
 };
 
+std::string joined(const std::vector<std::string>& words, const char* separator) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
+    return text;
+}
+
 void define(CLI::App& app, LightCommand& command) {
-    app.add_option("picture", command.picture, "environment, OpenEXR or Radiance HDR")->required();
+    app.add_option("picture", command.picture, "environment, OpenEXR or Radiance HDR");
     app.add_option(
-           "--layout", command.layout,
-           "lat-long, angular map (light probe), mirror ball or cross of cube faces; by the shape when not given")
-        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
+           "--analytic", command.analytic,
+           "light without a picture, as in sky:elevation=20+sun:direction=0/1/1,irradiance=3; joined by + or given "
+           "again; NAME[:key=value,...], NAME one of " +
+               joined(analyticLightNames(), ", "))
+        ->allow_extra_args(false);
+    command.layout_option =
+        app.add_option("--layout", command.layout,
+                       "lat-long, angular map (light probe), mirror ball or cross of cube faces; by "
+                       "the shape when not given")
+            ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
     app.add_option("-o,--output", command.output, "E.light.h5")->required();
     app.add_option("--order", command.order, "SH bands")->check(CLI::Range(1, kMaxOrder));
+    app.add_option(
+        "--window", command.window,
+        "against negative radiance beside bright sources, at the price of accuracy: none; always, the least that "
+        "leaves -1% of the mean; auto, the same but only where one pixel outshines its picture; or LAMBDA of "
+        "1 / (1 + LAMBDA l^2 (l+1)^2)");
     command.lobes_option =
         app.add_option("--lobes", command.lobes, "zonal lobes, 0 for none")->check(CLI::Range(0, kMaxFittedLobes));
     app.add_option("--lobe-fit", command.lobe_fit,
@@ -36,8 +56,84 @@ void define(CLI::App& app, LightCommand& command) {
         ->check(CLI::IsMember({"greedy", "joint", "fixed"}));
 }
 
-double secondsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+// What the command line alone decides.
+struct LightRequest {
+    std::vector<AnalyticLight> analytic;
+    WindowChoice window;
+};
+
+LightRequest checkOptions(const LightCommand& command) {
+    if (command.picture.empty() == command.analytic.empty())
+        throw UsageError("a light is a picture or --analytic: give one of them");
+    if (command.picture.empty() && command.layout_option->count() > 0) throw UsageError("--layout is of pictures");
+    if (command.lobe_fit == "fixed" && command.lobes_option->count() > 0 &&
+        command.lobes != fixedLobeCount(command.order))
+        throw UsageError("--lobes: --lobe-fit fixed has " + std::to_string(fixedLobeCount(command.order)) +
+                         " lobes at order " + std::to_string(command.order) + ", not " + std::to_string(command.lobes));
+    LightRequest request;
+    try {
+        if (command.picture.empty()) request.analytic = parseLights(joined(command.analytic, "+"));
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--analytic: ") + error.what());
+    }
+    try {
+        request.window = parseWindow(command.window);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--") + error.what());
+    }
+    return request;
+}
+
+LightFile fitPicture(const LightCommand& command, const CommonOptions& common, Report& report,
+                     nlohmann::ordered_json& options, HotPixel& hot) {
+    report.phase("read");
+    const EnvironmentMap map = readEnvironmentMap(command.picture, command.layout);
+    options["layout"] = nameOf(map.layout);
+    report.figures["layout"] = nameOf(map.layout);
+    report.figures["negative_pixels"] = map.negative_pixels;
+    report.figures["negative_share"] = map.negative_share;
+    report.phase("fit");
+    hot = findHotPixel(map);
+    const LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
+    if (map.negative_share > 1e-5 && !common.quiet && !common.dry_run)
+        std::printf("%s: %zu pixels below 0 made 0, %.2g%% of the light, taken from the bright ones beside them\n",
+                    light.name.c_str(), map.negative_pixels, 100 * map.negative_share);
+    return light;
+}
+
+void describe(const LightFile& light, Report& report, bool quiet) {
+    report.figures["order"] = light.order;
+    report.figures["residual"] = light.residual;
+    // Mean radiance: SH_0 / sqrt(4pi) = SH_0 y_0.
+    const double y0 = 0.28209479177387814;
+    report.figures["mean_radiance"] = {light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0};
+    if (!quiet)
+        std::printf("%s: order %d, residual %.4f of the light, mean radiance %.4g %.4g %.4g\n", light.name.c_str(),
+                    light.order, light.residual, light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0);
+}
+
+void addWindow(const WindowChoice& choice, const HotPixel& hot, LightFile& light, Report& report, bool quiet) {
+    const WindowReport window = windowFit(choice, hot, light);
+    report.figures["window"] = {{"weights", window.weights},
+                                {"least_radiance_before", window.least_before},
+                                {"least_radiance_after", window.least_after},
+                                {"irradiance_change", window.irradiance_change},
+                                {"hot_pixel_share", hot.share}};
+    if (quiet) return;
+    const char* name = light.name.c_str();
+    if (hot.share > 0)
+        std::printf("%s: pixel (%d, %d) alone has %.1f%% of the light\n", name, hot.x, hot.y, 100 * hot.share);
+    if (window.any())
+        std::printf(
+            "%s: a window (%.3f of band 1) raises the least radiance from %.2f%% to %.2f%% of the mean and changes "
+            "irradiance by %.1f%%; --window none keeps the projection\n",
+            name, window.weights[1], 100 * window.least_before, 100 * window.least_after,
+            100 * window.irradiance_change);
+    else if (window.least_after < -kMostRinging)
+        std::printf("%s: no window; rings down to %.1f%% of the mean, --window always would take that away\n", name,
+                    100 * window.least_after);
+    else
+        std::printf("%s: no window needed, least radiance %.1f%% of the mean\n", name, 100 * window.least_after);
 }
 
 void addLobes(const LightCommand& command, LightFile& light, Report& report, bool quiet) {
@@ -45,7 +141,7 @@ void addLobes(const LightCommand& command, LightFile& light, Report& report, boo
     report.phase("lobes");
     const auto start = std::chrono::steady_clock::now();
     light.lobes = fitLobes(light.order, light.sh, command.lobes, parseLobeFit(command.lobe_fit));
-    const double seconds = secondsSince(start);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.figures["lobes"] = {{"fit", light.lobes.mode},
                                {"count", light.lobes.directions.size()},
                                {"residual", light.lobes.residual},
@@ -57,46 +153,34 @@ void addLobes(const LightCommand& command, LightFile& light, Report& report, boo
                     light.lobes.irradiance_error, 1000 * seconds);
 }
 
-void checkOptions(const LightCommand& command) {
-    if (command.lobe_fit == "fixed" && command.lobes_option->count() > 0 &&
-        command.lobes != fixedLobeCount(command.order))
-        throw UsageError("--lobes: --lobe-fit fixed has " + std::to_string(fixedLobeCount(command.order)) +
-                         " lobes at order " + std::to_string(command.order) + ", not " + std::to_string(command.lobes));
-}
-
 void run(const LightCommand& command, const CommonOptions& common, Report& report) {
-    checkOptions(command);
-    report.phase("read");
-    const EnvironmentMap map = readEnvironmentMap(command.picture, command.layout);
-    report.phase("fit");
-    LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
+    const LightRequest request = checkOptions(command);
+    nlohmann::ordered_json options;
+    LightFile light;
+    HotPixel hot;
+    if (command.picture.empty()) {
+        report.phase("fit");
+        options["analytic"] = toString(request.analytic);
+        light = fitLight(request.analytic, command.order);
+    } else {
+        light = fitPicture(command, common, report, options, hot);
+    }
     if (common.dry_run) {
-        std::printf("would fit order %d to %d x %d pixels, layout %s, and write %s\n", command.order, map.image.width,
-                    map.image.height, std::string(nameOf(map.layout)).c_str(), command.output.c_str());
+        std::printf("would fit order %d to %s and write %s\n", command.order, light.name.c_str(),
+                    command.output.c_str());
         return;
     }
-    nlohmann::ordered_json options;
-    options["layout"] = nameOf(map.layout);
     options["order"] = command.order;
-    options["lobes"] = command.lobes;
+    options["window"] = command.window;
+    options["lobes"] = command.lobe_fit == "fixed" ? fixedLobeCount(command.order) : command.lobes;
     options["lobe_fit"] = command.lobe_fit;
-    light.provenance = makeProvenance("penumbra-fit light", options.dump(), {command.picture});
-    report.figures["layout"] = nameOf(map.layout);
-    report.figures["negative_pixels"] = map.negative_pixels;
-    report.figures["negative_share"] = map.negative_share;
-    report.figures["order"] = light.order;
-    report.figures["residual"] = light.residual;
-    // Mean radiance: SH_0 / sqrt(4pi) = SH_0 y_0.
-    const double y0 = 0.28209479177387814;
-    report.figures["mean_radiance"] = {light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0};
-    if (!common.quiet)
-        std::printf("%s: order %d, residual %.4f of the picture, mean radiance %.4g %.4g %.4g\n", light.name.c_str(),
-                    light.order, light.residual, light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0);
-    if (map.negative_share > 1e-5 && !common.quiet)
-        std::printf("%s: %zu pixels below 0 made 0, %.2g%% of the light, taken from the bright ones beside them\n",
-                    light.name.c_str(), map.negative_pixels, 100 * map.negative_share);
+    describe(light, report, common.quiet);
+    addWindow(request.window, hot, light, report, common.quiet);
     addLobes(command, light, report, common.quiet);
     report.phase("write");
+    std::vector<std::filesystem::path> inputs;
+    if (!command.picture.empty()) inputs.push_back(command.picture);
+    light.provenance = makeProvenance("penumbra-fit light", options.dump(), inputs);
     writeLight(command.output, light);
 }
 
@@ -105,9 +189,12 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
 Verb lightVerb() {
     const auto command = std::make_shared<LightCommand>();
     return {"light",
-            "An environment picture as SH and as zonal lobes.",
+            "A light, pictured or analytic, as SH and as zonal lobes.",
             [command](CLI::App& app) { define(app, *command); },
-            [command] { return std::vector<std::filesystem::path>{command->picture}; },
+            [command] {
+                return command->picture.empty() ? std::vector<std::filesystem::path>{}
+                                                : std::vector<std::filesystem::path>{command->picture};
+            },
             [command] { return command->output; },
             [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
 }

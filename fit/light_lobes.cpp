@@ -192,26 +192,16 @@ Lobes fitJointly(const Bands& bands, int count, std::span<const Vec3d> candidate
     return withBestCoefficients(bands, std::move(best.directions));
 }
 
-// Square root of sum of weight_l |a|^2 over the bands.
-double norm(int order, std::span<const double> sh, std::span<const double> weight) {
-    double sum = 0;
+// |a - b| / |b|, squares of band l times weight_l.
+double relativeDifference(int order, std::span<const double> a, std::span<const double> b,
+                          std::span<const double> weight) {
+    double left = 0, whole = 0;
     for (int l = 0; l < order; ++l)
-        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); ++i)
-            sum += weight[std::size_t(l)] * sh[std::size_t(i)] * sh[std::size_t(i)];
-    return std::sqrt(sum);
-}
-
-void measure(int order, std::span<const double> sh, LightLobesFit& fit) {
-    std::vector<double> left = lobesToSh(order, fit);
-    for (std::size_t i = 0; i < left.size(); ++i) left[i] -= sh[i];
-    const std::vector<double> ones(std::size_t(order), 1.0);
-    std::vector<double> cosine(std::size_t(order), 0.0);  // (sqrt(4pi/(2l+1)) z_l)^2 of the clamped cosine
-    clampedCosineZonal(cosine);
-    for (int l = 0; l < order; ++l)
-        cosine[std::size_t(l)] *= cosine[std::size_t(l)] * 4 * std::numbers::pi / (2 * l + 1);
-    const double whole = norm(order, sh, ones), irradiance = norm(order, sh, cosine);
-    fit.residual = whole > 0 ? norm(order, left, ones) / whole : 0;
-    fit.irradiance_error = irradiance > 0 ? norm(order, left, cosine) / irradiance : 0;
+        for (std::size_t i = std::size_t(3 * l * l); i < std::size_t(3 * (l + 1) * (l + 1)); ++i) {
+            left += weight[std::size_t(l)] * (a[i] - b[i]) * (a[i] - b[i]);
+            whole += weight[std::size_t(l)] * b[i] * b[i];
+        }
+    return whole > 0 ? std::sqrt(left / whole) : 0;
 }
 
 // The same lobes with opposite axes where they point away from the light: z_l and (-1)^l z_l at the opposite axis
@@ -269,8 +259,18 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit
             for (std::size_t c = 0; c < 3; ++c)
                 fit.coefficients.push_back(bands.scale * lobes.z[std::size_t(l)].at[c][d]);
     }
-    measure(order, sh, fit);
+    const std::vector<double> lobes_sh = lobesToSh(order, fit);
+    fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
+    fit.irradiance_error = irradianceDifference(order, lobes_sh, sh);
     return fit;
+}
+
+double irradianceDifference(int order, std::span<const double> sh, std::span<const double> truth) {
+    std::vector<double> weight(std::size_t(order), 0.0);  // (sqrt(4pi/(2l+1)) z_l)^2 of the clamped cosine
+    clampedCosineZonal(weight);
+    for (int l = 0; l < order; ++l)
+        weight[std::size_t(l)] *= weight[std::size_t(l)] * 4 * std::numbers::pi / (2 * l + 1);
+    return relativeDifference(order, sh, truth, weight);
 }
 
 std::vector<double> lobesToSh(int order, const LightLobesFit& lobes) {

@@ -27,6 +27,9 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int lobes, LobeFit
 // The SH of the lobes, [order^2, 3].
 std::vector<double> lobesToSh(int order, const LightLobesFit& lobes);
 
+// |E - E_truth| / |E_truth| of the irradiance that two lights of one order give, over all normals and channels.
+double irradianceDifference(int order, std::span<const double> sh, std::span<const double> truth);
+
 // The directions of kFixed: conditions of every band's matrix are below 4 at each order.
 std::span<const Vec3d> fixedLobeDirections(int order);
 

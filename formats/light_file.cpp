@@ -33,6 +33,7 @@ void writeLight(const std::filesystem::path& path, const LightFile& light) {
     writeTextAttribute(file, "/", "name", light.name);
     writeDoubles(file, "/light/sh", light.sh, {count, 3});
     writeNumberAttribute(file, "/light", "residual", light.residual);
+    if (!light.window.empty()) writeDoubles(file, "/light/window", light.window, {hsize_t(light.order)});
     if (!light.lobes.directions.empty()) writeLobes(file, light.order, light.lobes);
     closeHdf5(file);
     partial.commit();
@@ -75,6 +76,10 @@ LightFile readLight(const std::filesystem::path& path) {
     std::vector<hsize_t> shape{hsize_t(coefficientCount(light.order)), 3};
     light.sh = readDoubles(in, "/light/sh", shape);
     light.residual = readError(in, "/light", "residual");
+    if (exists(in, "/light/window")) {
+        std::vector<hsize_t> bands{hsize_t(light.order)};
+        light.window = readDoubles(in, "/light/window", bands);
+    }
     if (exists(in, "/light/lobes")) light.lobes = readLobes(in, light.order);
     return light;
 }

@@ -25,8 +25,9 @@ struct LightLobesFit {
 struct LightFile {
     std::string name;
     int order = 4;
-    std::vector<double> sh;  // [n^2, 3]
-    double residual = 0;     // relative L2 error of the SH against the image, over the sphere
+    std::vector<double> sh;      // [n^2, 3]
+    double residual = 0;         // relative L2 error of the SH against the light, over the sphere
+    std::vector<double> window;  // [n] that the bands have been multiplied by; empty: nothing
     LightLobesFit lobes;
     Provenance provenance;
 };
