@@ -12,9 +12,10 @@ namespace penumbra {
 
 // Exactly one of the first three is set.
 struct BrdfSource {
-    std::string analytic;                        // NAME[:key=value,...], sh/brdf.h
-    std::filesystem::path merl, table;           // MERL .binary; scattered .brdf, fits .csv or our own table
-    std::string material;                        // which row of a file of fits
+    std::string analytic = {};                   // NAME[:key=value,...], sh/brdf.h
+    std::filesystem::path merl = {};             // .binary of the MERL database
+    std::filesystem::path table = {};            // scattered .brdf, fits .csv or our own table
+    std::string material = {};                   // which row of a file of fits
     const char* analytic_option = "--analytic";  // what the command line calls the first, for messages
     std::vector<std::filesystem::path> files() const;
 };

@@ -1,0 +1,77 @@
+// From a file of measurements of a known BRDF to slices: they are those of the BRDF itself.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "fit/fit_brdf.h"
+#include "formats/brdf_readers.h"
+#include "tests/formats/brdf_samples.h"
+
+namespace penumbra {
+namespace {
+
+double difference(const std::vector<double>& a, const std::vector<double>& b) {
+    double error = 0, total = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        error += (a[i] - b[i]) * (a[i] - b[i]);
+        total += b[i] * b[i];
+    }
+    return std::sqrt(error / total);
+}
+
+double differenceOfSlices(const RgbBrdf& measured, const RgbBrdf& exact) {
+    const BrdfFile fitted = fitBrdf(measured, {}, 2);
+    EXPECT_LT(fitted.errors.at("refinement"), kSettled);
+    const double result = difference(fitted.slices, fitBrdf(exact, {}, 2).slices);
+    std::printf("%s: slices differ by %.2g\n", exact.name.c_str(), result);
+    return result;
+}
+
+RgbBrdf brdfOf(const char* spec) { return rgbBrdf(parseBrdf(spec)); }
+
+// Measured 4e-8, 7e-4, 0.011 and 1.1e-3: what linear interpolation between cells leaves. The third has Fresnel's rise
+// at grazing angles within few cells of theta_d.
+TEST(MeasuredBrdf, MerlSlicesAreThoseOfTheBrdf) {
+    for (const auto& [spec, bound] : {std::pair("lambert:color=0.5/0.25/0.1", 1e-6),
+                                      {"ggx:alpha=0.3,color=0.9/0.5/0.2", 4e-3},
+                                      {"ggx:alpha=0.05,f0=0.04,color=1/0.5/0.25", 0.02},
+                                      {"phong:exponent=50,color=0.2/0.5/1", 4e-3}}) {
+        const RgbBrdf exact = brdfOf(spec);
+        EXPECT_LT(differenceOfSlices(decodeMerl(samples::merlFile(exact), "x").brdf, exact), bound) << spec;
+    }
+}
+
+// Anisotropic tables: both symmetries, refined for every view of its own where there is none.
+TEST(MeasuredBrdf, TableSlicesAreThoseOfTheBrdf) {
+    const RgbBrdf brushed = brdfOf("ward-gmd:ax=0.5,ay=0.8,color=1/0.5/0.25"), gloss = brdfOf("phong:exponent=6");
+    const auto read = [](const std::string& text) { return decodeBrdfTable(text, "x").brdf; };
+    EXPECT_LT(differenceOfSlices(read(samples::isotropicTable(gloss, 32, 33)), gloss), 0.01);
+    EXPECT_LT(differenceOfSlices(read(samples::anisotropicTable(brushed, "orthotropic", 20, 7, 36)), brushed), 0.03);
+    EXPECT_LT(differenceOfSlices(read(samples::anisotropicTable(brushed, "general", 20, 24, 36)), brushed), 0.03);
+}
+
+// A lobe turned by 30 degrees about the normal has no mirror planes at x = 0 and y = 0: only the general path can be
+// right, and turning it back gives the slices of the unturned one.
+TEST(MeasuredBrdf, GeneralSymmetryKeepsALobeThatIsTurned) {
+    const RgbBrdf straight = brdfOf("ward-gmd:ax=0.2,ay=0.5");
+    const double c = std::cos(0.5), s = std::sin(0.5);
+    const auto turned = [c, s](Vec3d v) { return Vec3d{c * v.x + s * v.y, -s * v.x + c * v.y, v.z}; };
+    const RgbBrdf general{"turned", BrdfSymmetry::kGeneral,
+                          [=](Vec3d wi, Vec3d wo) { return straight.eval(turned(wi), turned(wo)); }};
+    RgbBrdf unturned = straight;
+    unturned.symmetry = BrdfSymmetry::kGeneral;
+    const std::vector<double> exact = fitBrdf(straight, {}, 2).slices;
+    EXPECT_LT(difference(fitBrdf(unturned, {}, 2).slices, exact), 1e-3);  // measured 5e-5
+    const std::vector<double> slices = fitBrdf(general, {}, 2).slices;
+    EXPECT_GT(difference(slices, exact), 0.1);
+    double norm = 0, exact_norm = 0;  // a rotation of both arguments is orthogonal
+    for (std::size_t i = 0; i < slices.size(); ++i) {
+        norm += slices[i] * slices[i];
+        exact_norm += exact[i] * exact[i];
+    }
+    EXPECT_NEAR(norm / exact_norm, 1, 1e-3);
+}
+
+}  // namespace
+}  // namespace penumbra
