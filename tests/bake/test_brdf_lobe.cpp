@@ -40,26 +40,22 @@ std::vector<RgbBrdf> materials() {
     return all;
 }
 
-// Samples of a lobe are as dense as lobeDensity() says: their mean of g / density is the integral of g over the sphere.
+// Samples of a lobe are as dense as lobeDensity() says: their mean of g / density is the integral of g. Above the
+// horizon: half vectors that face away from the view mirror it to below, where nothing is ever evaluated.
 TEST(BrdfLobe, SamplesAgreeWithTheDensity) {
     for (const BrdfLobe& lobe :
          {BrdfLobe{BrdfLobe::Kind::kPower, 20, 0, 0.5}, BrdfLobe{BrdfLobe::Kind::kHalfVector, 0.5, 0.5, 0.5},
           BrdfLobe{BrdfLobe::Kind::kHalfVector, 0.2, 0.8, 0.5}})
         for (const Vec3d wo : {viewAt(0.9, 0.3), viewAt(0.4, 2)}) {
             const auto g = [&](Vec3d w) { return lobeDensity(lobe, wo, w) * (1 + w.x - 0.5 * w.y + w.z * w.z); };
-            double exact = 0, estimate = 0, mass = 0;
-            for (const auto& [d, weight] : gaussSphere(256, 512)) {
-                exact += weight * g(d);
-                mass += weight * lobeDensity(lobe, wo, d);
-            }
+            double exact = 0, estimate = 0;
+            for (const auto& [d, weight] : gaussHemisphere(256, 512)) exact += weight * g(d);
             constexpr int kSamples = 1 << 14;
             for (int i = 0; i < kSamples; ++i) {
                 const Vec3d wi = sampleLobe(lobe, wo, stratified(i, kSamples, 3));
                 EXPECT_NEAR(length(wi), 1, 1e-12);
-                if (const double density = lobeDensity(lobe, wo, wi); density > 0)
-                    estimate += g(wi) / density / kSamples;
+                if (wi.z > 0) estimate += g(wi) / lobeDensity(lobe, wo, wi) / kSamples;
             }
-            EXPECT_NEAR(mass, 1, 2e-3);  // half vectors that mirror wo to below: |wo.h| counts them, the quadrature too
             EXPECT_NEAR(estimate / exact, 1, 5e-3);
         }
 }
@@ -119,35 +115,44 @@ TEST(BrdfLobe, NoiseIsNeverMuchAboveThatOfTheCosineAndFarBelowForNarrowLobes) {
     }
 }
 
-// The estimator against quadrature, half of the sky behind a wall, a light that is brighter above. Unbiased: the mean
-// over seeds converges to the integral. Measured differences are below 0.4%.
+// Of the half of the hemisphere that the wall leaves, by nodes that follow the mirror direction in height and azimuth
+// as sinh, so that narrow lobes are seen.
+Vec3d lightBesideWall(const RgbBrdf& brdf, const SurfacePoint& point) {
+    constexpr double kScale = 0.003;
+    const Vec3d wo = viewDirection(point);
+    const double t_o = std::sqrt(wo.z), mirror = std::atan2(-wo.y, -wo.x), b = std::asinh(std::numbers::pi / kScale);
+    const std::vector<WeightedNumber> nodes = gaussInterval(400);
+    Vec3d sum;
+    for (double side : {-1.0, 1.0})
+        for (const auto& [u, u_weight] : nodes) {
+            const double bt = std::asinh((side < 0 ? t_o : 1 - t_o) / kScale),
+                         t = t_o + side * kScale * std::sinh(bt * u);
+            const double height = 2 * t * kScale * bt * std::cosh(bt * u) * u_weight;
+            for (double sign : {-1.0, 1.0})
+                for (const auto& [v, v_weight] : nodes) {
+                    const Vec3d wi = viewAt(t * t, mirror + sign * kScale * std::sinh(b * v));
+                    const double area = height * kScale * b * std::cosh(b * v) * v_weight;
+                    if ((transposed(point.frame) * wi).x > 0) sum += brdf.eval(wi, wo) * (wi.z * area);
+                }
+        }
+    return sum;
+}
+
+// The estimator against quadrature, half of the sky behind a wall. Unbiased: the mean over seeds is the integral.
 TEST(DirectLight, IsUnbiasedForEveryKindOfMaterial) {
     const shapes::Shape wall = shapes::square({-0.5, 0, 0}, {1, 0, 0}, 1000);
     const OcclusionScene scene(wall.positions, wall.triangles);
-    const EnvironmentLight light = EnvironmentLight::white();
     const SurfacePoint point{{0, 0, 0}, shadingFrame({0, 1, 0}), normalized(Vec3d{-0.5, 0.6, 0.2})};
-    const Vec3d wo = viewDirection(point);
     for (const RgbBrdf& brdf : materials()) {
-        Vec3d exact;  // nodes follow the mirror direction in height and azimuth as sinh, so that narrow lobes are seen
-        const double t_o = std::sqrt(wo.z), mirror = std::atan2(-wo.y, -wo.x);
-        for (double side : {-1.0, 1.0})
-            for (const auto& [u, u_weight] : gaussInterval(160))
-                for (double sign : {-1.0, 1.0})
-                    for (const auto& [v, v_weight] : gaussInterval(160)) {
-                        const double range = side < 0 ? t_o : 1 - t_o, bt = std::asinh(range / 0.003),
-                                     bp = std::asinh(std::numbers::pi / 0.003);
-                        const double t = t_o + side * 0.003 * std::sinh(bt * u), z = t * t;
-                        const double phi = mirror + sign * 0.003 * std::sinh(bp * v);
-                        const double area = 2 * t * 0.003 * bt * std::cosh(bt * u) * u_weight * 0.003 * bp *
-                                            std::cosh(bp * v) * v_weight;
-                        const Vec3d wi = viewAt(z, phi), world = transposed(point.frame) * wi;
-                        if (world.x > 0) exact += brdf.eval(wi, wo) * (z * area);
-                    }
+        const Vec3d exact = lightBesideWall(brdf, point);
         const SampledBrdf sampled = sampledBrdf(brdf);
         Vec3d mean;
         for (std::uint64_t seed = 0; seed < 64; ++seed)
-            mean += directLight({scene, false}, point, light, sampled, 1024, seed) / 64;
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c] / exact[c], 1, 0.012) << brdf.name << " channel " << c;
+            mean += directLight({scene, false}, point, EnvironmentLight::white(), sampled, 512, seed) / 64;
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(mean[c] / exact[c], 1, 0.01) << brdf.name << " channel " << c;
+            if (c == 0) std::printf("%-50s %+.2e\n", brdf.name.c_str(), mean[c] / exact[c] - 1);
+        }
     }
 }
 
