@@ -103,6 +103,10 @@ static void runRender(RenderCommand& command, const CommonOptions& common, Repor
     writeImage(command.output, result.image,
                command.options.channel == Channel::kShaded ? command.options.exposure : 1);
     reportResult(result, command.options, common, report);
+    if (command.options.channel == Channel::kShaded) {
+        report.figures["reflectance"] = command.reflectance;
+        report.figures["light_form"] = nameOf(command.options.shading.light_form);
+    }
 }
 
 static void defineRender(CLI::App& app, RenderCommand& command) {

@@ -57,11 +57,15 @@ Reflectance parseReflectance(std::string_view word) {
     throw wrongWord("--reflectance", "slices or operators", word);
 }
 
+std::string_view nameOf(LightForm form) {
+    constexpr std::array<std::string_view, 3> kNames = {"lobes", "fixed", "rotation"};
+    return kNames[std::size_t(form)];
+}
+
 LightForm parseLightForm(std::string_view word) {
     if (word == "auto") return ShadingChoice().light_form;
-    if (word == "lobes") return LightForm::kLobes;
-    if (word == "fixed") return LightForm::kFixed;
-    if (word == "rotation") return LightForm::kRotation;
+    for (const LightForm form : {LightForm::kLobes, LightForm::kFixed, LightForm::kRotation})
+        if (word == nameOf(form)) return form;
     throw wrongWord("--light-form", "auto, lobes, fixed or rotation", word);
 }
 

@@ -28,12 +28,31 @@ static void addViews(const MaterialView& material, ShadingLayout& layout) {
     layout.views.erase(std::unique(layout.views.begin(), layout.views.end()), layout.views.end());
 }
 
+// The k that any material has views of; what belongs to another k never counts.
+static std::vector<bool> usedOf(const ShadingLayout& layout) {
+    std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
+    for (const ShadingLayout::View& view : layout.views) used[view.k] = true;
+    return used;
+}
+
 static void addOperatorProducts(const MaterialView& material, ShadingLayout& layout) {
-    const std::vector<ProductEntry> more = operatorProduct(layout.convention, layout.light_order, material, 0);
+    const std::vector<ProductEntry> more =
+        operatorProduct(layout.convention, layout.light_order, material, 0, usedOf(layout));
     std::vector<ProductEntry> merged;
     std::set_union(layout.products.begin(), layout.products.end(), more.begin(), more.end(), std::back_inserter(merged),
                    [](const ProductEntry& a, const ProductEntry& b) { return keyOf(a) < keyOf(b); });
     layout.products = std::move(merged);
+}
+
+static void addLights(const ShadingSet& set, ShadingLayout& layout) {
+    const std::vector<LightView>& lights = set.asset().lights;
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+        if (!set.hasLight(l)) continue;
+        layout.light_order = std::max(layout.light_order, lights[l].order);
+        const auto lobes = int(lights[l].lobes.directions.size());
+        if (layout.choice.light_form == LightForm::kLobes) layout.lobe_count = std::max(layout.lobe_count, lobes);
+    }
+    if (layout.choice.light_form == LightForm::kFixed) layout.lobe_count = 2 * layout.light_order - 1;
 }
 
 ShadingLayout shadingLayout(const ShadingSet& set) {
@@ -41,14 +60,7 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
     ShadingLayout layout;
     layout.convention = asset.model.convention;
     layout.choice = set.choice();
-    for (std::size_t l = 0; l < asset.lights.size(); ++l) {
-        if (!set.hasLight(l)) continue;
-        const LightView& light = asset.lights[l];
-        layout.light_order = std::max(layout.light_order, light.order);
-        const auto lobes = int(light.lobes.directions.size());
-        if (layout.choice.light_form == LightForm::kLobes) layout.lobe_count = std::max(layout.lobe_count, lobes);
-    }
-    if (layout.choice.light_form == LightForm::kFixed) layout.lobe_count = 2 * layout.light_order - 1;
+    addLights(set, layout);
     int slice_order = 1;
     for (std::size_t m = 0; m < asset.materials.size(); ++m) {
         if (!set.hasMaterial(m)) continue;
@@ -57,13 +69,12 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
         layout.view_order = std::max(layout.view_order, material.view_order);
         slice_order = std::max(slice_order, material.slice_order);
         addViews(material, layout);
-        if (layout.choice.reflectance == Reflectance::kOperators) addOperatorProducts(material, layout);
     }
-    if (layout.choice.reflectance == Reflectance::kSlices) {
-        std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
-        for (const ShadingLayout::View& view : layout.views) used[view.k] = true;
-        layout.products = sliceProduct(layout.convention, layout.light_order, slice_order, used);
-    }
+    if (layout.choice.reflectance == Reflectance::kSlices)
+        layout.products = sliceProduct(layout.convention, layout.light_order, slice_order, usedOf(layout));
+    else
+        for (std::size_t m = 0; m < asset.materials.size(); ++m)
+            if (set.hasMaterial(m)) addOperatorProducts(asset.materials[m], layout);
     return layout;
 }
 
@@ -76,7 +87,8 @@ static std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialV
             term.value;
     }
     if (layout.choice.reflectance == Reflectance::kSlices) return values;
-    for (const ProductEntry& e : operatorProduct(layout.convention, layout.light_order, material, channel)) {
+    for (const ProductEntry& e :
+         operatorProduct(layout.convention, layout.light_order, material, channel, usedOf(layout))) {
         const auto at =
             std::lower_bound(layout.products.begin(), layout.products.end(), e,
                              [](const ProductEntry& a, const ProductEntry& b) { return keyOf(a) < keyOf(b); });

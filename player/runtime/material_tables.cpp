@@ -52,7 +52,7 @@ std::vector<ProductEntry> sliceProduct(const Convention& convention, int light_o
 }
 
 std::vector<ProductEntry> operatorProduct(const Convention& convention, int light_order, const MaterialView& material,
-                                          int channel) {
+                                          int channel, const std::vector<bool>& used) {
     const OperatorsView& operators = material.operators;
     const std::size_t k = std::size_t(operators.count), numbers = std::size_t(convention.size());
     const std::size_t u_size = std::size_t(coefficientCount(operators.order));
@@ -67,7 +67,7 @@ std::vector<ProductEntry> operatorProduct(const Convention& convention, int ligh
         for (std::size_t b = 0; b < k; ++b) {
             float size = 0;
             for (std::size_t set = b; set < m.size(); set += k) size = std::max(size, std::abs(m[set][at]));
-            if (size > kRounding * largest)
+            if (used[b] && size > kRounding * largest)
                 entries.push_back({std::uint16_t(at / numbers), std::uint16_t(at % numbers), std::uint16_t(b),
                                    m[std::size_t(channel) * k + b][at]});
         }
@@ -131,7 +131,7 @@ MaterialTables::MaterialTables(const Convention& convention, int light_order, co
     for (int c = 0; c < (slices ? 1 : channels_); ++c) {
         const std::vector<ProductEntry> entries =
             slices ? sliceProduct(convention, light_order, material.slice_order, used)
-                   : operatorProduct(convention, light_order, material, c);
+                   : operatorProduct(convention, light_order, material, c, used);
         if (c == 0) rows_ = groupRows(convention, entries);
         for (std::size_t r = 0; r < rows_.rows.size(); ++r)
             for (std::size_t at = rows_.first[r]; at < rows_.first[r] + rows_.rows[r].terms; ++at)

@@ -27,9 +27,10 @@ struct ProductEntry {
 // Gamma, for every k below `slice_order`^2 that is in `used`.
 std::vector<ProductEntry> sliceProduct(const Convention& convention, int light_order, int slice_order,
                                        const std::vector<bool>& used);
-// M^k_ij of one channel of the operators; entries as small as rounding in every channel left out.
+// M^k_ij of one channel of the operators, for every k in `used`; entries as small as rounding in every channel left
+// out.
 std::vector<ProductEntry> operatorProduct(const Convention& convention, int light_order, const MaterialView& material,
-                                          int channel);
+                                          int channel, const std::vector<bool>& used);
 
 // B grouped for the kernel: every (i, j) once, together with (j, i) where both are there with the same values.
 struct ProductRows {

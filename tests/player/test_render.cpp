@@ -93,6 +93,32 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"A4", AssetPrecision::kF32, "tinted", 4, {Reflectance::kOperators, LightForm::kLobes}},
                     Case{"A4", AssetPrecision::kI8, "", 4, {Reflectance::kOperators, LightForm::kRotation}}));
 
+// Operators whose w^b or u^b is nothing: all of a material's, or one of them that another material has.
+TEST(Render, OperatorsThatAreNothingAreLeftOut) {
+    SyntheticAsset data({.slots = 3});
+    std::vector<float> w(data.asset.materials[1].operators.w.begin(), data.asset.materials[1].operators.w.end());
+    std::fill_n(w.begin() + 15, 15, 0.0f);
+    data.asset.materials[1].operators.w = w;
+    const std::vector<float> nothing(data.asset.materials[2].operators.w.size());
+    data.asset.materials[2].operators.w = nothing;
+    RenderOptions options = smallPicture();
+    options.shading.reflectance = Reflectance::kOperators;
+    for (const char* material : {"", "ggx", "tinted"}) {
+        options.brdf = material;
+        options.path = EvaluationPath::kCpu;
+        const Image cpu = render(options, data);
+        options.path = EvaluationPath::kGlsl;
+        EXPECT_LT(difference255(cpu, render(options, data)), 0.02) << material;
+    }
+    EXPECT_EQ(render(options, data).pixels, std::vector<Vec3>(96 * 96)) << "a black material";
+    data.asset.materials = {data.asset.materials[2]};
+    data.asset.slot_material = {0, 0, 0};
+    for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl}) {
+        options.path = path;
+        EXPECT_EQ(render(options, data).pixels, std::vector<Vec3>(96 * 96)) << "no entry at all";
+    }
+}
+
 TEST(Render, EveryChannelIsTheSameFromCpuAndShader) {
     const SyntheticAsset data({.precision = AssetPrecision::kI8});
     for (const Channel channel :
