@@ -7,14 +7,13 @@
 
 #include "fit/eigen_map.h"
 #include "formats/parallel_for.h"
-#include "formats/write_file.h"
 #include "sh/quadrature.h"
 #include "sh/sh_product.h"
 
 namespace penumbra {
 
 constexpr int kHeights = 64, kAzimuths = 256;
-constexpr int kParts = 16;  // the grid is summed in this many parts, whatever the number of threads
+constexpr int kParts = 16;
 constexpr std::size_t kPartSize = std::size_t(kHeights) * kAzimuths / kParts;
 
 template <class T>
@@ -23,11 +22,14 @@ static Eigen::Map<const EigenRows<double>> rowsOf(const T& values, std::size_t c
 }
 
 ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
-    ShadingTest test{scenes, {}, {}, {}, {}};
+    ShadingTest test{scenes, {}, {}, {}, {}, {}};
     const auto grid = gaussHemisphere(kHeights, kAzimuths);
     const std::size_t lights = scenes.lights.size(), occluders = scenes.occluders.size();
     constexpr int kCount = coefficientCount(kMaxOrder);
-    for (const auto& point : grid) test.directions.push_back(point.direction);
+    for (const auto& [direction, weight] : grid) {
+        test.directions.push_back(direction);
+        test.weights.push_back(weight);
+    }
     test.light.resize(grid.size() * lights);
     test.open.resize(grid.size() * occluders);
     std::vector<double> weighted(grid.size() * kCount);
@@ -48,52 +50,6 @@ ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
     Eigen::Map<EigenRows<double>>(test.moments.data(), Eigen::Index(occluders), kCount) =
         rowsOf(test.open, occluders).transpose() * rowsOf(weighted, kCount);
     return test;
-}
-
-// lit f^T of every channel, [lights * occluders, 3 views]. Channels that are multiples of another take no product.
-static Eigen::MatrixXd shaded(const Eigen::MatrixXd& lit, const std::array<Eigen::MatrixXd, 3>& f) {
-    const Eigen::Index views = f[0].rows();
-    Eigen::MatrixXd radiance(lit.rows(), 3 * views);
-    for (Eigen::Index c = 0; c < 3; ++c) {
-        bool multiple = false;
-        for (Eigen::Index d = 0; d < c && !multiple; ++d) {
-            Eigen::Index row = 0, column = 0;
-            const auto &own = f[std::size_t(c)], &other = f[std::size_t(d)];
-            const double top = other.cwiseAbs().maxCoeff(&row, &column);
-            const double factor = top > 0 ? own(row, column) / other(row, column) : 0;
-            multiple = (own - factor * other).cwiseAbs().maxCoeff() <= 1e-14 * std::abs(factor) * top;
-            if (multiple) radiance.middleCols(c * views, views) = factor * radiance.middleCols(d * views, views);
-        }
-        if (!multiple) radiance.middleCols(c * views, views) = lit * f[std::size_t(c)].transpose();
-    }
-    return radiance;
-}
-
-std::vector<double> bruteForceRadiance(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
-    const std::size_t lights = test.scenes.lights.size(), occluders = test.scenes.occluders.size(),
-                      views = test.scenes.views.size(), columns = lights * occluders;
-    std::vector<Eigen::MatrixXd> sums(kParts);
-    parallelFor(kParts, threads, [&](std::size_t part) {
-        throwIfInterrupted();
-        // L = sum over q of f(q, view) (light(q) cos w) open(q).
-        std::array<Eigen::MatrixXd, 3> f;
-        f.fill(Eigen::MatrixXd(views, kPartSize));
-        Eigen::MatrixXd lit(columns, kPartSize);
-        for (std::size_t k = 0; k < kPartSize; ++k) {
-            const std::size_t q = part * kPartSize + k;
-            for (std::size_t v = 0; v < views; ++v) {
-                const Vec3d value = brdf.eval(test.directions[q], test.scenes.views[v]);
-                for (int c = 0; c < 3; ++c) f[std::size_t(c)](Eigen::Index(v), Eigen::Index(k)) = value[c];
-            }
-            for (std::size_t i = 0; i < columns; ++i)
-                lit(Eigen::Index(i), Eigen::Index(k)) =
-                    test.light[q * lights + i / occluders] * test.open[q * occluders + i % occluders];
-        }
-        sums[part] = shaded(lit, f);
-    });
-    Eigen::MatrixXd total = sums[0];
-    for (std::size_t part = 1; part < kParts; ++part) total += sums[part];
-    return {total.data(), total.data() + total.size()};
 }
 
 // p of every light and occluder, [lights * occluders, J^2]: the product of light and visibility does not depend on the

@@ -14,13 +14,15 @@ namespace penumbra {
 struct ShadingTest {
     ShadingScenes scenes;
     std::vector<Vec3d> directions;  // [Q]
+    std::vector<double> weights;    // [Q] steradians
     std::vector<double> light;      // [Q, lights]: radiance times cosine times solid angle
     std::vector<double> open;       // [Q, occluders]: 1 where the occluder leaves the sky open, else 0
     std::vector<double> moments;    // [occluders, kMaxOrder^2], b_i of sh/visibility_convention.h
 };
 ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads);
 
-// [3, views, lights * occluders], colour included.
+// [3, views, lights * occluders], colour included. Where a lobe is too narrow for the grid that all views share, each
+// view gets its own, dense around its mirror direction (fit/brute_force_radiance.cpp).
 std::vector<double> bruteForceRadiance(const ShadingTest& test, const RgbBrdf& brdf, int threads);
 
 // Relative RMSE, all channels together, of L = l . (f x v) against `truth` = bruteForceRadiance(). f of every view:
