@@ -277,91 +277,6 @@ TEST(Render, SizeAndCameraAreKept) {
     EXPECT_LE(covered, 4);
 }
 
-std::string messageOf(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
-    try {
-        renderOffscreen(options, asset, truth, 1);
-    } catch (const UsageError& error) {
-        return std::string("usage: ") + error.what();
-    } catch (const InvalidInput& error) {
-        return std::string("input: ") + error.what();
-    }
-    return "";
-}
-
-TEST(Render, UnknownNamesAreUsageErrorsThatListTheKnownOnes) {
-    const SyntheticAsset data;
-    RenderOptions options = smallPicture();
-    options.clip = "walk";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --clip: the asset has no \"walk\"; it has swing, still");
-    options = smallPicture();
-    options.brdf = "gold";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --brdf: the asset has no \"gold\"; it has lambert, ggx, tinted");
-    options = smallPicture();
-    options.clip = "s";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --clip: the asset has more than one \"s\"; it has swing, still");
-    options.clip = "sw";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "");
-    options = smallPicture();
-    options.light = "moon";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --light: the asset has no \"moon\"; it has sky, even");
-    options = smallPicture();
-    options.frame = 3;
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "usage: --frame must be 0..2 for clip \"swing\", not 3");
-    options = smallPicture();
-    options.camera = "roll=3";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr).substr(0, 16), "usage: --camera:");
-}
-
-TEST(Render, MaterialsOfSlotsAreNamed) {
-    SyntheticAsset data({.slots = 3});
-    RenderOptions options = smallPicture();
-    options.brdf = "ggx";
-    options.slots = {"part0=lam", "part2=tinted"};
-    const Shot shot = resolveShot(options, data.asset, nullptr);
-    EXPECT_EQ(shot.material_of_slot, (std::vector<std::size_t>{0, 1, 2}));
-    options.brdf = "";
-    options.slots = {};
-    EXPECT_EQ(resolveShot(options, data.asset, nullptr).material_of_slot, (std::vector<std::size_t>{0, 1, 2}));
-    options.slots = {"part=ggx", "part1=lambert"};
-    EXPECT_EQ(resolveShot(options, data.asset, nullptr).material_of_slot, (std::vector<std::size_t>{1, 0, 1}));
-    const std::pair<const char*, const char*> wrong[] = {
-        {"part0", "usage: --slot takes SLOT=MATERIAL, not \"part0\""},
-        {"head=ggx", "usage: --slot: no slot \"head\"; there are part0, part1, part2"},
-        {"part1=gold", "usage: --slot: no material \"gold\"; there are lambert, ggx, tinted"}};
-    for (const auto& [text, message] : wrong) {
-        options.slots = {text};
-        EXPECT_EQ(messageOf(options, data.asset, nullptr), message);
-    }
-    const SyntheticAsset plain;
-    options.slots = {"part0=ggx"};
-    EXPECT_NE(messageOf(options, plain.asset, nullptr).find("usage: --slot: the asset's mesh is one part"),
-              std::string::npos);
-}
-
-TEST(Render, WhatAMaterialOrLightLacksIsSaid) {
-    SyntheticAsset data({.slots = 2});
-    data.asset.materials[1].operators = {};
-    data.asset.lights[1].lobes = {};
-    RenderOptions options = smallPicture();
-    options.shading.reflectance = Reflectance::kOperators;
-    EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --reflectance operators: the asset's material \"ggx\" has none; fit it with penumbra-fit brdf "
-              "--operators");
-    options.brdf = "tinted";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "") << "a material that is not on need not have them";
-    options.shading.light_form = LightForm::kLobes;
-    EXPECT_EQ(messageOf(options, data.asset, nullptr), "");
-    options.light = "even";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --light-form lobes: the asset's light \"even\" has none; fit it with penumbra-fit light --lobes");
-    options = smallPicture();
-    options.light_rotation = "yaw=1000";
-    EXPECT_EQ(messageOf(options, data.asset, nullptr),
-              "usage: --light-rotation: light rotation yaw must be a number from -360 to 360, not '1000'");
-}
-
 // The light at the upper left turned by half a turn about the axis of view is at the lower right.
 TEST(Render, ATurnedLightBrightensTheOtherSide) {
     const SyntheticAsset data({.basis_size = 0, .open = true, .light_from = {-1, 1, 0.5f}, .light_ambient = 0});
@@ -378,34 +293,6 @@ TEST(Render, ATurnedLightBrightensTheOtherSide) {
         size += double(length(plain.pixels[i]));
     }
     EXPECT_LT(difference / size, 0.01);  // measured: 0.003, of the mesh's edges
-}
-
-TEST(Render, WhatIsMissingIsSaid) {
-    SyntheticAsset data;
-    RenderOptions options = smallPicture();
-    options.channel = Channel::kError;
-    EXPECT_NE(messageOf(options, data.asset, nullptr).find("usage: --channel error"), std::string::npos);
-    data.truth.animation.clips[0].name = "walk";
-    EXPECT_EQ(messageOf(options, data.asset, &data.truth), "input: asset: has no clip \"swing\"");
-    data.truth.animation.clips[0] = {"swing", 0, 1, false};
-    EXPECT_NE(messageOf(options, data.asset, &data.truth).find("so none of number 1"), std::string::npos);
-    data.truth.animation.clips[0] = {"swing", 1, 3, false};  // another time
-    EXPECT_NE(messageOf(options, data.asset, &data.truth).find("sampled differently"), std::string::npos);
-    data.truth.has_truth = false;
-    EXPECT_NE(messageOf(options, data.asset, &data.truth).find("no baked frames"), std::string::npos);
-    options = smallPicture();
-    data.asset.materials.clear();
-    EXPECT_NE(messageOf(options, data.asset, nullptr).find("holds no brdf"), std::string::npos);
-    data.asset.has_model = false;
-    EXPECT_NE(messageOf(options, data.asset, nullptr).find("holds no model"), std::string::npos);
-}
-
-TEST(Render, TooManySamplesOrPixelsAreUnsupported) {
-    const SyntheticAsset data;
-    RenderOptions options = smallPicture();
-    options.backend = GlBackend::kOsMesa;
-    options.samples = 8;  // llvmpipe has 4
-    EXPECT_THROW(render(options, data), Unsupported);
 }
 
 }  // namespace
