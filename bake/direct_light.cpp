@@ -62,6 +62,11 @@ Vec3d directLight(const ShadowCaster& caster, const SurfacePoint& point, const E
         const Vec3d wi = sampleLobe(lobe, wo, stratified(i, of_lobe, 3 * seed + 2));
         add(toWorld(point.frame, wi), wi);
     }
+    for (const DirectionalLight& delta : light.directional()) {
+        const Vec3d wi = point.frame * delta.direction;
+        if (wi.z > 0 && !caster.blocks(point.ray_origin, delta.direction))
+            sum += delta.irradiance * material.brdf.eval(wi, wo) * wi.z;
+    }
     return sum;
 }
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/errors.h"
 #include "formats/light_file.h"
+#include "formats/project_map.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -14,110 +16,147 @@ constexpr double kPi = std::numbers::pi;
 
 static double luminance(Vec3d rgb) { return std::abs(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
 
-// Solid angle of one pixel of row y, steradians.
-static double solidAngle(int y, int width, int height) {
-    return 2 * kPi / width * (std::cos(kPi * y / height) - std::cos(kPi * (y + 1) / height));
+void EnvironmentLight::shareSamples() {
+    double whole = 0;
+    for (const Part& part : parts_) whole += part.power;
+    for (Part& part : parts_) part.chance = whole > 0 ? part.power / whole : 1.0 / double(parts_.size());
 }
 
-static std::size_t pixelOf(Vec3d direction, int width, int height) {
-    double u, v;
-    latLongCoordinates(direction, u, v);
-    const int x = std::clamp(int(u * width), 0, width - 1), y = std::clamp(int(v * height), 0, height - 1);
-    return std::size_t(y) * std::size_t(width) + std::size_t(x);
+void EnvironmentLight::addSmooth(SmoothLight light, const MapShape& shape) {
+    std::vector<double> power;
+    for (int y = 0; y < shape.height; ++y)
+        for (int x = 0; x < shape.width; ++x) {
+            const Vec3d direction = mapDirection(shape, x + 0.5, y + 0.5);
+            power.push_back(dot(direction, direction) > 0 ? luminance(light.radiance(direction)) : 0);
+        }
+    Part part{std::move(light.radiance), std::move(light.project), {}, makeLightTable(shape, power), 0, 0};
+    part.power = part.table.power;
+    parts_.push_back(std::move(part));
 }
 
-void EnvironmentLight::makeTable(const std::vector<double>& power) {
-    assert(power.size() == std::size_t(width_) * std::size_t(height_));
-    cumulative_.assign(power.size() + 1, 0);
-    for (std::size_t i = 0; i < power.size(); ++i)
-        cumulative_[i + 1] = cumulative_[i] + power[i] * solidAngle(int(i) / width_, width_, height_);
-    const double total = cumulative_.back();
-    if (total > 0) {
-        for (double& c : cumulative_) c /= total;
-        return;
-    }
-    // A black light: any density will do.
-    for (std::size_t i = 0; i < cumulative_.size(); ++i) cumulative_[i] = double(i) / double(power.size());
+void EnvironmentLight::addDisc(const DiscLight& disc) {
+    Part part;
+    part.radiance = [disc](Vec3d d) { return disc.covers(d) ? disc.radiance : Vec3d{}; };
+    part.project = [disc](int order) { return projectLights({{}, {disc}, {}}, order); };
+    part.disc = disc;
+    part.power = luminance(disc.radiance) * disc.solidAngle();
+    parts_.push_back(std::move(part));
 }
 
-EnvironmentLight EnvironmentLight::white() { return fromImage({1, 1, {{1, 1, 1}}, {}}); }
+EnvironmentLight EnvironmentLight::white() { return fromAnalytic(parseLights("uniform")); }
+
+EnvironmentLight EnvironmentLight::fromMap(EnvironmentMap picture) {
+    EnvironmentLight light;
+    const auto map = std::make_shared<const EnvironmentMap>(std::move(picture));
+    const auto pixel = [map](MapPixel at) {
+        return toDouble(map->image.pixels[std::size_t(at.y) * std::size_t(map->image.width) + std::size_t(at.x)]);
+    };
+    std::vector<double> power;
+    for (Vec3 p : map->image.pixels) power.push_back(luminance(toDouble(p)));
+    Part part{[map, pixel](Vec3d d) { return pixel(mapPixel(map->shape(), d)); },
+              [map](int order) { return projectMap(*map, order, 0).sh; },
+              {},
+              makeLightTable(map->shape(), power),
+              0,
+              1};
+    part.power = part.table.power;
+    light.parts_.push_back(std::move(part));
+    return light;
+}
 
 EnvironmentLight EnvironmentLight::fromImage(Image image) {
-    EnvironmentLight light;
-    light.width_ = image.width;
-    light.height_ = image.height;
-    light.image_ = std::move(image);
-    std::vector<double> power;
-    for (Vec3 pixel : light.image_.pixels) power.push_back(luminance(toDouble(pixel)));
-    light.makeTable(power);
-    return light;
+    return fromMap({MapLayout::kLatLong, std::move(image), 0, 0});
 }
 
 EnvironmentLight EnvironmentLight::fromSh(int order, std::vector<double> sh) {
     assert(sh.size() == 3 * std::size_t(coefficientCount(order)));
     EnvironmentLight light;
     light.order_ = order;
-    light.sh_ = std::move(sh);
-    light.width_ = 128;
-    light.height_ = 64;
-    std::vector<double> power;
-    for (int y = 0; y < light.height_; ++y)
-        for (int x = 0; x < light.width_; ++x)
-            power.push_back(
-                luminance(light.radiance(latLongDirection((x + 0.5) / light.width_, (y + 0.5) / light.height_))));
-    light.makeTable(power);
+    const auto radiance = [order, sh](Vec3d direction) {
+        double basis[coefficientCount(kMaxOrder)];
+        const auto count = std::size_t(coefficientCount(order));
+        evalBasis(order, direction, std::span(basis, count));
+        Vec3d sum;
+        for (std::size_t i = 0; i < count; ++i) sum += Vec3d{sh[3 * i], sh[3 * i + 1], sh[3 * i + 2]} * basis[i];
+        return sum;
+    };
+    const auto project = [sh](int asked) {
+        return std::vector<double>(sh.begin(), sh.begin() + 3 * coefficientCount(asked));
+    };
+    light.addSmooth({radiance, project, false}, {MapLayout::kLatLong, 128, 64});
+    light.shareSamples();
+    return light;
+}
+
+EnvironmentLight EnvironmentLight::fromAnalytic(std::span<const AnalyticLight> lights) {
+    EnvironmentLight light;
+    LightParts parts = partsOf(lights);
+    for (SmoothLight& smooth : parts.smooth) {
+        const int rows = smooth.constant ? 1 : 128;  // one pixel: all draws of a set are stratified together
+        light.addSmooth(std::move(smooth), {MapLayout::kLatLong, rows > 1 ? 2 * rows : 1, rows});
+    }
+    for (const DiscLight& disc : parts.discs) light.addDisc(disc);
+    light.directional_ = std::move(parts.directional);
+    light.shareSamples();
     return light;
 }
 
 EnvironmentLight EnvironmentLight::bandLimited(int order) const {
-    if (image_.pixels.empty()) {
-        const int kept = std::min(order, order_);
-        return fromSh(kept, {sh_.begin(), sh_.begin() + 3 * coefficientCount(kept)});
+    const int kept = order_ > 0 ? std::min(order, order_) : order;
+    std::vector<double> sum = projectLights({directional_, {}, {}}, kept);
+    for (const Part& part : parts_) {
+        const std::vector<double> sh = part.project(kept);
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += sh[i];
     }
-    // The basis is constant over a cell: cells of at most 1/256 turn keep that error below 1e-4.
-    const int split = std::max(1, 256 / width_), rows = height_ * std::max(split, 128 / height_),
-              columns = width_ * split;
-    std::vector<double> sh(3 * std::size_t(coefficientCount(order)), 0), basis(sh.size() / 3);
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x) {
-            const Vec3d direction = latLongDirection((x + 0.5) / columns, (y + 0.5) / rows);
-            const Vec3d flux = radiance(direction) * solidAngle(y, columns, rows);
-            evalBasis(order, direction, basis);
-            for (std::size_t i = 0; i < basis.size(); ++i)
-                for (int c = 0; c < 3; ++c) sh[3 * i + std::size_t(c)] += flux[c] * basis[i];
-        }
-    return fromSh(order, std::move(sh));
+    return fromSh(kept, std::move(sum));
 }
 
 Vec3d EnvironmentLight::radiance(Vec3d direction) const {
-    if (!image_.pixels.empty()) return toDouble(image_.pixels[pixelOf(direction, width_, height_)]);
-    double basis[coefficientCount(kMaxOrder)];
-    const auto count = std::size_t(coefficientCount(order_));
-    evalBasis(order_, direction, std::span(basis, count));
     Vec3d sum;
-    for (std::size_t i = 0; i < count; ++i) sum += Vec3d{sh_[3 * i], sh_[3 * i + 1], sh_[3 * i + 2]} * basis[i];
+    for (const Part& part : parts_) sum += part.radiance(direction);
     return sum;
 }
 
+// Uniform over the cone around the disc's axis: 1 - cos is.
+static LightSample sampleDisc(const DiscLight& disc, double u, double v) {
+    const double solid_angle = disc.solidAngle(), rise = u * solid_angle / (2 * kPi), cosine = 1 - rise,
+                 sine = std::sqrt(rise * (2 - rise)), q = 2 * kPi * v;
+    const Vec3d side = normalized(
+                    cross(disc.direction, std::abs(disc.direction.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
+                other = cross(disc.direction, side);
+    return {disc.direction * cosine + (side * std::cos(q) + other * std::sin(q)) * sine, 1 / solid_angle};
+}
+
 LightSample EnvironmentLight::sample(double u, double v) const {
-    const auto above = std::upper_bound(cumulative_.begin() + 1, cumulative_.end() - 1, u);
-    const auto pixel = std::size_t(above - cumulative_.begin()) - 1;
-    const double chance = cumulative_[pixel + 1] - cumulative_[pixel];
-    const int y = int(pixel) / width_, x = int(pixel) % width_;
-    // What is left of u is uniform within the pixel; its height is uniform in the cosine.
-    const double across = chance > 0 ? std::clamp((u - cumulative_[pixel]) / chance, 0.0, 1.0) : 0.5;
-    const double top = std::cos(kPi * y / height_), bottom = std::cos(kPi * (y + 1) / height_);
-    const double polar = std::acos(std::clamp(top + (bottom - top) * v, -1.0, 1.0)) / kPi;
-    return {latLongDirection((x + across) / width_, polar), chance / solidAngle(y, width_, height_)};
+    double before = 0;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        const Part& part = parts_[i];
+        if (i + 1 < parts_.size() && u >= before + part.chance) {
+            before += part.chance;
+            continue;
+        }
+        const double left = part.chance > 0 ? std::clamp((u - before) / part.chance, 0.0, 1.0) : 0;
+        LightSample found = part.disc ? sampleDisc(*part.disc, left, v) : sampleTable(part.table, left, v);
+        if (parts_.size() > 1 && found.density > 0) found.density = density(found.direction);
+        return found;
+    }
+    return {};
 }
 
 double EnvironmentLight::density(Vec3d direction) const {
-    const std::size_t pixel = pixelOf(direction, width_, height_);
-    return (cumulative_[pixel + 1] - cumulative_[pixel]) / solidAngle(int(pixel) / width_, width_, height_);
+    double sum = 0;
+    for (const Part& part : parts_) {
+        if (part.disc)
+            sum += part.disc->covers(direction) ? part.chance / part.disc->solidAngle() : 0;
+        else
+            sum += part.chance * densityOf(part.table, direction);
+    }
+    return sum;
 }
 
-EnvironmentLight readEnvironmentLight(const std::filesystem::path& path) {
-    if (path.extension() != ".h5") return EnvironmentLight::fromImage(readImage(path));
+EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, std::string_view layout) {
+    if (path.extension() != ".h5") return EnvironmentLight::fromMap(readEnvironmentMap(path, layout));
+    if (!layout.empty()) throw UsageError("--layout is of pictures, not of " + path.string());
     const LightFile file = readLight(path);
     return EnvironmentLight::fromSh(file.order, file.sh);
 }

@@ -1,44 +1,57 @@
 #pragma once
-// A distant light that can be looked up and sampled: a full-resolution lat-long picture, or SH coefficients.
+// A distant light that can be looked up and sampled: full-resolution pictures, SH coefficients, analytic lights.
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string_view>
 #include <vector>
 
-#include "formats/image_file.h"
+#include "bake/light_table.h"
+#include "sh/analytic_light.h"
 
 namespace penumbra {
-
-struct LightSample {
-    Vec3d direction;
-    double density = 0;  // per steradian
-};
 
 class EnvironmentLight {
 public:
     // Radiance 1 from everywhere.
     static EnvironmentLight white();
-    // Piecewise constant over the pixels of a lat-long picture.
+    // Piecewise constant over the pixels of a picture; fromImage() of a lat-long one.
+    static EnvironmentLight fromMap(EnvironmentMap map);
     static EnvironmentLight fromImage(Image image);
     // Band limited: sh is [order^2, 3]; may be negative somewhere.
     static EnvironmentLight fromSh(int order, std::vector<double> sh);
-    // The picture's own projection, with exact solid angles, put in its place; SH is cut to at most `order`.
+    // Discs are sampled in their cones, smooth lights by a table of 256 x 128.
+    static EnvironmentLight fromAnalytic(std::span<const AnalyticLight> lights);
+    // The light's own projection put in its place, directional lights too; SH is cut to at most `order`.
     EnvironmentLight bandLimited(int order) const;
 
-    Vec3d radiance(Vec3d direction) const;
-    // A direction with density proportional to |luminance|; u, v in [0, 1).
+    Vec3d radiance(Vec3d direction) const;  // without directional()
+    // A direction with density proportional to |luminance| (of each part of a sum), or none; u, v in [0, 1).
     LightSample sample(double u, double v) const;
     double density(Vec3d direction) const;
+    // Deltas, which no sample hits: to be summed one by one.
+    std::span<const DirectionalLight> directional() const { return directional_; }
 
 private:
-    void makeTable(const std::vector<double>& luminance);
+    struct Part {
+        std::function<Vec3d(Vec3d)> radiance;
+        std::function<std::vector<double>(int order)> project;  // [order^2, 3]
+        std::optional<DiscLight> disc;                          // sampled in its cone, else by the table
+        LightTable table;
+        double power = 0, chance = 0;  // chance: share of the samples
+    };
+    void addSmooth(SmoothLight light, const MapShape& shape);
+    void addDisc(const DiscLight& disc);
+    void shareSamples();
 
-    Image image_;  // pixels empty for SH
-    int order_ = 0;
-    std::vector<double> sh_;  // [order^2, 3]
-    int width_ = 0, height_ = 0;
-    std::vector<double> cumulative_;  // [height * width + 1]: power of all pixels before, row by row; the last is 1
+    std::vector<Part> parts_;
+    std::vector<DirectionalLight> directional_;
+    int order_ = 0;  // of SH; 0: not band limited
 };
 
-// .h5 is a light of penumbra-fit light, anything else a lat-long picture. IoError, InvalidInput.
-EnvironmentLight readEnvironmentLight(const std::filesystem::path& path);
+// .h5 is a light of penumbra-fit light, anything else a picture of this layout ("": by its shape). IoError,
+// InvalidInput.
+EnvironmentLight readEnvironmentLight(const std::filesystem::path& path, std::string_view layout);
 
 }  // namespace penumbra

@@ -15,7 +15,8 @@
 namespace penumbra {
 
 struct ReferenceCommand {
-    std::filesystem::path input, output, light, tangents;
+    std::filesystem::path input, output, tangents;
+    std::string light, layout;  // a file or analytic lights; "": by the picture's shape
     BrdfSource brdf;
     std::vector<std::string> slots;
     ReferenceOptions options;
@@ -48,6 +49,7 @@ static void finishOptions(ReferenceCommand& command) {
     if (command.background != "transparent") options.background = parseColor(command.background);
     if (command.light_order_option->count() > 0 && command.light.empty())
         throw UsageError("--light-order needs --light: the default light is the same at any order");
+    if (!command.layout.empty() && command.light.empty()) throw UsageError("--layout needs --light");
     if (command.light_order < 0 || command.light_order > kMaxOrder)
         throw UsageError("--light-order must be 0 (the picture itself) or 1..8, not " +
                          std::to_string(command.light_order));
@@ -57,9 +59,26 @@ static void finishOptions(ReferenceCommand& command) {
     if (extension != ".exr" && extension != ".png") throw UsageError("-o must end in .exr or .png");
 }
 
+// Text that starts with the name of an analytic light is one.
+static bool isAnalytic(const std::string& light) {
+    const std::vector<std::string> names = analyticLightNames();
+    const std::string start = light.substr(0, light.find_first_of(":+"));
+    return std::find(names.begin(), names.end(), start) != names.end();
+}
+
+static EnvironmentLight readLight(const ReferenceCommand& command) {
+    if (!isAnalytic(command.light)) return readEnvironmentLight(command.light, command.layout);
+    if (!command.layout.empty()) throw UsageError("--layout is of pictures, not of --light " + command.light);
+    try {
+        return EnvironmentLight::fromAnalytic(parseLights(command.light));
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--light: ") + error.what());
+    }
+}
+
 static EnvironmentLight readLightOf(const ReferenceCommand& command) {
     if (command.light.empty()) return EnvironmentLight::white();
-    EnvironmentLight light = readEnvironmentLight(command.light);
+    EnvironmentLight light = readLight(command);
     return command.light_order > 0 ? light.bandLimited(command.light_order) : light;
 }
 
@@ -148,7 +167,12 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
         ->allow_extra_args(false);
     app.add_option("--tangents", command.tangents,
                    "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
-    app.add_option("--light", command.light, "lat-long picture (.exr, .hdr) or .light.h5 (default: white, radiance 1)");
+    app.add_option(
+        "--light", command.light,
+        "picture (.exr, .hdr), .light.h5, or analytic lights as in penumbra-fit light --analytic (default: white, "
+        "radiance 1)");
+    app.add_option("--layout", command.layout, "of the picture; by its shape when not given")
+        ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
     command.light_order_option = app.add_option("--light-order", command.light_order,
                                                 "replace the picture of --light by its SH of this order (0: do not)");
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
@@ -167,7 +191,7 @@ Verb referenceVerb() {
             [command](CLI::App& app) { defineReference(app, *command); },
             [command] {
                 std::vector<std::filesystem::path> inputs{command->input};
-                if (!command->light.empty()) inputs.push_back(command->light);
+                if (!command->light.empty() && !isAnalytic(command->light)) inputs.push_back(command->light);
                 if (!command->tangents.empty()) inputs.push_back(command->tangents);
                 for (const std::filesystem::path& file : command->brdf.files()) inputs.push_back(file);
                 for (const std::string& slot : command->slots)

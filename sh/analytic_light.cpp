@@ -163,7 +163,8 @@ static SmoothLight uniformLight(Vec3d radiance) {
                 std::vector<double> sh(3 * std::size_t(coefficientCount(order)), 0.0);
                 for (int c = 0; c < 3; ++c) sh[std::size_t(c)] = std::sqrt(4 * pi) * radiance[c];
                 return sh;
-            }};
+            },
+            true};
 }
 
 // L = zenith (1 + 2 cos t) / 3; its irradiance on the ground is 7 pi / 9 zenith.
@@ -179,7 +180,8 @@ static SmoothLight overcastLight(Vec3d zenith, Vec3d albedo) {
                 addZonal(cosine, {0, 1, 0}, zenith * (2.0 / 3), sh);
                 addZonal(below, {0, 1, 0}, ground, sh);
                 return sh;
-            }};
+            },
+            false};
 }
 
 static void addSky(const AnalyticLight& light, LightParts& parts) {
@@ -193,7 +195,7 @@ static void addSky(const AnalyticLight& light, LightParts& parts) {
     options.sun = number("sun");
     const Sky sky = makeSky(options);
     parts.smooth.push_back(
-        {[sky](Vec3d d) { return skyRadiance(sky, d); }, [sky](int order) { return projectSky(sky, order); }});
+        {[sky](Vec3d d) { return skyRadiance(sky, d); }, [sky](int order) { return projectSky(sky, order); }, false});
     if (options.sun == 0) return;
     DiscLight disc{sky.sun_direction, 0.267 * pi / 180, {}};
     disc.radiance = sky.sun_irradiance / (pi * std::pow(std::sin(disc.angle), 2));

@@ -48,6 +48,7 @@ struct DiscLight {
 struct SmoothLight {
     std::function<Vec3d(Vec3d direction)> radiance;
     std::function<std::vector<double>(int order)> project;  // [order^2, 3]
+    bool constant = false;                                  // the same from everywhere
 };
 struct LightParts {
     std::vector<DirectionalLight> directional;
