@@ -48,7 +48,7 @@ static const std::vector<LightKind>& lightKinds() {
           {"elevation", {30, 0, 0}, 0, 90, Kind::kNumber},
           {"azimuth", {}, -360, 360, Kind::kNumber},
           albedo,
-          {"intensity", {1, 0, 0}, 0, 1e6, Kind::kNumber},
+          {"intensity", {0.3, 0, 0}, 0, 1e6, Kind::kNumber},
           {"sun", {1, 0, 0}, 0, 1e6, Kind::kNumber}}},
     };
     return kinds;

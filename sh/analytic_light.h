@@ -7,7 +7,7 @@
 //   sun:direction=0/1/0,angle=0.267,irradiance=1      the same by its irradiance at normal incidence
 //   overcast:radiance=1,albedo=0                      CIE overcast sky (Moon and Spencer 1942), radiance at the zenith;
 //                                                     below the horizon a ground of this albedo, lit by it
-//   sky:turbidity=3,elevation=30,azimuth=0,albedo=0,intensity=1,sun=1    sky.h
+//   sky:turbidity=3,elevation=30,azimuth=0,albedo=0,intensity=0.3,sun=1  sky.h; white paper in a high sun is about 1
 #include <functional>
 #include <map>
 #include <span>
