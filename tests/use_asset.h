@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "player/runtime/evaluator.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/shading_set.h"
 
 namespace penumbra {
 
@@ -21,10 +21,17 @@ inline void useAsset(const AssetView& asset) {
     evaluator.setPose(asset.animation.bonesOf(0), asset.animation.poseOf(0));
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
     evaluator.skin(0, count, positions, normals, tangents);
-    for (const MaterialView& material : asset.materials)
-        for (const LightView& light : asset.lights) {
-            const VertexShader shader(asset.model.convention, asset.model.stride, material, light);
-            shader.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+    if (asset.materials.empty() || asset.lights.empty()) return;
+    for (const Reflectance reflectance : {Reflectance::kSlices, Reflectance::kOperators})
+        for (const LightForm form : {LightForm::kLobes, LightForm::kFixed, LightForm::kRotation}) {
+            ShadingSet set(asset, {reflectance, form});
+            for (std::size_t m = 0; m < asset.materials.size(); ++m)
+                for (std::size_t l = 0; l < asset.lights.size(); ++l) {
+                    if (!set.hasMaterial(m) || !set.hasLight(l)) continue;
+                    set.setMaterial(m);
+                    set.setLight(l);
+                    set.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+                }
         }
 }
 
