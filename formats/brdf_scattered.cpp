@@ -9,6 +9,7 @@
 #include "formats/half_difference_table.h"
 #include "formats/number_scanner.h"
 #include "formats/parallel_for.h"
+#include "formats/write_file.h"
 #include "sh/spectrum.h"
 
 namespace penumbra {
@@ -77,22 +78,33 @@ static std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector
 }
 
 // Kernel regression (Nadaraya 1964, Watson 1964) with a Gaussian that is wide enough to reach the nearest sample.
-static Vec3d regress(const std::vector<Sample>& samples, Vec3d place, std::vector<float>& squares) {
-    constexpr float kWidth = 0.02f, kReach = 16;  // e^-16: too little to see
-    float nearest = 1e30f;
-    for (std::size_t k = 0; k < samples.size(); ++k) {
-        const Vec3d d = samples[k].place - place;
-        squares[k] = float(dot(d, d)) / (kWidth * kWidth);
-        nearest = std::min(nearest, squares[k]);
-    }
+// `samples` ascend in place.x, so that the far ones are not looked at.
+static Vec3d regress(const std::vector<Sample>& samples, Vec3d place) {
+    constexpr double kWidth = 0.02, kReach = 16 * kWidth * kWidth;  // e^-16: too little to see
+    const auto square = [&](const Sample& sample) {
+        const Vec3d d = sample.place - place;
+        return dot(d, d);
+    };
+    const auto squareInX = [&](const Sample& sample) {
+        return (sample.place.x - place.x) * (sample.place.x - place.x);
+    };
+    const auto start = std::lower_bound(samples.begin(), samples.end(), place.x,
+                                        [](const Sample& sample, double x) { return sample.place.x < x; });
+    double nearest = 1e30;
+    for (auto s = start; s != samples.end() && squareInX(*s) < nearest; ++s) nearest = std::min(nearest, square(*s));
+    for (auto s = start; s != samples.begin() && squareInX(*(s - 1)) < nearest; --s)
+        nearest = std::min(nearest, square(*(s - 1)));
     Vec3d sum;
     double total = 0;
-    for (std::size_t k = 0; k < samples.size(); ++k) {
-        if (squares[k] - nearest > kReach) continue;
-        const double weight = std::exp(nearest - squares[k]);
-        sum += samples[k].rgb * weight;
+    const auto add = [&](const Sample& sample) {
+        const double further = square(sample) - nearest;
+        if (further > kReach) return;
+        const double weight = std::exp(-further / (kWidth * kWidth));
+        sum += sample.rgb * weight;
         total += weight;
-    }
+    };
+    for (auto s = start; s != samples.end() && squareInX(*s) <= nearest + kReach; ++s) add(*s);
+    for (auto s = start; s != samples.begin() && squareInX(*(s - 1)) <= nearest + kReach; --s) add(*(s - 1));
     return sum / total;
 }
 
@@ -101,13 +113,15 @@ BrdfReading decodeScattered(std::string_view text, const std::string& name, int 
     NumberScanner scanner(text, name);
     const std::vector<Vec3d> weights = rec709Weights(readWavelengths(scanner));
     std::map<std::string, double> figures;
-    const std::vector<Sample> samples = readSamples(scanner, weights, figures);
+    std::vector<Sample> samples = readSamples(scanner, weights, figures);
     figures["samples"] = double(samples.size());
+    std::stable_sort(samples.begin(), samples.end(),
+                     [](const Sample& a, const Sample& b) { return a.place.x < b.place.x; });
     HalfDifferenceTable table{kCells, kCells, kCells, std::vector<Vec3>(kCells * kCells * kCells)};
     parallelFor(kCells * kCells, threads, [&](std::size_t row) {
-        std::vector<float> squares(samples.size());
+        throwIfInterrupted();
         for (std::size_t cell = row * kCells; cell < (row + 1) * kCells; ++cell)
-            table.values[cell] = toFloat(regress(samples, placeOf(table.centre(cell)), squares));
+            table.values[cell] = toFloat(regress(samples, placeOf(table.centre(cell))));
     });
     return {interpolated(name, std::move(table)), figures};
 }
