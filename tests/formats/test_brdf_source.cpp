@@ -280,6 +280,20 @@ TEST(BrdfTable, InterpolationIsExactForAFunctionThatIsLinearInTheAngles) {
     }
 }
 
+// |phi| is linear between nodes at 0 and pi: exact over the seam, for both azimuths.
+TEST(BrdfTable, AzimuthsCloseTheCircle) {
+    const auto azimuth = [](Vec3d w) { return std::abs(std::atan2(w.y, w.x)); };
+    const RgbBrdf tent{"", BrdfSymmetry::kGeneral, [&](Vec3d wi, Vec3d wo) {
+                           return Vec3d{azimuth(wi), azimuth(wo), 1};
+                       }};
+    const RgbBrdf table = decodeBrdfTable(samples::anisotropicTable(tent, "general", 2, 4, 6), "x").brdf;
+    for (double phi : {-3.0, -0.1, 0.1, 2.0, 3.1}) {
+        const Vec3d f = table.eval(samples::direction(0.5, phi), samples::direction(0.9, 0.3 - phi));
+        EXPECT_NEAR(f.x, std::abs(phi), 3e-6);
+        EXPECT_NEAR(f.y, azimuth(samples::direction(1, 0.3 - phi)), 3e-6);
+    }
+}
+
 TEST(BrdfTable, EveryTruncationIsRefused) {
     const std::string whole = samples::isotropicTable(brdfOf("phong"), 2, 3);
     ASSERT_NO_THROW(decodeBrdfTable(whole, "x"));
