@@ -113,7 +113,9 @@ TEST(BrdfOperators, NoPairIsCut) {
                         const auto at = [&](std::size_t v, int order_m) {
                             return f[(v * rows + std::size_t(shIndex(l, order_m))) * 3];
                         };
-                        EXPECT_NEAR(at(1, m), std::cos(m * angle) * at(0, m) - std::sin(m * angle) * at(0, -m), 1e-8)
+                        const double cosine = std::cos(m * angle), sine = std::sin(m * angle);
+                        EXPECT_NEAR(at(1, m), cosine * at(0, m) - sine * at(0, -m), 1e-8);
+                        EXPECT_NEAR(at(1, -m), sine * at(0, m) + cosine * at(0, -m), 1e-8)
                             << text << " " << nameOf(from) << " asked " << k << " got " << o.count;
                     }
             }
