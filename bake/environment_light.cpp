@@ -111,9 +111,17 @@ EnvironmentLight EnvironmentLight::bandLimited(int order) const {
     return fromSh(kept, std::move(sum));
 }
 
+EnvironmentLight EnvironmentLight::turned(const Mat3d& rotation) const {
+    EnvironmentLight light = *this;
+    light.rotation_ = rotation * rotation_;
+    for (DirectionalLight& delta : light.directional_) delta.direction = rotation * delta.direction;
+    return light;
+}
+
 Vec3d EnvironmentLight::radiance(Vec3d direction) const {
+    const Vec3d own = transposed(rotation_) * direction;
     Vec3d sum;
-    for (const Part& part : parts_) sum += part.radiance(direction);
+    for (const Part& part : parts_) sum += part.radiance(own);
     return sum;
 }
 
@@ -137,13 +145,16 @@ LightSample EnvironmentLight::sample(double u, double v) const {
         }
         const double left = part.chance > 0 ? std::clamp((u - before) / part.chance, 0.0, 1.0) : 0;
         LightSample found = part.disc ? sampleDisc(*part.disc, left, v) : sampleTable(part.table, left, v);
-        if (parts_.size() > 1 && found.density > 0) found.density = density(found.direction);
+        if (parts_.size() > 1 && found.density > 0) found.density = ownDensity(found.direction);
+        found.direction = rotation_ * found.direction;
         return found;
     }
     return {};
 }
 
-double EnvironmentLight::density(Vec3d direction) const {
+double EnvironmentLight::density(Vec3d direction) const { return ownDensity(transposed(rotation_) * direction); }
+
+double EnvironmentLight::ownDensity(Vec3d direction) const {
     double sum = 0;
     for (const Part& part : parts_) {
         if (part.disc)

@@ -24,7 +24,10 @@ public:
     // Discs are sampled in their cones, smooth lights by a table of 256 x 128.
     static EnvironmentLight fromAnalytic(std::span<const AnalyticLight> lights);
     // The light's own projection put in its place, directional lights too; SH is cut to at most `order`.
+    // Of a light that is not turned.
     EnvironmentLight bandLimited(int order) const;
+    // Turned in the model frame: L'(s) = L(R^T s).
+    EnvironmentLight turned(const Mat3d& rotation) const;
 
     Vec3d radiance(Vec3d direction) const;  // without directional()
     // A direction with density proportional to |luminance| (of each part of a sum), or none; u, v in [0, 1).
@@ -44,10 +47,12 @@ private:
     void addSmooth(SmoothLight light, const MapShape& shape);
     void addDisc(const DiscLight& disc);
     void shareSamples();
+    double ownDensity(Vec3d direction) const;  // before turning
 
     std::vector<Part> parts_;
     std::vector<DirectionalLight> directional_;
     int order_ = 0;  // of SH; 0: not band limited
+    Mat3d rotation_{{1, 0, 0, 0, 1, 0, 0, 0, 1}};
 };
 
 // .h5 is a light of penumbra-fit light, anything else a picture of this layout ("": by its shape). IoError,

@@ -10,6 +10,7 @@
 #include "formats/brdf_source.h"
 #include "formats/errors.h"
 #include "formats/slot_choice.h"
+#include "sh/light_rotation.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -21,6 +22,7 @@ struct ReferenceCommand {
     std::vector<std::string> slots;
     ReferenceOptions options;
     std::int64_t frame = 0;
+    std::string light_rotation;
     int light_order = 0;  // 0: the picture itself
     const CLI::Option* light_order_option = nullptr;
     std::string camera, size = "512x512", channel = "shaded", background = "transparent";
@@ -50,6 +52,8 @@ static void finishOptions(ReferenceCommand& command) {
     if (command.light_order_option->count() > 0 && command.light.empty())
         throw UsageError("--light-order needs --light: the default light is the same at any order");
     if (!command.layout.empty() && command.light.empty()) throw UsageError("--layout needs --light");
+    if (!command.light_rotation.empty() && command.light.empty())
+        throw UsageError("--light-rotation needs --light: the default light is the same from every side");
     if (command.light_order < 0 || command.light_order > kMaxOrder)
         throw UsageError("--light-order must be 0 (the picture itself) or 1..8, not " +
                          std::to_string(command.light_order));
@@ -79,7 +83,12 @@ static EnvironmentLight readLight(const ReferenceCommand& command) {
 static EnvironmentLight readLightOf(const ReferenceCommand& command) {
     if (command.light.empty()) return EnvironmentLight::white();
     EnvironmentLight light = readLight(command);
-    return command.light_order > 0 ? light.bandLimited(command.light_order) : light;
+    if (command.light_order > 0) light = light.bandLimited(command.light_order);
+    try {
+        return light.turned(parseLightRotation(command.light_rotation));
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--light-rotation: ") + error.what());
+    }
 }
 
 static BrdfSource slotSource(const SlotChoice& choice) {
@@ -173,6 +182,8 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
         "radiance 1)");
     app.add_option("--layout", command.layout, "of the picture; by its shape when not given")
         ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
+    app.add_option("--light-rotation", command.light_rotation,
+                   "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render");
     command.light_order_option = app.add_option("--light-order", command.light_order,
                                                 "replace the picture of --light by its SH of this order (0: do not)");
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "bake/direct_light.h"
+#include "sh/light_rotation.h"
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"
 
@@ -94,6 +95,29 @@ TEST(EnvironmentLight, DensitiesOfSumsIntegrateToOne) {
             EXPECT_NEAR(light.density(s.direction) / s.density, 1, 1e-6);
         }
     }
+}
+
+// L'(R s) = L(s), samples and densities likewise, deltas too.
+TEST(EnvironmentLight, TurnedIsTheSameLightElsewhere) {
+    const EnvironmentLight light =
+        analytic("sky:sun=0+disc:direction=1/0/0,angle=20,radiance=3+directional:direction=0/0/1");
+    const Mat3d rotation = parseLightRotation("yaw=30,pitch=50,roll=-20");
+    const EnvironmentLight turned = light.turned(rotation);
+    for (const Vec3d& point : fibonacciSphere(200)) {
+        const Vec3d d = normalized(point + Vec3d{0.011, 0.013, 0.017});  // none on the horizon's edge
+        EXPECT_NEAR(length(turned.radiance(rotation * d) - light.radiance(d)), 0, 1e-9);
+        EXPECT_NEAR(turned.density(rotation * d), light.density(d), 1e-9);
+    }
+    for (int i = 0; i < 100; ++i) {
+        const LightSample s = light.sample((i + 0.5) / 100, std::fmod(i * 0.618, 1.0)),
+                          t = turned.sample((i + 0.5) / 100, std::fmod(i * 0.618, 1.0));
+        EXPECT_NEAR(length(t.direction - rotation * s.direction), 0, 1e-12);
+        EXPECT_EQ(t.density, s.density);
+    }
+    EXPECT_NEAR(length(turned.directional()[0].direction - rotation * Vec3d{0, 0, 1}), 0, 1e-12);
+    EXPECT_NEAR(
+        length(light.turned(rotation).turned(transposed(rotation)).radiance({1, 0, 0}) - light.radiance({1, 0, 0})), 0,
+        1e-9);
 }
 
 // Only a delta: nothing to sample, and its SH when band limited.
