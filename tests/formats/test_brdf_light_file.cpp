@@ -15,25 +15,8 @@ namespace {
 
 using samples::bytesOf;
 using samples::Folder;
-
-BrdfFile sampleBrdf() {
-    BrdfFile brdf;
-    brdf.name = "ggx:alpha=0.3,f0=0.9";
-    brdf.slice_order = 3;
-    brdf.view_order = 2;
-    brdf.even_index = evenIndices(2);
-    for (int i = 0; i < 9 * 3 * 3; ++i) brdf.slices.push_back(std::sin(0.1 * i));
-    brdf.errors = {{"fit", 0.25}, {"albedo_r", 1.0 / 3}};
-    brdf.provenance = {"penumbra-fit brdf", "0.1.0", R"({"analytic":"ggx"})", {}};
-    return brdf;
-}
-
-BrdfOperators sampleOperators() {
-    BrdfOperators operators{2, 2, {}, evenIndices(2), {}, "slices"};
-    for (int i = 0; i < 2 * 4 * 3; ++i) operators.u.push_back(std::sin(0.2 * i));
-    for (int i = 0; i < 2 * 3 * 3; ++i) operators.w.push_back(std::cos(0.3 * i));
-    return operators;
-}
+using samples::sampleBrdf;
+using samples::sampleOperators;
 
 LightFile sampleLight() {
     LightFile light;

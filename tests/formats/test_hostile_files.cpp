@@ -1,6 +1,5 @@
-// Visibility and model files as an enemy, a full disk or a bad cable would leave them: cut short, or with bytes
-// changed. A reader says InvalidInput, IoError or Unsupported and names the file; nothing else may come out, least of
-// all a crash.
+// Files as an enemy, a full disk or a bad cable would leave them: cut short, or with bytes changed. A reader says
+// InvalidInput, IoError or Unsupported and names the file; nothing else may come out, least of all a crash.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -36,6 +35,13 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { (void)readModel(path); }},
         {"poses", [](const auto& path) { writePoseFile(path, samples::poseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},
+        {"brdf",
+         [](const auto& path) {
+             BrdfFile brdf = samples::sampleBrdf();
+             brdf.operators = samples::sampleOperators();
+             writeBrdf(path, brdf);
+         },
+         [](const auto& path) { (void)readBrdf(path); }},
     };
     return all;
 }

@@ -1,0 +1,15 @@
+// penumbra.brdf files, with operators; see fuzz_visibility_file.cpp.
+#include "formats/brdf_file.h"
+#include "formats/errors.h"
+#include "tests/fuzz/memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::filesystem::path path = penumbra::memoryFile("brdf", data, size);
+    try {
+        (void)penumbra::readBrdf(path);
+    } catch (const penumbra::InvalidInput&) {
+    } catch (const penumbra::Unsupported&) {
+    } catch (const penumbra::IoError&) {
+    }
+    return 0;
+}
