@@ -29,9 +29,9 @@ LightFile fitLight(const EnvironmentMap& map, const std::string& name, int order
                      projection.energy);
 }
 
-LightFile fitLight(std::span<const AnalyticLight> lights, int order) {
+LightFile fitLight(std::span<const AnalyticLight> lights, const std::string& name, int order) {
     const LightParts parts = partsOf(lights);
-    return makeLight(toString(lights), order, projectLights(parts, order), energyOf(parts));
+    return makeLight(name, order, projectLights(parts, order), energyOf(parts));
 }
 
 static double luminanceOf(Vec3 rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }

@@ -12,8 +12,8 @@ namespace penumbra {
 // The projection of a picture (formats/project_map.h). 1 <= order <= kMaxOrder. The light is named after the file
 // `name`.
 LightFile fitLight(const EnvironmentMap& map, const std::string& name, int order, int threads);
-// The sum of analytic lights, named as they are written. The residual of a directional light is 1: a delta has no SH.
-LightFile fitLight(std::span<const AnalyticLight> lights, int order);
+// The sum of analytic lights. The residual of a directional light is 1: a delta has no SH.
+LightFile fitLight(std::span<const AnalyticLight> lights, const std::string& name, int order);
 
 // A pixel that shines alone: 5% of the picture's luminous flux or more, and every neighbour less than a tenth of its
 // luminance. Lenses do not make such pictures: fireflies of renderers and suns set by hand are like that.

@@ -161,7 +161,7 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
     if (command.picture.empty()) {
         report.phase("fit");
         options["analytic"] = toString(request.analytic);
-        light = fitLight(request.analytic, command.order);
+        light = fitLight(request.analytic, joined(command.analytic, "+"), command.order);
     } else {
         light = fitPicture(command, common, report, options, hot);
     }

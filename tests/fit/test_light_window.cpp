@@ -122,7 +122,7 @@ TEST(LightWindow, AutoLeavesPicturesWithoutAHotPixel) {
 // The residual with a window, from the one without and what the window took: against the definition for a hemisphere.
 TEST(LightWindow, ResidualIsThatOfTheWindowedLight) {
     const std::vector<AnalyticLight> lights = parseLights("disc:angle=90");
-    LightFile light = fitLight(lights, 5);
+    LightFile light = fitLight(lights, "half a sky", 5);
     windowFit({WindowChoice::Mode::kLambda, 0.05}, {}, light);
     std::vector<double> y(25);
     double left = 0;

@@ -9,7 +9,7 @@
 #include "formats/project_map.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
-#include "sh/zonal.h"
+#include "tests/sh/golden.h"
 
 namespace penumbra {
 namespace {
@@ -86,17 +86,14 @@ TEST(ProjectMap, IgnoresWhatIsOffTheLight) {
     }
 }
 
-// L = 0.2 + 0.5 max(d.z, 0) + 20 exp(60 (d.s - 1)), turned so that +z is up, against quadrature. Lobe of 10 degrees:
-// pixels of h radians take about l (l+1) h^2 / 24 of band l and as much of the lobe. Measured with 128 pixels a face or
-// half a disc: cube 1e-4, lat-long 3e-4, angular 1e-4, ball 2e-3 (its pixels grow towards the rim).
-TEST(ProjectMap, EveryLayoutGivesTheSameLight) {
-    const Vec3d s = normalized(Vec3d{-0.5, 0.81, 0.3});
-    const auto radiance = [&](Vec3d d) { return 0.2 + 0.5 * std::max(d.y, 0.0) + 20 * std::exp(60 * (dot(d, s) - 1)); };
-    std::vector<double> expected(36, 0.0), y(36);
-    for (const auto& [d, weight] : gaussSphere(400, 800)) {
-        evalBasis(6, d, y);
-        for (std::size_t i = 0; i < 36; ++i) expected[i] += weight * radiance(d) * y[i];
-    }
+// L = 0.2 + 0.5 max(d.z, 0) + 20 exp(60 (d.s - 1)) of the golden file. A lobe of 10 degrees: pixels of h radians take
+// about l (l+1) h^2 / 24 of band l and as much of the lobe. Measured with 128 pixels a face or half a disc: cube 1e-4,
+// lat-long 3e-4, angular 3e-4, ball 4e-4.
+TEST(ProjectMap, EveryLayoutMatchesGolden) {
+    const nlohmann::json golden = readGolden("light.json");
+    const std::vector<double> expected = doubles(golden.at("sh6"));
+    const Vec3d s = normalized(Vec3d{0.3, -0.5, 0.81});
+    const auto radiance = [&](Vec3d d) { return 0.2 + 0.5 * std::max(d.z, 0.0) + 20 * std::exp(60 * (dot(d, s) - 1)); };
     double norm = 0;
     for (double value : expected) norm += value * value;
     for (const Layout& layout : {Layout{"latlong", 256, 128}, Layout{"cube", 384, 512}, Layout{"cube", 512, 384},
@@ -212,6 +209,14 @@ TEST(EnvironmentMap, CubeFacesTouchAsFolded) {
     }
     const Vec3d off = mapDirection(vertical, 50, 50);
     EXPECT_EQ(dot(off, off), 0);
+}
+
+TEST(EnvironmentMap, TexelsOfACubeMatchGolden) {
+    const nlohmann::json golden = readGolden("light.json").at("cube_texel_solid_angle_W4");
+    for (std::size_t j = 0; j < 4; ++j)
+        for (std::size_t i = 0; i < 4; ++i)
+            EXPECT_NEAR(cubeSolidAngle(double(i) / 2 - 1, double(i) / 2 - 0.5, double(j) / 2 - 1, double(j) / 2 - 0.5),
+                        double(golden.at(j).at(i)), 1e-14);
 }
 
 TEST(EnvironmentMap, TexelsOfACubeAddUpToTheSphere) {
