@@ -81,6 +81,7 @@ static LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
         return f.x + f.y + f.z;
     };
     const double half = value(t_o, mirror) / 2;
+    if (half <= 0) return {kMost, kMost};
     LobeWidth width{kLeast, kLeast};
     const auto wideInT = [&](double d) {
         return (t_o + d >= 1 || value(t_o + d, mirror) > half) && (t_o - d <= 0 || value(t_o - d, mirror) > half);

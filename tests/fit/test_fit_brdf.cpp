@@ -137,6 +137,25 @@ TEST(FitBrdf, NarrowLobesSettleBecauseGridsAreDenseAroundTheMirrorDirection) {
     EXPECT_NEAR(brdf.errors.at("albedo_max"), 1, 2e-3);  // the highest view is not quite the normal: 0.9993
 }
 
+// Retroreflection and nothing at the mirror direction, 0.1 radians wide: settles, and has the albedo of its mirror
+// image.
+TEST(FitBrdf, WideLobesSettleAnywhere) {
+    const RgbBrdf retro{"retro", BrdfSymmetry::kIsotropic, [](Vec3d wi, Vec3d wo) {
+                            const double f = 102 / (2 * std::numbers::pi) * std::pow(std::max(0.0, dot(wi, wo)), 100);
+                            return Vec3d{f, f / 2, 0};
+                        }};
+    const BrdfFile brdf = fitBrdf(retro, {}, 2), phong = fitBrdf(specBrdf("phong:exponent=100,color=1/0.5/0"), {}, 2);
+    for (const char* figure : {"albedo_r", "albedo_g", "albedo_b", "albedo_max", "fit"})
+        EXPECT_NEAR(brdf.errors.at(figure), phong.errors.at(figure), 2e-3) << figure;
+}
+
+TEST(FitBrdf, ABlackMaterialIsZero) {
+    const RgbBrdf black{"black", BrdfSymmetry::kGeneral, [](Vec3d, Vec3d) { return Vec3d{}; }};
+    const BrdfFile brdf = fitBrdf(black, {}, 2);
+    for (double value : brdf.slices) EXPECT_EQ(value, 0);
+    EXPECT_EQ(brdf.errors.at("albedo_max"), 0);
+}
+
 // Back to where the light came from, 0.001 radians wide: no grid expects it there.
 TEST(FitBrdf, LobeTooNarrowAwayFromTheMirrorDirectionIsRefused) {
     const RgbBrdf retro{"retro", BrdfSymmetry::kIsotropic, [](Vec3d wi, Vec3d wo) {
