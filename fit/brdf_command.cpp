@@ -87,6 +87,8 @@ void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& b
     report.figures["operators"] = brdf.operators.count;
     report.figures["operators_asked"] = command.operators;
     report.figures["operators_from"] = command.operators_from;
+    const Convention a4{BelowHorizon::kOpen, 4};
+    report.figures["operators_bytes"] = expandedBytes(brdf.operators, a4.order, a4) / 3;  // of M^b and w of a channel
     if (brdf.operators.count != command.operators && !common.quiet)
         std::printf("%d operators instead of %d: %s\n", brdf.operators.count, command.operators,
                     brdf.operators.count < command.operators - 1 ? "the BRDF has no more terms"

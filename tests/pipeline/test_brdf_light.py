@@ -62,7 +62,10 @@ def check_operators(folder):
         assert list(index) == (list(even) if source != "literal" else list(range(16)))
         assert np.allclose(u[..., 1], u[..., 0] / 2) and not u[..., 2].any()
         assert 0 < errors["shading_d5"] < errors["shading_a4"] < errors["shading_operators"] + 1e-9, errors
-        assert len(u) * (16 * 16 + len(index)) * 4 <= 10000 or asked == "16"
+        assert figures["operators_bytes"] == len(u) * (16 * 16 + len(index)) * 4
+        assert figures["operators_bytes"] <= 10000 or asked == "16", figures
+        info = subprocess.run([BIN / "penumbra-bake", "info", "o.brdf.h5"], cwd=folder, capture_output=True, text=True)
+        assert info.returncode == 0 and f"count {len(u)}, source {source}, order {order}" in info.stdout, info.stdout
         if asked == "16":  # all 15 terms of C
             assert f"{len(u)} operators instead of 16" in out and len(u) == 15, out
             assert np.allclose(np.einsum("bic,bec->iec", u, w), slices, atol=1e-9)
