@@ -3,7 +3,8 @@
 
 picture_sheet.py BIN_FOLDER X.vis.h5 X.model.h5 CLIP FRAME OUT_FOLDER --material SPEC... --light ENV...
 
-A material is an analytic BRDF ("ggx:alpha=0.3"), or the path of a measured one (.binary is MERL, anything else a table).
+A material is an analytic BRDF ("ggx:alpha=0.3"), or the path of a measured one (.binary is MERL, anything else a table); a light
+an analytic one ("sky:elevation=20") or the path of a picture.
 Writes OUT_FOLDER/sheet.png and OUT_FOLDER/pictures.json. Both sides have the same camera, exposure (a light's mean radiance
 becomes mid grey) and full-resolution silhouette; FLIP is over the crop around the character."""
 import argparse
@@ -54,7 +55,9 @@ def prepare(arguments, out):
         run(arguments.bin / "penumbra-fit", "brdf", *material_arguments(spec)[0], "-o", brdfs[-1])
     for i, picture in enumerate(arguments.light):
         lights.append(out / f"light{i}.light.h5")
-        run(arguments.bin / "penumbra-fit", "light", picture, "-o", lights[-1], "--order", arguments.order)
+        source = [picture] if pathlib.Path(picture).exists() else ["--analytic", picture]
+        run(arguments.bin / "penumbra-fit", "light", *source, "-o", lights[-1], "--order", arguments.order, "--window",
+            arguments.window)
     inputs = [a for path in brdfs for a in ("--brdf", path)] + [a for path in lights for a in ("--light", path)]
     run(arguments.bin / "penumbra-pack", "asset", arguments.model, *inputs, "-o", out / "sheet.pnb")
     return [stored_name(p) for p in brdfs], [stored_name(p) for p in lights], [mean_radiance(p) for p in lights]
@@ -126,6 +129,7 @@ def main():
     parser.add_argument("--material", action="append", required=True)
     parser.add_argument("--light", action="append", required=True)
     parser.add_argument("--order", type=int, default=4, help="SH bands of the model's lights")
+    parser.add_argument("--window", default="auto", help="against ringing of the model's lights, as in penumbra-fit light")
     parser.add_argument("--camera", default="yaw=30,pitch=10")
     parser.add_argument("--size", type=int, default=420)
     parser.add_argument("--samples", type=int, default=1024, help="shadow rays a pixel of the brute force")
