@@ -16,7 +16,7 @@
 namespace penumbra {
 namespace {
 
-const Convention kA4{BelowHorizon::kOpen, 4}, kD5{BelowHorizon::kMirrored, 5};
+const Convention kD5{BelowHorizon::kMirrored, 5};
 
 // The constants in the program are the golden ones, to the last digit.
 TEST(ShadingScenes, AreTheGoldenOnes) {
