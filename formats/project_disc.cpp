@@ -57,15 +57,15 @@ void integrateBasis(const DiscBasis& basis, double polar, std::span<double> out)
     }
 }
 
-struct Point {
+struct DiscPoint {
     double u, v;
 };
 
-static double radiusOf(Point p) { return std::hypot(p.u, p.v); }
-static Point between(Point a, Point b, double t) { return {a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t}; }
+static double radiusOf(DiscPoint p) { return std::hypot(p.u, p.v); }
+static DiscPoint between(DiscPoint a, DiscPoint b, double t) { return {a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t}; }
 
 // Outside the disc I is constant: its integral is that of {cos, sin}(mq).
-static void addOutside(const DiscBasis& basis, Point a, Point b, Sums& sum) {
+static void addOutside(const DiscBasis& basis, DiscPoint a, DiscPoint b, Sums& sum) {
     const double qa = std::atan2(a.v, a.u), turn = std::atan2(a.u * b.v - a.v * b.u, a.u * b.u + a.v * b.v);
     const double qb = std::atan2(b.v, b.u);
     sum[0] += basis.whole[0] * turn;  // I_l0(pi) = 0 for other l
@@ -80,13 +80,13 @@ static void addOutside(const DiscBasis& basis, Point a, Point b, Sums& sum) {
     }
 }
 
-static void addInside(const DiscBasis& basis, MapLayout layout, std::span<const WeightedDirection> nodes, Point a,
-                      Point b, Sums& sum) {
+static void addInside(const DiscBasis& basis, MapLayout layout, std::span<const WeightedDirection> nodes, DiscPoint a,
+                      DiscPoint b, Sums& sum) {
     const double area = a.u * b.v - a.v * b.u;  // r^2 dq per unit of the parameter, the same all along
     if (area == 0) return;                      // towards the centre: the azimuth stays
     Sums integral;
     for (const auto& [node, weight] : nodes) {
-        const Point p = between(a, b, (node.z + 1) / 2);
+        const DiscPoint p = between(a, b, (node.z + 1) / 2);
         const double square = p.u * p.u + p.v * p.v, r = std::sqrt(square);
         integrateBasis(basis, layout == MapLayout::kAngular ? pi * r : 2 * std::asin(std::min(1.0, r)), integral);
         const double w = weight / (4 * pi) * area / square, c1 = p.u / r, s1 = p.v / r;
@@ -104,7 +104,7 @@ static void addInside(const DiscBasis& basis, MapLayout layout, std::span<const 
 }
 
 // Where a border crosses the rim: |a + t (b - a)| = 1, t in (0, 1), ascending.
-static int crossings(Point a, Point b, double t[2]) {
+static int crossings(DiscPoint a, DiscPoint b, double t[2]) {
     const double du = b.u - a.u, dv = b.v - a.v, aa = du * du + dv * dv, ab = a.u * du + a.v * dv,
                  c = a.u * a.u + a.v * a.v - 1, discriminant = ab * ab - aa * c;
     if (discriminant <= 0) return 0;
@@ -121,7 +121,7 @@ struct DiscGrid {
     int size;
 
     // Grid lines and pixels count with u' and downwards.
-    Point corner(int i, int j) const { return {2.0 * i / size - 1, 1 - 2.0 * j / size}; }
+    DiscPoint corner(int i, int j) const { return {2.0 * i / size - 1, 1 - 2.0 * j / size}; }
     Vec3d pixel(int i, int j) const {
         if (i < 0 || j < 0 || i >= size || j >= size) return {};
         const double u = std::max(0.0, std::abs(2.0 * i + 1 - size) - 1),
@@ -133,7 +133,8 @@ struct DiscGrid {
 };
 
 // The integral along the border from a to b times what it adds to the pixel on its left less that on its right.
-static void addBorder(const DiscGrid& grid, Point a, Point b, Vec3d left, Vec3d right, PartialProjection& total) {
+static void addBorder(const DiscGrid& grid, DiscPoint a, DiscPoint b, Vec3d left, Vec3d right,
+                      PartialProjection& total) {
     const Vec3d step = left - right;
     const double energy = dot(left, left) - dot(right, right);
     if (step == Vec3d{} && energy == 0) return;
@@ -142,7 +143,7 @@ static void addBorder(const DiscGrid& grid, Point a, Point b, Vec3d left, Vec3d 
     const int count = crossings(a, b, t + 1);
     t[count + 1] = 1;
     for (int i = 0; i <= count; ++i) {
-        const Point from = between(a, b, t[i]), to = between(a, b, t[i + 1]);
+        const DiscPoint from = between(a, b, t[i]), to = between(a, b, t[i + 1]);
         if (radiusOf(between(from, to, 0.5)) >= 1)
             addOutside(grid.basis, from, to, sum);
         else

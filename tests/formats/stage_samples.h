@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/brdf_file.h"
+#include "formats/light_file.h"
 #include "formats/model_file.h"
 #include "formats/pose_file.h"
 #include "formats/visibility_file.h"
@@ -188,6 +189,22 @@ inline Model model(FeatureKind features) {
     out.provenance = provenance();
     out.provenance.tool = "penumbra-fit visibility";
     return out;
+}
+
+inline LightFile sampleLight() {
+    LightFile light;
+    light.name = "sky.exr";
+    light.order = 2;
+    for (int i = 0; i < 12; ++i) light.sh.push_back(std::cos(0.3 * i));
+    light.residual = 0.125;
+    light.provenance = {"penumbra-fit light", "0.1.0", R"({"order":2})", {{"sky.exr", std::string(64, 'a')}}};
+    return light;
+}
+
+inline LightLobesFit sampleLobes() {
+    LightLobesFit lobes{"joint", {{0, 0, 1}, {0.6, -0.8, 0}, {-1, 0, 0}}, {}, 0.0625, 1.0 / 3};
+    for (int i = 0; i < 3 * 2 * 3; ++i) lobes.coefficients.push_back(std::sin(0.7 * i));
+    return lobes;
 }
 
 inline BrdfFile sampleBrdf() {

@@ -16,17 +16,9 @@ namespace {
 using samples::bytesOf;
 using samples::Folder;
 using samples::sampleBrdf;
+using samples::sampleLight;
+using samples::sampleLobes;
 using samples::sampleOperators;
-
-LightFile sampleLight() {
-    LightFile light;
-    light.name = "sky.exr";
-    light.order = 2;
-    for (int i = 0; i < 12; ++i) light.sh.push_back(std::cos(0.3 * i));
-    light.residual = 0.125;
-    light.provenance = {"penumbra-fit light", "0.1.0", R"({"order":2})", {{"sky.exr", std::string(64, 'a')}}};
-    return light;
-}
 
 TEST(BrdfFile, RoundTripIsExactAndDeterministic) {
     const Folder folder("brdf");
@@ -102,19 +94,16 @@ TEST(LightFile, RoundTripIsExactAndDeterministic) {
     EXPECT_EQ(bytesOf(path), first);
 }
 
-LightLobesFit sampleLobes() {
-    LightLobesFit lobes{"joint", {{0, 0, 1}, {0.6, -0.8, 0}, {-1, 0, 0}}, {}, 0.0625, 1.0 / 3};
-    for (int i = 0; i < 3 * 2 * 3; ++i) lobes.coefficients.push_back(std::sin(0.7 * i));
-    return lobes;
-}
-
 TEST(LightFile, LobesRoundTrip) {
     const Folder folder("lobes");
     const auto path = folder.path / "e.light.h5";
     LightFile light = sampleLight();
     light.lobes = sampleLobes();
+    light.window = {1, 0.625};
     writeLight(path, light);
-    const LightLobesFit back = readLight(path).lobes;
+    const LightFile read = readLight(path);
+    EXPECT_EQ(read.window, light.window);
+    const LightLobesFit& back = read.lobes;
     EXPECT_EQ(back.mode, "joint");
     EXPECT_EQ(back.directions, light.lobes.directions);
     EXPECT_EQ(back.coefficients, light.lobes.coefficients);

@@ -217,6 +217,28 @@ def check_failures(folder):
     print(f"{len(cases)} failures and dry runs: exit codes, one line each, nothing left")
 
 
+def check_reference(folder):
+    """Ray-traced pictures take the same lights: a picture of any layout, analytic lights; bad ones are named."""
+    rig = BIN.parent / "samples" / "bend.glb"
+    code, _, err = run(folder, "visibility", rig, "-o", "b.vis.h5", "--frames", "0:1", "--rays", 64, program="penumbra-bake")
+    assert code == 0, err
+    write_exr(folder / "ball.exr", np.ones((9, 9, 3)))
+    pictures = []
+    for light in (["ball.exr", "--layout", "ball"], ["uniform"], ["sky:elevation=40+directional:direction=1/1/1,irradiance=2"]):
+        code, out, err = run(folder, "reference", "b.vis.h5", "--frame", 0, "--light", *light, "--size", "24x24", "--samples", 64,
+                             "-o", "r.png", program="penumbra-bake")
+        assert code == 0, (light, err)
+        pictures.append((folder / "r.png").read_bytes())
+    assert len(set(pictures)) == 3
+    (folder / "r.png").unlink()
+    for expected, named, light in ((1, "turbidty", ["sky:turbidty=1"]), (1, "--layout", ["sky", "--layout", "ball"]),
+                                   (2, "none.exr", ["none.exr"]), (3, "9 x 9", ["ball.exr"])):
+        code, _, err = run(folder, "reference", "b.vis.h5", "--frame", 0, "--light", *light, "-o", "r.png",
+                           program="penumbra-bake")
+        assert code == expected and named in err and not (folder / "r.png").exists(), (light, code, err)
+    print("bake reference: pictures of other layouts and analytic lights")
+
+
 def check_probe(folder):
     """One light probe as angular map and as lat-long picture: the same SH, without any rotation between them."""
     if "PENUMBRA_DATA" not in os.environ:
@@ -235,5 +257,5 @@ def check_probe(folder):
 
 
 with tempfile.TemporaryDirectory() as name:
-    for check in (check_layouts, check_analytic, check_lobes, check_sun, check_failures, check_probe):
+    for check in (check_layouts, check_analytic, check_lobes, check_sun, check_failures, check_reference, check_probe):
         check(pathlib.Path(name))

@@ -1,0 +1,15 @@
+// penumbra.light files, with lobes and window; see fuzz_visibility_file.cpp.
+#include "formats/errors.h"
+#include "formats/light_file.h"
+#include "tests/fuzz/memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::filesystem::path path = penumbra::memoryFile("light", data, size);
+    try {
+        (void)penumbra::readLight(path);
+    } catch (const penumbra::InvalidInput&) {
+    } catch (const penumbra::Unsupported&) {
+    } catch (const penumbra::IoError&) {
+    }
+    return 0;
+}
