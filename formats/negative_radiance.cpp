@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/errors.h"
+#include "formats/write_file.h"
 
 namespace penumbra {
 
@@ -47,6 +48,7 @@ NegativeRadiance removeNegativeRadiance(EnvironmentMap& map, const std::string& 
     NegativeRadiance found;
     double below = 0, above = 0;
     for (std::size_t at = 0; at < pixels.size(); ++at) {
+        if (at % std::size_t(map.image.width) == 0) throwIfInterrupted();
         bool negative = false;
         for (int channel = 0; channel < 3; ++channel) {
             const double value = pixels[at][channel], flux = steradians[at] * std::abs(value);

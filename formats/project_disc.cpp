@@ -160,7 +160,7 @@ int rowCount(const EnvironmentMap& map) {
 
 void projectDiscRow(const EnvironmentMap& map, int row, const DiscBasis& basis, PartialProjection& sum) {
     const int size = map.image.width;
-    const DiscGrid grid{map, basis, gaussSphere(size < 32 ? 8 : size < 256 ? 4 : 3, 1), size};
+    const DiscGrid grid{map, basis, gaussSphere(size < 32 ? 8 : size < 256 ? 4 : size < 1024 ? 3 : 2, 1), size};
     for (int i = 0; i < size; ++i)  // rightwards: the pixel above is on the left
         addBorder(grid, grid.corner(i, row), grid.corner(i + 1, row), grid.pixel(i, row - 1), grid.pixel(i, row), sum);
     for (int i = 0; i <= size && row < size; ++i)  // upwards
