@@ -118,7 +118,7 @@ def draw_sheet(brdfs, lights, pairs, figures, box, path):
             value = figures[m, l]
             draw.text((x + 8, y + height + bar - 1), f"FLIP {value['flip']:.3f}, RMSE {value['rmse']:.1f} / 255",
                       fill=(255, 214, 120), font=font)
-    sheet.save(path, optimize=True)
+    sheet.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
 
 
 def main():
