@@ -10,8 +10,10 @@ namespace penumbra {
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), path_(evaluatorPaths().back()) {
     assert(asset.has_model);
     std::size_t scores = 0, scratch = 0;
+    const auto regressors = std::make_shared<std::vector<Regressor>>();
+    regressors_ = regressors;
     for (const ClusterView& cluster : asset.model.clusters) {
-        const Regressor& regressor = regressors_.emplace_back(asset.model, cluster);
+        const Regressor& regressor = regressors->emplace_back(asset.model, cluster);
         first_score_.push_back(scores);
         scores += regressor.components();
         scratch = std::max(scratch, regressor.scratchSize());
@@ -66,8 +68,9 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         if (!angles && features_of != cluster.joint) relativeBoneFeatures(std::size_t(cluster.joint));
         features_of = cluster.joint;
         const std::span<float> y = std::span(scores_).subspan(first_score_[c], cluster.components());
-        out_of_range += double(cluster.vertex_count) *
-                        double(regressors_[c].evaluate(angles ? pose : std::span<const float>(features_), scratch_, y));
+        out_of_range +=
+            double(cluster.vertex_count) *
+            double((*regressors_)[c].evaluate(angles ? pose : std::span<const float>(features_), scratch_, y));
         for (std::size_t k = 0; k < y.size(); ++k)
             weights_[first_score_[c] + k] = cluster.basis.scale.empty() ? y[k] : y[k] * cluster.basis.scale[k];
     }

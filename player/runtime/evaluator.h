@@ -1,6 +1,7 @@
 #pragma once
 // Pose in, per-vertex visibility out: the library that engines link and the CPU statement of what the shaders compute.
 // No GL, no files, no threads of its own: calls on different clusters or vertex ranges may run at the same time.
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,7 +13,8 @@ namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the small regressors once.
+    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the small regressors once:
+    // copies of an evaluator, each with a pose of its own, share them.
     explicit Evaluator(const AssetView& asset);
 
     const AssetView& asset() const { return *asset_; }
@@ -45,10 +47,10 @@ private:
         float weight;
     };
     const AssetView* asset_;
-    std::vector<Regressor> regressors_;     // [cluster]
-    std::vector<std::size_t> first_score_;  // [cluster]
-    std::vector<AmbientTerm> ambient_;      // E = sum of weight times number; the numbers that take part
-    float ambient_norm2_ = 0;               // sum of squared weights
+    std::shared_ptr<const std::vector<Regressor>> regressors_;  // [cluster]
+    std::vector<std::size_t> first_score_;                      // [cluster]
+    std::vector<AmbientTerm> ambient_;  // E = sum of weight times number; the numbers that take part
+    float ambient_norm2_ = 0;           // sum of squared weights
     double out_of_range_ = 0;
     std::vector<Affine> bones_;            // [J]
     std::vector<Mat3> bone_rotations_;     // [J]

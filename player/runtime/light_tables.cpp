@@ -85,6 +85,13 @@ void LightTables::setRotation(const Mat3& rotation) {
     }
 }
 
+void LightTables::setCoefficients(std::span<const float> sh) {
+    assert(form_ == LightForm::kRotation && sh.size() % 3 == 0 && sh.size() <= 3 * original_.size());
+    for (std::size_t i = 0; i < original_.size(); ++i)
+        original_[i] = 3 * i < sh.size() ? Vec3{sh[3 * i], sh[3 * i + 1], sh[3 * i + 2]} : Vec3{};
+    sh_ = original_;
+}
+
 ShadeLight LightTables::view() const {
     ShadeLight view{};
     view.order = order_;

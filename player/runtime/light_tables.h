@@ -1,5 +1,6 @@
 #pragma once
 // What shading reads of one light, in one of three forms, and its rotation while the program runs.
+#include <span>
 #include <vector>
 
 #include "formats/asset_file.h"
@@ -31,6 +32,9 @@ public:
     // The light as `rotation` turns it in the model frame, L'(s) = L(rotation^T s): of the light as it came, not of how
     // it was turned before. Allocates nothing.
     void setRotation(const Mat3& rotation);
+    // Another light of at most this order, [n^2, 3], as it comes: not turned until setRotation(). kRotation only.
+    // Allocates nothing.
+    void setCoefficients(std::span<const float> sh);
     int order() const { return order_; }
     LightForm form() const { return form_; }
     const LightLobes& lobes() const { return lobes_; }   // turned; kLobes and kFixed

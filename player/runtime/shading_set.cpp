@@ -67,6 +67,12 @@ void ShadingSet::setLight(std::size_t light) {
     setLightRotation(rotation_);
 }
 
+void ShadingSet::setLight(std::size_t light, std::span<const float> sh) {
+    assert(light < lights_.size());
+    lights_[light].setCoefficients(sh);
+    setLight(light);
+}
+
 void ShadingSet::setLightRotation(const Mat3& rotation) {
     rotation_ = rotation;
     lights_[light_].setRotation(rotation);

@@ -30,6 +30,9 @@ public:
     void setMaterial(std::size_t slot, std::size_t material);
     void setMaterial(std::size_t material);  // of every slot
     void setLight(std::size_t light);        // it is turned as the last one was
+    // Replaces a light by one of at most its order, [n^2, 3], turned as the last one was, and switches it on;
+    // LightForm::kRotation only.
+    void setLight(std::size_t light, std::span<const float> sh);
     // The light as `rotation` turns it in the model frame, L'(s) = L(rotation^T s); of the light as the asset has it.
     void setLightRotation(const Mat3& rotation);
     // Grow with every change of materials or of light: what was uploaded for an older one is stale.

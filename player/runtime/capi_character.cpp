@@ -1,0 +1,153 @@
+// penumbra.h: poses, visibility, skinning.
+#include <algorithm>
+#include <cmath>
+
+#include "player/runtime/capi_handles.h"
+
+namespace penumbra {
+
+namespace {
+
+void requirePose(const AssetView& asset, penumbra_matrix_layout layout, const float* matrices, std::size_t joint_count,
+                 const float* rotations, std::size_t rotation_count) {
+    requirePointer(matrices, "matrices");
+    const std::size_t joints = asset.animation.jointCount();
+    if (joint_count != joints)
+        throw UsageError("joint_count is " + std::to_string(joint_count) + "; the asset has " + std::to_string(joints));
+    if (layout != PENUMBRA_ROWS_3X4 && layout != PENUMBRA_COLUMNS_4X4)
+        throw UsageError("layout is no penumbra_matrix_layout");
+    if (asset.model.features != AssetFeatures::kJointAngles || asset.animation.pose_size == 0) return;
+    requirePointer(rotations, "the model reads joint rotations: rotations");
+    if (rotation_count != asset.animation.pose_size)
+        throw UsageError("rotation_count is " + std::to_string(rotation_count) + "; the asset has " +
+                         std::to_string(asset.animation.pose_size));
+    requireFinite("rotations", {rotations, rotation_count});
+}
+
+void fromColumns(const float* columns, std::span<Affine> bones) {
+    for (std::size_t j = 0; j < bones.size(); ++j)
+        for (std::size_t row = 0; row < 3; ++row)
+            for (std::size_t column = 0; column < 4; ++column)
+                bones[j].m[4 * row + column] = columns[16 * j + 4 * column + row];
+}
+
+}  // namespace
+
+}  // namespace penumbra
+
+using namespace penumbra;
+
+penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_character** character,
+                                          penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(asset, "asset");
+        requirePointer(character, "character");
+        if (!asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
+        *character = new penumbra_character{asset->data, asset->data->restPose(),
+                                            std::vector<Affine>(asset->data->view.animation.jointCount())};
+    });
+}
+
+void penumbra_character_destroy(penumbra_character* character) { delete character; }
+
+penumbra_status penumbra_character_set_simd(penumbra_character* character, penumbra_simd simd, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        character->evaluator.usePath(pathOf(simd, evaluatorPaths()));
+    });
+}
+
+penumbra_status penumbra_character_set_pose(penumbra_character* character, penumbra_matrix_layout layout,
+                                            const float* matrices, size_t joint_count, const float* rotations,
+                                            size_t rotation_count, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        const AssetView& asset = character->asset->view;
+        requirePose(asset, layout, matrices, joint_count, rotations, rotation_count);
+        if (layout == PENUMBRA_COLUMNS_4X4)
+            fromColumns(matrices, character->bones);
+        else
+            std::copy_n(reinterpret_cast<const Affine*>(matrices), joint_count, character->bones.begin());
+        requireFinite("matrices", {character->bones.data()->m.data(), 12 * joint_count});
+        const bool angles = asset.model.features == AssetFeatures::kJointAngles;
+        character->evaluator.setPose(character->bones, {rotations, angles ? asset.animation.pose_size : 0});
+    });
+}
+
+penumbra_status penumbra_character_set_frame(penumbra_character* character, size_t frame, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        const AssetView& asset = character->asset->view;
+        requireIndex("frame", frame, asset.animation.frameCount());
+        if (asset.model.features == AssetFeatures::kJointAngles && asset.animation.pose.empty() &&
+            asset.animation.pose_size > 0)
+            throw Unsupported(asset.name + ": has no rotations of its frames");
+        character->evaluator.setPose(asset.animation.bonesOf(frame), asset.animation.poseOf(frame));
+    });
+}
+
+void penumbra_rotation_vector(const float rest[4], const float now[4], float out[3]) {
+    const Vec3d r{-rest[0], -rest[1], -rest[2]}, n{now[0], now[1], now[2]};
+    const double real = double(rest[3]) * now[3] - dot(r, n);
+    const double sign = real < 0 ? -1 : 1;  // q and -q are one rotation; the one of angle <= pi
+    const Vec3d v = sign * (double(rest[3]) * n + double(now[3]) * r + cross(r, n));
+    const double sine = length(v);
+    const double scale = sine < 1e-12 ? 2 : 2 * std::atan2(sine, sign * real) / sine;
+    for (int i = 0; i < 3; ++i) out[i] = float(scale * v[i]);
+}
+
+double penumbra_character_out_of_range(const penumbra_character* character) {
+    return character ? character->evaluator.outOfRange() : 0;
+}
+
+penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
+                                            size_t cluster_count, float* numbers, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requirePointer(numbers, "numbers");
+        const Evaluator& evaluator = character->evaluator;
+        requireRange("clusters", first_cluster, cluster_count, evaluator.clusterCount());
+        const std::size_t size = evaluator.vertexCount() * std::size_t(character->asset->view.model.stride);
+        for (std::size_t c = first_cluster; c < first_cluster + cluster_count; ++c)
+            evaluator.evaluateCluster(c, {numbers, size});
+    });
+}
+
+penumbra_status penumbra_character_skin(const penumbra_character* character, size_t first_vertex, size_t vertex_count,
+                                        float* positions, float* normals, float* tangents, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requirePointer(positions, "positions");
+        requirePointer(normals, "normals");
+        requirePointer(tangents, "tangents");
+        const std::size_t vertices = character->evaluator.vertexCount();
+        requireRange("vertices", first_vertex, vertex_count, vertices);
+        character->evaluator.skin(first_vertex, first_vertex + vertex_count, vectors(positions, vertices),
+                                  vectors(normals, vertices), vectors(tangents, vertices));
+    });
+}
+
+penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
+                                           size_t vertex_count, const float* numbers, float* ambient_out,
+                                           penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requirePointer(numbers, "numbers");
+        requirePointer(ambient_out, "ambient");
+        const std::size_t vertices = character->evaluator.vertexCount();
+        const ModelView& model = character->asset->view.model;
+        requireRange("vertices", first_vertex, vertex_count, vertices);
+        ambient(model.convention, model.stride, first_vertex, first_vertex + vertex_count,
+                {numbers, vertices * std::size_t(model.stride)}, {ambient_out, vertices});
+    });
+}
+
+penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores, float* rotations) {
+    if (!character) return PENUMBRA_INVALID_ARGUMENT;
+    for (std::size_t c = 0; c < character->evaluator.clusterCount(); ++c) {
+        const std::span<const float> y = character->evaluator.scores(c);
+        if (scores) scores = std::copy(y.begin(), y.end(), scores);
+        if (rotations) rotations = std::copy_n(character->evaluator.clusterRotation(c).m.begin(), 9, rotations);
+    }
+    return PENUMBRA_OK;
+}

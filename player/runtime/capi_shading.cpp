@@ -1,0 +1,192 @@
+// penumbra.h: materials, light, radiance.
+#include <algorithm>
+#include <cmath>
+
+#include "player/runtime/capi_handles.h"
+
+struct penumbra_shading {
+    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // whose arrays `view` looks at
+    std::vector<float> caller_light;                                 // [order^2, 3] zeros; empty: there is none
+    penumbra::AssetView view;                                        // the model with the materials and lights of all
+    std::optional<penumbra::ShadingSet> set;
+};
+
+namespace penumbra {
+
+namespace {
+
+ShadingChoice choiceOf(const penumbra_shading_options& options) {
+    if (options.reflectance != PENUMBRA_SLICES && options.reflectance != PENUMBRA_OPERATORS)
+        throw UsageError("reflectance is no penumbra_reflectance");
+    if (options.light_form < PENUMBRA_ROTATION || options.light_form > PENUMBRA_LOBES)
+        throw UsageError("light_form is no penumbra_light_form");
+    if (options.caller_light_order < 0 || options.caller_light_order > kMaxOrder)
+        throw UsageError("caller_light_order is " + std::to_string(options.caller_light_order) + ", allowed are 0.." +
+                         std::to_string(kMaxOrder));
+    if (options.caller_light_order > 0 && options.light_form != PENUMBRA_ROTATION)
+        throw Unsupported("a light of the caller needs light_form PENUMBRA_ROTATION");
+    constexpr LightForm kForms[] = {LightForm::kRotation, LightForm::kFixed, LightForm::kLobes};
+    return {options.reflectance == PENUMBRA_SLICES ? Reflectance::kSlices : Reflectance::kOperators,
+            kForms[options.light_form]};
+}
+
+void addAsset(const penumbra_asset* asset, penumbra_shading& shading) {
+    requirePointer(asset, "asset");
+    const AssetView& view = asset->data->view;
+    const bool first = shading.assets.empty();
+    shading.assets.push_back(asset->data);
+    if (first) {
+        shading.view = view;
+        return;
+    }
+    const auto append = [](auto& list, const auto& more) { list.insert(list.end(), more.begin(), more.end()); };
+    append(shading.view.materials, view.materials);
+    append(shading.view.lights, view.lights);
+}
+
+void addCallerLight(int order, penumbra_shading& shading) {
+    if (order == 0) return;
+    shading.caller_light.resize(3 * std::size_t(coefficientCount(order)));
+    shading.view.lights.push_back({"caller", order, shading.caller_light, {}});
+}
+
+// What is on at first must have what was asked for; where the asset's choice lacks it, the first that has it is on.
+void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
+    std::size_t light = 0, material = 0;
+    while (light < lights && !set.hasLight(light)) ++light;
+    if (light == lights) throw Unsupported("no light has lobes");
+    while (material < materials && !set.hasMaterial(material)) ++material;
+    if (material == materials) throw Unsupported("no material has operators");
+    set.setLight(light);
+    for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
+        if (!set.hasMaterial(set.materialOfSlot()[slot])) set.setMaterial(slot, material);
+}
+
+Mat3 rotationFrom(const float* rotation) {
+    requirePointer(rotation, "rotation");
+    Mat3 r;
+    std::copy_n(rotation, 9, r.m.begin());
+    const Mat3 product = r * transposed(r), cofactors = cofactor(r);
+    bool fine = true;
+    for (int i = 0; i < 9; ++i)  // R R^T = 1 and R = its cofactors; NaN fails too
+        fine = fine && std::abs(product.m[i] - (i % 4 == 0)) < 1e-3f && std::abs(cofactors.m[i] - r.m[i]) < 2e-3f;
+    if (!fine) throw UsageError("rotation is not orthonormal with determinant 1");
+    return r;
+}
+
+}  // namespace
+
+}  // namespace penumbra
+
+using namespace penumbra;
+
+penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penumbra_asset* const* more,
+                                        size_t more_count, const penumbra_shading_options* options,
+                                        penumbra_shading** shading, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        if (more_count > 0) requirePointer(more, "more");
+        const penumbra_shading_options chosen = options ? *options : penumbra_shading_options{};
+        const ShadingChoice choice = choiceOf(chosen);
+        auto made = std::make_unique<penumbra_shading>();
+        addAsset(asset, *made);
+        for (std::size_t i = 0; i < more_count; ++i) addAsset(more[i], *made);
+        addCallerLight(chosen.caller_light_order, *made);
+        AssetView& view = made->view;
+        if (!view.has_model) throw Unsupported(view.name + ": has no model");
+        if (view.materials.empty()) throw Unsupported(view.name + ": there is no material");
+        if (view.materials.size() > 65535) throw Unsupported("there are more than 65535 materials");
+        if (view.lights.empty()) throw Unsupported(view.name + ": there is no light");
+        view.slot_material.resize(std::max<std::size_t>(1, view.mesh.slots.size()));
+        made->set.emplace(view, choice);
+        chooseUsable(*made->set, view.materials.size(), view.lights.size());
+        *shading = made.release();
+    });
+}
+
+void penumbra_shading_destroy(penumbra_shading* shading) { delete shading; }
+
+penumbra_status penumbra_shading_set_simd(penumbra_shading* shading, penumbra_simd simd, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        shading->set->usePath(pathOf(simd, shadePaths()));
+    });
+}
+
+size_t penumbra_shading_slot_count(const penumbra_shading* shading) { return shading ? shading->set->slotCount() : 0; }
+
+size_t penumbra_shading_material_count(const penumbra_shading* shading) {
+    return shading ? shading->view.materials.size() : 0;
+}
+
+size_t penumbra_shading_light_count(const penumbra_shading* shading) {
+    return shading ? shading->view.lights.size() : 0;
+}
+
+penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t slot, size_t material,
+                                              penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        requireIndex("material", material, shading->view.materials.size());
+        if (slot != PENUMBRA_ALL_SLOTS) requireIndex("slot", slot, shading->set->slotCount());
+        if (!shading->set->hasMaterial(material))
+            throw Unsupported("material " + std::to_string(material) + " has no operators");
+        if (slot == PENUMBRA_ALL_SLOTS)
+            shading->set->setMaterial(material);
+        else
+            shading->set->setMaterial(slot, material);
+    });
+}
+
+penumbra_status penumbra_shading_set_light(penumbra_shading* shading, size_t light, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        requireIndex("light", light, shading->view.lights.size());
+        if (!shading->set->hasLight(light)) throw Unsupported("light " + std::to_string(light) + " has no lobes");
+        shading->set->setLight(light);
+    });
+}
+
+penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh,
+                                              penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        requirePointer(sh, "sh");
+        if (shading->caller_light.empty())
+            throw Unsupported("the shading was made without room for a light of the caller (caller_light_order)");
+        const int most = shading->view.lights.back().order;
+        if (order < 1 || order > most)
+            throw UsageError("order is " + std::to_string(order) + ", allowed are 1.." + std::to_string(most));
+        const std::span<const float> numbers(sh, 3 * std::size_t(coefficientCount(order)));
+        requireFinite("sh", numbers);
+        shading->set->setLight(shading->view.lights.size() - 1, numbers);
+    });
+}
+
+penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],
+                                                    penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        shading->set->setLightRotation(rotationFrom(rotation));
+    });
+}
+
+penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first, size_t count,
+                                       const penumbra_vertices* vertices, float* radiance, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        requirePointer(eye, "eye");
+        requirePointer(vertices, "vertices");
+        requirePointer(vertices->positions, "vertices->positions");
+        requirePointer(vertices->normals, "vertices->normals");
+        requirePointer(vertices->tangents, "vertices->tangents");
+        requirePointer(vertices->numbers, "vertices->numbers");
+        requirePointer(radiance, "radiance");
+        const std::size_t n = shading->view.mesh.positions.size();
+        requireRange("vertices", first, count, n);
+        shading->set->shade(first, first + count, vectors(vertices->positions, n), vectors(vertices->normals, n),
+                            vectors(vertices->tangents, n),
+                            {vertices->numbers, n * std::size_t(shading->view.model.stride)}, {eye[0], eye[1], eye[2]},
+                            vectors(radiance, n));
+    });
+}

@@ -1,0 +1,292 @@
+/* libpenumbra: pose in, per-vertex visibility and radiance out. C99; docs/c-api.md is a short guide.
+ *
+ * Memory. Handles are opaque, made by ..._open/_create and given back by ..._close/_destroy (NULL is allowed there), in
+ * any order: a character and a shading keep what they need of the asset. All result arrays are the caller's. Pointers
+ * that a query returns point into the asset and are valid until it, its characters and its shadings are given back.
+ * Strings are UTF-8 and end with a zero.
+ *
+ * Errors. Functions that can fail return a penumbra_status; where it is not PENUMBRA_OK nothing was changed or written,
+ * and `error`, unless NULL, has one sentence. A NULL handle or array where none is allowed, an index beyond the last and
+ * a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, it never prints or exits.
+ *
+ * Threads. The library has no threads and no global state of its own. Different handles may be used at the same time by
+ * different threads, also when they come from one asset. Calls that take a const handle may run at the same time on one
+ * handle when they write different ranges: so a frame is split over threads by clusters and by vertices.
+ *
+ * Speed. From ..._create on nothing is allocated by any function of the character or the shading, unless it fails.
+ *
+ * Arrays. V vertices, J joints, C clusters; row-major, float32. Model frame: right-handed, y up, metres. Colours are linear
+ * Rec.709; light and result are radiance. SH are real, orthonormal, with the Condon-Shortley sign, index l(l+1)+m; an
+ * "order" counts bands. Vertices are the welded ones of the asset (penumbra_asset_info.source_vertex leads back).
+ */
+#ifndef PENUMBRA_H
+#define PENUMBRA_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define PENUMBRA_API __attribute__((visibility("default")))
+#else
+#define PENUMBRA_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* --- Errors and versions ------------------------------------------------------------------------------------------ */
+
+typedef enum penumbra_status {
+    PENUMBRA_OK = 0,
+    PENUMBRA_INVALID_ARGUMENT = 1, /* the call is wrong */
+    PENUMBRA_IO_ERROR = 2,         /* the file cannot be read */
+    PENUMBRA_INVALID_ASSET = 3,    /* read, but not a sound asset of the version that this library reads */
+    PENUMBRA_FAILED = 4,           /* our own mistake */
+    PENUMBRA_UNSUPPORTED = 5,      /* the asset or the processor does not have what was asked for */
+    PENUMBRA_OUT_OF_MEMORY = 6
+} penumbra_status;
+
+typedef struct penumbra_error {
+    penumbra_status status;
+    char message[508]; /* one sentence, cut if need be; "" with PENUMBRA_OK */
+} penumbra_error;
+
+#define PENUMBRA_NONE ((size_t)-1) /* what the ..._find_ functions return for a name that is not there */
+
+PENUMBRA_API const char* penumbra_version(void);             /* "0.1.0" */
+PENUMBRA_API int penumbra_asset_format_version(void);        /* of the .pnb files that this library reads */
+PENUMBRA_API const char* penumbra_status_name(penumbra_status status); /* "PENUMBRA_OK", ... */
+
+/* --- Assets --------------------------------------------------------------------------------------------------------- */
+
+typedef struct penumbra_asset penumbra_asset; /* a checked .pnb file; nothing in it changes any more */
+
+typedef enum penumbra_ownership {
+    PENUMBRA_BORROW = 0, /* read in place: the bytes begin at a multiple of 16 and outlive all that is made of them */
+    PENUMBRA_COPY = 1    /* the library keeps a copy */
+} penumbra_ownership;
+
+/* Opens a .pnb file (memory-mapped) or its bytes, and checks all of it: PENUMBRA_IO_ERROR, PENUMBRA_INVALID_ASSET,
+ * PENUMBRA_OUT_OF_MEMORY. A mapped file must not be changed while it is open; replacing it by a rename is fine. */
+PENUMBRA_API penumbra_status penumbra_asset_open_file(const char* path, penumbra_asset** asset, penumbra_error* error);
+PENUMBRA_API penumbra_status penumbra_asset_open_memory(const void* bytes, size_t size, penumbra_ownership ownership,
+                                                        penumbra_asset** asset, penumbra_error* error);
+PENUMBRA_API void penumbra_asset_close(penumbra_asset* asset);
+
+/* What is in the file. Counts and pointers are 0 and NULL where it holds no such thing (a file may have materials or
+ * lights only). */
+typedef struct penumbra_asset_info {
+    int has_model;          /* 1: a character can be made */
+    const char* provenance; /* JSON: tool, version, options, hashes of the inputs */
+
+    size_t vertex_count, source_vertex_count, triangle_count; /* V, R, T */
+    const float* rest_positions;                              /* [V,3] */
+    const float* rest_normals;                                /* [V,3] unit */
+    const float* rest_tangents;                               /* [V,3] unit, orthogonal to the normal */
+    const uint32_t* triangles;                                /* [T,3] */
+    const uint32_t* source_vertex;                            /* [R] the vertex here of each vertex of the source */
+
+    size_t influence_count;      /* K */
+    const uint16_t* skin_joints; /* [V,K] */
+    const float* skin_weights;   /* [V,K] rows sum to 1 */
+
+    size_t slot_count;              /* named parts of the mesh with a material each; 0: one part without a name */
+    const uint16_t* slot_of_vertex; /* [V] */
+
+    size_t joint_count;           /* J */
+    const int32_t* joint_parents; /* [J] -1 for roots */
+    size_t clip_count, frame_count;
+    size_t rotation_count; /* numbers of a pose in rotation vectors, 3J; 0 where the model reads matrices only */
+
+    const char* convention; /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2) */
+    size_t number_count;    /* numbers a vertex */
+    size_t stride;          /* floats a vertex in arrays of numbers: number_count padded to a multiple of 4 */
+    size_t cluster_count;   /* C */
+    size_t score_count;     /* of all clusters together */
+    float quantization_error; /* relative, measured when the asset was packed */
+
+    size_t material_count, light_count;
+} penumbra_asset_info;
+PENUMBRA_API penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_asset_info* info);
+
+PENUMBRA_API const char* penumbra_asset_joint_name(const penumbra_asset* asset, size_t joint); /* NULL beyond the last */
+PENUMBRA_API const char* penumbra_asset_slot_name(const penumbra_asset* asset, size_t slot);
+PENUMBRA_API size_t penumbra_asset_find_joint(const penumbra_asset* asset, const char* name);
+PENUMBRA_API size_t penumbra_asset_find_slot(const penumbra_asset* asset, const char* name);
+PENUMBRA_API size_t penumbra_asset_find_clip(const penumbra_asset* asset, const char* name);
+PENUMBRA_API size_t penumbra_asset_find_material(const penumbra_asset* asset, const char* name);
+PENUMBRA_API size_t penumbra_asset_find_light(const penumbra_asset* asset, const char* name);
+
+/* The animation that the model was made from. Clips follow one another and cover all frames. */
+typedef struct penumbra_clip {
+    const char* name;
+    size_t first_frame, frame_count;
+    int held_out; /* 1: the model was not trained on it */
+} penumbra_clip;
+PENUMBRA_API penumbra_status penumbra_asset_get_clip(const penumbra_asset* asset, size_t clip, penumbra_clip* out);
+
+typedef struct penumbra_frame {
+    double seconds;         /* in its clip */
+    const float* matrices;  /* [J,3,4] skinning matrices, PENUMBRA_ROWS_3X4 */
+    const float* rotations; /* [rotation_count], or NULL */
+} penumbra_frame;
+PENUMBRA_API penumbra_status penumbra_asset_get_frame(const penumbra_asset* asset, size_t frame, penumbra_frame* out);
+/* The last frame of `clip` that is not after `seconds`, or its first; PENUMBRA_NONE for a clip that is not there or has
+ * no frames. */
+PENUMBRA_API size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double seconds);
+
+typedef struct penumbra_material {
+    const char* name;
+    int slice_order, view_order, channels; /* channels: 1 or 3 */
+    float color[3];                        /* factor on the result */
+    const float* slices;                   /* [channels, slice_order^2, view_order (view_order + 1) / 2] */
+    int operator_count;                    /* 0: no PENUMBRA_OPERATORS */
+} penumbra_material;
+PENUMBRA_API penumbra_status penumbra_asset_get_material(const penumbra_asset* asset, size_t material,
+                                                         penumbra_material* out);
+
+typedef struct penumbra_light {
+    const char* name;
+    int order;
+    const float* sh; /* [order^2, 3] */
+    int lobe_count;  /* 0: no PENUMBRA_LOBES */
+} penumbra_light;
+PENUMBRA_API penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t light, penumbra_light* out);
+
+/* What a GPU needs to evaluate a cluster itself: numbers = mean + sum over k of score_k scale_k basis_k, then
+ * penumbra_clamp_ambient() of penumbra.glsl. Clusters are contiguous ranges of vertices and cover all of them. */
+typedef enum penumbra_precision { PENUMBRA_F32 = 0, PENUMBRA_F16 = 1, PENUMBRA_I8 = 2 } penumbra_precision;
+typedef struct penumbra_cluster {
+    size_t joint, first_vertex, vertex_count;
+    size_t component_count, first_score; /* K_c; where its scores are among those of all clusters */
+    penumbra_precision mean_precision, basis_precision;
+    const void* mean;         /* [vertex_count, stride], PENUMBRA_F32 or PENUMBRA_F16; 16-byte aligned */
+    const void* basis;        /* [K_c, vertex_count, stride]; 16-byte aligned */
+    const float* basis_scale; /* [K_c]; NULL unless PENUMBRA_I8: scale 1 */
+} penumbra_cluster;
+PENUMBRA_API penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t cluster,
+                                                        penumbra_cluster* out);
+
+/* --- Code for one kind of processor --------------------------------------------------------------------------------- */
+
+typedef enum penumbra_simd {
+    PENUMBRA_SIMD_BEST = 0, /* what the processor can do, found at run time; PENUMBRA_NO_SIMD in the environment: portable */
+    PENUMBRA_SIMD_PORTABLE = 1,
+    PENUMBRA_SIMD_AVX2 = 2 /* AVX2, FMA and F16C */
+} penumbra_simd;
+PENUMBRA_API int penumbra_has_simd(penumbra_simd simd); /* 1 or 0 */
+
+/* --- Characters: one pose of an asset's model ----------------------------------------------------------------------- */
+
+typedef struct penumbra_character penumbra_character;
+
+/* In the rest pose. PENUMBRA_UNSUPPORTED for an asset without a model. The model is decoded once for an asset, when its
+ * first character is made; the others share it. */
+PENUMBRA_API penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_character** character,
+                                                       penumbra_error* error);
+PENUMBRA_API void penumbra_character_destroy(penumbra_character* character);
+/* For tests and comparisons: PENUMBRA_SIMD_BEST is on anyway. PENUMBRA_UNSUPPORTED where penumbra_has_simd() is 0. */
+PENUMBRA_API penumbra_status penumbra_character_set_simd(penumbra_character* character, penumbra_simd simd,
+                                                         penumbra_error* error);
+
+typedef enum penumbra_matrix_layout {
+    PENUMBRA_ROWS_3X4 = 0,   /* 12 floats a joint: rows of [A | t] with p' = A p + t */
+    PENUMBRA_COLUMNS_4X4 = 1 /* 16 floats a joint: columns, as OpenGL and glTF have them; the last row is not read */
+} penumbra_matrix_layout;
+/* `matrices`: J skinning matrices, model space: joint global * inverse bind. `rotations`: [rotation_count], the log of
+ * each joint's rotation relative to rest (penumbra_rotation_vector), radians; needed by models of joint angles only, else
+ * ignored and may be NULL. Every number must be finite. */
+PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* character, penumbra_matrix_layout layout,
+                                                         const float* matrices, size_t joint_count,
+                                                         const float* rotations, size_t rotation_count,
+                                                         penumbra_error* error);
+/* A sampled frame of the asset. PENUMBRA_UNSUPPORTED where it lacks the rotations that the model needs. */
+PENUMBRA_API penumbra_status penumbra_character_set_frame(penumbra_character* character, size_t frame,
+                                                          penumbra_error* error);
+/* The log of rest^-1 now in radians, of unit quaternions x, y, z, w that turn a joint's frame into that of its parent
+ * joint (of a root: into the scene). */
+PENUMBRA_API void penumbra_rotation_vector(const float rest[4], const float now[4], float out[3]);
+
+/* How far this pose is from those that the model was trained on, about radians; 0: inside. The model's inputs are
+ * clamped to what it knows, so results stay sound, but for a large value they are those of another pose. */
+PENUMBRA_API double penumbra_character_out_of_range(const penumbra_character* character);
+
+/* Visibility of the vertices of clusters [first, first + count) as SH numbers in each vertex' local frame; `numbers`:
+ * [V, stride], of all vertices. */
+PENUMBRA_API penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
+                                                         size_t cluster_count, float* numbers, penumbra_error* error);
+/* Skinned positions, unit normals and unit tangents of vertices [first, first + count); each array is [V,3]. */
+PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* character, size_t first_vertex,
+                                                     size_t vertex_count, float* positions, float* normals,
+                                                     float* tangents, penumbra_error* error);
+/* Ambient term of vertices [first, first + count): cosine-weighted visibility / pi, 0 dark to 1 open. `ambient`: [V]. */
+PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
+                                                        size_t vertex_count, const float* numbers, float* ambient,
+                                                        penumbra_error* error);
+/* For a GPU: the scores of all clusters [score_count], and the rotation of each [C,3,3] (rows). NULL: not wanted. */
+PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
+                                                           float* rotations);
+
+/* --- Shading: the materials and the light that are on; any number of characters of one asset share it -------------- */
+
+typedef struct penumbra_shading penumbra_shading;
+
+typedef enum penumbra_reflectance {
+    PENUMBRA_SLICES = 0,   /* exact product of visibility and reflectance */
+    PENUMBRA_OPERATORS = 1 /* paper 000 eq 11 */
+} penumbra_reflectance;
+typedef enum penumbra_light_form {
+    PENUMBRA_ROTATION = 0,   /* exact SH rotation into every vertex' frame */
+    PENUMBRA_FIXED_LOBES = 1, /* zonal lobes on fixed axes, exact */
+    PENUMBRA_LOBES = 2       /* the asset's fitted lobes: as exact as the fit, fewer */
+} penumbra_light_form;
+typedef struct penumbra_shading_options { /* all zero: the defaults */
+    penumbra_reflectance reflectance;
+    penumbra_light_form light_form;
+    int caller_light_order; /* 1..8: keep room for penumbra_shading_set_sh_light(); PENUMBRA_ROTATION only. 0: none */
+} penumbra_shading_options;
+
+/* `asset` has the model; materials and lights are its own, then those of each of `more` (may be NULL with 0), then the
+ * caller's light, if any. On at first: the asset's own choice of materials, and light 0; in place of one that lacks what
+ * `options` ask for, the first that has it. PENUMBRA_UNSUPPORTED without model, or without such a material or light.
+ * `options` may be NULL. */
+PENUMBRA_API penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penumbra_asset* const* more,
+                                                     size_t more_count, const penumbra_shading_options* options,
+                                                     penumbra_shading** shading, penumbra_error* error);
+PENUMBRA_API void penumbra_shading_destroy(penumbra_shading* shading);
+PENUMBRA_API penumbra_status penumbra_shading_set_simd(penumbra_shading* shading, penumbra_simd simd,
+                                                       penumbra_error* error);
+
+#define PENUMBRA_ALL_SLOTS ((size_t)-1)
+PENUMBRA_API size_t penumbra_shading_slot_count(const penumbra_shading* shading); /* 1 for a mesh without slots */
+PENUMBRA_API size_t penumbra_shading_material_count(const penumbra_shading* shading);
+PENUMBRA_API size_t penumbra_shading_light_count(const penumbra_shading* shading);
+/* PENUMBRA_UNSUPPORTED for a material or light without what the options ask for. */
+PENUMBRA_API penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t slot, size_t material,
+                                                           penumbra_error* error);
+PENUMBRA_API penumbra_status penumbra_shading_set_light(penumbra_shading* shading, size_t light, penumbra_error* error);
+/* The caller's own light, and switches it on: `sh` is [order^2, 3], order 1..caller_light_order, finite. */
+PENUMBRA_API penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh,
+                                                           penumbra_error* error);
+/* Turns the light, and those that are switched on later, in the model frame: L'(s) = L(rotation^T s), always of the
+ * light as it came. `rotation`: [3,3] rows, orthonormal within 1e-3. */
+PENUMBRA_API penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],
+                                                                 penumbra_error* error);
+
+/* Radiance towards `eye` (model frame), not clamped: where SH ring, values may be slightly negative. Arrays are those of
+ * all vertices, [V,3] and numbers [V,stride]; a call shades `count` of them: with several slots these are the ones at
+ * [first, first + count) of a list that has the vertices of one slot together, so only calls that cover [0, V) together
+ * shade every vertex. A vertex seen from behind its normal gets the radiance of the mirrored view direction. */
+typedef struct penumbra_vertices {
+    const float *positions, *normals, *tangents, *numbers;
+} penumbra_vertices;
+PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first,
+                                                    size_t count, const penumbra_vertices* vertices, float* radiance,
+                                                    penumbra_error* error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
