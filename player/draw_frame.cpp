@@ -4,7 +4,8 @@ namespace penumbra {
 
 static ViewUniforms viewUniforms(const GlObject& program) {
     return {gl::GetUniformLocation(program.id(), "clip_from_model"), gl::GetUniformLocation(program.id(), "eye"),
-            gl::GetUniformLocation(program.id(), "error_max")};
+            gl::GetUniformLocation(program.id(), "error_max"), gl::GetUniformLocation(program.id(), "exposure"),
+            gl::GetUniformLocation(program.id(), "tone_map")};
 }
 
 static void setView(const GlObject& program, const ViewUniforms& at, const FrameView& view) {
@@ -12,6 +13,8 @@ static void setView(const GlObject& program, const ViewUniforms& at, const Frame
     gl::UniformMatrix4fv(at.clip_from_model, 1, GL_FALSE, view.clip_from_model.data());
     gl::Uniform3f(at.eye, view.eye.x, view.eye.y, view.eye.z);
     gl::Uniform1f(at.error_max, view.error_max);
+    gl::Uniform1f(at.exposure, view.display ? view.display->exposure : 1);
+    gl::Uniform1i(at.tone_map, view.display ? int(view.display->tone_map) : -1);
 }
 
 ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel)
@@ -30,13 +33,22 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
     checkGl("uploading the mesh");
 }
 
-void ValuePainter::draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values) const {
+void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values) const {
     gl::BindVertexArray(vertex_array_.id());
     replaceBuffer(GL_ARRAY_BUFFER, positions_, std::as_bytes(positions));
     replaceBuffer(GL_ARRAY_BUFFER, values_, std::as_bytes(values));
+}
+
+void ValuePainter::draw(const FrameView& view) const {
+    gl::BindVertexArray(vertex_array_.id());
     setView(program_, view_, view);
     gl::DrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
     checkGl("drawing");
+}
+
+void ValuePainter::draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values) const {
+    upload(positions, values);
+    draw(view);
 }
 
 static constexpr const char* kSamplers[] = {"bones",         "skin_joints",   "skin_weights", "cluster_rotations",

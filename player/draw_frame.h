@@ -7,6 +7,7 @@
 
 #include "player/gl_upload.h"
 #include "player/shading_buffers.h"
+#include "player/view_display.h"
 
 namespace penumbra {
 
@@ -14,11 +15,12 @@ struct FrameView {
     std::array<float, 16> clip_from_model{};  // column-major
     Vec3 eye;                                 // model frame
     float error_max = 0.25f;
+    std::optional<DisplayTransform> display;  // unset: linear values, as pictures are written from
 };
 
 // Where a program takes a FrameView; -1 where it does not.
 struct ViewUniforms {
-    GLint clip_from_model = -1, eye = -1, error_max = -1;
+    GLint clip_from_model = -1, eye = -1, error_max = -1, exposure = -1, tone_map = -1;
 };
 
 // Draws vertices whose values were computed on the CPU.
@@ -26,6 +28,9 @@ class ValuePainter {
 public:
     ValuePainter(std::span<const std::uint32_t> triangles, Channel channel);
     void draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values) const;
+    // Its two halves.
+    void upload(std::span<const Vec3> positions, std::span<const Vec3> values) const;
+    void draw(const FrameView& view) const;
 
 private:
     GlObject program_, vertex_array_, positions_, values_, triangles_;

@@ -15,7 +15,7 @@ static void overVertices(std::size_t vertices, int threads, const Body& body) {
                 [&](std::size_t i) { body(i * kPiece, std::min(vertices, (i + 1) * kPiece)); });
 }
 
-static std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads) {
+std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads) {
     const ModelView& model = shot.asset->model;
     std::vector<float> numbers(vertices.positions.size() * std::size_t(model.stride));
     overVertices(vertices.positions.size(), threads, [&](std::size_t begin, std::size_t end) {

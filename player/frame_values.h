@@ -21,6 +21,9 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 
+// The baked truth as numbers of the model's convention, in the frames that `vertices` has; shot.truth is set.
+std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads);
+
 // E of every vertex, from numbers of the model's convention.
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads);
 // E of the baked truth in this frame; shot.truth is set.

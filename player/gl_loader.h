@@ -25,7 +25,8 @@
     X(GENRENDERBUFFERS, GenRenderbuffers) X(BINDRENDERBUFFER, BindRenderbuffer) \
     X(RENDERBUFFERSTORAGEMULTISAMPLE, RenderbufferStorageMultisample) X(DELETERENDERBUFFERS, DeleteRenderbuffers) \
     X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) X(DISABLE, Disable) \
-    X(DRAWELEMENTS, DrawElements) X(READPIXELS, ReadPixels) X(PIXELSTOREI, PixelStorei)
+    X(DRAWELEMENTS, DrawElements) X(READPIXELS, ReadPixels) X(PIXELSTOREI, PixelStorei) \
+    X(SCISSOR, Scissor)
 // clang-format on
 
 namespace penumbra::gl {

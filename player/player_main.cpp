@@ -1,9 +1,10 @@
 // penumbra-player: an asset as pictures. Links neither HDF5, Embree nor Ceres.
 #include "player/bench_command.h"
 #include "player/render_command.h"
+#include "player/view_command.h"
 
 int main(int argc, char** argv) {
     using namespace penumbra;
     return runProgram("penumbra-player", "Soft self-shadowed pictures of animated characters from packed assets.",
-                      "penumbra.asset 2", {renderVerb(), benchVerb()}, argc, argv);
+                      "penumbra.asset 2", {viewVerb(), renderVerb(), benchVerb()}, argc, argv);
 }

@@ -6,6 +6,7 @@
 
 #include "formats/errors.h"
 #include "formats/slot_choice.h"
+#include "player/truth_frames.h"
 #include "sh/light_rotation.h"
 
 namespace penumbra {
@@ -56,16 +57,6 @@ static std::size_t truthFrame(const AssetView& asset, const AssetView& truth, co
         throw InvalidInput(truth.name + ": frame " + std::to_string(number) + " is at " + std::to_string(time) +
                            " s and the asset's at " + std::to_string(expected) + " s: they were sampled differently");
     return frame;
-}
-
-static void checkTruth(const AssetView& asset, const AssetView& truth) {
-    if (!truth.has_truth) throw InvalidInput(truth.name + ": holds no baked frames; make it with penumbra-pack truth");
-    if (truth.mesh.positions.size() != asset.mesh.positions.size())
-        throw InvalidInput(truth.name + ": has " + std::to_string(truth.mesh.positions.size()) +
-                           " vertices and the asset " + std::to_string(asset.mesh.positions.size()));
-    if (truth.truth.order < asset.model.convention.order)
-        throw InvalidInput(truth.name + ": SH order " + std::to_string(truth.truth.order) + " is below the model's, " +
-                           asset.model.convention.name());
 }
 
 // "SLOT=NAME"

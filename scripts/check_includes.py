@@ -31,6 +31,8 @@ EDGES = {
     r"png\.h": ["formats/image_", "tests/formats/test_image_file.cpp"],
     r"CLI/": ["formats/command_line.h", "formats/name_list_option.h"],
     r"EGL/|GL/": ["player/"],
+    r"GLFW/": ["player/view_window.cpp"],
+    r"imgui|backends/imgui": ["player/view_"],
     r"Eigen/": ["fit/", "tests/"],
     r"flatbuffers/|asset_generated\.h": ["formats/asset_", "pack/", "tests/"],
 }

@@ -2,6 +2,8 @@
 INTERPOLATION in vec3 value;
 
 uniform float error_max;  // the error that gets the brightest colour
+uniform float exposure;
+uniform int tone_map;  // ToneMap (view_display.h); -1: linear values as they are
 
 layout(location = 0) out vec4 color;
 
@@ -30,6 +32,21 @@ vec3 clusterColor(int cluster) {
     return lightness * mix(vec3(1.0), pure, 0.65);
 }
 
+vec3 srgbFromLinear(vec3 c) {
+    return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
+}
+
+vec3 displayed(vec3 c) {
+#if CHANNEL == CHANNEL_NORMALS
+    return c;  // numbers
+#elif CHANNEL == CHANNEL_SHADED
+    c *= exposure;
+    if (tone_map == 1) c = c / (1.0 + c);
+    if (tone_map == 2) c = c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14);
+#endif
+    return srgbFromLinear(clamp(c, 0.0, 1.0));
+}
+
 void main() {
 #if CHANNEL == CHANNEL_AO
     vec3 rgb = vec3(max(value.x, 0.0));
@@ -42,5 +59,5 @@ void main() {
 #else
     vec3 rgb = value;
 #endif
-    color = vec4(rgb, 1.0);
+    color = vec4(tone_map < 0 ? rgb : displayed(rgb), 1.0);
 }

@@ -1,0 +1,28 @@
+#pragma once
+// Where in an animation a viewer is, and how time moves it. Sampled frames only: between them there is no truth.
+#include <cstddef>
+
+#include "formats/asset_file.h"
+
+namespace penumbra {
+
+struct Playhead {
+    double time = 0;   // seconds after the clip's first frame
+    double speed = 1;  // times the clip's own rate, > 0
+    bool playing = false;
+};
+
+// Seconds that the clip lasts when it is repeated: to its last frame, and on as long as its last two are apart. 0 for
+// a clip of one frame.
+double clipSeconds(const AnimationView& animation, const ClipView& clip);
+// Seconds from the clip's first frame to its frame `number`.
+double frameSeconds(const AnimationView& animation, const ClipView& clip, std::size_t number);
+// Number in the clip of the last frame that is not after `time`, which may be outside of the clip: clips repeat.
+std::size_t frameNumber(const AnimationView& animation, const ClipView& clip, double time);
+
+// `seconds` of wall clock later; a clip starts again at its end.
+void advance(Playhead& playhead, const AnimationView& animation, const ClipView& clip, double seconds);
+// To another frame, `frames` later (earlier when negative), round the clip's ends; stops playing.
+void stepFrames(Playhead& playhead, const AnimationView& animation, const ClipView& clip, int frames);
+
+}  // namespace penumbra

@@ -1,0 +1,8 @@
+#pragma once
+#include "formats/command_line.h"
+
+namespace penumbra {
+
+Verb viewVerb();
+
+}  // namespace penumbra

@@ -1,0 +1,228 @@
+#include "player/view_panels.h"
+
+#include <imgui.h>
+
+#include <cmath>
+
+#include "player/view_actions.h"
+
+namespace penumbra {
+namespace {
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
+
+std::string text(std::string_view view) { return std::string(view); }
+
+// A list box line; true when it is clicked.
+bool choice(const std::string& name, std::size_t id, bool chosen) {
+    return ImGui::Selectable((name + "##" + std::to_string(id)).c_str(), chosen);
+}
+
+void chooseFromNames(const char* label, std::span<const std::string_view> names, std::size_t chosen, auto&& choose) {
+    if (names.empty()) return;
+    ImGui::SetNextItemWidth(-1);
+    if (!ImGui::BeginCombo((std::string("##") + label).c_str(), text(names[chosen]).c_str())) return;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (choice(text(names[i]), i, i == chosen)) choose(i);
+    ImGui::EndCombo();
+}
+
+void characterPanel(const Scene& scene, ViewState& state) {
+    if (scene.characters.size() > 1) {
+        ImGui::TextDisabled("Characters");
+        for (std::size_t i = 0; i < scene.characters.size(); ++i)
+            if (choice(std::filesystem::path(scene.characters[i]->asset.name).stem(), i, i == state.selected))
+                state.selected = i;
+    }
+    const Character& character = *scene.characters[state.selected];
+    ImGui::TextDisabled("Clips");
+    for (std::size_t i = 0; i < character.asset.animation.clips.size(); ++i) {
+        const ClipView& clip = character.asset.animation.clips[i];
+        const std::string name = text(clip.name) + (clip.held_out ? "  (held out)" : "");
+        if (choice(name, i + 1000, i == state.characters[state.selected].clip)) chooseClip(state, i);
+    }
+}
+
+void materialPanel(const Scene& scene, ViewState& state) {
+    const Character& character = *scene.characters[state.selected];
+    const std::vector<std::size_t>& chosen = state.characters[state.selected].material_of_slot;
+    ImGui::TextDisabled("Material");
+    if (chosen.size() > 1) {
+        std::vector<std::string_view> slots = character.asset.mesh.slots;
+        slots.push_back("all slots");
+        chooseFromNames("slot", slots, std::min(state.slot, chosen.size()), [&](std::size_t i) { state.slot = i; });
+    }
+    chooseFromNames("material", scene.material_names, chosenMaterial(state),
+                    [&](std::size_t i) { chooseMaterial(state, i); });
+    ImGui::TextDisabled("Light");
+    chooseFromNames("light", scene.light_names, state.light, [&](std::size_t i) { state.light = i; });
+    float angles[2] = {float(state.light_yaw), float(state.light_pitch)};
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::DragFloat2("##turn", angles, 1, -180, 180, "%.0f\xc2\xb0", ImGuiSliderFlags_AlwaysClamp)) {
+        state.light_yaw = double(angles[0]);
+        state.light_pitch = double(angles[1]);
+    }
+    ImGui::TextDisabled("Exposure, tone mapping");
+    ImGui::SetNextItemWidth(-1);
+    ImGui::SliderFloat("##exposure", &state.display.exposure, 1 / 64.0f, 64, "x %.2f", ImGuiSliderFlags_Logarithmic);
+    int tone_map = int(state.display.tone_map);
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::Combo("##tone", &tone_map, "cut above 1\0Reinhard\0filmic\0"))
+        state.display.tone_map = ToneMap(tone_map);
+}
+
+void radio(const char* label, bool on, bool enabled, auto&& choose) {
+    ImGui::BeginDisabled(!enabled);
+    if (ImGui::RadioButton(label, on)) choose();
+    ImGui::EndDisabled();
+}
+
+void channelPanel(const ViewContents& contents, ViewState& state) {
+    ImGui::TextDisabled("Show");
+    static constexpr std::array kNames = {"shaded", "ambient visibility", "error against truth", "clusters", "normals"};
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+        const Channel channel = Channel(i);
+        const bool enabled = channel == Channel::kShaded  ? contents.shaded()
+                             : channel == Channel::kError ? contents.hasTruth()
+                                                          : true;
+        radio(kNames[i], state.channel == channel, enabled, [&] { chooseChannel(state, contents, channel); });
+    }
+}
+
+void comparePanel(const ViewContents& contents, ViewState& state) {
+    if (!contents.hasTruth()) return;
+    ImGui::TextDisabled("Compare");
+    static constexpr std::array kNames = {"model", "baked truth", "side by side", "wipe", "difference"};
+    const bool compares = state.channel == Channel::kShaded || state.channel == Channel::kAmbient;
+    for (std::size_t i = 0; i < kNames.size(); ++i)
+        radio(kNames[i], shownCompare(state) == Compare(i), compares,
+              [&] { chooseCompare(state, contents, Compare(i)); });
+    if (shownCompare(state) != Compare::kWipe) return;
+    ImGui::SetNextItemWidth(-1);
+    ImGui::SliderFloat("##wipe", &state.wipe, 0, 1, "wipe at %.2f");
+}
+
+void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& figures) {
+    ImGui::TextDisabled("Cost of a frame, ms");
+    ImGui::Text("evaluate %.2f  shade %.2f", figures.update.evaluate, figures.update.shade);
+    ImGui::Text("upload %.2f  whole %.1f", figures.paint.upload, figures.frame);
+    ImGui::Text("path %s", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL");
+    const Character& character = *scene.characters[state.selected];
+    ImGui::TextDisabled("Frame");
+    ImGui::Text("out of range %.3f", character.evaluator->outOfRange());
+    if (character.channel == Channel::kError)
+        ImGui::Text("error: mean %.4f, max %.3f", character.mean_error, character.max_error);
+    if (character.truth && !character.truth_frame) ImGui::TextWrapped("This clip has no baked truth.");
+    if (!figures.message.empty()) ImGui::TextWrapped("%s", figures.message.c_str());
+}
+
+void timeline(const Scene& scene, ViewState& state) {
+    const AnimationView& animation = scene.characters[state.selected]->asset.animation;
+    const ViewContents contents = contentsOf(scene);
+    const ClipView& clip = selectedClip(state, contents);
+    if (ImGui::Button(state.playhead.playing ? "Pause" : "Play", ImVec2(ImGui::GetFontSize() * 5, 0)))
+        state.playhead.playing = !state.playhead.playing;
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 10);
+    float speed = float(state.playhead.speed);
+    if (ImGui::SliderFloat("##speed", &speed, 0.125f, 8, "speed x %.2f", ImGuiSliderFlags_Logarithmic))
+        state.playhead.speed = double(speed);
+    ImGui::SameLine();
+    const std::size_t number = frameNumber(animation, clip, state.playhead.time);
+    ImGui::Text("frame %zu of %u   %.2f s of %.2f s", number, clip.frame_count, state.playhead.time,
+                clipSeconds(animation, clip));
+    int frame = int(number);
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::SliderInt("##frame", &frame, 0, int(clip.frame_count) - 1, "%d", ImGuiSliderFlags_AlwaysClamp)) {
+        state.playhead.playing = false;
+        state.playhead.time = frameSeconds(animation, clip, std::size_t(frame));
+    }
+}
+
+void helpWindow(ViewState& state, const Rectangle& picture) {
+    const ImVec2 middle(float(picture.x) + 0.5f * float(picture.width),
+                        float(picture.y) + 0.5f * float(picture.height));
+    ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+    if (ImGui::Begin("Keys and mouse", &state.help,
+                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove) &&
+        ImGui::BeginTable("keys", 3, ImGuiTableFlags_RowBg)) {
+        const auto row = [](const std::string& key, const std::string& what, const std::string& shifted) {
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(key.c_str());
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(what.c_str());
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(shifted.empty() ? "" : ("Shift: " + shifted).c_str());
+        };
+        for (const Shortcut& s : shortcuts()) row(text(s.name), text(s.text), text(s.shifted));
+        row("Left drag", "orbit", "pan");
+        row("Middle drag", "pan", "");
+        row("Right drag", "turn the light", "");
+        row("Wheel", "nearer, farther", "");
+        ImGui::EndTable();
+    }
+    ImGui::End();
+}
+
+void beginFixed(const char* name, float x, float y, float width, float height) {
+    ImGui::SetNextWindowPos(ImVec2(x, y));
+    ImGui::SetNextWindowSize(ImVec2(width, height));
+    ImGui::Begin(name, nullptr, kFixed);
+}
+
+// Names over the panes, so that a screenshot says what it shows.
+void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    if (!contentsOf(scene).hasTruth()) return;
+    static constexpr std::array kNames = {"model", "baked truth", "difference"};
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    for (const Pane& pane : panesOf(state, picture)) {
+        if (pane.clip.width == 0) continue;
+        const float margin = 0.6f * ImGui::GetFontSize();
+        list.AddText(ImVec2(float(pane.clip.x) + margin, float(pane.clip.y) + margin), IM_COL32(230, 230, 230, 255),
+                     kNames[std::size_t(pane.shown)]);
+        if (pane.clip.x > picture.x)
+            list.AddLine(ImVec2(float(pane.clip.x), float(pane.clip.y)),
+                         ImVec2(float(pane.clip.x), float(pane.clip.y + pane.clip.height)),
+                         IM_COL32(230, 230, 230, 160));
+    }
+}
+
+}  // namespace
+
+void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
+                 float unit) {
+    const ViewContents contents = contentsOf(scene);
+    paneLabels(scene, state, picture);
+    if (state.help) helpWindow(state, picture);
+    if (!state.panels) return;
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    beginFixed("side", 0, 0, kSidePanelWidth * unit, size.y);
+    characterPanel(scene, state);
+    if (contents.shaded()) materialPanel(scene, state);
+    channelPanel(contents, state);
+    comparePanel(contents, state);
+    figurePanel(scene, state, figures);
+    ImGui::TextDisabled("F1: keys");
+    ImGui::End();
+    beginFixed("timeline", kSidePanelWidth * unit, size.y - kTimelineHeight * unit, size.x - kSidePanelWidth * unit,
+               kTimelineHeight * unit);
+    timeline(scene, state);
+    ImGui::End();
+}
+
+void applyMouse(const Scene& scene, ViewState& state, const Rectangle& picture) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantCaptureMouse) return;
+    const double right = double(io.MouseDelta.x), down = double(io.MouseDelta.y), height = picture.height;
+    const bool left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Right) || (left && io.KeyCtrl))
+        dragLight(state, right, down, height);
+    else if (ImGui::IsMouseDown(ImGuiMouseButton_Middle) || (left && io.KeyShift))
+        pan(state.camera, right, down, height);
+    else if (left)
+        orbit(state.camera, right, down, height);
+    if (io.MouseWheel != 0) dolly(state.camera, double(io.MouseWheel), boundsOf(scene).radius());
+}
+
+}  // namespace penumbra

@@ -1,0 +1,243 @@
+#include "player/view_scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "formats/errors.h"
+#include "player/truth_frames.h"
+
+namespace penumbra {
+
+static bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
+
+// Every file's materials and lights; the character's own slots keep theirs.
+static void gatherLibrary(const Scene& scene, AssetView& asset) {
+    const AssetView own = asset;
+    asset.materials.clear();
+    asset.lights.clear();
+    for (const auto& file : scene.files) {
+        if (file->view.name == own.name)
+            for (std::uint16_t& material : asset.slot_material) material += std::uint16_t(asset.materials.size());
+        asset.materials.insert(asset.materials.end(), file->view.materials.begin(), file->view.materials.end());
+        asset.lights.insert(asset.lights.end(), file->view.lights.begin(), file->view.lights.end());
+    }
+}
+
+static void attachTruth(Scene& scene, const AssetView& truth) {
+    std::string problem;
+    bool fits = false;
+    for (const auto& character : scene.characters) try {
+            checkTruth(character->asset, truth);
+            character->truth = &truth;
+            fits = true;
+        } catch (const InvalidInput& error) {
+            problem = error.what();
+        }
+    if (!fits) throw InvalidInput(problem);
+}
+
+// A row along x, each as wide as the widest and a third more.
+static void placeCharacters(Scene& scene) {
+    float widest = 0;
+    for (const auto& character : scene.characters) {
+        const BoundingBox box = boundsOf(character->asset.mesh.positions);
+        widest = std::max(widest, box.high.x - box.low.x);
+    }
+    const float middle = 0.5f * float(scene.characters.size() - 1);
+    for (std::size_t i = 0; i < scene.characters.size(); ++i)
+        scene.characters[i]->offset = {(float(i) - middle) * 4 / 3 * widest, 0, 0};
+}
+
+static std::unique_ptr<Character> makeCharacter(const Scene& scene, const AssetView& view) {
+    auto character = std::make_unique<Character>();
+    character->asset = view;
+    if (view.animation.clips.empty()) throw InvalidInput(view.name + ": holds no clip");
+    gatherLibrary(scene, character->asset);
+    character->evaluator = std::make_unique<Evaluator>(character->asset);
+    if (!character->asset.materials.empty() && !character->asset.lights.empty())
+        character->shading = std::make_unique<ShadingSet>(character->asset);
+    return character;
+}
+
+Scene openScene(std::span<const std::filesystem::path> paths) {
+    Scene scene;
+    for (const std::filesystem::path& path : paths) scene.files.push_back(std::make_unique<OpenAsset>(path));
+    for (const auto& file : scene.files)
+        if (isCharacter(file->view)) scene.characters.push_back(makeCharacter(scene, file->view));
+    if (scene.characters.empty())
+        throw InvalidInput(paths.front().string() + ": holds no model; make one with penumbra-pack asset");
+    for (const auto& file : scene.files) {
+        if (file->view.has_truth) attachTruth(scene, file->view);
+        for (const MaterialView& material : file->view.materials) scene.material_names.push_back(material.name);
+        for (const LightView& light : file->view.lights) scene.light_names.push_back(light.name);
+    }
+    placeCharacters(scene);
+    return scene;
+}
+
+ViewContents contentsOf(const Scene& scene) {
+    ViewContents contents;
+    for (const auto& character : scene.characters)
+        contents.characters.push_back({&character->asset.animation,
+                                       std::max<std::size_t>(1, character->asset.mesh.slots.size()),
+                                       character->truth != nullptr});
+    contents.materials = scene.material_names.size();
+    contents.lights = scene.light_names.size();
+    return contents;
+}
+
+ViewState stateFor(const Scene& scene, const ViewState& old) {
+    ViewState state = old;
+    const ViewContents contents = contentsOf(scene);
+    state.characters.resize(scene.characters.size());
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const AssetView& asset = scene.characters[i]->asset;
+        CharacterChoice& choice = state.characters[i];
+        if (choice.clip >= asset.animation.clips.size()) choice.clip = 0;
+        if (choice.material_of_slot.size() != contents.characters[i].slots) {
+            choice.material_of_slot.assign(asset.slot_material.begin(), asset.slot_material.end());
+            choice.material_of_slot.resize(contents.characters[i].slots);
+        }
+    }
+    if (state.selected >= scene.characters.size()) state.selected = 0;
+    state.slot = std::min(state.slot, contents.characters[state.selected].slots);
+    if (state.light >= contents.lights) state.light = 0;
+    if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
+    if (!contents.hasTruth()) state.compare = Compare::kModel;
+    state.frame_all = true;
+    return state;
+}
+
+std::span<const Shown> shownOf(Compare compare) {
+    static constexpr std::array kAll = {Shown::kModel, Shown::kTruth, Shown::kDifference};
+    switch (compare) {
+        case Compare::kModel:
+            return std::span(kAll).first(1);
+        case Compare::kTruth:
+            return std::span(kAll).subspan(1, 1);
+        case Compare::kDifference:
+            return std::span(kAll).subspan(2, 1);
+        default:
+            return std::span(kAll).first(2);
+    }
+}
+
+// --- One frame -------------------------------------------------------------------------------------------------------
+
+static double millisecondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+static Shot shotOf(const Character& character) {
+    Shot shot;
+    shot.asset = &character.asset;
+    shot.frame = character.frame;
+    shot.truth = character.truth;
+    shot.truth_frame = character.truth_frame.value_or(0);
+    return shot;
+}
+
+static void poseCharacter(Character& character, std::size_t frame, int threads) {
+    if (character.posed && character.frame == frame) return;
+    const AnimationView& animation = character.asset.animation;
+    character.evaluator->setPose(animation.bonesOf(frame), animation.poseOf(frame));
+    skinFrame(*character.evaluator, threads, character.vertices);
+    character.frame = frame;
+    character.truth_frame.reset();
+    if (character.truth) character.truth_frame = findTruthFrame(character.asset, *character.truth, frame);
+    character.posed = true;
+    character.has_model_numbers = character.has_truth_numbers = false;
+}
+
+static void setShading(Character& character, const CharacterChoice& choice, const ViewState& state) {
+    if (!character.shading) return;
+    ShadingSet& set = *character.shading;
+    for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
+        if (set.materialOfSlot()[slot] != choice.material_of_slot[slot])
+            set.setMaterial(slot, choice.material_of_slot[slot]);
+    if (set.light() != state.light) set.setLight(state.light);
+    set.setLightRotation(lightRotation(state));
+}
+
+static void needNumbers(Character& character, bool model, bool truth, int threads) {
+    if (model && !character.has_model_numbers) {
+        evaluateNumbers(*character.evaluator, threads, character.vertices);
+        character.has_model_numbers = true;
+    }
+    if (truth && character.truth_frame && !character.has_truth_numbers) {
+        character.truth_numbers = truthNumbers(shotOf(character), character.vertices, threads);
+        character.has_truth_numbers = true;
+    }
+}
+
+static std::vector<Vec3> valuesOf(Character& character, bool truth, Channel channel, Vec3 eye, int threads) {
+    std::vector<float> true_ambient;
+    if (channel == Channel::kError) true_ambient = ambientOf(shotOf(character), character.truth_numbers, threads);
+    // The same local frames, other numbers.
+    if (truth) std::swap(character.vertices.numbers, character.truth_numbers);
+    std::vector<Vec3> values = channelValues(shotOf(character), channel, character.shading.get(), character.vertices,
+                                             true_ambient, eye, threads);
+    if (truth) std::swap(character.vertices.numbers, character.truth_numbers);
+    return values;
+}
+
+static void noteError(Character& character) {
+    character.mean_error = character.max_error = 0;
+    const std::vector<Vec3>& values = character.values[std::size_t(Shown::kModel)];
+    for (const Vec3& value : values) {
+        character.mean_error += double(value.x) / double(values.size());
+        character.max_error = std::max(character.max_error, double(value.x));
+    }
+}
+
+// A frame without truth shows its model wherever truth is asked for.
+static void showValues(Character& character, Compare compare, Vec3 eye, int threads) {
+    const bool has_truth = character.truth_frame.has_value();
+    auto& [model, truth, difference] = character.values;
+    if (compare != Compare::kTruth || !has_truth) model = valuesOf(character, false, character.channel, eye, threads);
+    if (compare != Compare::kModel)
+        truth = has_truth ? valuesOf(character, true, character.channel, eye, threads) : model;
+    if (character.channel == Channel::kError) noteError(character);
+    if (compare != Compare::kDifference) return;
+    difference.resize(model.size());
+    for (std::size_t v = 0; v < model.size(); ++v)
+        for (int c = 0; c < 3; ++c) difference[v][c] = std::abs(model[v][c] - truth[v][c]);
+}
+
+void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost) {
+    const ViewContents contents = contentsOf(scene);
+    const Vec3 eye = toFloat(cameraPosition(state.camera));
+    cost = {};
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        Character& character = *scene.characters[i];
+        auto start = std::chrono::steady_clock::now();
+        poseCharacter(character, shownFrame(state, contents, i), needs.threads);
+        const Compare compare = shownCompare(state);
+        const bool truth = compare != Compare::kModel || state.channel == Channel::kError;
+        const bool model = compare != Compare::kTruth || !character.truth_frame;
+        character.channel =
+            state.channel == Channel::kError && !character.truth_frame ? Channel::kAmbient : state.channel;
+        needNumbers(character, needs.values && model, truth, needs.threads);
+        cost.evaluate += millisecondsSince(start);
+        start = std::chrono::steady_clock::now();
+        setShading(character, state.characters[i], state);
+        if (needs.values) showValues(character, compare, eye - character.offset, needs.threads);
+        cost.shade += millisecondsSince(start);
+    }
+}
+
+BoundingBox boundsOf(const Scene& scene) {
+    BoundingBox all;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const Character& character = *scene.characters[i];
+        BoundingBox box = boundsOf(character.posed ? std::span<const Vec3>(character.vertices.positions)
+                                                   : character.asset.mesh.positions);
+        box.low += character.offset;
+        box.high += character.offset;
+        all = i == 0 ? box : joined(all, box);
+    }
+    return all;
+}
+
+}  // namespace penumbra

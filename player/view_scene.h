@@ -1,0 +1,64 @@
+#pragma once
+// The opened files and, per character, what its vertices show at the moment. No GL.
+#include <array>
+#include <memory>
+
+#include "player/frame_values.h"
+#include "player/open_asset.h"
+#include "player/orbit_camera.h"
+#include "player/view_state.h"
+
+namespace penumbra {
+
+// Whose values are drawn.
+enum class Shown { kModel, kTruth, kDifference };
+constexpr std::size_t kShownCount = 3;
+
+// Milliseconds of one update.
+struct UpdateCost {
+    double evaluate = 0;  // pose, skinning, visibility
+    double shade = 0;     // what every vertex shows
+};
+
+struct Character {
+    AssetView asset;  // with the materials and lights of every file
+    const AssetView* truth = nullptr;
+    Vec3 offset;  // of its model frame in the scene
+    std::unique_ptr<Evaluator> evaluator;
+    std::unique_ptr<ShadingSet> shading;  // null without materials or lights
+
+    std::size_t frame = 0;
+    std::optional<std::size_t> truth_frame;
+    bool posed = false, has_model_numbers = false, has_truth_numbers = false;
+    FrameVertices vertices;            // numbers: of the model
+    std::vector<float> truth_numbers;  // in the same local frames
+    std::array<std::vector<Vec3>, kShownCount> values;
+    Channel channel = Channel::kShaded;    // of the values: without truth, error is shown as ambient visibility
+    double mean_error = 0, max_error = 0;  // |E(model) - E(truth)| of the frame, Channel::kError
+};
+
+struct Scene {
+    std::vector<std::unique_ptr<OpenAsset>> files;
+    std::vector<std::unique_ptr<Character>> characters;
+    std::vector<std::string_view> material_names, light_names;
+};
+
+// A file is a character, truth for the characters that it fits, or brings materials or lights. InvalidInput: none is a
+// character, a truth fits no character.
+Scene openScene(std::span<const std::filesystem::path> paths);
+ViewContents contentsOf(const Scene& scene);
+// Characters, clips and materials as the files have them; what `old` has chosen is kept where it still exists.
+ViewState stateFor(const Scene& scene, const ViewState& old);
+
+// Which of its numbers a frame needs on the CPU.
+struct UpdateNeeds {
+    bool values = true;  // what every vertex shows, for the CPU path
+    int threads = 0;
+};
+std::span<const Shown> shownOf(Compare compare);
+// Makes the characters what `state` says. Recomputes only what changed.
+void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
+
+BoundingBox boundsOf(const Scene& scene);
+
+}  // namespace penumbra

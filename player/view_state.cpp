@@ -1,0 +1,79 @@
+#include "player/view_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace penumbra {
+
+bool ViewContents::hasTruth() const {
+    return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.has_truth; });
+}
+
+static const ClipView& clipOf(const ViewState& state, const ViewContents& contents, std::size_t character) {
+    return contents.characters[character].animation->clips[state.characters[character].clip];
+}
+
+const ClipView& selectedClip(const ViewState& state, const ViewContents& contents) {
+    return clipOf(state, contents, state.selected);
+}
+
+std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character) {
+    const ClipView& clip = clipOf(state, contents, character);
+    return clip.first_frame + frameNumber(*contents.characters[character].animation, clip, state.playhead.time);
+}
+
+void chooseClip(ViewState& state, std::size_t clip) {
+    state.characters[state.selected].clip = clip;
+    state.playhead.time = 0;
+}
+
+void chooseMaterial(ViewState& state, std::size_t material) {
+    std::vector<std::size_t>& slots = state.characters[state.selected].material_of_slot;
+    if (state.slot < slots.size())
+        slots[state.slot] = material;
+    else
+        std::fill(slots.begin(), slots.end(), material);
+}
+
+std::size_t chosenMaterial(const ViewState& state) {
+    const std::vector<std::size_t>& slots = state.characters[state.selected].material_of_slot;
+    return slots[state.slot < slots.size() ? state.slot : 0];
+}
+
+void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel) {
+    if (channel == Channel::kShaded && !contents.shaded()) return;
+    if (channel == Channel::kError && !contents.hasTruth()) return;
+    state.channel = channel;
+}
+
+void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare) {
+    if (compare == Compare::kModel || contents.hasTruth()) state.compare = compare;
+}
+
+Compare shownCompare(const ViewState& state) {
+    const bool compares = state.channel == Channel::kShaded || state.channel == Channel::kAmbient;
+    return compares ? state.compare : Compare::kModel;
+}
+
+void dragLight(ViewState& state, double right, double down, double height) {
+    state.light_yaw = std::remainder(state.light_yaw + 180 * right / height, 360);
+    state.light_pitch = std::remainder(state.light_pitch - 180 * down / height, 360);
+}
+
+// R = R_y(yaw) R_x(-pitch): +z rises towards +y, then moves towards +x.
+Mat3 lightRotation(const ViewState& state) {
+    const double yaw = state.light_yaw * std::numbers::pi / 180, pitch = state.light_pitch * std::numbers::pi / 180;
+    const double sy = std::sin(yaw), cy = std::cos(yaw), sp = std::sin(pitch), cp = std::cos(pitch);
+    const Mat3d about_y{{cy, 0, sy, 0, 1, 0, -sy, 0, cy}}, about_x{{1, 0, 0, 0, cp, sp, 0, -sp, cp}};
+    const Mat3d r = about_y * about_x;
+    Mat3 out;
+    for (std::size_t i = 0; i < 9; ++i) out.m[i] = float(r.m[i]);
+    return out;
+}
+
+void advanceView(ViewState& state, const ViewContents& contents, double seconds) {
+    advance(state.playhead, *contents.characters[state.selected].animation, selectedClip(state, contents), seconds);
+}
+
+}  // namespace penumbra

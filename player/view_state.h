@@ -1,0 +1,77 @@
+#pragma once
+// All that a user chooses in the window, apart from how it is drawn: keys and panels change it, the scene follows it.
+#include <span>
+#include <string>
+#include <vector>
+
+#include "player/channel.h"
+#include "player/playhead.h"
+#include "player/view_display.h"
+#include "sh/camera.h"
+
+namespace penumbra {
+
+enum class Compare {
+    kModel,
+    kTruth,
+    kSideBySide,  // the model at the left
+    kWipe,        // the model at the left of ViewState::wipe
+    kDifference,  // |model - truth| of what each vertex shows
+};
+
+struct CharacterChoice {
+    std::size_t clip = 0;
+    std::vector<std::size_t> material_of_slot;  // 1 for a mesh without slots
+};
+
+struct ViewState {
+    std::vector<CharacterChoice> characters;
+    std::size_t selected = 0;  // the character that clips and materials are chosen for
+    std::size_t slot = 0;      // that a material is chosen for; as many as there are slots: all of them
+    Playhead playhead;
+    Camera camera;
+    bool turntable = false;
+    Channel channel = Channel::kShaded;
+    Compare compare = Compare::kModel;
+    float wipe = 0.5f;  // of the picture's width
+    std::size_t light = 0;
+    double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
+    DisplayTransform display;
+    float error_max = 0.25f;
+    bool panels = true, help = false, frame_all = true, quit = false;
+    bool screenshot = false, screenshot_panels = true;  // taken at the next frame
+};
+
+// What there is to choose from.
+struct CharacterContents {
+    const AnimationView* animation = nullptr;
+    std::size_t slots = 1;
+    bool has_truth = false;
+};
+struct ViewContents {
+    std::vector<CharacterContents> characters;
+    std::size_t materials = 0, lights = 0;
+    bool shaded() const { return materials > 0 && lights > 0; }
+    bool hasTruth() const;
+};
+
+const ClipView& selectedClip(const ViewState& state, const ViewContents& contents);
+// Frame of the character's animation that is shown: all characters share the playhead's time.
+std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character);
+
+// Each takes only what there is: a channel without what it needs, or a comparison without truth, stays off.
+void chooseClip(ViewState& state, std::size_t clip);
+void chooseMaterial(ViewState& state, std::size_t material);  // of the selected character's slot or slots
+std::size_t chosenMaterial(const ViewState& state);
+void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel);
+void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare);
+// What is compared: only what truth has too, shaded pictures and ambient visibility.
+Compare shownCompare(const ViewState& state);
+// The lamp follows the pointer: a drag over the whole height turns the light by half a turn.
+void dragLight(ViewState& state, double right, double down, double height);
+Mat3 lightRotation(const ViewState& state);
+
+// `seconds` of wall clock later.
+void advanceView(ViewState& state, const ViewContents& contents, double seconds);
+
+}  // namespace penumbra

@@ -1,0 +1,307 @@
+"""penumbra-player view under Xvfb, driven by keys and mouse through xdotool: it plays, scrubs, switches material, light
+and model/truth, and its screenshots change as they should.
+
+usage: test_view.py BIN
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+from PIL import Image
+
+BIN = os.path.abspath(sys.argv[1])
+RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 290, 96  # of the panels: player/view_layout.h
+
+
+def run(tool, *words, **options):
+    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, **options)
+
+
+def good(tool, *words):
+    result = run(tool, *words)
+    assert result.returncode == 0, (tool, words, result.stderr)
+
+
+def make_assets():
+    good("bake", "visibility", RIG, "-o", "x.vis.h5", "--fps", 4, "--rays", 64)
+    good("fit", "visibility", "x.vis.h5", "-o", "x.model.h5", "--holdout", "squat", "--clusters", 13)
+    good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
+    good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9,color=1/0.6/0.2", "-o", "ggx.brdf.h5")
+    good("fit", "light", "--analytic", "sky:turbidity=3", "-o", "sky.light.h5")
+    good("fit", "light", "--analytic", "uniform", "-o", "even.light.h5")
+    good("pack", "asset", "x.model.h5", "--brdf", "lambert.brdf.h5", "--brdf", "ggx.brdf.h5", "--light", "sky.light.h5",
+         "--light", "even.light.h5", "-o", "x.pnb")
+    good("pack", "truth", "x.vis.h5", "-o", "x.truth.pnb")
+
+
+class Display:
+    """An X server of its own, on a number that is free."""
+
+    def __enter__(self):
+        read, write = os.pipe()
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1024x768x24", "-nolisten", "tcp"],
+                                       pass_fds=[write], stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as numbers:
+            number = numbers.readline().strip()
+        assert number, "Xvfb does not start"
+        os.environ["DISPLAY"] = ":" + number
+        return self
+
+    def __exit__(self, *_):
+        self.server.terminate()
+        self.server.wait()
+
+
+class View:
+    """A running window."""
+
+    def __init__(self, *words):
+        self.process = subprocess.Popen([os.path.join(BIN, "penumbra-player"), "view", *words, "--size",
+                                         "%dx%d" % (WIDTH, HEIGHT)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        found = subprocess.run(["timeout", "60", "xdotool", "search", "--sync", "--onlyvisible", "--pid",
+                                str(self.process.pid)], stdout=subprocess.PIPE, text=True).stdout.split()
+        assert found, "no window: " + self.process.communicate(timeout=5)[1]
+        self.window = found[0]
+        self.tool("windowfocus", "--sync", self.window)
+
+    def tool(self, *words):
+        subprocess.run(["timeout", "60", "xdotool", *map(str, words)], check=True)
+
+    def keys(self, *names):
+        if names:
+            self.tool("key", *names)
+
+    def move(self, x, y):
+        self.tool("mousemove", "--window", self.window, int(x), int(y))
+        time.sleep(0.15)  # ImGui must see the pointer there in a frame of its own
+
+    def drag(self, button, start, end):
+        self.move(*start)
+        self.tool("mousedown", button)
+        time.sleep(0.15)
+        self.move(*end)
+        self.tool("mouseup", button)
+        time.sleep(0.15)
+
+    def shot(self, *names, panels=False):
+        """Presses keys and takes a screenshot: the picture without panels, and the line that says what is on."""
+        self.keys(*names)
+        self.keys("F12" if panels else "shift+F12")
+        line = self.process.stdout.readline()
+        assert line, self.process.communicate()[1]
+        path, said = line.rstrip("\n").split(": ", 1)
+        return Shot(np.asarray(Image.open(path).convert("RGB"), int), said)
+
+    def close(self):
+        self.keys("q")
+        out, err = self.process.communicate(timeout=30)
+        assert self.process.returncode == 0 and err == "", (self.process.returncode, err)
+
+
+class Shot:
+    def __init__(self, pixels, said):
+        assert pixels.shape == (HEIGHT, WIDTH, 3), pixels.shape
+        self.whole, self.said = pixels, said
+        self.picture = pixels[:HEIGHT - TIMELINE, PANEL:]  # beside the panels
+
+    def frame(self):
+        return int(self.said.split("frame ")[1].split(",")[0])
+
+    def mask(self):
+        """The figure: whatever differs from the background, the colour of the upper right corner."""
+        return np.abs(self.picture - self.picture[20, -1]).max(-1) > 12
+
+
+def difference(a, b):
+    return float(np.abs(a.picture - b.picture).mean())
+
+
+def center(mask):
+    return np.array([axis.mean() for axis in np.nonzero(mask)])
+
+
+def check_plays_and_scrubs(view, first):
+    assert first.frame() == 0, first.said
+    view.keys("space")
+    time.sleep(1.5)
+    played = view.shot("space")
+    assert played.frame() > 0 and difference(first, played) > 0.1, (played.said, difference(first, played))
+    again = view.shot()
+    assert again.frame() == played.frame() and difference(again, played) == 0, "paused, nothing moves"
+    middle = (PANEL + (WIDTH - PANEL) / 2, HEIGHT - TIMELINE / 2 - 5)
+    view.drag(1, middle, (WIDTH - 20, middle[1]))
+    scrubbed = view.shot()
+    assert scrubbed.frame() == 12, "the end of a clip of 13 frames, not " + scrubbed.said
+    assert view.shot("Left").frame() == 11
+    start = view.shot("Home")
+    assert start.frame() == 0 and difference(start, first) == 0, "the first frame again"
+    other = view.shot("Next")
+    assert other.said.split(",")[0] != first.said.split(",")[0], other.said
+    assert difference(view.shot("Prior"), first) == 0
+
+
+def check_shading(view, first):
+    gold = view.shot("m")
+    assert "ggx" in gold.said and "lambert" in first.said, (gold.said, first.said)
+    inside = gold.mask()
+    red, _, blue = gold.picture[inside].mean(0)
+    plain = first.picture[first.mask()].mean(0)
+    assert red / blue > 1.5 * plain[0] / plain[2], ("gold is redder", red, blue, plain)
+    assert difference(view.shot("m"), first) == 0, "two materials: the first again"
+
+    even = view.shot("l")
+    assert "uniform" in even.said and difference(even, first) > 1, even.said
+    upper, lower = even.picture[:250][even.mask()[:250]], first.picture[:250][first.mask()[:250]]
+    assert not np.array_equal(upper, lower)
+    turned_even = [even]
+    view.drag(3, (550, 100), (650, 180))
+    turned_even.append(view.shot())
+    # A light that comes from everywhere is the same however it is turned (single precision: one step of 255).
+    assert np.abs(turned_even[0].picture - turned_even[1].picture).max() <= 1
+    turned = view.shot("l")
+    assert difference(turned, first) > 0.3, ("the sky was turned with it", difference(turned, first))
+    assert difference(view.shot("k"), first) == 0, "turned back"
+
+    brighter = view.shot("e", "e")
+    assert brighter.picture[first.mask()].mean() > first.picture[first.mask()].mean() + 5
+    assert difference(view.shot("d", "d"), first) < 0.5
+    assert difference(view.shot("o"), first) > 0.5, "tone mapping"
+    view.keys("shift+o")
+
+
+def check_channels(view, first):
+    pictures = [view.shot(key) for key in "2345"] + [first]
+    for i, a in enumerate(pictures):
+        for b in pictures[:i]:
+            assert difference(a, b) > 0.5, (a.said, b.said)
+    clusters = pictures[2]
+    colors = {tuple(c) for c in clusters.picture[clusters.mask()][::7]}
+    assert len(colors) >= 8, colors  # of 13 clusters, those that are seen
+    view.keys("1")
+
+
+def check_truth(view, first):
+    truth = view.shot("t")
+    assert ", truth," in truth.said
+    gap = difference(truth, first)
+    assert 0.02 < gap < 5, ("truth looks like the model, but is not it", gap)
+    assert difference(view.shot("t"), first) == 0
+    side = view.shot("c", "c")
+    assert "side by side" in side.said
+    half = (WIDTH - PANEL) // 2
+    left, right = side.mask()[30:, :half - 2], side.mask()[30:, half + 2:]
+    assert left.sum() > 300 and abs(left.sum() - right.sum()) < 0.02 * left.sum(), (left.sum(), right.sum())
+    wipe = view.shot("c")
+    left, right = wipe.picture[30:, :half - 2], wipe.picture[30:, half + 2:]
+    assert np.array_equal(left, first.picture[30:, :half - 2]), "the left part is the model"
+    assert np.array_equal(right, truth.picture[30:, half + 2:]), "the right part is the truth"
+    apart = view.shot("c")
+    assert "difference" in apart.said
+    assert apart.picture[first.mask()].mean() < 0.5 * first.picture[first.mask()].mean()
+    view.keys("c")
+
+
+def check_camera(view, first):
+    view.drag(1, (500, 250), (600, 250))
+    orbited = view.shot()
+    assert difference(orbited, first) > 1
+    view.drag(2, (500, 250), (560, 290))
+    panned = view.shot()
+    shift = center(panned.mask()) - center(orbited.mask())
+    assert np.abs(shift - [40, 60]).max() < 12, ("the figure follows the pointer", shift)
+    view.move(550, 250)
+    view.tool("click", 4)
+    view.tool("click", 4)
+    time.sleep(0.2)
+    assert view.shot().mask().sum() > 1.1 * panned.mask().sum(), "the wheel brings it nearer"
+    framed = view.shot("f")
+    assert np.abs(center(framed.mask()) - center(orbited.mask())).max() < 3
+    before = view.shot()
+    view.keys("r")
+    time.sleep(1)
+    assert difference(view.shot("r"), before) > 0.5, "turntable"
+
+
+def check_window(view):
+    shown = view.shot(panels=True)
+    help_on = view.shot("F1", panels=True)
+    assert difference(shown, help_on) > 5, "F1 covers the picture"
+    view.keys("F1")
+    view.keys("Tab")
+    wide = view.shot()
+    assert np.abs(wide.whole[:, :PANEL] - shown.whole[:, :PANEL]).mean() > 2, "the picture takes the panels' place"
+    view.keys("Tab")
+
+
+def check_resize(view):
+    global WIDTH, HEIGHT
+    view.tool("windowsize", "--sync", view.window, 640, 500)
+    time.sleep(0.5)
+    WIDTH, HEIGHT = 640, 500
+    assert view.shot("f").mask().sum() > 500
+    view.tool("windowunmap", "--sync", view.window)
+    time.sleep(0.5)
+    view.tool("windowmap", "--sync", view.window)
+    view.tool("windowfocus", "--sync", view.window)
+    time.sleep(0.5)
+    assert view.shot().mask().sum() > 500
+    WIDTH, HEIGHT = 800, 600
+
+
+def check_paths_agree():
+    """The GLSL path's window is the CPU path's; it is the default on a GPU."""
+    shots = []
+    for path in ("cpu", "glsl"):
+        view = View("x.pnb", "--truth", "x.truth.pnb", "--path", path)
+        shots.append([view.shot(), view.shot("m", "l"), view.shot("t"), view.shot("2"), view.shot("c", "c")])
+        view.close()
+    for cpu, glsl in zip(*shots):
+        rmse = float(np.sqrt(np.mean((cpu.picture - glsl.picture) ** 2.0)))
+        assert cpu.said == glsl.said and rmse < 0.5, (cpu.said, glsl.said, rmse)
+
+
+def check_errors():
+    display = os.environ.pop("DISPLAY")
+    result = run("player", "view", "x.pnb")
+    assert result.returncode == 5 and "no window" in result.stderr, result
+    good("player", "render", "x.pnb", "--size", "32x32", "-o", "still.png")
+    os.environ["DISPLAY"] = display
+    for code, words, says in ((3, ["x.truth.pnb"], "holds no model"), (2, ["none.pnb"], "none.pnb"),
+                              (1, ["x.pnb", "--size", "9"], "--size"), (1, ["x.pnb", "--path", "fast"], "--path"),
+                              (2, ["x.pnb", "--screenshots", "nowhere"], "nowhere"),
+                              (3, ["x.pnb", "--truth", "x.vis.h5"], "not a Penumbra asset")):
+        result = run("player", "view", *words)
+        assert result.returncode == code and says in result.stderr, (words, result)
+    said = run("player", "view", "x.pnb", "--dry-run").stdout
+    assert "would show 1 character " in said, said
+
+
+with tempfile.TemporaryDirectory() as folder, Display():
+    os.chdir(folder)
+    os.environ["XDG_CONFIG_HOME"] = folder
+    make_assets()
+    check_errors()
+    window = View("x.pnb", "--truth", "x.truth.pnb", "--report", "r.json")
+    start = window.shot()
+    assert start.mask().sum() > 2000, start.mask().sum()
+    check_plays_and_scrubs(window, start)
+    check_shading(window, start)
+    check_channels(window, start)
+    check_truth(window, start)
+    check_camera(window, start)
+    check_window(window)
+    check_resize(window)
+    window.close()
+    with open("r.json") as report:
+        figures = json.load(report)["figures"]
+    print("%d frames, %s, path %s" % (figures["frames"], figures["gl"], figures["path"]))
+    check_paths_agree()
+    os.chdir("/")
+print("ok")

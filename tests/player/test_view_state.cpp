@@ -1,0 +1,188 @@
+// What keys and drags make of the viewer's state, without a window.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "player/orbit_camera.h"
+#include "player/view_actions.h"
+#include "player/view_layout.h"
+#include "sh/light_rotation.h"
+
+namespace penumbra {
+namespace {
+
+// Clip "a" has frames at 0, 0.5, 1 s and clip "b" one at 7 s, as an animation's times run on from clip to clip or not.
+struct Contents {
+    std::array<double, 4> times = {0, 0.5, 1, 7};
+    AnimationView animation;
+    ViewContents contents;
+    ViewState state;
+    Contents() {
+        animation.clips = {{"a", 0, 3}, {"b", 3, 1}};
+        animation.times = times;
+        contents.characters = {{&animation, 2, true}};
+        contents.materials = 3;
+        contents.lights = 2;
+        state.characters = {{0, {0, 1}}};
+    }
+    const ClipView& clip() const { return animation.clips[0]; }
+    void press(int key, bool shift = false) { EXPECT_TRUE(applyKey(state, contents, {key, shift})) << key; }
+    std::size_t frame() const { return shownFrame(state, contents, 0); }
+};
+
+TEST(Playhead, EveryFrameIsShownFromItsTimeToTheNext) {
+    Contents c;
+    EXPECT_DOUBLE_EQ(clipSeconds(c.animation, c.clip()), 1.5);
+    const std::array<std::pair<double, std::size_t>, 8> expected = {
+        {{0, 0}, {0.49, 0}, {0.5, 1}, {0.99, 1}, {1, 2}, {1.49, 2}, {1.5, 0}, {-0.1, 2}}};
+    for (const auto& [time, number] : expected) EXPECT_EQ(frameNumber(c.animation, c.clip(), time), number) << time;
+    EXPECT_EQ(clipSeconds(c.animation, c.animation.clips[1]), 0);
+    EXPECT_EQ(frameNumber(c.animation, c.animation.clips[1], 12.3), 0u);
+}
+
+TEST(Playhead, PlaysAtTheClipsRateTimesTheSpeed) {
+    Contents c;
+    advanceView(c.state, c.contents, 0.6);
+    EXPECT_EQ(c.state.playhead.time, 0) << "paused";
+    c.press(' ');
+    advanceView(c.state, c.contents, 0.6);
+    EXPECT_EQ(c.frame(), 1u);
+    c.press(kKeyUp);
+    advanceView(c.state, c.contents, 0.5);  // 0.6 + 2 * 0.5 = 1.6: 0.1 after the start
+    EXPECT_NEAR(c.state.playhead.time, 0.1, 1e-12);
+    c.press(kKeyRight);
+    EXPECT_FALSE(c.state.playhead.playing);
+    EXPECT_EQ(c.frame(), 1u);
+}
+
+TEST(ViewActions, StepsGoRoundTheClip) {
+    Contents c;
+    for (const std::size_t frame : {2u, 1u, 0u, 2u}) {
+        c.press(kKeyLeft);
+        EXPECT_EQ(c.frame(), frame);
+    }
+    c.press(kKeyRight, /*shift=*/true);  // ten frames of three
+    EXPECT_EQ(c.frame(), 0u);
+    c.press(kKeyPageUp);
+    EXPECT_EQ(c.frame(), 3u) << "the other clip's only frame";
+}
+
+TEST(ViewActions, MaterialsChangeOnTheChosenSlots) {
+    Contents c;
+    using Slots = std::vector<std::size_t>;
+    const Slots& slots = c.state.characters[0].material_of_slot;
+    c.press('M');
+    EXPECT_EQ(slots, (Slots{1, 1}));
+    c.press('S');
+    c.press('M', true);
+    EXPECT_EQ(slots, (Slots{1, 0}));
+    c.press('S');  // all
+    c.press('M');
+    EXPECT_EQ(slots, (Slots{2, 2}));
+    c.press('L');
+    c.press('L');
+    EXPECT_EQ(c.state.light, 0u);
+}
+
+TEST(ViewActions, WithoutTruthThereIsNothingToCompare) {
+    Contents c;
+    c.press('T');
+    EXPECT_EQ(c.state.compare, Compare::kTruth);
+    c.press('T');
+    for (int i = 0; i < 4; ++i) c.press('C');
+    EXPECT_EQ(c.state.compare, Compare::kDifference);
+    c.press('4');
+    EXPECT_EQ(shownCompare(c.state), Compare::kModel) << "clusters are the model's";
+    Contents bare;
+    bare.contents.characters[0].has_truth = false;
+    bare.contents.lights = 0;
+    bare.state.channel = Channel::kAmbient;
+    for (const int key : {'T', 'C', '3', '1'}) bare.press(key);
+    EXPECT_EQ(bare.state.compare, Compare::kModel);
+    EXPECT_EQ(bare.state.channel, Channel::kAmbient);
+}
+
+TEST(ViewActions, EveryKeyIsThereOnce) {
+    std::set<int> keys;
+    for (const Shortcut& shortcut : shortcuts()) {
+        EXPECT_TRUE(keys.insert(shortcut.key).second) << shortcut.name;
+        EXPECT_FALSE(shortcut.text.empty());
+        Contents c;
+        c.press(shortcut.key);
+        c.press(shortcut.key, true);
+    }
+    Contents c;
+    EXPECT_FALSE(applyKey(c.state, c.contents, {'Z', false}));
+}
+
+TEST(ViewState, LightTurnsAsOnTheCommandLine) {
+    ViewState state;
+    state.light_yaw = 33;
+    state.light_pitch = -72;
+    const Mat3d expected = parseLightRotation("yaw=33,pitch=-72");
+    const Mat3 rotation = lightRotation(state);
+    for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(double(rotation.m[i]), expected.m[i], 1e-6);  // float
+    dragLight(state, 100, -50, 200);  // half the height to the right, a quarter up
+    EXPECT_DOUBLE_EQ(state.light_yaw, 33 + 90);
+    EXPECT_DOUBLE_EQ(state.light_pitch, -72 + 45);
+}
+
+TEST(OrbitCamera, FrameAllHoldsTheSphereAroundTheBox) {
+    const BoundingBox box = boundsOf(std::array<Vec3, 3>{{{-1, 0, 2}, {3, 1, 2}, {0, 4, -5}}});
+    EXPECT_EQ(box.low, (Vec3{-1, 0, -5}));
+    EXPECT_EQ(box.high, (Vec3{3, 4, 2}));
+    EXPECT_DOUBLE_EQ(box.radius(), 4.5);  // half of sqrt(16 + 16 + 49)
+    for (const double aspect : {0.25, 1.0, 3.0}) {
+        Camera camera;
+        frameAll(camera, box, aspect);
+        EXPECT_EQ(camera.target, (Vec3d{1, 2, -1.5}));
+        // The sphere touches the narrower pair of sides.
+        const double half = std::atan(std::tan(camera.vertical_fov / 2) * std::min(1.0, aspect));
+        EXPECT_NEAR(camera.distance * std::sin(half), 4.5, 1e-12);
+    }
+}
+
+TEST(OrbitCamera, DragsAndTheirOppositesCancel) {
+    Camera camera;
+    const Vec3d before = cameraPosition(camera);
+    orbit(camera, 30, 40, 100);
+    EXPECT_GT(cameraPosition(camera).y, before.y) << "dragged down, seen from above";
+    orbit(camera, -30, -40, 100);
+    pan(camera, 5, 7, 100);
+    pan(camera, -5, -7, 100);
+    EXPECT_NEAR(length(cameraPosition(camera) - before), 0, 1e-12);
+    orbit(camera, 0, 1000, 100);
+    EXPECT_NEAR(camera.pitch, 89 * std::numbers::pi / 180, 1e-12);
+}
+
+// A point at the target's depth moves with the pointer: the picture is 100 pixels high.
+TEST(OrbitCamera, PanFollowsThePointer) {
+    Camera camera{.target = {1, 2, 3}, .yaw = 0.7, .pitch = 0.4, .distance = 5};
+    const Vec3d point = camera.target;
+    pan(camera, 20, 10, 100);
+    const Vec3d towards = normalized(point - cameraPosition(camera));
+    const Vec3d pixel = pixelDirection(camera, 50 + 20, 50 + 10, 100, 100);
+    EXPECT_NEAR(length(towards - pixel), 0, 1e-9);
+}
+
+TEST(ViewLayout, PanesCoverThePictureOnce) {
+    const Rectangle picture = pictureArea(1001, 700, 1.5f, true);
+    EXPECT_EQ(picture.x + picture.width, 1001);
+    ViewState state;
+    for (const Compare compare :
+         {Compare::kModel, Compare::kTruth, Compare::kSideBySide, Compare::kWipe, Compare::kDifference}) {
+        state.compare = compare;
+        int area = 0;
+        for (const Pane& pane : panesOf(state, picture)) area += pane.clip.width * pane.clip.height;
+        EXPECT_EQ(area, picture.width * picture.height);
+    }
+    const Rectangle tiny = pictureArea(10, 10, 2, true);
+    EXPECT_GE(tiny.width, 1);
+    EXPECT_GE(tiny.height, 1);
+}
+
+}  // namespace
+}  // namespace penumbra
