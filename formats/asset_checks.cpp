@@ -305,6 +305,8 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     cluster.input_min = spanOf<float>(stored.input_min(), at / "input_min");
     checkFinite(at / "input_min", cluster.input_min);
     const std::uint64_t inputs = cluster.inputs();
+    // Principal components: otherwise a small file could ask for the squares of a great many.
+    checkRange(at / "input_min", std::int64_t(inputs), 0, std::int64_t(features));
     cluster.input_max = floatsOf(stored.input_max(), at / "input_max", inputs);
     for (std::size_t i = 0; i < inputs; ++i)
         (at / "input_max")[i].require(cluster.input_min[i] <= cluster.input_max[i], "is below input_min");
@@ -345,6 +347,9 @@ ModelView modelOf(const fbs::Model& stored, const Field& at, std::size_t vertice
     (at / "quantization_error")
         .require(std::isfinite(model.quantization_error) && model.quantization_error >= 0, "is not a number >= 0");
     const bool angles = model.features == AssetFeatures::kJointAngles;
+    if (angles && animation.pose_size != 3 * joints)
+        at.fail("reads joint angles, but animation.pose_size is not 3 for each of the " + std::to_string(joints) +
+                " joints");
     const bool additive = model.kind == AssetModel::kAdditive;
     const std::uint64_t features = additive ? 0 : angles ? animation.pose_size : 12 * std::uint64_t(joints - 1);
     const ModelSizes sizes{model.kind, angles, std::uint64_t(model.stride),

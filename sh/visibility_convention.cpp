@@ -96,11 +96,13 @@ void ambientWeights(const Convention& convention, std::span<float> w) {
     }
     std::array<double, kMaxOrder> cosine;
     clampedCosineZonal(std::span(cosine).first(convention.order));
-    const std::vector<int> indices = convention.indices();
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        const int band = bandOfIndex(indices[i]);
-        if (indices[i] == shIndex(band, 0)) w[i] = float(cosine[band] / std::numbers::pi);
-    }
+    std::size_t i = 0;  // as indices() counts, without its allocation: this is called for every frame
+    for (int band = 0; band < convention.order; ++band)
+        for (int m = -band; m <= band; ++m) {
+            if (convention.below == BelowHorizon::kMirrored && (band + m) % 2 != 0) continue;
+            if (m == 0) w[i] = float(cosine[band] / std::numbers::pi);
+            ++i;
+        }
 }
 
 }  // namespace penumbra

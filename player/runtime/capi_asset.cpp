@@ -40,9 +40,11 @@ void requireFinite(const char* name, std::span<const float> numbers) {
 Evaluator AssetData::restPose() const {
     const std::lock_guard lock(mutex_);
     if (!rest_) {
-        rest_.emplace(view);
-        const std::vector<float> no_rotation(view.animation.pose_size);
-        rest_->setPose(std::vector<Affine>(view.animation.jointCount()), no_rotation);
+        const bool angles = view.model.features == AssetFeatures::kJointAngles;
+        const std::vector<float> no_rotation(angles ? view.animation.pose_size : 0);
+        Evaluator evaluator(view);
+        evaluator.setPose(std::vector<Affine>(view.animation.jointCount()), no_rotation);
+        rest_ = std::move(evaluator);
     }
     return *rest_;
 }
@@ -160,7 +162,9 @@ penumbra_status penumbra_asset_open_memory(const void* bytes, size_t size, penum
         const auto data = std::make_shared<AssetData>();
         const auto* begin = static_cast<const std::byte*>(bytes);
         if (ownership == PENUMBRA_COPY) {
-            data->copy.reset(new (std::align_val_t(16)) std::byte[size]);
+            static_assert(alignof(std::max_align_t) >= 16);
+            data->copy.reset(static_cast<std::byte*>(std::malloc(size ? size : 1)));
+            if (!data->copy) throw std::bad_alloc();
             std::memcpy(data->copy.get(), bytes, size);
             begin = data->copy.get();
         }

@@ -1,5 +1,7 @@
 #pragma once
 // What is behind the handles of penumbra.h, and the border that no exception crosses.
+#include <cstdlib>
+#include <memory>
 #include <mutex>
 #include <new>
 #include <optional>
@@ -14,14 +16,14 @@
 
 namespace penumbra {
 
-struct FreeAligned {
-    void operator()(std::byte* bytes) const { ::operator delete[](bytes, std::align_val_t(16)); }
+struct Free {
+    void operator()(std::byte* bytes) const { std::free(bytes); }
 };
 
 // Shared by the handle and by all that is made of it, so that handles can be given back in any order.
 struct AssetData {
-    std::optional<MappedFile> file;                  // of ..._open_file
-    std::unique_ptr<std::byte[], FreeAligned> copy;  // of PENUMBRA_COPY
+    std::optional<MappedFile> file;           // of ..._open_file
+    std::unique_ptr<std::byte[], Free> copy;  // of PENUMBRA_COPY
     AssetView view;
     std::string convention;
 

@@ -1,0 +1,374 @@
+// Every wrong call gets its status and a sentence, and changes nothing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "tests/capi/packed_asset.h"
+
+namespace penumbra {
+namespace {
+
+using namespace capi_test;
+using testing::HasSubstr;
+
+// What a call says: "STATUS: message".
+class Said {
+public:
+    penumbra_error error{PENUMBRA_FAILED, "not written"};
+    std::string after(penumbra_status status) const {
+        EXPECT_EQ(status, error.status);
+        EXPECT_EQ(status == PENUMBRA_OK, error.message[0] == 0);
+        return std::string(penumbra_status_name(status)) + ": " + error.message;
+    }
+};
+
+struct Whole {
+    std::vector<std::byte> bytes;
+    Asset asset;
+    Character character;
+    Shading shading;
+    penumbra_asset_info info;
+
+    explicit Whole(const Recipe& recipe = {}, const penumbra_shading_options& options = {})
+        : bytes(packed(recipe)),
+          asset(open(bytes)),
+          character(capi_test::character(asset)),
+          shading(capi_test::shading(asset, options)),
+          info(infoOf(asset)) {}
+};
+
+TEST(CApiErrors, NamesOfStatuses) {
+    EXPECT_STREQ(penumbra_status_name(PENUMBRA_OK), "PENUMBRA_OK");
+    EXPECT_STREQ(penumbra_status_name(PENUMBRA_OUT_OF_MEMORY), "PENUMBRA_OUT_OF_MEMORY");
+    EXPECT_STREQ(penumbra_status_name(penumbra_status(7)), "unknown status");
+    EXPECT_EQ(penumbra_asset_format_version(), kAssetVersion);
+    EXPECT_STREQ(penumbra_version(), "0.1.0");
+}
+
+TEST(CApiErrors, Opening) {
+    const std::filesystem::path folder = testing::TempDir() + "capi_opening";
+    std::filesystem::create_directories(folder);
+    Said said;
+    penumbra_asset* asset = nullptr;
+    const auto file = [&](const std::filesystem::path& path) {
+        return said.after(penumbra_asset_open_file(path.c_str(), &asset, &said.error));
+    };
+    const std::string missing = (folder / "missing.pnb").string();
+    EXPECT_EQ(file(missing), "PENUMBRA_IO_ERROR: " + missing + ": cannot open: No such file or directory");
+    EXPECT_THAT(file(folder), HasSubstr("PENUMBRA_IO_ERROR: " + folder.string() + ": not a regular file"));
+    std::ofstream(folder / "empty.pnb").flush();
+    EXPECT_THAT(file(folder / "empty.pnb"), HasSubstr("PENUMBRA_INVALID_ASSET: "));
+    std::ofstream(folder / "text.pnb") << "this is no asset, though it has more than a few bytes";
+    EXPECT_THAT(file(folder / "text.pnb"), HasSubstr("text.pnb: not a Penumbra asset (PNB1), or cut short"));
+    EXPECT_THAT(file(folder / std::string(2000, 'x')), HasSubstr("PENUMBRA_IO_ERROR"));  // the message is cut
+    EXPECT_EQ(std::string(said.error.message).size(), sizeof said.error.message - 1);
+    EXPECT_EQ(asset, nullptr);
+    EXPECT_EQ(penumbra_asset_open_file(nullptr, &asset, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_asset_open_file(missing.c_str(), nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    const std::vector<std::byte> bytes = packed();
+    std::ofstream(folder / "good.pnb", std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    EXPECT_EQ(file(folder / "good.pnb"), "PENUMBRA_OK: ");
+    penumbra_asset_close(asset);
+    std::filesystem::remove_all(folder);
+}
+
+TEST(CApiErrors, OpeningBytes) {
+    const std::vector<std::byte> bytes = packed();
+    std::vector<std::byte> shifted(bytes.size() + 1);
+    std::copy(bytes.begin(), bytes.end(), shifted.begin() + 1);
+    Said said;
+    penumbra_asset* asset = nullptr;
+    const auto memory = [&](const void* p, std::size_t size, int ownership) {
+        return said.after(penumbra_asset_open_memory(p, size, penumbra_ownership(ownership), &asset, &said.error));
+    };
+    EXPECT_EQ(memory(shifted.data() + 1, bytes.size(), PENUMBRA_BORROW),
+              "PENUMBRA_INVALID_ARGUMENT: bytes to be read in place must begin at a multiple of 16");
+    EXPECT_THAT(memory(bytes.data(), bytes.size(), 2), HasSubstr("ownership is neither"));
+    EXPECT_EQ(memory(nullptr, 9, PENUMBRA_COPY), "PENUMBRA_INVALID_ARGUMENT: bytes is NULL");
+    EXPECT_EQ(memory(bytes.data(), SIZE_MAX / 2, PENUMBRA_COPY).substr(0, 22), "PENUMBRA_OUT_OF_MEMORY");
+    EXPECT_THAT(memory(bytes.data(), 0, PENUMBRA_BORROW), HasSubstr("PENUMBRA_INVALID_ASSET"));
+    EXPECT_THAT(memory(bytes.data(), bytes.size() - 1, PENUMBRA_BORROW), HasSubstr("PENUMBRA_INVALID_ASSET"));
+    EXPECT_EQ(asset, nullptr);
+    // A copy needs neither the place nor the life of the bytes.
+    EXPECT_EQ(memory(shifted.data() + 1, bytes.size(), PENUMBRA_COPY), "PENUMBRA_OK: ");
+    const Asset copy(asset);
+    shifted.assign(shifted.size(), std::byte(0));
+    EXPECT_EQ(infoOf(copy).vertex_count, 30u);
+    EXPECT_TRUE(character(copy));
+}
+
+TEST(CApiErrors, Queries) {
+    const Whole x;
+    EXPECT_EQ(penumbra_asset_get_info(x.asset.get(), nullptr), PENUMBRA_INVALID_ARGUMENT);
+    penumbra_asset_info info;
+    EXPECT_EQ(penumbra_asset_get_info(nullptr, &info), PENUMBRA_INVALID_ARGUMENT);
+    const auto everyIndex = [&](auto get, auto out, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(get(x.asset.get(), i, &out), PENUMBRA_OK);
+        EXPECT_EQ(get(x.asset.get(), count, &out), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_EQ(get(x.asset.get(), SIZE_MAX, &out), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_EQ(get(nullptr, 0, &out), PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_EQ(get(x.asset.get(), 0, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    };
+    everyIndex(penumbra_asset_get_clip, penumbra_clip{}, 2);
+    everyIndex(penumbra_asset_get_frame, penumbra_frame{}, 4);
+    everyIndex(penumbra_asset_get_material, penumbra_material{}, 2);
+    everyIndex(penumbra_asset_get_light, penumbra_light{}, 2);
+    everyIndex(penumbra_asset_get_cluster, penumbra_cluster{}, 2);
+    EXPECT_EQ(penumbra_asset_joint_name(x.asset.get(), 3), nullptr);
+    EXPECT_EQ(penumbra_asset_joint_name(nullptr, 0), nullptr);
+    EXPECT_EQ(penumbra_asset_slot_name(x.asset.get(), 2), nullptr);
+    EXPECT_EQ(penumbra_asset_find_clip(x.asset.get(), "walk"), PENUMBRA_NONE);
+    EXPECT_EQ(penumbra_asset_find_clip(x.asset.get(), nullptr), PENUMBRA_NONE);
+    EXPECT_EQ(penumbra_asset_find_joint(nullptr, "joint0"), PENUMBRA_NONE);
+    EXPECT_EQ(penumbra_asset_frame_at(x.asset.get(), 2, 0), PENUMBRA_NONE);
+}
+
+TEST(CApiErrors, WhatTheQueriesSay) {
+    const Whole x;
+    const AssetView view = openAsset(x.bytes);
+    EXPECT_EQ(x.info.has_model, 1);
+    EXPECT_STREQ(x.info.provenance, "{}");
+    EXPECT_EQ(x.info.vertex_count, 30u);
+    EXPECT_EQ(x.info.source_vertex_count, 30u);
+    EXPECT_EQ(x.info.triangle_count, view.mesh.triangles.size() / 3);
+    EXPECT_EQ(x.info.triangles, view.mesh.triangles.data());
+    EXPECT_EQ(x.info.rest_tangents, &view.mesh.tangents[0].x);
+    EXPECT_EQ(x.info.influence_count, 2u);
+    EXPECT_EQ(x.info.skin_weights, view.mesh.skin_weights.data());
+    EXPECT_EQ(x.info.slot_of_vertex, view.mesh.slot_of_vertex.data());
+    EXPECT_EQ(x.info.joint_count, 3u);
+    EXPECT_EQ(x.info.joint_parents[2], 1);
+    EXPECT_EQ(x.info.rotation_count, 0u) << "a model of relative bones needs none";
+    EXPECT_STREQ(x.info.convention, "D5");
+    EXPECT_EQ(x.info.number_count, 15u);
+    EXPECT_EQ(x.info.stride, 16u);
+    EXPECT_EQ(x.info.score_count, 6u);
+    EXPECT_EQ(x.info.quantization_error, view.model.quantization_error);
+    EXPECT_STREQ(penumbra_asset_joint_name(x.asset.get(), 1), "joint1");
+    EXPECT_STREQ(penumbra_asset_slot_name(x.asset.get(), 1), "body/cloth");
+    EXPECT_EQ(penumbra_asset_find_joint(x.asset.get(), "joint2"), 2u);
+    EXPECT_EQ(penumbra_asset_find_slot(x.asset.get(), "body/cloth"), 1u);
+    EXPECT_EQ(penumbra_asset_find_material(x.asset.get(), "tinted"), 1u);
+    EXPECT_EQ(penumbra_asset_find_light(x.asset.get(), "noise"), 1u);
+    penumbra_clip clip;
+    ASSERT_EQ(penumbra_asset_get_clip(x.asset.get(), penumbra_asset_find_clip(x.asset.get(), "twist"), &clip),
+              PENUMBRA_OK);
+    EXPECT_STREQ(clip.name, "twist");
+    EXPECT_EQ(clip.first_frame, 2u);
+    EXPECT_EQ(clip.frame_count, 2u);
+    EXPECT_EQ(clip.held_out, 1);
+    penumbra_frame frame;
+    ASSERT_EQ(penumbra_asset_get_frame(x.asset.get(), 3, &frame), PENUMBRA_OK);
+    EXPECT_EQ(frame.seconds, 1 / 3.0);
+    EXPECT_EQ(frame.matrices, view.animation.bonesOf(3)[0].m.data());
+    const double times[] = {-1, 0, 0.3, 0.34, 99};
+    const std::size_t frames[] = {2, 2, 2, 3, 3};
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(penumbra_asset_frame_at(x.asset.get(), 1, times[i]), frames[i]) << times[i];
+    penumbra_material material;
+    ASSERT_EQ(penumbra_asset_get_material(x.asset.get(), 1, &material), PENUMBRA_OK);
+    EXPECT_STREQ(material.name, "tinted");
+    EXPECT_EQ(material.channels, 3);
+    EXPECT_EQ(material.operator_count, 2);
+    penumbra_light light;
+    ASSERT_EQ(penumbra_asset_get_light(x.asset.get(), 1, &light), PENUMBRA_OK);
+    EXPECT_EQ(light.order, 4);
+    EXPECT_EQ(light.lobe_count, 2);
+}
+
+TEST(CApiErrors, Poses) {
+    Recipe recipe;
+    recipe.tube.features = FeatureKind::kJointAngles;
+    const Whole x(recipe);
+    Said said;
+    const auto pose = [&](int layout, const std::vector<float>* matrices, std::size_t joints,
+                          const std::vector<float>* rotations, std::size_t count) {
+        return said.after(penumbra_character_set_pose(x.character.get(), penumbra_matrix_layout(layout),
+                                                      matrices ? matrices->data() : nullptr, joints,
+                                                      rotations ? rotations->data() : nullptr, count, &said.error));
+    };
+    Frame before(x.info), after(x.info);
+    penumbra_character_set_frame(x.character.get(), 1, nullptr);
+    before.evaluate(x.character.get(), x.info);
+    std::vector<float> matrices(36, 0.5f), rotations(9, 0.1f);
+    EXPECT_EQ(pose(0, nullptr, 3, &rotations, 9), "PENUMBRA_INVALID_ARGUMENT: matrices is NULL");
+    EXPECT_EQ(pose(0, &matrices, 2, &rotations, 9), "PENUMBRA_INVALID_ARGUMENT: joint_count is 2; the asset has 3");
+    EXPECT_THAT(pose(2, &matrices, 3, &rotations, 9), HasSubstr("layout is no penumbra_matrix_layout"));
+    EXPECT_EQ(pose(0, &matrices, 3, nullptr, 9),
+              "PENUMBRA_INVALID_ARGUMENT: the model reads joint rotations: rotations is NULL");
+    EXPECT_THAT(pose(0, &matrices, 3, &rotations, 8), HasSubstr("rotation_count is 8; the asset has 9"));
+    rotations[4] = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(pose(0, &matrices, 3, &rotations, 9), "PENUMBRA_INVALID_ARGUMENT: rotations[4] is not finite");
+    rotations[4] = 0;
+    matrices[35] = NAN;
+    EXPECT_EQ(pose(0, &matrices, 3, &rotations, 9), "PENUMBRA_INVALID_ARGUMENT: matrices[35] is not finite");
+    EXPECT_EQ(penumbra_character_set_frame(x.character.get(), 4, &said.error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_STREQ(said.error.message, "frame is 4; there are 4");
+    after.evaluate(x.character.get(), x.info);
+    EXPECT_EQ(before.numbers, after.numbers) << "a refused pose changes nothing";
+    matrices[35] = 0;
+    EXPECT_EQ(pose(0, &matrices, 3, &rotations, 9), "PENUMBRA_OK: ");
+    EXPECT_EQ(penumbra_character_set_pose(nullptr, PENUMBRA_ROWS_3X4, matrices.data(), 3, rotations.data(), 9, nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_out_of_range(nullptr), 0);
+}
+
+TEST(CApiErrors, ArraysAndRanges) {
+    const Whole x;
+    Frame frame(x.info);
+    const Frame untouched(x.info);
+    const penumbra_character* c = x.character.get();
+    Said said;
+    float *p = frame.positions.data(), *n = frame.normals.data(), *t = frame.tangents.data();
+    const auto evaluate = [&](std::size_t first, std::size_t count, float* out) {
+        return said.after(penumbra_character_evaluate(c, first, count, out, &said.error));
+    };
+    EXPECT_EQ(evaluate(1, 2, frame.numbers.data()), "PENUMBRA_INVALID_ARGUMENT: 2 clusters from 1 on; there are 2");
+    EXPECT_THAT(evaluate(3, 0, frame.numbers.data()), HasSubstr("INVALID"));
+    EXPECT_THAT(evaluate(1, SIZE_MAX, frame.numbers.data()), HasSubstr("INVALID"));
+    EXPECT_EQ(evaluate(0, 2, nullptr), "PENUMBRA_INVALID_ARGUMENT: numbers is NULL");
+    EXPECT_EQ(evaluate(2, 0, frame.numbers.data()), "PENUMBRA_OK: ");
+    EXPECT_EQ(penumbra_character_skin(c, 30, 1, p, n, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_skin(c, 0, 30, nullptr, n, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_skin(c, 0, 30, p, nullptr, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_skin(c, 0, 30, p, n, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_skin(nullptr, 0, 30, p, n, t, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_skin(c, 30, 0, p, n, t, nullptr), PENUMBRA_OK);
+    float* e = frame.ambient.data();
+    EXPECT_EQ(penumbra_character_ambient(c, 0, 31, frame.numbers.data(), e, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_ambient(c, 0, 30, nullptr, e, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_ambient(c, 0, 30, frame.numbers.data(), nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(frame.numbers, untouched.numbers);
+    EXPECT_EQ(frame.positions, untouched.positions);
+    EXPECT_EQ(penumbra_character_get_scores(nullptr, p, p), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_get_scores(c, nullptr, nullptr), PENUMBRA_OK);
+}
+
+TEST(CApiErrors, Simd) {
+    const Whole x;
+    Said said;
+    EXPECT_EQ(penumbra_has_simd(PENUMBRA_SIMD_BEST), 1);
+    EXPECT_EQ(penumbra_has_simd(PENUMBRA_SIMD_PORTABLE), 1);
+    EXPECT_EQ(penumbra_has_simd(penumbra_simd(3)), 0);
+    EXPECT_EQ(penumbra_character_set_simd(x.character.get(), penumbra_simd(3), &said.error), PENUMBRA_INVALID_ARGUMENT);
+    ::setenv("PENUMBRA_NO_SIMD", "1", 1);
+    EXPECT_EQ(penumbra_has_simd(PENUMBRA_SIMD_AVX2), 0);
+    EXPECT_EQ(penumbra_character_set_simd(x.character.get(), PENUMBRA_SIMD_AVX2, &said.error), PENUMBRA_UNSUPPORTED);
+    EXPECT_EQ(penumbra_shading_set_simd(x.shading.get(), PENUMBRA_SIMD_AVX2, &said.error), PENUMBRA_UNSUPPORTED);
+    EXPECT_THAT(said.error.message, HasSubstr("PENUMBRA_NO_SIMD"));
+    ::unsetenv("PENUMBRA_NO_SIMD");
+    EXPECT_EQ(penumbra_shading_set_simd(nullptr, PENUMBRA_SIMD_BEST, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_set_simd(nullptr, PENUMBRA_SIMD_BEST, nullptr), PENUMBRA_INVALID_ARGUMENT);
+}
+
+TEST(CApiErrors, MakingAShading) {
+    const Whole x;
+    const std::vector<std::byte> bare = packed({.materials = false, .lights = false});
+    const std::vector<std::byte> unlit = packed({.lights = false});
+    const Asset asset = open(bare), materials_only = open(unlit);
+    Said said;
+    penumbra_shading* made = nullptr;
+    const auto make = [&](const Asset& from, penumbra_shading_options options) {
+        return said.after(penumbra_shading_create(from.get(), nullptr, 0, &options, &made, &said.error));
+    };
+    EXPECT_EQ(make(asset, {}), "PENUMBRA_UNSUPPORTED: asset: there is no material");
+    EXPECT_EQ(make(materials_only, {}), "PENUMBRA_UNSUPPORTED: asset: there is no light");
+    EXPECT_EQ(make({}, {}), "PENUMBRA_INVALID_ARGUMENT: asset is NULL");
+    EXPECT_THAT(make(x.asset, {penumbra_reflectance(2), PENUMBRA_ROTATION, 0}), HasSubstr("penumbra_reflectance"));
+    EXPECT_THAT(make(x.asset, {PENUMBRA_SLICES, penumbra_light_form(3), 0}), HasSubstr("penumbra_light_form"));
+    EXPECT_EQ(make(x.asset, {PENUMBRA_SLICES, PENUMBRA_ROTATION, 9}),
+              "PENUMBRA_INVALID_ARGUMENT: caller_light_order is 9, allowed are 0..8");
+    EXPECT_THAT(make(x.asset, {PENUMBRA_SLICES, PENUMBRA_FIXED_LOBES, 4}), HasSubstr("PENUMBRA_UNSUPPORTED"));
+    const penumbra_asset* list[] = {nullptr};
+    EXPECT_EQ(penumbra_shading_create(x.asset.get(), list, 1, nullptr, &made, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_create(x.asset.get(), nullptr, 1, nullptr, &made, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_create(x.asset.get(), nullptr, 0, nullptr, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(made, nullptr);
+    EXPECT_EQ(make(materials_only, {PENUMBRA_SLICES, PENUMBRA_ROTATION, 8}), "PENUMBRA_OK: ");
+    penumbra_shading_destroy(made);
+    EXPECT_EQ(penumbra_character_create(nullptr, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_create(x.asset.get(), nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+}
+
+TEST(CApiErrors, Switching) {
+    const Whole x({}, {PENUMBRA_OPERATORS, PENUMBRA_ROTATION, 0}), lobes({}, {PENUMBRA_SLICES, PENUMBRA_LOBES, 0});
+    penumbra_shading* s = x.shading.get();
+    Said said;
+    penumbra_error* e = &said.error;
+    EXPECT_EQ(said.after(penumbra_shading_set_material(s, 0, 0, e)),
+              "PENUMBRA_UNSUPPORTED: material 0 has no operators");
+    EXPECT_EQ(said.after(penumbra_shading_set_material(s, 0, 2, e)),
+              "PENUMBRA_INVALID_ARGUMENT: material is 2; there are 2");
+    EXPECT_EQ(said.after(penumbra_shading_set_material(s, 2, 1, e)),
+              "PENUMBRA_INVALID_ARGUMENT: slot is 2; there are 2");
+    EXPECT_EQ(said.after(penumbra_shading_set_light(s, 2, e)), "PENUMBRA_INVALID_ARGUMENT: light is 2; there are 2");
+    EXPECT_EQ(said.after(penumbra_shading_set_light(lobes.shading.get(), 0, e)),
+              "PENUMBRA_UNSUPPORTED: light 0 has no lobes");
+    std::vector<float> sh(3 * 64);
+    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 1, sh.data(), e)), HasSubstr("PENUMBRA_UNSUPPORTED"));
+    const float stretched[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1.01f}, mirrored[9] = {1, 0, 0, 0, 1, 0, 0, 0, -1},
+                broken[9] = {NAN, 0, 0, 0, 1, 0, 0, 0, 1}, zero[9] = {};
+    for (const float* rotation : {stretched, mirrored, broken, zero})
+        EXPECT_EQ(said.after(penumbra_shading_set_light_rotation(s, rotation, e)),
+                  "PENUMBRA_INVALID_ARGUMENT: rotation is not orthonormal with determinant 1");
+    EXPECT_EQ(penumbra_shading_set_light_rotation(s, nullptr, e), PENUMBRA_INVALID_ARGUMENT);
+    const Whole roomy({}, {PENUMBRA_SLICES, PENUMBRA_ROTATION, 4});
+    s = roomy.shading.get();
+    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 5, sh.data(), e)), HasSubstr("allowed are 1..4"));
+    EXPECT_EQ(penumbra_shading_set_sh_light(s, 0, sh.data(), e), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_set_sh_light(s, 4, nullptr, e), PENUMBRA_INVALID_ARGUMENT);
+    sh[47] = NAN;
+    EXPECT_THAT(said.after(penumbra_shading_set_sh_light(s, 4, sh.data(), e)), HasSubstr("sh[47] is not finite"));
+    EXPECT_EQ(penumbra_shading_set_sh_light(s, 3, sh.data(), e), PENUMBRA_OK);
+    EXPECT_EQ(penumbra_shading_slot_count(nullptr), 0u);
+    EXPECT_EQ(penumbra_shading_material_count(nullptr) + penumbra_shading_light_count(nullptr), 0u);
+}
+
+TEST(CApiErrors, ShadingArrays) {
+    const Whole x;
+    Frame frame(x.info);
+    const penumbra_vertices good{frame.positions.data(), frame.normals.data(), frame.tangents.data(),
+                                 frame.numbers.data()};
+    const auto shade = [&](const penumbra_vertices* vertices, std::size_t first, std::size_t count) {
+        return penumbra_shading_shade(x.shading.get(), frame.eye, first, count, vertices, frame.radiance.data(),
+                                      nullptr);
+    };
+    EXPECT_EQ(shade(&good, 0, 31), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(shade(&good, 31, 0), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(shade(nullptr, 0, 30), PENUMBRA_INVALID_ARGUMENT);
+    for (const auto member : {&penumbra_vertices::positions, &penumbra_vertices::normals, &penumbra_vertices::tangents,
+                              &penumbra_vertices::numbers}) {
+        penumbra_vertices bad = good;
+        bad.*member = nullptr;
+        EXPECT_EQ(shade(&bad, 0, 30), PENUMBRA_INVALID_ARGUMENT);
+    }
+    EXPECT_EQ(penumbra_shading_shade(x.shading.get(), frame.eye, 0, 30, &good, nullptr, nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_shade(x.shading.get(), nullptr, 0, 30, &good, frame.radiance.data(), nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_shade(nullptr, frame.eye, 0, 30, &good, frame.radiance.data(), nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(frame.radiance, Frame(x.info).radiance);
+    EXPECT_EQ(shade(&good, 30, 0), PENUMBRA_OK);
+}
+
+// Handles given back in any order; the asset first.
+TEST(CApiErrors, AnyOrderOfGivingBack) {
+    Whole x;
+    x.asset.reset();
+    Frame frame(x.info);
+    EXPECT_EQ(penumbra_character_set_frame(x.character.get(), 3, nullptr), PENUMBRA_OK);
+    EXPECT_EQ(frame.evaluate(x.character.get(), x.info), PENUMBRA_OK);
+    x.character.reset();
+    EXPECT_EQ(frame.shade(x.shading.get(), 0, x.info.vertex_count), PENUMBRA_OK);
+    penumbra_asset_close(nullptr);
+    penumbra_character_destroy(nullptr);
+    penumbra_shading_destroy(nullptr);
+}
+
+}  // namespace
+}  // namespace penumbra
