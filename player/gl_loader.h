@@ -26,7 +26,8 @@
     X(RENDERBUFFERSTORAGEMULTISAMPLE, RenderbufferStorageMultisample) X(DELETERENDERBUFFERS, DeleteRenderbuffers) \
     X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) X(DISABLE, Disable) \
     X(DRAWELEMENTS, DrawElements) X(READPIXELS, ReadPixels) X(PIXELSTOREI, PixelStorei) \
-    X(SCISSOR, Scissor)
+    X(SCISSOR, Scissor) X(GENQUERIES, GenQueries) X(DELETEQUERIES, DeleteQueries) X(BEGINQUERY, BeginQuery) \
+    X(ENDQUERY, EndQuery) X(GETQUERYOBJECTIV, GetQueryObjectiv) X(GETQUERYOBJECTUI64V, GetQueryObjectui64v)
 // clang-format on
 
 namespace penumbra::gl {

@@ -80,7 +80,13 @@ void frameScene(ViewState& state, const ViewContents&, bool) { state.frame_all =
 void turn(ViewState& state, const ViewContents&, bool) { state.turntable = !state.turntable; }
 void panels(ViewState& state, const ViewContents&, bool) { state.panels = !state.panels; }
 void help(ViewState& state, const ViewContents&, bool) { state.help = !state.help; }
-void closeHelp(ViewState& state, const ViewContents&, bool) { state.help = false; }
+void closeHelp(ViewState& state, const ViewContents&, bool) {
+    state.help = false;
+    state.sequence.reset();
+}
+void sequence(ViewState& state, const ViewContents&, bool) { state.sequence = 0; }
+void background(ViewState& state, const ViewContents&, bool) { state.background = !state.background; }
+void ground(ViewState& state, const ViewContents&, bool) { state.ground = !state.ground; }
 void quit(ViewState& state, const ViewContents&, bool) { state.quit = true; }
 void screenshot(ViewState& state, const ViewContents&, bool shift) {
     state.screenshot = true;
@@ -112,10 +118,13 @@ constexpr std::array kShortcuts = {
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
     Shortcut{'F', "F", "", "frame everything", frameScene},
     Shortcut{'R', "R", "", "turntable", turn},
+    Shortcut{'B', "B", "", "background of the light", background},
+    Shortcut{'G', "G", "", "ground plane", ground},
     Shortcut{kKeyTab, "Tab", "", "panels", panels},
     Shortcut{kKeyF12, "F12", "without panels", "screenshot", screenshot},
+    Shortcut{kKeyF11, "F11", "", "pictures of all frames of the clip", sequence},
     Shortcut{kKeyF1, "F1", "", "this help", help},
-    Shortcut{kKeyEscape, "Escape", "", "close the help", closeHelp},
+    Shortcut{kKeyEscape, "Escape", "", "close the help, stop pictures", closeHelp},
     Shortcut{'Q', "Q", "", "quit", quit},
 };
 

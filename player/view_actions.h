@@ -19,6 +19,7 @@ enum Key : int {
     kKeyPageDown = 267,
     kKeyHome = 268,
     kKeyF1 = 290,
+    kKeyF11 = 300,
     kKeyF12 = 301,
     kKeyEscape = 256,
 };

@@ -20,8 +20,7 @@ static void runViewCommand(ViewCommand& command, const CommonOptions& common, Re
     if (!command.size.empty()) {
         parseSize(command.size, limits.width, limits.height);
         if (const std::string problem = findProblem(limits); !problem.empty()) throw UsageError(problem);
-        options.width = limits.width;
-        options.height = limits.height;
+        options.size = {limits.width, limits.height};
     }
     options.path = parsePath(command.path);
     options.files = command.assets;
@@ -29,9 +28,9 @@ static void runViewCommand(ViewCommand& command, const CommonOptions& common, Re
     if (!std::filesystem::is_directory(options.screenshots))
         throw IoError(options.screenshots.string() + ": no such folder for screenshots");
     if (common.dry_run) {
-        const Scene scene = openScene(options.files);
-        std::printf("would show %zu character%s in a window of %d x %d\n", scene.characters.size(),
-                    scene.characters.size() == 1 ? "" : "s", options.width, options.height);
+        const Scene scene = openScene(options.files, common.threads);
+        std::printf("would show %zu character%s, %zu materials, %zu lights\n", scene.characters.size(),
+                    scene.characters.size() == 1 ? "" : "s", scene.material_names.size(), scene.light_names.size());
         return;
     }
     report.phase("view");
@@ -39,13 +38,16 @@ static void runViewCommand(ViewCommand& command, const CommonOptions& common, Re
     report.figures["gl"] = result.gl;
     report.figures["path"] = result.path == EvaluationPath::kCpu ? "cpu" : "glsl";
     report.figures["frames"] = result.frames;
+    if (!result.problem.empty()) std::fprintf(stderr, "penumbra-player: %s\n", result.problem.c_str());
 }
 
 static void defineView(CLI::App& app, ViewCommand& command) {
-    app.add_option("assets", command.assets, "X.pnb files: characters side by side; others add materials and lights")
+    app.add_option("assets", command.assets,
+                   "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light")
         ->required();
     app.add_option("--truth", command.truths, "X.truth.pnb: baked frames to compare with; any number of them");
-    app.add_option("--size", command.size, "WIDTHxHEIGHT of the window (default: 1280x800)");
+    app.add_option("--size", command.size, "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
+    app.add_flag("!--no-settings", command.options.settings, "neither read nor keep what the window was left with");
     app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")->capture_default_str();
     app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into")
         ->capture_default_str();

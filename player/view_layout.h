@@ -11,7 +11,7 @@ struct Rectangle {
 };
 
 // Panels beside the picture, in units of 1/96 inch.
-constexpr int kSidePanelWidth = 290, kTimelineHeight = 96;
+constexpr int kSidePanelWidth = 290, kTimelineHeight = 120;
 
 // The picture's part of a window of width x height pixels; `scale` pixels a unit. At least 1 x 1.
 Rectangle pictureArea(int width, int height, float scale, bool panels);

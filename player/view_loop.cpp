@@ -3,11 +3,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "formats/errors.h"
 #include "formats/write_file.h"
+#include "player/gpu_timer.h"
 #include "player/screenshot.h"
 #include "player/view_panels.h"
+#include "player/view_settings.h"
 #include "player/view_window.h"
 
 namespace penumbra {
@@ -18,148 +21,221 @@ using Clock = std::chrono::steady_clock;
 // After the last event ImGui still needs a few frames, for what appears under the pointer.
 constexpr double kDrawAfterEvent = 0.3;  // seconds
 constexpr double kIdleWait = 0.25;       // seconds between looks at whether to stop
+constexpr double kStripTime = 3;         // milliseconds a frame for the strip under the timeline
 
-struct ViewLoop {
-    ViewLoop(const ViewOptions& options, int thread_count, bool be_quiet)
-        : files(options.files),
-          scene(openScene(files)),
-          state(stateFor(scene, {})),
-          window("Penumbra: " + options.files.front().filename().string(), {options.width, options.height}),
-          painter(scene, options.path.value_or(window.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
-          screenshots(options.screenshots),
-          threads(thread_count),
-          quiet(be_quiet) {
-        figures.gl = window.description();
-        state.camera.vertical_fov = 35 * 3.14159265358979 / 180;
-        state.camera.yaw = 0.35;
-        state.camera.pitch = 0.15;
-    }
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-    std::vector<std::filesystem::path> files;
-    Scene scene;
+WindowPlace placeFor(const ViewOptions& options, const ViewSettings& settings) {
+    WindowPlace place = settings.window;
+    if (options.size) std::tie(place.width, place.height) = *options.size;
+    return place;
+}
+
+ViewState startState(const Scene& scene, const ViewSettings& settings) {
     ViewState state;
-    ViewWindow window;
-    ScenePainter painter;
-    ViewFigures figures;
-    std::filesystem::path screenshots;
-    int threads;
-    bool quiet;
-    std::size_t frames = 0;
-    Clock::time_point last_frame = Clock::now(), last_event = Clock::now();
-
-    void handle(const ViewEvents& events);
-    void drawFrame();
-    void takeScreenshot();
-    void run();
-};
-
-std::string_view nameOf(Channel channel) {
-    static constexpr std::string_view kNames[] = {"shaded", "ao", "error", "clusters", "normals"};
-    return kNames[std::size_t(channel)];
-}
-
-std::string_view nameOf(Compare compare) {
-    static constexpr std::string_view kNames[] = {"model", "truth", "side by side", "wipe", "difference"};
-    return kNames[std::size_t(compare)];
-}
-
-std::string describe(const Scene& scene, const ViewState& state) {
-    const ViewContents contents = contentsOf(scene);
-    const ClipView& clip = selectedClip(state, contents);
-    std::string text = "clip " + std::string(clip.name) + ", frame " +
-                       std::to_string(shownFrame(state, contents, state.selected) - clip.first_frame) + ", " +
-                       std::string(nameOf(state.channel)) + ", " + std::string(nameOf(shownCompare(state)));
-    if (state.channel == Channel::kShaded)
-        text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + ", light " +
-                std::string(scene.light_names[state.light]);
-    return text;
-}
-
-void ViewLoop::takeScreenshot() {
-    state.screenshot = false;
-    try {
-        const std::filesystem::path path = freeScreenshotName(screenshots);
-        writePng(path, readDisplayed(window.width(), window.height()), 1);
-        figures.message = "wrote " + path.string();
-        if (quiet) return;
-        std::printf("%s: %s\n", path.c_str(), describe(scene, state).c_str());
-        std::fflush(stdout);
-    } catch (const IoError& error) {
-        figures.message = error.what();
-    }
-}
-
-void ViewLoop::handle(const ViewEvents& events) {
-    const ViewContents contents = contentsOf(scene);
-    for (const KeyPress& press : events.keys) {
-        applyKey(state, contents, press);
-        if (state.screenshot) drawFrame();  // of what the keys before it made of the picture
-    }
-    if (events.close) state.quit = true;
+    applySettings(settings, state);
+    const double degree = std::numbers::pi / 180;
+    state.camera.yaw = 20 * degree;
+    state.camera.pitch = 8 * degree;
+    state.camera.vertical_fov = 35 * degree;
+    return stateFor(scene, state);
 }
 
 // In ImGui's coordinates.
-Rectangle inUnits(const Rectangle& r, float scale) {
+Rectangle scaled(const Rectangle& r, float scale) {
     const auto unit = [&](int pixels) { return int(std::lround(float(pixels) * scale)); };
     return {unit(r.x), unit(r.y), unit(r.width), unit(r.height)};
 }
 
-void ViewLoop::drawFrame() {
-    if (!window.visible()) return;
-    const Clock::time_point now = Clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_frame).count();
-    last_frame = now;
-    const ViewContents contents = contentsOf(scene);
-    advanceView(state, contents, seconds);
-    if (state.turntable) turntable(state.camera, seconds);
-    figures.frame = 0.9 * figures.frame + 100 * seconds;  // smoothed over ten frames
-
-    const Rectangle picture = pictureArea(window.width(), window.height(), window.scale(), state.panels);
-    const UpdateNeeds needs{painter.needsValues(state), threads};
-    updateScene(scene, state, needs, figures.update);
-    if (state.frame_all) {
-        const std::vector<Pane> panes = panesOf(state, picture);
-        frameAll(state.camera, boundsOf(scene), double(panes.front().area.width) / panes.front().area.height);
-        state.frame_all = false;
-        updateScene(scene, state, needs, figures.update);  // seen from the new place
+class ViewLoop {
+public:
+    ViewLoop(const ViewOptions& options, int threads, bool quiet)
+        : options_(options),
+          threads_(threads),
+          quiet_(quiet),
+          settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
+          files_(options.files),
+          scene_(std::make_unique<Scene>(openScene(files_, threads))),
+          state_(startState(*scene_, settings_)),
+          window_("Penumbra: " + options.files.front().filename().string(), placeFor(options, settings_)) {
+        result_.gl = window_.description();
+        result_.path = options.path.value_or(window_.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
+        figures_.path = result_.path;
+        figures_.software = window_.software();
+        painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
     }
-    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
-    painter.draw(state, window.height(), picture, figures.paint);
-    if (state.screenshot && !state.screenshot_panels) takeScreenshot();
-    window.beginPanels();
-    figures.path = painter.path();
-    const float to_units = window.unitScale() / window.scale();
-    buildPanels(scene, state, figures, inUnits(picture, to_units), window.unitScale());
-    applyMouse(scene, state, inUnits(picture, to_units));
-    window.drawPanels();
-    if (state.screenshot) takeScreenshot();
-    checkGl("drawing a frame");
-    window.present();
-    ++frames;
+    ViewResult run();
+
+private:
+    const ViewOptions& options_;
+    int threads_;
+    bool quiet_;
+    ViewResult result_;
+    ViewSettings settings_;
+    std::vector<std::filesystem::path> files_;
+    std::unique_ptr<Scene> scene_;
+    ViewState state_;
+    ViewWindow window_;  // before everything that needs its context
+    std::unique_ptr<ScenePainter> painter_;
+    GpuTimer timer_;
+    ViewFigures figures_;
+    Clock::time_point last_frame_ = Clock::now(), last_event_ = Clock::now();
+
+    void handle(const ViewEvents& events);
+    void addFiles(const std::vector<std::filesystem::path>& dropped);
+    void advanceTime();
+    void updatePicture(const Rectangle& picture);
+    void drawFrame();
+    void write(const std::filesystem::path& path, const Image& image);
+    void takeScreenshot(const Rectangle& part);
+    void takeSequencePicture(const Rectangle& picture);
+    bool busy() const;
+    void keepSettings();
+};
+
+// A file that cannot be used changes nothing.
+void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
+    std::vector<std::filesystem::path> files = files_;
+    files.insert(files.end(), dropped.begin(), dropped.end());
+    try {
+        auto scene = std::make_unique<Scene>(openScene(files, threads_));
+        painter_ = std::make_unique<ScenePainter>(*scene, result_.path);
+        scene_ = std::move(scene);
+        files_ = std::move(files);
+        state_ = stateFor(*scene_, state_);
+        figures_.message = "opened " + dropped.back().filename().string();
+    } catch (const std::runtime_error& error) {
+        figures_.message = error.what();
+    }
 }
 
-void ViewLoop::run() {
-    while (!state.quit) {
-        throwIfInterrupted();
-        const bool active = state.playhead.playing || state.turntable;
-        const bool settled = std::chrono::duration<double>(Clock::now() - last_event).count() > kDrawAfterEvent;
-        const bool waits = (!active && settled) || !window.visible();
-        const ViewEvents events = window.poll(waits ? kIdleWait : 0);
-        if (events.any || !waits) {
-            if (waits) last_frame = Clock::now();  // the time that was waited is no time of the animation
-            if (events.any) last_event = Clock::now();
-            handle(events);
-            drawFrame();
-        }
+void ViewLoop::handle(const ViewEvents& events) {
+    if (!events.dropped.empty()) addFiles(events.dropped);
+    const ViewContents contents = contentsOf(*scene_);
+    for (const KeyPress& press : events.keys) {
+        applyKey(state_, contents, press);
+        if (state_.screenshot) drawFrame();  // of what the keys before it made of the picture
     }
+    if (events.close) state_.quit = true;
+}
+
+void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
+    try {
+        writePng(path, image, 1);
+        figures_.message = "wrote " + path.string();
+        if (quiet_) return;
+        std::printf("%s: %s\n", path.c_str(), describe(*scene_, state_).c_str());
+        std::fflush(stdout);
+    } catch (const IoError& error) {
+        figures_.message = error.what();
+        state_.sequence.reset();
+    }
+}
+
+static Image readPart(const Rectangle& part, int window_height) {
+    return readDisplayed(part.x, window_height - part.y - part.height, part.width, part.height);
+}
+
+void ViewLoop::takeScreenshot(const Rectangle& part) {
+    state_.screenshot = false;
+    write(freeScreenshotName(options_.screenshots), readPart(part, window_.height()));
+}
+
+void ViewLoop::takeSequencePicture(const Rectangle& picture) {
+    const ClipView& clip = selectedClip(state_, contentsOf(*scene_));
+    write(sequenceName(options_.screenshots, clip.name, *state_.sequence), readPart(picture, window_.height()));
+    if (state_.sequence && ++*state_.sequence >= clip.frame_count) state_.sequence.reset();
+}
+
+void ViewLoop::advanceTime() {
+    const double seconds = secondsSince(last_frame_);
+    last_frame_ = Clock::now();
+    figures_.frame = 0.9 * figures_.frame + 100 * seconds;  // milliseconds, smoothed over ten frames
+    const ViewContents contents = contentsOf(*scene_);
+    const ClipView& clip = selectedClip(state_, contents);
+    const AnimationView& animation = *contents.characters[state_.selected].animation;
+    if (state_.sequence) {
+        state_.playhead.playing = false;
+        state_.playhead.time =
+            frameSeconds(animation, clip, std::min<std::size_t>(*state_.sequence, clip.frame_count - 1));
+    }
+    advance(state_.playhead, animation, clip, seconds);
+    if (state_.turntable) turntable(state_.camera, seconds);
+    Character& character = *scene_->characters[state_.selected];
+    character.strip.compute(*character.strip_evaluator, state_.characters[state_.selected].clip, kStripTime);
+}
+
+void ViewLoop::updatePicture(const Rectangle& picture) {
+    const UpdateNeeds needs{painter_->needsValues(state_), threads_};
+    updateScene(*scene_, state_, needs, figures_.update);
+    if (!state_.frame_all) return;
+    const Rectangle area = panesOf(state_, picture).front().area;
+    frameAll(state_.camera, boundsOf(*scene_), double(area.width) / area.height);
+    state_.frame_all = false;
+    updateScene(*scene_, state_, needs, figures_.update);  // seen from the new place
+}
+
+void ViewLoop::drawFrame() {
+    if (!window_.visible()) return;
+    advanceTime();
+    const int width = window_.width(), height = window_.height();
+    const Rectangle picture = pictureArea(width, height, window_.scale(), state_.panels);
+    updatePicture(picture);
+    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
+    timer_.begin();
+    painter_->draw(state_, height, picture, figures_.paint);
+    timer_.end();
+    figures_.gpu = timer_.milliseconds();
+    if (state_.screenshot && !state_.screenshot_panels) takeScreenshot(picture);
+    if (state_.sequence) takeSequencePicture(picture);
+    window_.beginPanels();
+    const Rectangle in_units = scaled(picture, window_.unitScale() / window_.scale());
+    buildPanels(*scene_, state_, figures_, in_units, window_.unitScale());
+    applyMouse(*scene_, state_, in_units);
+    window_.drawPanels();
+    if (state_.screenshot) takeScreenshot({0, 0, width, height});
+    checkGl("drawing a frame");
+    window_.present();
+    ++result_.frames;
+}
+
+// Whether the picture changes by itself.
+bool ViewLoop::busy() const {
+    const Character& character = *scene_->characters[state_.selected];
+    const ClipView& clip = character.asset.animation.clips[state_.characters[state_.selected].clip];
+    return state_.playhead.playing || state_.turntable || state_.sequence.has_value() ||
+           character.strip.outOfRange().size() < clip.frame_count;
+}
+
+void ViewLoop::keepSettings() {
+    const std::filesystem::path path = settingsPath();
+    if (!options_.settings || path.empty()) return;
+    try {
+        writeSettings(path, settingsOf(state_, window_.place()));
+    } catch (const IoError& error) {
+        result_.problem = error.what();
+    }
+}
+
+ViewResult ViewLoop::run() {
+    while (!state_.quit) {
+        throwIfInterrupted();
+        const bool waits = (!busy() && secondsSince(last_event_) > kDrawAfterEvent) || !window_.visible();
+        const ViewEvents events = window_.poll(waits ? kIdleWait : 0);
+        if (waits && !events.any) continue;
+        if (waits) last_frame_ = Clock::now();  // the time that was waited is no time of the animation
+        if (events.any) last_event_ = Clock::now();
+        handle(events);
+        drawFrame();
+    }
+    keepSettings();
+    return result_;
 }
 
 }  // namespace
 
 ViewResult runView(const ViewOptions& options, int threads, bool quiet) {
-    ViewLoop loop(options, threads, quiet);
-    loop.run();
-    return {loop.figures.gl, loop.painter.path(), loop.frames};
+    return ViewLoop(options, threads, quiet).run();
 }
 
 }  // namespace penumbra

@@ -11,7 +11,8 @@ namespace penumbra {
 
 struct ViewOptions {
     std::vector<std::filesystem::path> files;  // characters, truths, materials and lights in any order
-    int width = 1280, height = 800;            // of the window
+    std::optional<std::pair<int, int>> size;   // of the window; unset: as it was left, or 1280 x 800
+    bool settings = true;                      // read and keep them (view_settings.h)
     std::optional<EvaluationPath> path;        // unset: cpu on software GL, glsl on a GPU
     std::filesystem::path screenshots = ".";   // folder
 };
@@ -20,9 +21,11 @@ struct ViewResult {
     std::string gl;
     EvaluationPath path = EvaluationPath::kCpu;
     std::size_t frames = 0;  // drawn
+    std::string problem;     // with the settings; they are not worth a failure
 };
 
-// Returns when the user quits. One line on stdout per screenshot unless quiet: file, clip, frame and what was on.
+// Returns when the user quits. One line on stdout per picture that is written, unless quiet: file, clip, frame and what
+// was on.
 // Errors: openScene(), ViewWindow; IoError of a screenshot is shown in the window instead.
 ViewResult runView(const ViewOptions& options, int threads, bool quiet);
 

@@ -59,6 +59,9 @@ void ScenePainter::drawCharacter(std::size_t index, Shown shown, bool on_cpu, co
 void ScenePainter::draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost) {
     cost = {};
     const double radius = boundsOf(*scene_).radius();
+    gl::Disable(GL_SCISSOR_TEST);
+    gl::ClearColor(0, 0, 0, 1);
+    gl::Clear(GL_COLOR_BUFFER_BIT);  // under the panels
     gl::Enable(GL_SCISSOR_TEST);
     gl::Enable(GL_DEPTH_TEST);
     gl::Disable(GL_CULL_FACE);
@@ -68,6 +71,8 @@ void ScenePainter::draw(const ViewState& state, int window_height, const Rectang
         setPane(pane, window_height);
         gl::ClearColor(0.11f, 0.12f, 0.13f, 1);
         gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}),
+                       double(pane.area.width) / pane.area.height);
         for (std::size_t i = 0; i < scene_->characters.size(); ++i)
             drawCharacter(i, pane.shown, needsValues(state),
                           paneView(state, pane.area, radius, scene_->characters[i]->offset), cost);

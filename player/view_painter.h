@@ -3,6 +3,7 @@
 #include <map>
 
 #include "player/draw_frame.h"
+#include "player/view_backdrop.h"
 #include "player/view_layout.h"
 
 namespace penumbra {
@@ -30,6 +31,7 @@ private:
     };
     const Scene* scene_;
     EvaluationPath path_;
+    Backdrop backdrop_;
     std::map<Key, ValuePainter> value_painters_;
     std::map<Key, ModelPainter> model_painters_;
 

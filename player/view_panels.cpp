@@ -2,12 +2,17 @@
 
 #include <imgui.h>
 
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <cstdio>
 
 #include "player/view_actions.h"
 
 namespace penumbra {
 namespace {
+
+// Out of range below this fills the strip in part only: rounding and the margin of training ranges.
+constexpr float kSmallRange = 0.1f;  // about radians
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
@@ -72,42 +77,37 @@ void materialPanel(const Scene& scene, ViewState& state) {
         state.display.tone_map = ToneMap(tone_map);
 }
 
-void radio(const char* label, bool on, bool enabled, auto&& choose) {
-    ImGui::BeginDisabled(!enabled);
-    if (ImGui::RadioButton(label, on)) choose();
-    ImGui::EndDisabled();
-}
-
 void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::TextDisabled("Show");
-    static constexpr std::array kNames = {"shaded", "ambient visibility", "error against truth", "clusters", "normals"};
-    for (std::size_t i = 0; i < kNames.size(); ++i) {
-        const Channel channel = Channel(i);
-        const bool enabled = channel == Channel::kShaded  ? contents.shaded()
-                             : channel == Channel::kError ? contents.hasTruth()
-                                                          : true;
-        radio(kNames[i], state.channel == channel, enabled, [&] { chooseChannel(state, contents, channel); });
+    static constexpr std::string_view kNames[] = {"shaded", "ambient visibility", "error against truth", "clusters",
+                                                  "normals"};
+    chooseFromNames("channel", kNames, std::size_t(state.channel),
+                    [&](std::size_t i) { chooseChannel(state, contents, Channel(i)); });
+    if (contents.hasTruth()) {
+        static constexpr std::string_view kCompared[] = {"model", "baked truth", "side by side", "wipe", "difference"};
+        chooseFromNames("compare", kCompared, std::size_t(shownCompare(state)),
+                        [&](std::size_t i) { chooseCompare(state, contents, Compare(i)); });
     }
-}
-
-void comparePanel(const ViewContents& contents, ViewState& state) {
-    if (!contents.hasTruth()) return;
-    ImGui::TextDisabled("Compare");
-    static constexpr std::array kNames = {"model", "baked truth", "side by side", "wipe", "difference"};
-    const bool compares = state.channel == Channel::kShaded || state.channel == Channel::kAmbient;
-    for (std::size_t i = 0; i < kNames.size(); ++i)
-        radio(kNames[i], shownCompare(state) == Compare(i), compares,
-              [&] { chooseCompare(state, contents, Compare(i)); });
-    if (shownCompare(state) != Compare::kWipe) return;
     ImGui::SetNextItemWidth(-1);
-    ImGui::SliderFloat("##wipe", &state.wipe, 0, 1, "wipe at %.2f");
+    if (shownCompare(state) == Compare::kWipe) ImGui::SliderFloat("##wipe", &state.wipe, 0, 1, "wipe at %.2f");
+    ImGui::SetNextItemWidth(-1);
+    if (state.channel == Channel::kError)
+        ImGui::SliderFloat("##scale", &state.error_max, 1e-3f, 1, "scale to %.3f", ImGuiSliderFlags_Logarithmic);
+    ImGui::Checkbox("background", &state.background);
+    ImGui::SameLine();
+    ImGui::Checkbox("ground", &state.ground);
+    ImGui::SameLine();
+    ImGui::Checkbox("turn", &state.turntable);
 }
 
 void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& figures) {
     ImGui::TextDisabled("Cost of a frame, ms");
     ImGui::Text("evaluate %.2f  shade %.2f", figures.update.evaluate, figures.update.shade);
     ImGui::Text("upload %.2f  whole %.1f", figures.paint.upload, figures.frame);
-    ImGui::Text("path %s", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL");
+    if (figures.software)
+        ImGui::Text("path %s, software GL", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL");
+    else
+        ImGui::Text("path %s, GPU %.2f", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL", figures.gpu);
     const Character& character = *scene.characters[state.selected];
     ImGui::TextDisabled("Frame");
     ImGui::Text("out of range %.3f", character.evaluator->outOfRange());
@@ -115,6 +115,28 @@ void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& 
         ImGui::Text("error: mean %.4f, max %.3f", character.mean_error, character.max_error);
     if (character.truth && !character.truth_frame) ImGui::TextWrapped("This clip has no baked truth.");
     if (!figures.message.empty()) ImGui::TextWrapped("%s", figures.message.c_str());
+}
+
+// Evaluator::outOfRange() of every frame of the clip as a strip under its slider.
+void outOfRangeStrip(const Character& character, std::size_t frames, std::size_t shown) {
+    const std::span<const float> values = character.strip.outOfRange();
+    const float most = values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const float width = ImGui::GetContentRegionAvail().x, height = 1.6f * ImGui::GetFontSize();
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(corner, ImVec2(corner.x + width, corner.y + height), IM_COL32(30, 34, 40, 255));
+    const auto left = [&](std::size_t frame) { return corner.x + width * float(frame) / float(frames); };
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const float part = values[i] / std::max(most, kSmallRange);
+        list.AddRectFilled(ImVec2(left(i), corner.y + height * (1 - part)), ImVec2(left(i + 1), corner.y + height),
+                           IM_COL32(235, 140, 40, 255));
+    }
+    list.AddRect(ImVec2(left(shown), corner.y), ImVec2(left(shown + 1), corner.y + height),
+                 IM_COL32(255, 255, 255, 200));
+    char label[64];
+    std::snprintf(label, sizeof label, "out of range, at most %.3f rad", double(most));
+    list.AddText(ImVec2(corner.x + 4, corner.y + 2), IM_COL32(230, 230, 230, 255), label);
+    ImGui::Dummy(ImVec2(width, height));
 }
 
 void timeline(const Scene& scene, ViewState& state) {
@@ -138,6 +160,7 @@ void timeline(const Scene& scene, ViewState& state) {
         state.playhead.playing = false;
         state.playhead.time = frameSeconds(animation, clip, std::size_t(frame));
     }
+    outOfRangeStrip(*scene.characters[state.selected], clip.frame_count, number);
 }
 
 void helpWindow(ViewState& state, const Rectangle& picture) {
@@ -188,12 +211,35 @@ void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& pic
     }
 }
 
+// The error's colours and the numbers that they stand for; viridis as in shaders/channel.frag, at quarters.
+void errorLegend(const ViewState& state, const Rectangle& picture) {
+    static constexpr ImU32 kColors[] = {IM_COL32(71, 1, 85, 255), IM_COL32(59, 82, 139, 255),
+                                        IM_COL32(33, 145, 140, 255), IM_COL32(94, 201, 98, 255),
+                                        IM_COL32(253, 231, 37, 255)};
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    const float font = ImGui::GetFontSize(), height = 8 * font, width = 0.9f * font;
+    const float x = float(picture.x + picture.width) - 4.5f * font;
+    const float y = float(picture.y + picture.height) - height - 2 * font;
+    for (int i = 0; i < 4; ++i) {
+        const float top = y + height * float(3 - i) / 4, below = y + height * float(4 - i) / 4;
+        list.AddRectFilledMultiColor(ImVec2(x, top), ImVec2(x + width, below), kColors[i + 1], kColors[i + 1],
+                                     kColors[i], kColors[i]);
+    }
+    for (int i = 0; i <= 4; ++i) {
+        char label[16];
+        std::snprintf(label, sizeof label, "%.3g", double(state.error_max) * i / 4);
+        list.AddText(ImVec2(x + 1.4f * width, y + height * float(4 - i) / 4 - 0.5f * font),
+                     IM_COL32(230, 230, 230, 255), label);
+    }
+}
+
 }  // namespace
 
 void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
                  float unit) {
     const ViewContents contents = contentsOf(scene);
     paneLabels(scene, state, picture);
+    if (state.channel == Channel::kError) errorLegend(state, picture);
     if (state.help) helpWindow(state, picture);
     if (!state.panels) return;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
@@ -201,7 +247,6 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     characterPanel(scene, state);
     if (contents.shaded()) materialPanel(scene, state);
     channelPanel(contents, state);
-    comparePanel(contents, state);
     figurePanel(scene, state, figures);
     ImGui::TextDisabled("F1: keys");
     ImGui::End();

@@ -7,13 +7,12 @@ namespace penumbra {
 
 // Figures of the frame before.
 struct ViewFigures {
-    std::string gl;
     EvaluationPath path = EvaluationPath::kCpu;
-    bool path_forced = false;
     UpdateCost update;
     PaintCost paint;
-    double frame = 0;  // milliseconds from frame to frame while frames follow one another
-    double out_of_range = 0;
+    double gpu = 0;  // milliseconds, GpuTimer; of no meaning in software
+    bool software = true;
+    double frame = 0;     // milliseconds from frame to frame while frames follow one another
     std::string message;  // of the last thing that went wrong, or was written
 };
 

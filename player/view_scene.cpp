@@ -5,22 +5,27 @@
 #include <cmath>
 
 #include "formats/errors.h"
+#include "formats/project_map.h"
 #include "player/truth_frames.h"
 
 namespace penumbra {
 
 static bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
 
-// Every file's materials and lights; the character's own slots keep theirs.
-static void gatherLibrary(const Scene& scene, AssetView& asset) {
-    const AssetView own = asset;
+// Every file's materials and lights; the slots of the character's own file keep theirs.
+static void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
     asset.materials.clear();
     asset.lights.clear();
-    for (const auto& file : scene.files) {
-        if (file->view.name == own.name)
+    for (const SceneFile& file : scene.files) {
+        if (!file.asset) {
+            asset.lights.push_back({file.light_name, kPictureLightOrder, file.light_sh});
+            continue;
+        }
+        if (&file == &own)
             for (std::uint16_t& material : asset.slot_material) material += std::uint16_t(asset.materials.size());
-        asset.materials.insert(asset.materials.end(), file->view.materials.begin(), file->view.materials.end());
-        asset.lights.insert(asset.lights.end(), file->view.lights.begin(), file->view.lights.end());
+        const AssetView& view = file.asset->view;
+        asset.materials.insert(asset.materials.end(), view.materials.begin(), view.materials.end());
+        asset.lights.insert(asset.lights.end(), view.lights.begin(), view.lights.end());
     }
 }
 
@@ -49,29 +54,42 @@ static void placeCharacters(Scene& scene) {
         scene.characters[i]->offset = {(float(i) - middle) * 4 / 3 * widest, 0, 0};
 }
 
-static std::unique_ptr<Character> makeCharacter(const Scene& scene, const AssetView& view) {
+static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file) {
     auto character = std::make_unique<Character>();
-    character->asset = view;
-    if (view.animation.clips.empty()) throw InvalidInput(view.name + ": holds no clip");
-    gatherLibrary(scene, character->asset);
+    character->asset = file.asset->view;
+    if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
+    gatherLibrary(scene, file, character->asset);
     character->evaluator = std::make_unique<Evaluator>(character->asset);
+    character->strip_evaluator = std::make_unique<Evaluator>(character->asset);
     if (!character->asset.materials.empty() && !character->asset.lights.empty())
         character->shading = std::make_unique<ShadingSet>(character->asset);
     return character;
 }
 
-Scene openScene(std::span<const std::filesystem::path> paths) {
+static SceneFile openFile(const std::filesystem::path& path, int threads) {
+    SceneFile file;
+    if (path.extension() != ".exr" && path.extension() != ".hdr") {
+        file.asset = std::make_unique<OpenAsset>(path);
+        return file;
+    }
+    const MapProjection projection = projectMap(readEnvironmentMap(path, ""), kPictureLightOrder, threads);
+    file.light_name = path.filename();
+    file.light_sh.assign(projection.sh.begin(), projection.sh.end());
+    return file;
+}
+
+Scene openScene(std::span<const std::filesystem::path> paths, int threads) {
     Scene scene;
-    for (const std::filesystem::path& path : paths) scene.files.push_back(std::make_unique<OpenAsset>(path));
-    for (const auto& file : scene.files)
-        if (isCharacter(file->view)) scene.characters.push_back(makeCharacter(scene, file->view));
+    for (const std::filesystem::path& path : paths) scene.files.push_back(openFile(path, threads));
+    for (const SceneFile& file : scene.files)
+        if (file.asset && isCharacter(file.asset->view)) scene.characters.push_back(makeCharacter(scene, file));
     if (scene.characters.empty())
         throw InvalidInput(paths.front().string() + ": holds no model; make one with penumbra-pack asset");
-    for (const auto& file : scene.files) {
-        if (file->view.has_truth) attachTruth(scene, file->view);
-        for (const MaterialView& material : file->view.materials) scene.material_names.push_back(material.name);
-        for (const LightView& light : file->view.lights) scene.light_names.push_back(light.name);
-    }
+    for (const SceneFile& file : scene.files)
+        if (file.asset && file.asset->view.has_truth) attachTruth(scene, file.asset->view);
+    const AssetView& first = scene.characters.front()->asset;
+    for (const MaterialView& material : first.materials) scene.material_names.push_back(material.name);
+    for (const LightView& light : first.lights) scene.light_names.push_back(light.name);
     placeCharacters(scene);
     return scene;
 }
@@ -109,18 +127,26 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     return state;
 }
 
-std::span<const Shown> shownOf(Compare compare) {
-    static constexpr std::array kAll = {Shown::kModel, Shown::kTruth, Shown::kDifference};
-    switch (compare) {
-        case Compare::kModel:
-            return std::span(kAll).first(1);
-        case Compare::kTruth:
-            return std::span(kAll).subspan(1, 1);
-        case Compare::kDifference:
-            return std::span(kAll).subspan(2, 1);
-        default:
-            return std::span(kAll).first(2);
-    }
+static std::string_view nameOf(Channel channel) {
+    static constexpr std::string_view kNames[] = {"shaded", "ao", "error", "clusters", "normals"};
+    return kNames[std::size_t(channel)];
+}
+
+static std::string_view nameOf(Compare compare) {
+    static constexpr std::string_view kNames[] = {"model", "truth", "side by side", "wipe", "difference"};
+    return kNames[std::size_t(compare)];
+}
+
+std::string describe(const Scene& scene, const ViewState& state) {
+    const ViewContents contents = contentsOf(scene);
+    const ClipView& clip = selectedClip(state, contents);
+    std::string text = "clip " + std::string(clip.name) + ", frame " +
+                       std::to_string(shownFrame(state, contents, state.selected) - clip.first_frame) + ", " +
+                       std::string(nameOf(state.channel)) + ", " + std::string(nameOf(shownCompare(state)));
+    if (state.channel == Channel::kShaded)
+        text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + ", light " +
+                std::string(scene.light_names[state.light]);
+    return text;
 }
 
 // --- One frame -------------------------------------------------------------------------------------------------------
@@ -157,7 +183,8 @@ static void setShading(Character& character, const CharacterChoice& choice, cons
         if (set.materialOfSlot()[slot] != choice.material_of_slot[slot])
             set.setMaterial(slot, choice.material_of_slot[slot]);
     if (set.light() != state.light) set.setLight(state.light);
-    set.setLightRotation(lightRotation(state));
+    const Mat3 rotation = lightRotation(state);
+    if (set.lightRotation() != rotation) set.setLightRotation(rotation);
 }
 
 static void needNumbers(Character& character, bool model, bool truth, int threads) {
@@ -227,17 +254,21 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     }
 }
 
-BoundingBox boundsOf(const Scene& scene) {
+static BoundingBox boundsOf(const Scene& scene, bool rest) {
     BoundingBox all;
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const Character& character = *scene.characters[i];
-        BoundingBox box = boundsOf(character.posed ? std::span<const Vec3>(character.vertices.positions)
-                                                   : character.asset.mesh.positions);
+        const bool posed = character.posed && !rest;
+        BoundingBox box =
+            boundsOf(posed ? std::span<const Vec3>(character.vertices.positions) : character.asset.mesh.positions);
         box.low += character.offset;
         box.high += character.offset;
         all = i == 0 ? box : joined(all, box);
     }
     return all;
 }
+
+BoundingBox boundsOf(const Scene& scene) { return boundsOf(scene, false); }
+BoundingBox restBounds(const Scene& scene) { return boundsOf(scene, true); }
 
 }  // namespace penumbra

@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 
+#include "player/clip_strip.h"
 #include "player/frame_values.h"
 #include "player/open_asset.h"
 #include "player/orbit_camera.h"
@@ -33,19 +34,29 @@ struct Character {
     FrameVertices vertices;            // numbers: of the model
     std::vector<float> truth_numbers;  // in the same local frames
     std::array<std::vector<Vec3>, kShownCount> values;
-    Channel channel = Channel::kShaded;    // of the values: without truth, error is shown as ambient visibility
-    double mean_error = 0, max_error = 0;  // |E(model) - E(truth)| of the frame, Channel::kError
+    Channel channel = Channel::kShaded;  // of the values: without truth, error is shown as ambient visibility
+    ClipStrip strip;
+    std::unique_ptr<Evaluator> strip_evaluator;  // of poses that are not drawn
+    double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError
 };
 
+// A file of any kind that a scene is made of.
+struct SceneFile {
+    std::unique_ptr<OpenAsset> asset;  // null: a picture of a light
+    std::string light_name;
+    std::vector<float> light_sh;  // [kPictureLightOrder^2, 3]
+};
+constexpr int kPictureLightOrder = 5;
+
 struct Scene {
-    std::vector<std::unique_ptr<OpenAsset>> files;
+    std::vector<SceneFile> files;
     std::vector<std::unique_ptr<Character>> characters;
     std::vector<std::string_view> material_names, light_names;
 };
 
-// A file is a character, truth for the characters that it fits, or brings materials or lights. InvalidInput: none is a
-// character, a truth fits no character.
-Scene openScene(std::span<const std::filesystem::path> paths);
+// A .pnb is a character, truth for the characters that it fits, or brings materials or lights; an .exr or .hdr is a
+// light's picture (lat-long or a cube's cross). InvalidInput: none is a character, a truth fits no character.
+Scene openScene(std::span<const std::filesystem::path> paths, int threads);
 ViewContents contentsOf(const Scene& scene);
 // Characters, clips and materials as the files have them; what `old` has chosen is kept where it still exists.
 ViewState stateFor(const Scene& scene, const ViewState& old);
@@ -55,10 +66,13 @@ struct UpdateNeeds {
     bool values = true;  // what every vertex shows, for the CPU path
     int threads = 0;
 };
-std::span<const Shown> shownOf(Compare compare);
 // Makes the characters what `state` says. Recomputes only what changed.
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
 
+// "clip walk, frame 3, shaded, model, material lambert, light sky"
+std::string describe(const Scene& scene, const ViewState& state);
+
 BoundingBox boundsOf(const Scene& scene);
+BoundingBox restBounds(const Scene& scene);  // of the rest poses
 
 }  // namespace penumbra

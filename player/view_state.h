@@ -1,5 +1,6 @@
 #pragma once
 // All that a user chooses in the window, apart from how it is drawn: keys and panels change it, the scene follows it.
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -38,8 +39,10 @@ struct ViewState {
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
     DisplayTransform display;
     float error_max = 0.25f;
+    bool background = true, ground = false;
     bool panels = true, help = false, frame_all = true, quit = false;
     bool screenshot = false, screenshot_panels = true;  // taken at the next frame
+    std::optional<std::size_t> sequence;                // number in the clip of the next picture of a sequence
 };
 
 // What there is to choose from.

@@ -19,7 +19,7 @@ namespace penumbra {
 static_assert(kKeyTab == GLFW_KEY_TAB && kKeyRight == GLFW_KEY_RIGHT && kKeyLeft == GLFW_KEY_LEFT &&
               kKeyDown == GLFW_KEY_DOWN && kKeyUp == GLFW_KEY_UP && kKeyPageUp == GLFW_KEY_PAGE_UP &&
               kKeyPageDown == GLFW_KEY_PAGE_DOWN && kKeyHome == GLFW_KEY_HOME && kKeyF1 == GLFW_KEY_F1 &&
-              kKeyF12 == GLFW_KEY_F12 && kKeyEscape == GLFW_KEY_ESCAPE);
+              kKeyF11 == GLFW_KEY_F11 && kKeyF12 == GLFW_KEY_F12 && kKeyEscape == GLFW_KEY_ESCAPE);
 
 struct ViewWindow::Impl {
     GLFWwindow* window = nullptr;

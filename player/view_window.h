@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "player/view_actions.h"
+#include "player/window_place.h"
 
 namespace penumbra {
 
@@ -15,11 +16,6 @@ struct ViewEvents {
     std::vector<std::filesystem::path> dropped;  // files
     bool close = false;                          // asked for by the user
     bool any = false;                            // anything at all, the pointer's way included
-};
-
-struct WindowPlace {
-    int width = 1280, height = 800;  // GLFW's screen coordinates
-    int x = -1, y = -1;              // -1: where the system puts it
 };
 
 class ViewWindow {

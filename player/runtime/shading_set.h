@@ -25,6 +25,7 @@ public:
     std::size_t slotCount() const { return material_of_slot_.size(); }  // 1 for a mesh without slots
     std::span<const std::uint16_t> materialOfSlot() const { return material_of_slot_; }
     std::size_t light() const { return light_; }
+    const Mat3& lightRotation() const { return rotation_; }
     const LightTables& lightTables() const { return lights_[light_]; }  // of the light that is on, turned
 
     void setMaterial(std::size_t slot, std::size_t material);

@@ -1,0 +1,128 @@
+// What the window shows beside the characters, and what it keeps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "player/clip_strip.h"
+#include "player/screenshot.h"
+#include "player/truth_frames.h"
+#include "player/view_settings.h"
+#include "player/view_shapes.h"
+#include "sh/light_rotation.h"
+#include "tests/player/synthetic_asset.h"
+
+namespace penumbra {
+namespace {
+
+using player_test::SyntheticAsset;
+
+TEST(ViewShapes, SphereIsClosedAndUnit) {
+    const Shape sphere = unitSphere(16);
+    double area = 0;
+    for (const Vec3& p : sphere.positions) EXPECT_NEAR(length(p), 1, 1e-6);
+    for (std::size_t i = 0; i < sphere.triangles.size(); i += 3) {
+        const Vec3 a = sphere.positions[sphere.triangles[i]], b = sphere.positions[sphere.triangles[i + 1]],
+                   c = sphere.positions[sphere.triangles[i + 2]];
+        area += 0.5 * double(length(cross(b - a, c - a)));
+    }
+    EXPECT_NEAR(area, 4 * std::numbers::pi, 0.15);  // inscribed: 12.46 of 12.57
+}
+
+// L = 1 + y: bands 0 and 1. Its irradiance on a plane that faces +y is pi + 2 pi / 3.
+TEST(ViewShapes, LightIsSeenWhereItComesFrom) {
+    std::array<float, 12> sh{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        sh[c] = std::sqrt(4 * std::numbers::pi_v<float>);
+        sh[3 + c] = -std::sqrt(4 * std::numbers::pi_v<float> / 3);  // y_1,-1 = -sqrt(3/4pi) y
+    }
+    const LightView light{"slope", 2, sh};
+    const std::vector<Vec3> directions = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}};
+    const std::vector<Vec3> radiance = radianceFrom(light, Mat3(), directions);
+    EXPECT_NEAR(radiance[0].x, 2, 1e-5);
+    EXPECT_NEAR(radiance[1].x, 0, 1e-5);
+    EXPECT_NEAR(radiance[2].x, 1, 1e-5);
+    EXPECT_NEAR(irradianceFromAbove(light, Mat3()).x, 5 * std::numbers::pi / 3, 1e-4);
+    Mat3 roll;  // +y goes to -x
+    const Mat3d turned = parseLightRotation("roll=90");
+    for (std::size_t i = 0; i < 9; ++i) roll.m[i] = float(turned.m[i]);
+    EXPECT_NEAR(radianceFrom(light, roll, directions)[2].x, 0, 1e-5);
+    EXPECT_NEAR(irradianceFromAbove(light, roll).x, std::numbers::pi, 1e-4);
+}
+
+TEST(ViewShapes, GroundIsUnderTheBox) {
+    const Shape ground = groundPlane({{-1, 2, -1}, {1, 5, 1}}, {1, 1, 1});
+    for (const Vec3& p : ground.positions) EXPECT_EQ(p.y, 2);
+    EXPECT_EQ(ground.values.size(), ground.positions.size());
+}
+
+TEST(ClipStrip, HasTheEvaluatorsMeasureOfEveryFrame) {
+    const SyntheticAsset synthetic;
+    Evaluator evaluator(synthetic.asset), other(synthetic.asset);
+    ClipStrip strip;
+    const ClipView& clip = synthetic.asset.animation.clips[0];
+    for (std::size_t i = 0; i < 100 && strip.outOfRange().size() < clip.frame_count; ++i) strip.compute(other, 0, 1);
+    ASSERT_EQ(strip.outOfRange().size(), clip.frame_count);
+    for (std::size_t i = 0; i < clip.frame_count; ++i) {
+        const std::size_t frame = clip.first_frame + i;
+        evaluator.setPose(synthetic.asset.animation.bonesOf(frame), synthetic.asset.animation.poseOf(frame));
+        EXPECT_EQ(strip.outOfRange()[i], float(evaluator.outOfRange()));
+    }
+    strip.compute(other, 1, 1000);
+    EXPECT_EQ(strip.outOfRange().size(), synthetic.asset.animation.clips[1].frame_count) << "another clip: anew";
+}
+
+TEST(TruthFrames, SameClipNumberAndTime) {
+    const SyntheticAsset synthetic;
+    for (std::size_t frame = 0; frame < synthetic.asset.animation.frameCount(); ++frame)
+        EXPECT_EQ(findTruthFrame(synthetic.asset, synthetic.truth, frame), frame);
+    AssetView partial = synthetic.truth;
+    partial.animation.clips.erase(partial.animation.clips.begin());
+    EXPECT_FALSE(findTruthFrame(synthetic.asset, partial, 0));
+    EXPECT_TRUE(findTruthFrame(synthetic.asset, partial, synthetic.asset.animation.clips[1].first_frame));
+    AssetView late = synthetic.truth;
+    std::vector<double> times(late.animation.times.begin(), late.animation.times.end());
+    times[1] += 0.01;
+    late.animation.times = times;
+    EXPECT_TRUE(findTruthFrame(synthetic.asset, late, 0));
+    EXPECT_FALSE(findTruthFrame(synthetic.asset, late, 1)) << "sampled at another time";
+}
+
+TEST(ViewSettings, AreReadAsTheyWereWritten) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "view_settings";
+    std::filesystem::remove_all(folder);
+    const std::filesystem::path path = folder / "deep" / "view.json";
+    std::string problem;
+    EXPECT_EQ(readSettings(path, problem).window.width, WindowPlace().width);
+    EXPECT_TRUE(problem.empty());
+    ViewSettings settings;
+    settings.window = {700, 500, 3, 4};
+    settings.display = {2.5f, ToneMap::kFilmic};
+    settings.ground = true;
+    writeSettings(path, settings);
+    const ViewSettings read = readSettings(path, problem);
+    EXPECT_TRUE(problem.empty()) << problem;
+    EXPECT_EQ(read.window.width, 700);
+    EXPECT_EQ(read.window.y, 4);
+    EXPECT_EQ(read.display.exposure, 2.5f);
+    EXPECT_EQ(read.display.tone_map, ToneMap::kFilmic);
+    EXPECT_TRUE(read.ground);
+    std::ofstream(path) << R"({"window": {"width": 1e30}})";
+    EXPECT_EQ(readSettings(path, problem).window.width, WindowPlace().width);
+    EXPECT_NE(problem.find("width"), std::string::npos) << problem;
+}
+
+TEST(Screenshot, NamesAreFreeAndSafe) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "view_shots";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    EXPECT_EQ(freeScreenshotName(folder).filename(), "view_0001.png");
+    std::ofstream(folder / "view_0001.png") << "taken";
+    EXPECT_EQ(freeScreenshotName(folder).filename(), "view_0002.png");
+    EXPECT_EQ(sequenceName(folder, "../run|1", 12).filename(), "___run_1_0012.png");
+}
+
+}  // namespace
+}  // namespace penumbra
