@@ -4,7 +4,7 @@
 #include <string>
 
 #include "player/channel.h"
-#include "player/shading_layout.h"
+#include "player/runtime/shading_layout.h"
 
 namespace penumbra {
 

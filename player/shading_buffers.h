@@ -2,7 +2,7 @@
 // A shading set in GL buffers. After they are made, a change writes a few numbers into a part of a buffer that no frame
 // in flight reads: nothing is compiled, allocated or waited for.
 #include "player/gl_objects.h"
-#include "player/shading_layout.h"
+#include "player/runtime/shading_layout.h"
 
 namespace penumbra {
 

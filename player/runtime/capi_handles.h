@@ -12,6 +12,7 @@
 #include "formats/errors.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/penumbra.h"
+#include "player/runtime/shading_layout.h"
 #include "player/runtime/shading_set.h"
 
 namespace penumbra {
@@ -94,4 +95,12 @@ struct penumbra_character {
     std::shared_ptr<const penumbra::AssetData> asset;
     penumbra::Evaluator evaluator;
     std::vector<penumbra::Affine> bones;  // [J] of a pose that came as 4x4 columns
+};
+
+struct penumbra_shading {
+    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // whose arrays `view` looks at
+    std::vector<float> caller_light;                                 // [order^2, 3] zeros; empty: there is none
+    penumbra::AssetView view;                                        // the model with the materials and lights of all
+    std::optional<penumbra::ShadingSet> set;
+    penumbra::ShadingLayout layout;  // of what a GPU reads
 };

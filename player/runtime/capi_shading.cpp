@@ -4,13 +4,6 @@
 
 #include "player/runtime/capi_handles.h"
 
-struct penumbra_shading {
-    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // whose arrays `view` looks at
-    std::vector<float> caller_light;                                 // [order^2, 3] zeros; empty: there is none
-    penumbra::AssetView view;                                        // the model with the materials and lights of all
-    std::optional<penumbra::ShadingSet> set;
-};
-
 namespace penumbra {
 
 namespace {
@@ -100,6 +93,7 @@ penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penum
         view.slot_material.resize(std::max<std::size_t>(1, view.mesh.slots.size()));
         made->set.emplace(view, choice);
         chooseUsable(*made->set, view.materials.size(), view.lights.size());
+        made->layout = shadingLayout(*made->set);
         *shading = made.release();
     });
 }
@@ -121,6 +115,14 @@ size_t penumbra_shading_material_count(const penumbra_shading* shading) {
 
 size_t penumbra_shading_light_count(const penumbra_shading* shading) {
     return shading ? shading->view.lights.size() : 0;
+}
+
+size_t penumbra_shading_material_of(const penumbra_shading* shading, size_t slot) {
+    return shading && slot < shading->set->slotCount() ? shading->set->materialOfSlot()[slot] : PENUMBRA_NONE;
+}
+
+size_t penumbra_shading_light(const penumbra_shading* shading) {
+    return shading ? shading->set->light() : PENUMBRA_NONE;
 }
 
 penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t slot, size_t material,

@@ -6,8 +6,9 @@
  * Strings are UTF-8 and end with a zero.
  *
  * Errors. Functions that can fail return a penumbra_status; where it is not PENUMBRA_OK nothing was changed or written,
- * and `error`, unless NULL, has one sentence. A NULL handle or array where none is allowed, an index beyond the last and
- * a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, it never prints or exits.
+ * and `error`, unless NULL, has one sentence. A NULL handle or array where none is allowed, an index beyond the last
+ * and a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, it never prints or
+ * exits.
  *
  * Threads. The library has no threads and no global state of its own. Different handles may be used at the same time by
  * different threads, also when they come from one asset. Calls that take a const handle may run at the same time on one
@@ -15,9 +16,10 @@
  *
  * Speed. From ..._create on nothing is allocated by any function of the character or the shading, unless it fails.
  *
- * Arrays. V vertices, J joints, C clusters; row-major, float32. Model frame: right-handed, y up, metres. Colours are linear
- * Rec.709; light and result are radiance. SH are real, orthonormal, with the Condon-Shortley sign, index l(l+1)+m; an
- * "order" counts bands. Vertices are the welded ones of the asset (penumbra_asset_info.source_vertex leads back).
+ * Arrays. V vertices, J joints, C clusters; row-major, float32. Model frame: right-handed, y up, metres. Colours are
+ * linear Rec.709; light and result are radiance. SH are real, orthonormal, with the Condon-Shortley sign, index
+ * l(l+1)+m; an "order" counts bands. Vertices are the welded ones of the asset (penumbra_asset_info.source_vertex leads
+ * back).
  */
 #ifndef PENUMBRA_H
 #define PENUMBRA_H
@@ -54,11 +56,12 @@ typedef struct penumbra_error {
 
 #define PENUMBRA_NONE ((size_t)-1) /* what the ..._find_ functions return for a name that is not there */
 
-PENUMBRA_API const char* penumbra_version(void);             /* "0.1.0" */
-PENUMBRA_API int penumbra_asset_format_version(void);        /* of the .pnb files that this library reads */
+PENUMBRA_API const char* penumbra_version(void);                       /* "0.1.0" */
+PENUMBRA_API int penumbra_asset_format_version(void);                  /* of the .pnb files that this library reads */
 PENUMBRA_API const char* penumbra_status_name(penumbra_status status); /* "PENUMBRA_OK", ... */
 
-/* --- Assets --------------------------------------------------------------------------------------------------------- */
+/* --- Assets ---------------------------------------------------------------------------------------------------------
+ */
 
 typedef struct penumbra_asset penumbra_asset; /* a checked .pnb file; nothing in it changes any more */
 
@@ -99,18 +102,19 @@ typedef struct penumbra_asset_info {
     size_t clip_count, frame_count;
     size_t rotation_count; /* numbers of a pose in rotation vectors, 3J; 0 where the model reads matrices only */
 
-    const char* convention; /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2) */
-    size_t number_count;    /* numbers a vertex */
-    size_t stride;          /* floats a vertex in arrays of numbers: number_count padded to a multiple of 4 */
-    size_t cluster_count;   /* C */
-    size_t score_count;     /* of all clusters together */
+    const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2) */
+    size_t number_count;      /* numbers a vertex */
+    size_t stride;            /* floats a vertex in arrays of numbers: number_count padded to a multiple of 4 */
+    size_t cluster_count;     /* C */
+    size_t score_count;       /* of all clusters together */
     float quantization_error; /* relative, measured when the asset was packed */
 
     size_t material_count, light_count;
 } penumbra_asset_info;
 PENUMBRA_API penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_asset_info* info);
 
-PENUMBRA_API const char* penumbra_asset_joint_name(const penumbra_asset* asset, size_t joint); /* NULL beyond the last */
+PENUMBRA_API const char* penumbra_asset_joint_name(const penumbra_asset* asset,
+                                                   size_t joint); /* NULL beyond the last */
 PENUMBRA_API const char* penumbra_asset_slot_name(const penumbra_asset* asset, size_t slot);
 PENUMBRA_API size_t penumbra_asset_find_joint(const penumbra_asset* asset, const char* name);
 PENUMBRA_API size_t penumbra_asset_find_slot(const penumbra_asset* asset, const char* name);
@@ -154,8 +158,8 @@ typedef struct penumbra_light {
 } penumbra_light;
 PENUMBRA_API penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t light, penumbra_light* out);
 
-/* What a GPU needs to evaluate a cluster itself: numbers = mean + sum over k of score_k scale_k basis_k, then
- * penumbra_clamp_ambient() of penumbra.glsl. Clusters are contiguous ranges of vertices and cover all of them. */
+/* What a GPU needs to evaluate a cluster itself (penumbra.glsl): numbers = mean + sum over k of score_k scale_k
+ * basis_k, then the ambient term is clamped. Clusters are contiguous ranges of vertices and cover all of them. */
 typedef enum penumbra_precision { PENUMBRA_F32 = 0, PENUMBRA_F16 = 1, PENUMBRA_I8 = 2 } penumbra_precision;
 typedef struct penumbra_cluster {
     size_t joint, first_vertex, vertex_count;
@@ -168,16 +172,19 @@ typedef struct penumbra_cluster {
 PENUMBRA_API penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t cluster,
                                                         penumbra_cluster* out);
 
-/* --- Code for one kind of processor --------------------------------------------------------------------------------- */
+/* --- Code for one kind of processor ---------------------------------------------------------------------------------
+ */
 
 typedef enum penumbra_simd {
-    PENUMBRA_SIMD_BEST = 0, /* what the processor can do, found at run time; PENUMBRA_NO_SIMD in the environment: portable */
+    PENUMBRA_SIMD_BEST =
+        0, /* what the processor can do, found at run time; PENUMBRA_NO_SIMD in the environment: portable */
     PENUMBRA_SIMD_PORTABLE = 1,
     PENUMBRA_SIMD_AVX2 = 2 /* AVX2, FMA and F16C */
 } penumbra_simd;
 PENUMBRA_API int penumbra_has_simd(penumbra_simd simd); /* 1 or 0 */
 
-/* --- Characters: one pose of an asset's model ----------------------------------------------------------------------- */
+/* --- Characters: one pose of an asset's model -----------------------------------------------------------------------
+ */
 
 typedef struct penumbra_character penumbra_character;
 
@@ -195,8 +202,8 @@ typedef enum penumbra_matrix_layout {
     PENUMBRA_COLUMNS_4X4 = 1 /* 16 floats a joint: columns, as OpenGL and glTF have them; the last row is not read */
 } penumbra_matrix_layout;
 /* `matrices`: J skinning matrices, model space: joint global * inverse bind. `rotations`: [rotation_count], the log of
- * each joint's rotation relative to rest (penumbra_rotation_vector), radians; needed by models of joint angles only, else
- * ignored and may be NULL. Every number must be finite. */
+ * each joint's rotation relative to rest (penumbra_rotation_vector), radians; needed by models of joint angles only,
+ * else ignored and may be NULL. Every number must be finite. */
 PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* character, penumbra_matrix_layout layout,
                                                          const float* matrices, size_t joint_count,
                                                          const float* rotations, size_t rotation_count,
@@ -220,7 +227,8 @@ PENUMBRA_API penumbra_status penumbra_character_evaluate(const penumbra_characte
 PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* character, size_t first_vertex,
                                                      size_t vertex_count, float* positions, float* normals,
                                                      float* tangents, penumbra_error* error);
-/* Ambient term of vertices [first, first + count): cosine-weighted visibility / pi, 0 dark to 1 open. `ambient`: [V]. */
+/* Ambient term of vertices [first, first + count): cosine-weighted visibility / pi, 0 dark to 1 open. `ambient`: [V].
+ */
 PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
                                                         size_t vertex_count, const float* numbers, float* ambient,
                                                         penumbra_error* error);
@@ -228,7 +236,8 @@ PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character
 PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
                                                            float* rotations);
 
-/* --- Shading: the materials and the light that are on; any number of characters of one asset share it -------------- */
+/* --- Shading: the materials and the light that are on; any number of characters of one asset share it --------------
+ */
 
 typedef struct penumbra_shading penumbra_shading;
 
@@ -237,9 +246,9 @@ typedef enum penumbra_reflectance {
     PENUMBRA_OPERATORS = 1 /* paper 000 eq 11 */
 } penumbra_reflectance;
 typedef enum penumbra_light_form {
-    PENUMBRA_ROTATION = 0,   /* exact SH rotation into every vertex' frame */
+    PENUMBRA_ROTATION = 0,    /* exact SH rotation into every vertex' frame */
     PENUMBRA_FIXED_LOBES = 1, /* zonal lobes on fixed axes, exact */
-    PENUMBRA_LOBES = 2       /* the asset's fitted lobes: as exact as the fit, fewer */
+    PENUMBRA_LOBES = 2        /* the asset's fitted lobes: as exact as the fit, fewer */
 } penumbra_light_form;
 typedef struct penumbra_shading_options { /* all zero: the defaults */
     penumbra_reflectance reflectance;
@@ -248,9 +257,9 @@ typedef struct penumbra_shading_options { /* all zero: the defaults */
 } penumbra_shading_options;
 
 /* `asset` has the model; materials and lights are its own, then those of each of `more` (may be NULL with 0), then the
- * caller's light, if any. On at first: the asset's own choice of materials, and light 0; in place of one that lacks what
- * `options` ask for, the first that has it. PENUMBRA_UNSUPPORTED without model, or without such a material or light.
- * `options` may be NULL. */
+ * caller's light, if any. On at first: the asset's own choice of materials, and light 0; in place of one that lacks
+ * what `options` ask for, the first that has it. PENUMBRA_UNSUPPORTED without model, or without such a material or
+ * light. `options` may be NULL. */
 PENUMBRA_API penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penumbra_asset* const* more,
                                                      size_t more_count, const penumbra_shading_options* options,
                                                      penumbra_shading** shading, penumbra_error* error);
@@ -262,6 +271,8 @@ PENUMBRA_API penumbra_status penumbra_shading_set_simd(penumbra_shading* shading
 PENUMBRA_API size_t penumbra_shading_slot_count(const penumbra_shading* shading); /* 1 for a mesh without slots */
 PENUMBRA_API size_t penumbra_shading_material_count(const penumbra_shading* shading);
 PENUMBRA_API size_t penumbra_shading_light_count(const penumbra_shading* shading);
+PENUMBRA_API size_t penumbra_shading_material_of(const penumbra_shading* shading, size_t slot); /* or PENUMBRA_NONE */
+PENUMBRA_API size_t penumbra_shading_light(const penumbra_shading* shading);                    /* that is on */
 /* PENUMBRA_UNSUPPORTED for a material or light without what the options ask for. */
 PENUMBRA_API penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t slot, size_t material,
                                                            penumbra_error* error);
@@ -274,16 +285,34 @@ PENUMBRA_API penumbra_status penumbra_shading_set_sh_light(penumbra_shading* sha
 PENUMBRA_API penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],
                                                                  penumbra_error* error);
 
-/* Radiance towards `eye` (model frame), not clamped: where SH ring, values may be slightly negative. Arrays are those of
- * all vertices, [V,3] and numbers [V,stride]; a call shades `count` of them: with several slots these are the ones at
- * [first, first + count) of a list that has the vertices of one slot together, so only calls that cover [0, V) together
- * shade every vertex. A vertex seen from behind its normal gets the radiance of the mirrored view direction. */
+/* Radiance towards `eye` (model frame), not clamped: where SH ring, values may be slightly negative. Arrays are those
+ * of all vertices, [V,3] and numbers [V,stride]; a call shades `count` of them: with several slots these are the ones
+ * at [first, first + count) of a list that has the vertices of one slot together, so only calls that cover [0, V)
+ * together shade every vertex. A vertex seen from behind its normal gets the radiance of the mirrored view direction.
+ */
 typedef struct penumbra_vertices {
     const float *positions, *normals, *tangents, *numbers;
 } penumbra_vertices;
 PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first,
                                                     size_t count, const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
+
+/* --- For engines that shade on the GPU: penumbra.glsl says how these come together ----------------------------------
+ */
+
+/* GLSL functions penumbra_ambient(), penumbra_clamp_ambient() and penumbra_shade() for all materials and lights of the
+ * shading; switching and turning changes numbers in buffers only. `*length` becomes the length without the final zero;
+ * `text` may be NULL to ask for it, else has room for `capacity` characters. Allocates. */
+PENUMBRA_API penumbra_status penumbra_shading_get_glsl(const penumbra_shading* shading, char* text, size_t capacity,
+                                                       size_t* length, penumbra_error* error);
+PENUMBRA_API size_t penumbra_shading_gpu_material_texels(const penumbra_shading* shading); /* of one material */
+PENUMBRA_API size_t penumbra_shading_gpu_light_texels(const penumbra_shading* shading);
+/* [material_count, gpu_material_texels, 4]: PENUMBRA_MATERIAL. Once; allocates. */
+PENUMBRA_API penumbra_status penumbra_shading_get_gpu_materials(const penumbra_shading* shading, float* texels,
+                                                                penumbra_error* error);
+/* [gpu_light_texels, 4]: PENUMBRA_LIGHT, of the light that is on, as it is turned. After every change of the light. */
+PENUMBRA_API penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels,
+                                                            penumbra_error* error);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 // The GLSL path: what player/runtime computes on the CPU, from the asset's own arrays. The preamble, made by
-// shader_source.cpp, defines CHANNEL, INFLUENCES, STRIDE4 and the MEAN_/BASIS_ switches; ambientOf(), clampAmbient() and
-// shade() are generated below this file's declarations, at the line GENERATED.
+// shader_source.cpp, defines CHANNEL, INFLUENCES, PENUMBRA_STRIDE4 and the MEAN_/BASIS_ switches and has penumbra.glsl;
+// penumbra_ambient(), penumbra_clamp_ambient() and penumbra_shade() are generated at the line GENERATED.
 layout(location = 0) in vec3 rest_position;
 layout(location = 1) in vec3 rest_normal;
 layout(location = 2) in vec3 rest_tangent;
@@ -17,12 +17,7 @@ uniform samplerBuffer cluster_rotations;  // 3 texels a cluster: rows, the fourt
 
 INTERPOLATION out vec3 value;
 
-struct Surface {
-    vec3 position, normal, tangent;
-};
-
-// Linear blend skinning; the normal by the cofactor of the blended linear part (formats/mesh.h).
-Surface skin() {
+PenumbraSurface skin() {
     vec4 row0 = vec4(0.0), row1 = vec4(0.0), row2 = vec4(0.0);
     for (int k = 0; k < INFLUENCES; ++k) {
         int joint = 3 * int(texelFetch(skin_joints, gl_VertexID * INFLUENCES + k).x);
@@ -31,32 +26,17 @@ Surface skin() {
         row1 += weight * texelFetch(bones, joint + 1);
         row2 += weight * texelFetch(bones, joint + 2);
     }
-    vec4 p = vec4(rest_position, 1.0);
-    Surface s;
-    s.position = vec3(dot(row0, p), dot(row1, p), dot(row2, p));
-    vec3 normal = vec3(dot(cross(row1.xyz, row2.xyz), rest_normal), dot(cross(row2.xyz, row0.xyz), rest_normal),
-                       dot(cross(row0.xyz, row1.xyz), rest_normal));
-    float size = length(normal);
-    s.normal = size > 0.0 ? normal / size : normal;
     int c = 3 * int(cluster);
-    vec3 carried = vec3(dot(texelFetch(cluster_rotations, c).xyz, rest_tangent),
-                        dot(texelFetch(cluster_rotations, c + 1).xyz, rest_tangent),
-                        dot(texelFetch(cluster_rotations, c + 2).xyz, rest_tangent));
-    vec3 tangent = carried - s.normal * dot(s.normal, carried);
-    if (dot(tangent, tangent) <= 1e-12) {  // the carried one is along the normal: the axis least along it instead
-        vec3 a = abs(s.normal);
-        vec3 axis = a.x <= a.y && a.x <= a.z ? vec3(1, 0, 0) : a.y <= a.z ? vec3(0, 1, 0) : vec3(0, 0, 1);
-        tangent = axis - s.normal * dot(s.normal, axis);
-    }
-    s.tangent = normalize(tangent);
-    return s;
+    return penumbra_surface(row0, row1, row2, rest_position, rest_normal, rest_tangent,
+                            texelFetch(cluster_rotations, c).xyz, texelFetch(cluster_rotations, c + 1).xyz,
+                            texelFetch(cluster_rotations, c + 2).xyz);
 }
 
 #ifdef NUMBERS_GIVEN
-uniform samplerBuffer given_numbers;  // STRIDE4 texels a vertex
+uniform samplerBuffer given_numbers;  // PENUMBRA_STRIDE4 texels a vertex
 
-void numbersOf(out vec4 numbers[STRIDE4]) {
-    for (int q = 0; q < STRIDE4; ++q) numbers[q] = texelFetch(given_numbers, gl_VertexID * STRIDE4 + q);
+void numbersOf(out vec4 numbers[PENUMBRA_STRIDE4]) {
+    for (int q = 0; q < PENUMBRA_STRIDE4; ++q) numbers[q] = texelFetch(given_numbers, gl_VertexID * PENUMBRA_STRIDE4 + q);
 }
 #else
 uniform usamplerBuffer clusters;  // 3 texels: first vertex, vertices, components, first score; first texel of the mean
@@ -84,18 +64,18 @@ vec4 basisTexel(int texel, int scale) { return texelFetch(basis_numbers, texel);
 #endif
 
 // v = mean + sum over k of y_k basis_k. Texel t of an array holds its numbers 4t .. 4t+3.
-void numbersOf(out vec4 numbers[STRIDE4]) {
+void numbersOf(out vec4 numbers[PENUMBRA_STRIDE4]) {
     ivec4 range = ivec4(texelFetch(clusters, 3 * int(cluster)));
     ivec4 start = ivec4(texelFetch(clusters, 3 * int(cluster) + 1));
     ivec2 shared_scale = ivec2(texelFetch(clusters, 3 * int(cluster) + 2).xy);
-    int texel = (gl_VertexID - range.x) * STRIDE4;
-    for (int q = 0; q < STRIDE4; ++q)
+    int texel = (gl_VertexID - range.x) * PENUMBRA_STRIDE4;
+    for (int q = 0; q < PENUMBRA_STRIDE4; ++q)
         numbers[q] = meanTexel(start.x + texel + q, start.z + 4 * (texel + q) / shared_scale.x);
     for (int k = 0; k < range.z; ++k) {
         float score = texelFetch(scores, range.w + k).x;
-        for (int q = 0; q < STRIDE4; ++q)
+        for (int q = 0; q < PENUMBRA_STRIDE4; ++q)
             numbers[q] += score * basisTexel(start.y + texel + q, start.w + 4 * (texel + q) / shared_scale.y);
-        texel += range.y * STRIDE4;
+        texel += range.y * PENUMBRA_STRIDE4;
     }
 }
 #endif
@@ -103,29 +83,26 @@ void numbersOf(out vec4 numbers[STRIDE4]) {
 GENERATED
 
 void main() {
-    Surface s = skin();
+    PenumbraSurface s = skin();
     gl_Position = clip_from_model * vec4(s.position, 1.0);
 #if CHANNEL == CHANNEL_NORMALS
     value = s.normal;
 #elif CHANNEL == CHANNEL_CLUSTERS
     value = vec3(float(cluster));
 #else
-    vec4 numbers[STRIDE4];
+    vec4 numbers[PENUMBRA_STRIDE4];
     numbersOf(numbers);
 #ifndef NUMBERS_GIVEN
-    clampAmbient(numbers);
+    penumbra_clamp_ambient(numbers);
 #endif
 #if CHANNEL == CHANNEL_AO
-    value = vec3(ambientOf(numbers));
+    value = vec3(penumbra_ambient(numbers));
 #elif CHANNEL == CHANNEL_ERROR
-    value = vec3(abs(ambientOf(numbers) - true_ambient));
+    value = vec3(abs(penumbra_ambient(numbers) - true_ambient));
 #else
-    mat3 local_from_model = transpose(mat3(s.tangent, cross(s.normal, s.tangent), s.normal));
-    vec3 to_eye = eye - s.position;
-    float distance = length(to_eye);
-    to_eye = local_from_model * (distance > 0.0 ? to_eye / distance : s.normal);
-    to_eye.z = abs(to_eye.z);  // seen from behind: mirrored at the tangent plane, as on the CPU
-    value = max(shade(numbers, to_eye, local_from_model), 0.0);
+    mat3 local_from_model = penumbra_local_from_model(s);
+    int material = int(texelFetch(material_of_slot, slot_base + int(slot)).x);
+    value = max(penumbra_shade(numbers, penumbra_to_eye(s, eye, local_from_model), local_from_model, material), 0.0);
 #endif
 #endif
 }

@@ -35,7 +35,7 @@ def check_installs_and_moves():
     run("cmake", "--install", BUILD, "--prefix", os.path.abspath("first"), "--component", "library")
     shutil.move("first", "tree")
     for part in ("include/penumbra.h", "lib/libpenumbra.so", "lib/libpenumbra.so.0", "lib/libpenumbra.a",
-                 "lib/pkgconfig/penumbra.pc", "lib/cmake/penumbra/penumbra-config.cmake", "share/penumbra/asset.fbs"):
+                 "lib/pkgconfig/penumbra.pc", "lib/cmake/penumbra/penumbra-config.cmake", "share/penumbra/asset.fbs", "share/penumbra/penumbra.glsl"):
         assert os.path.exists("tree/" + part), part
     header = open("tree/include/penumbra.h").read()
     declared = set(re.findall(r"PENUMBRA_API [^;(]*?(penumbra_\w+)\(", header))

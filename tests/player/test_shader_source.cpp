@@ -3,7 +3,7 @@
 #include <random>
 
 #include "player/runtime/light_lobes.h"
-#include "player/sh_glsl.h"
+#include "player/runtime/sh_glsl.h"
 #include "player/shader_source.h"
 #include "sh/sh_basis.h"
 #include "tests/player/synthetic_asset.h"

@@ -1,4 +1,4 @@
-#include "player/shading_layout.h"
+#include "player/runtime/shading_layout.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,12 +1,33 @@
-#include "player/shading_glsl.h"
+#include "player/runtime/shading_glsl.h"
 
-#include "player/sh_glsl.h"
+#include <numeric>
+
+#include "player/runtime/sh_glsl.h"
 
 namespace penumbra {
 
-std::string numberGlsl(std::size_t i) { return "numbers[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; }
+// "numbers[2].w": number i of a vertex.
+static std::string numberGlsl(std::size_t i) { return "numbers[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; }
 
 static std::string name(const char* prefix, std::size_t i) { return prefix + std::to_string(i); }
+
+// E and clampAmbient() of sh/visibility_convention.h.
+std::string ambientGlsl(const Convention& convention) {
+    std::vector<float> weights(std::size_t(convention.size()));
+    ambientWeights(convention, weights);
+    const float norm2 = std::inner_product(weights.begin(), weights.end(), weights.begin(), 0.0f);
+    std::string ambient = "float penumbra_ambient(vec4 numbers[PENUMBRA_STRIDE4]) {\n    return 0.0";
+    std::string clamp =
+        "void penumbra_clamp_ambient(inout vec4 numbers[PENUMBRA_STRIDE4]) {\n    float e = "
+        "penumbra_ambient(numbers);\n"
+        "    float excess = min(e, 0.0) + max(e - 1.0, 0.0);\n";
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        if (weights[i] == 0) continue;
+        ambient += "\n        + " + glslFloat(weights[i]) + " * " + numberGlsl(i);
+        clamp += "    " + numberGlsl(i) + " -= " + glslFloat(weights[i] / norm2) + " * excess;\n";
+    }
+    return ambient + ";\n}\n" + clamp + "}\n";
+}
 
 // The text of an entry of the material; its texel is fetched into a variable before the first use.
 class EntryReader {
@@ -15,7 +36,7 @@ public:
     std::string entry(std::size_t i, std::string& declarations) {
         const std::size_t texel = channels_ == 3 ? i : i / 4;
         if (texel == fetched_) {
-            declarations += "    vec4 " + name("c", texel) + " = texelFetch(materials, material + " +
+            declarations += "    vec4 " + name("c", texel) + " = PENUMBRA_MATERIAL(material + " +
                             std::to_string(texel + 1) + ");\n";
             ++fetched_;
         }
@@ -70,11 +91,12 @@ static std::string productGlsl(const ShadingLayout& layout, const std::string& t
 static std::string lobesGlsl(const ShadingLayout& layout) {
     const int order = layout.light_order;
     std::string text =
-        "    for (int d = 0; d < int(light[0].x); ++d) {\n    vec3 s = local_from_model * light[1 + d].xyz;\n" +
+        "    for (int d = 0; d < int(PENUMBRA_LIGHT(0).x); ++d) {\n    vec3 s = local_from_model * PENUMBRA_LIGHT(1 + "
+        "d).xyz;\n" +
         basisGlsl(order, false, "y", "s");
     for (int band = 0; band < order; ++band) {
-        text += "    radiance += light[" + std::to_string(1 + layout.lobe_count + band) + " + " +
-                std::to_string(order) + " * d].rgb * (";
+        text += "    radiance += PENUMBRA_LIGHT(" + std::to_string(1 + layout.lobe_count + band) + " + " +
+                std::to_string(order) + " * d).rgb * (";
         for (int i = band * band; i < (band + 1) * (band + 1); ++i)
             text += (i == band * band ? "" : " + ") + name("y", std::size_t(i)) + " * " + name("t", std::size_t(i));
         text += ");\n";
@@ -136,7 +158,8 @@ static std::string rotationGlsl(const ShadingLayout& layout, const std::string& 
             quarterTurnGlsl(order, type, false, "t", "u") + turnBackGlsl(order, "b", "u") +
             quarterTurnGlsl(order, type, true, "u", "w") + turnBackGlsl(order, "c", "w");
     for (int i = 0; i < coefficientCount(order); ++i)
-        text += "    radiance += light[" + std::to_string(1 + i) + "].rgb * " + name("w", std::size_t(i)) + ";\n";
+        text +=
+            "    radiance += PENUMBRA_LIGHT(" + std::to_string(1 + i) + ").rgb * " + name("w", std::size_t(i)) + ";\n";
     return text;
 }
 
@@ -146,17 +169,11 @@ std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string views = viewGlsl(layout, type, reader);  // before the products: entries are fetched in order
     const std::string products = productGlsl(layout, type, reader);
     const bool rotation = layout.choice.light_form == LightForm::kRotation;
-    return "layout(location = 5) in uint slot;\nuniform samplerBuffer materials;\n"
-           "uniform usamplerBuffer material_of_slot;\nuniform int slot_base;\n"
-           "layout(std140) uniform Light { vec4 light[" +
-           std::to_string(layout.lightTexels()) +
-           "]; };\nvec3 shade(vec4 numbers[STRIDE4], vec3 to_eye, mat3 local_from_model) {\n"
-           "    int material = " +
-           std::to_string(layout.materialTexels()) +
-           " * int(texelFetch(material_of_slot, slot_base + int(slot)).x);\n" +
-           basisGlsl(layout.view_order, true, "e", "to_eye") + views + products + "    vec3 radiance = vec3(0.0);\n" +
-           (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)) +
-           "    return texelFetch(materials, material).rgb * radiance;\n}\n";
+    return "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {\n"
+           "    material *= " +
+           std::to_string(layout.materialTexels()) + ";\n" + basisGlsl(layout.view_order, true, "e", "to_eye") + views +
+           products + "    vec3 radiance = vec3(0.0);\n" + (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)) +
+           "    return PENUMBRA_MATERIAL(material).rgb * radiance;\n}\n";
 }
 
 }  // namespace penumbra

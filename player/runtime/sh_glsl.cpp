@@ -1,4 +1,4 @@
-#include "player/sh_glsl.h"
+#include "player/runtime/sh_glsl.h"
 
 #include <array>
 #include <cmath>

@@ -1,0 +1,53 @@
+// penumbra.h: what a GPU needs to shade.
+#include <algorithm>
+#include <cstring>
+
+#include "player/runtime/capi_handles.h"
+#include "player/runtime/shading_glsl.h"
+
+using namespace penumbra;
+
+penumbra_status penumbra_shading_get_glsl(const penumbra_shading* shading, char* text, size_t capacity, size_t* length,
+                                          penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        requirePointer(length, "length");
+        const ModelView& model = shading->view.model;
+        const std::string glsl = "// Convention " + model.convention.name() + ", light order " +
+                                 std::to_string(shading->layout.light_order) + "\n#define PENUMBRA_STRIDE4 " +
+                                 std::to_string(model.stride / 4) + "\n" + ambientGlsl(model.convention) +
+                                 shadingGlsl(shading->layout);
+        *length = glsl.size();
+        if (!text) return;
+        if (capacity <= glsl.size())
+            throw UsageError("capacity is " + std::to_string(capacity) + ", the text and its zero take " +
+                             std::to_string(glsl.size() + 1));
+        std::memcpy(text, glsl.c_str(), glsl.size() + 1);
+    });
+}
+
+size_t penumbra_shading_gpu_material_texels(const penumbra_shading* shading) {
+    return shading ? shading->layout.materialTexels() : 0;
+}
+
+size_t penumbra_shading_gpu_light_texels(const penumbra_shading* shading) {
+    return shading ? shading->layout.lightTexels() : 0;
+}
+
+penumbra_status penumbra_shading_get_gpu_materials(const penumbra_shading* shading, float* texels,
+                                                   penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        requirePointer(texels, "texels");
+        const std::vector<float> data = materialData(shading->layout, *shading->set);
+        std::copy(data.begin(), data.end(), texels);
+    });
+}
+
+penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(shading, "shading");
+        requirePointer(texels, "texels");
+        writeLightData(shading->layout, shading->set->lightTables(), {texels, 4 * shading->layout.lightTexels()});
+    });
+}

@@ -1,0 +1,235 @@
+// An engine's own shader around penumbra.glsl and the text of penumbra_shading_get_glsl(): skinning, the model's
+// numbers from the asset's packed words, shading; everything that it reads comes out of the C interface. It gives what
+// the CPU gives.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "player/gl_context.h"
+#include "player/gl_objects.h"
+#include "player/offscreen_target.h"
+#include "tests/capi/packed_asset.h"
+
+namespace penumbra {
+namespace {
+
+using namespace capi_test;
+
+std::string includeFile() {
+    std::ifstream file(PENUMBRA_SOURCE_DIR "/player/shaders/penumbra.glsl");
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+std::string shadingText(const Shading& shading) {
+    std::size_t length = 0;
+    EXPECT_EQ(penumbra_shading_get_glsl(shading.get(), nullptr, 0, &length, nullptr), PENUMBRA_OK);
+    std::string text(length + 1, '?');
+    EXPECT_EQ(penumbra_shading_get_glsl(shading.get(), text.data(), length, &length, nullptr),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(text[0], '?');
+    EXPECT_EQ(penumbra_shading_get_glsl(shading.get(), text.data(), text.size(), &length, nullptr), PENUMBRA_OK);
+    EXPECT_EQ(std::strlen(text.c_str()), length);
+    return text.c_str();
+}
+
+constexpr char kVertexShader[] = R"(#version 430 core
+void main() { gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }
+)";
+constexpr char kBuffers[] = R"(#version 430 core
+uniform samplerBuffer materials, light;
+uniform samplerBuffer positions, normals, tangents;  // 3 texels of one float each
+uniform samplerBuffer weights, bones, rotations, scores;
+uniform usamplerBuffer joints, words, clusters;      // clusters: of each vertex; material, then what Cluster below has
+uniform vec3 eye;
+uniform int influences;
+layout(location = 0) out vec4 color;
+ivec4 range, start;  // of this vertex' cluster: first vertex, vertices, components, first score; mean, basis, material
+#define PENUMBRA_MATERIAL(i) texelFetch(materials, i)
+#define PENUMBRA_LIGHT(i) texelFetch(light, i)
+#define PENUMBRA_SCORE(k) texelFetch(scores, range.w + k).x
+#define WORD(i) texelFetch(words, i).x
+#define PENUMBRA_MEAN(i) penumbra_unpack_f16(uvec2(WORD(start.x + 2 * (i)), WORD(start.x + 2 * (i) + 1)))
+#define PENUMBRA_BASIS(i) penumbra_unpack_i8(WORD(start.y + (i)))
+)";
+constexpr char kMain[] = R"(
+vec3 vectorOf(samplerBuffer b, int v) {
+    return vec3(texelFetch(b, 3 * v).x, texelFetch(b, 3 * v + 1).x, texelFetch(b, 3 * v + 2).x);
+}
+void main() {
+    int v = int(gl_FragCoord.x);
+    range = ivec4(texelFetch(clusters, 3 * v));
+    start = ivec4(texelFetch(clusters, 3 * v + 1));
+    vec4 row[3] = vec4[3](vec4(0), vec4(0), vec4(0));
+    for (int k = 0; k < influences; ++k)
+        for (int r = 0; r < 3; ++r)
+            row[r] += texelFetch(weights, v * influences + k).x *
+                      texelFetch(bones, 3 * int(texelFetch(joints, v * influences + k).x) + r);
+    int c = int(texelFetch(clusters, 3 * v + 2).x);
+    PenumbraSurface s = penumbra_surface(row[0], row[1], row[2], vectorOf(positions, v), vectorOf(normals, v),
+                                         vectorOf(tangents, v), vectorOf(rotations, 3 * c), vectorOf(rotations, 3 * c + 1),
+                                         vectorOf(rotations, 3 * c + 2));
+    vec4 numbers[PENUMBRA_STRIDE4];
+    penumbra_numbers(v - range.x, range.y, range.z, numbers);
+    penumbra_clamp_ambient(numbers);
+    mat3 local_from_model = penumbra_local_from_model(s);
+    color = vec4(penumbra_shade(numbers, penumbra_to_eye(s, eye, local_from_model), local_from_model, start.z),
+                 penumbra_ambient(numbers));
+}
+)";
+
+// Every cluster's packed arrays one after the other, the [V, 3] texels that lead a vertex to them, and the scores with
+// their scale.
+struct Model {
+    std::vector<std::uint32_t> words, clusters;
+    std::vector<float> scores, rotations;
+
+    Model(const Asset& asset, const Character& character, const Shading& shading, const penumbra_asset_info& info)
+        : scores(info.score_count), rotations(9 * info.cluster_count) {
+        penumbra_character_get_scores(character.get(), scores.data(), rotations.data());
+        for (std::size_t c = 0; c < info.cluster_count; ++c) {
+            penumbra_cluster cluster;
+            EXPECT_EQ(penumbra_asset_get_cluster(asset.get(), c, &cluster), PENUMBRA_OK);
+            EXPECT_EQ(cluster.mean_precision, PENUMBRA_F16);
+            EXPECT_EQ(cluster.basis_precision, PENUMBRA_I8);
+            const std::size_t count = cluster.vertex_count * info.stride;
+            const std::size_t mean = append(cluster.mean, 2 * count);
+            const std::size_t basis = append(cluster.basis, cluster.component_count * count);
+            for (std::size_t k = 0; k < cluster.component_count; ++k)
+                scores[cluster.first_score + k] *= cluster.basis_scale[k];
+            for (std::size_t v = cluster.first_vertex; v < cluster.first_vertex + cluster.vertex_count; ++v)
+                for (const std::size_t n :
+                     {cluster.first_vertex, cluster.vertex_count, cluster.component_count, cluster.first_score, mean,
+                      basis, penumbra_shading_material_of(shading.get(), info.slot_of_vertex[v]), std::size_t(0), c, c,
+                      c, c})
+                    clusters.push_back(std::uint32_t(n));
+        }
+    }
+
+private:
+    std::size_t append(const void* bytes, std::size_t size) {
+        const std::size_t first = words.size();
+        words.resize(first + size / 4);
+        std::memcpy(words.data() + first, bytes, size);
+        return first;
+    }
+};
+
+// Texture buffers bound to the samplers of their names.
+class Textures {
+public:
+    explicit Textures(const GlObject& program) : program_(&program) {}
+    template <class T>
+    void add(const char* name, GLenum format, const T* values, std::size_t count) {
+        const auto unit = GLint(buffers_.size());
+        gl::ActiveTexture(GLenum(GL_TEXTURE0 + unit));  // before it is made, which binds it
+        buffers_.push_back(makeTextureBuffer(format, std::span<const T>(values, count)));
+        gl::BindTexture(GL_TEXTURE_BUFFER, buffers_.back().texture.id());
+        gl::Uniform1i(gl::GetUniformLocation(program_->id(), name), unit);
+    }
+
+private:
+    const GlObject* program_;
+    std::vector<TextureBuffer> buffers_;
+};
+
+// Radiance and ambient term of every vertex, by the shader.
+Image drawn(const std::string& source, const Asset& asset, const Character& character, const Shading& shading,
+            const penumbra_asset_info& info, std::size_t frame, const float* eye) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    const GlObject program = makeProgram(kVertexShader, source);
+    gl::UseProgram(program.id());
+    const std::size_t v = info.vertex_count;
+    std::vector<float> materials(4 * penumbra_shading_material_count(shading.get()) *
+                                 penumbra_shading_gpu_material_texels(shading.get())),
+        light(4 * penumbra_shading_gpu_light_texels(shading.get()));
+    EXPECT_EQ(penumbra_shading_get_gpu_materials(shading.get(), materials.data(), nullptr), PENUMBRA_OK);
+    EXPECT_EQ(penumbra_shading_get_gpu_light(shading.get(), light.data(), nullptr), PENUMBRA_OK);
+    penumbra_frame stored;
+    EXPECT_EQ(penumbra_asset_get_frame(asset.get(), frame, &stored), PENUMBRA_OK);
+    const Model model(asset, character, shading, info);
+    Textures textures(program);
+    textures.add("materials", GL_RGBA32F, materials.data(), materials.size());
+    textures.add("light", GL_RGBA32F, light.data(), light.size());
+    textures.add("positions", GL_R32F, info.rest_positions, 3 * v);
+    textures.add("normals", GL_R32F, info.rest_normals, 3 * v);
+    textures.add("tangents", GL_R32F, info.rest_tangents, 3 * v);
+    textures.add("weights", GL_R32F, info.skin_weights, info.influence_count * v);
+    textures.add("joints", GL_R16UI, info.skin_joints, info.influence_count * v);
+    textures.add("bones", GL_RGBA32F, stored.matrices, 12 * info.joint_count);
+    textures.add("rotations", GL_R32F, model.rotations.data(), model.rotations.size());
+    textures.add("scores", GL_R32F, model.scores.data(), model.scores.size());
+    textures.add("words", GL_R32UI, model.words.data(), model.words.size());
+    textures.add("clusters", GL_RGBA32UI, model.clusters.data(), model.clusters.size());
+    gl::Uniform3f(gl::GetUniformLocation(program.id(), "eye"), eye[0], eye[1], eye[2]);
+    gl::Uniform1i(gl::GetUniformLocation(program.id(), "influences"), GLint(info.influence_count));
+    const OffscreenTarget target(int(v), 1, 1);
+    target.begin();
+    const GlObject vertex_array = makeVertexArray();
+    gl::BindVertexArray(vertex_array.id());
+    const std::vector<std::uint32_t> triangle = {0, 1, 2};
+    const GlObject indices = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, std::span<const std::uint32_t>(triangle));
+    gl::DrawElements(GL_TRIANGLES, 3, GL_UNSIGNED_INT, nullptr);
+    checkGl("drawing");
+    return target.read();
+}
+
+// Measured: 2.1e-7 of radiance about 1, and 6e-8 of the ambient term; 5 times as much is allowed.
+TEST(EngineGlsl, GivesWhatTheCpuGives) {
+    const float turn[9] = {0.6f, 0, 0.8f, 0, 1, 0, -0.8f, 0, 0.6f};
+    for (const char* convention : {"D5", "A4", "B3"})
+        for (const int form : {0, 1, 2}) {
+            if (form > 0 && std::string(convention) != "D5") continue;
+            Recipe recipe{.tube = {.rings = 12, .segments = 9}};
+            recipe.tube.convention = parseConvention(convention);
+            const std::vector<std::byte> bytes = packed(recipe);
+            const Asset asset = open(bytes);
+            const penumbra_asset_info info = infoOf(asset);
+            const Character character = capi_test::character(asset);
+            const Shading shading = capi_test::shading(asset, {PENUMBRA_SLICES, penumbra_light_form(form), 0});
+            ASSERT_EQ(penumbra_shading_set_light(shading.get(), 1, nullptr), PENUMBRA_OK);
+            EXPECT_EQ(penumbra_shading_light(shading.get()), 1u);
+            ASSERT_EQ(penumbra_shading_set_light_rotation(shading.get(), turn, nullptr), PENUMBRA_OK);
+            ASSERT_EQ(penumbra_character_set_frame(character.get(), 1, nullptr), PENUMBRA_OK);
+            Frame frame(info);
+            frame.evaluate(character.get(), info);
+            frame.shade(shading.get(), 0, info.vertex_count);
+            const std::string source = kBuffers + shadingText(shading) + includeFile() + kMain;
+            const Image image = drawn(source, asset, character, shading, info, 1, frame.eye);
+            double radiance = 0, ambient = 0;
+            for (std::size_t v = 0; v < info.vertex_count; ++v) {
+                ambient = std::max(ambient, std::abs(double(image.alpha[v]) - frame.ambient[v]));
+                for (int c = 0; c < 3; ++c)
+                    radiance = std::max(radiance,
+                                        std::abs(double(image.pixels[v][c]) - frame.radiance[3 * v + std::size_t(c)]));
+            }
+            EXPECT_LT(radiance, 1e-6) << convention << " form " << form;
+            EXPECT_LT(ambient, 3e-7) << convention << " form " << form;
+            std::printf("%s form %d: radiance within %.1e, ambient within %.1e\n", convention, form, radiance, ambient);
+        }
+}
+
+TEST(EngineGlsl, WrongCallsAreRefused) {
+    const std::vector<std::byte> bytes = packed();
+    const Asset asset = open(bytes);
+    const Shading shading = capi_test::shading(asset);
+    std::size_t length = 7;
+    float texel[4];
+    EXPECT_EQ(penumbra_shading_get_glsl(nullptr, nullptr, 0, &length, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_get_glsl(shading.get(), nullptr, 0, nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_get_gpu_materials(nullptr, texel, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_get_gpu_materials(shading.get(), nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_get_gpu_light(nullptr, texel, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_get_gpu_light(shading.get(), nullptr, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_shading_gpu_material_texels(nullptr) + penumbra_shading_gpu_light_texels(nullptr), 0u);
+    EXPECT_EQ(penumbra_shading_material_of(nullptr, 0), PENUMBRA_NONE);
+    EXPECT_EQ(penumbra_shading_material_of(shading.get(), 2), PENUMBRA_NONE);
+    EXPECT_EQ(penumbra_shading_light(nullptr), PENUMBRA_NONE);
+    EXPECT_EQ(length, 7u);
+}
+
+}  // namespace
+}  // namespace penumbra
