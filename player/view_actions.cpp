@@ -76,6 +76,13 @@ void channel(ViewState& state, const ViewContents& contents, bool) {
     chooseChannel(state, contents, kChannel);
 }
 
+void component(ViewState& state, const ViewContents& contents, bool back) {
+    const std::size_t most = contents.components();
+    if (most > 0) chooseComponent(state, contents, state.component ? next(*state.component, most, back) : 0);
+}
+void frames(ViewState& state, const ViewContents&, bool) { state.frames = !state.frames; }
+void unpick(ViewState& state, const ViewContents&, bool) { state.picked.reset(); }
+
 void frameScene(ViewState& state, const ViewContents&, bool) { state.frame_all = true; }
 void turn(ViewState& state, const ViewContents&, bool) { state.turntable = !state.turntable; }
 void panels(ViewState& state, const ViewContents&, bool) { state.panels = !state.panels; }
@@ -116,6 +123,9 @@ constexpr std::array kShortcuts = {
     Shortcut{'3', "3", "", "error against the truth", channel<Channel::kError>},
     Shortcut{'4', "4", "", "clusters", channel<Channel::kClusters>},
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
+    Shortcut{'6', "6", "previous", "PCA component, the next one", component},
+    Shortcut{'N', "N", "", "normals and tangents as lines", frames},
+    Shortcut{'X', "X", "", "no vertex picked", unpick},
     Shortcut{'F', "F", "", "frame everything", frameScene},
     Shortcut{'R', "R", "", "turntable", turn},
     Shortcut{'B', "B", "", "background of the light", background},

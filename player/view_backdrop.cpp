@@ -28,7 +28,7 @@ void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const 
 
 void Backdrop::drawGround(const Scene& scene, const ViewState& state, const FrameView& view) {
     const ShadingSet* shading = scene.characters.front()->shading.get();
-    const bool lit = shading && state.channel == Channel::kShaded;
+    const bool lit = shading && state.channel == Channel::kShaded && !state.component;
     const Made made = lit ? Made{shading->light(), shading->lightVersion()} : Made{};
     if (!ground_ || ground_made_ != made) {
         Vec3 radiance{0.5f, 0.5f, 0.5f};
@@ -47,7 +47,8 @@ void Backdrop::drawGround(const Scene& scene, const ViewState& state, const Fram
 
 void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView& view, double aspect) {
     const ShadingSet* shading = scene.characters.front()->shading.get();
-    if (state.background && shading && state.channel == Channel::kShaded && shownCompare(state) != Compare::kDifference)
+    if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
+        shownCompare(state) != Compare::kDifference)
         drawSky(*shading, state, view, aspect);
     if (state.ground) drawGround(scene, state, view);
 }

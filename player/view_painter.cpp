@@ -2,7 +2,11 @@
 
 #include <chrono>
 
+#include "player/visibility_lobe.h"
+
 namespace penumbra {
+
+constexpr double kLobeRadius = 0.14;  // of visibility 1, in radii of the scene
 
 FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, Vec3 offset) {
     Camera camera = state.camera;
@@ -18,7 +22,7 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 // Differences of vertex values are formed on the CPU, and the error's figures are.
 bool ScenePainter::needsValues(const ViewState& state) const {
     return path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
-           state.channel == Channel::kError;
+           state.channel == Channel::kError || state.component.has_value();
 }
 
 // GL counts rows from below.
@@ -50,10 +54,32 @@ void ScenePainter::drawCharacter(std::size_t index, Shown shown, bool on_cpu, co
         if (shown == Shown::kTruth) painter.setNumbers(character.truth_numbers);
     }
     cost.upload += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    FrameView shown_view = view;
+    if (character.plain) shown_view.display = DisplayTransform();
     if (on_cpu)
-        value_painters_.at(key).draw(view);
+        value_painters_.at(key).draw(shown_view);
     else
-        model_painters_.at(key).draw(view);
+        model_painters_.at(key).draw(shown_view);
+}
+
+// Over everything that is in the pane.
+void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
+    const auto [index, vertex] = *state.picked;
+    const Character& character = *scene_->characters[index];
+    const VertexFigures figures = figuresOf(character, vertex);
+    const bool truth = pane.shown == Shown::kTruth && !figures.truth.empty();
+    const std::span<const float> numbers = truth ? figures.truth : figures.model;
+    const FrameVertices& at = character.vertices;
+    Shape lobe =
+        visibilityLobe(character.asset.model.convention, numbers, localFrame(at.normals[vertex], at.tangents[vertex]),
+                       at.positions[vertex], float(kLobeRadius * radius));
+    FrameView view = paneView(state, pane.area, radius, character.offset);
+    view.display = DisplayTransform();
+    shadeLobe(lobe, view.eye);
+    if (!lobe_) lobe_.emplace(lobe.triangles, Channel::kShaded);
+    lobe_->upload(lobe.positions, lobe.values);
+    gl::Clear(GL_DEPTH_BUFFER_BIT);
+    lobe_->draw(view);
 }
 
 void ScenePainter::draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost) {
@@ -76,6 +102,7 @@ void ScenePainter::draw(const ViewState& state, int window_height, const Rectang
         for (std::size_t i = 0; i < scene_->characters.size(); ++i)
             drawCharacter(i, pane.shown, needsValues(state),
                           paneView(state, pane.area, radius, scene_->characters[i]->offset), cost);
+        if (state.picked) drawLobe(state, pane, radius);
     }
     gl::Disable(GL_SCISSOR_TEST);
     checkGl("drawing the scene");

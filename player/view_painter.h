@@ -35,6 +35,9 @@ private:
     std::map<Key, ValuePainter> value_painters_;
     std::map<Key, ModelPainter> model_painters_;
 
+    std::optional<ValuePainter> lobe_;
+
+    void drawLobe(const ViewState& state, const Pane& pane, double radius);
     void drawCharacter(std::size_t index, Shown shown, bool on_cpu, const FrameView& view, PaintCost& cost);
     ModelPainter& modelPainter(const Key& key, const Character& character);
 };

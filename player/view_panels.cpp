@@ -7,6 +7,10 @@
 #include <cstdio>
 
 #include "player/view_actions.h"
+#include "player/view_overlays.h"
+#include "player/view_pick.h"
+#include "player/visibility_lobe.h"
+#include "sh/sh_basis.h"
 
 namespace penumbra {
 namespace {
@@ -79,10 +83,22 @@ void materialPanel(const Scene& scene, ViewState& state) {
 
 void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::TextDisabled("Show");
-    static constexpr std::string_view kNames[] = {"shaded", "ambient visibility", "error against truth", "clusters",
-                                                  "normals"};
-    chooseFromNames("channel", kNames, std::size_t(state.channel),
-                    [&](std::size_t i) { chooseChannel(state, contents, Channel(i)); });
+    static constexpr std::string_view kNames[] = {"shaded",  "ambient visibility", "error against truth", "clusters",
+                                                  "normals", "PCA component"};
+    constexpr std::size_t kComponent = 5;
+    chooseFromNames("channel", kNames, state.component ? kComponent : std::size_t(state.channel), [&](std::size_t i) {
+        if (i == kComponent)
+            chooseComponent(state, contents, 0);
+        else
+            chooseChannel(state, contents, Channel(i));
+    });
+    if (state.component) {
+        int component = int(*state.component);
+        ImGui::SetNextItemWidth(-1);
+        if (ImGui::SliderInt("##component", &component, 0, int(contents.components()) - 1, "component %d",
+                             ImGuiSliderFlags_AlwaysClamp))
+            chooseComponent(state, contents, std::size_t(component));
+    }
     if (contents.hasTruth()) {
         static constexpr std::string_view kCompared[] = {"model", "baked truth", "side by side", "wipe", "difference"};
         chooseFromNames("compare", kCompared, std::size_t(shownCompare(state)),
@@ -98,6 +114,7 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::Checkbox("ground", &state.ground);
     ImGui::SameLine();
     ImGui::Checkbox("turn", &state.turntable);
+    ImGui::Checkbox("normals and tangents", &state.frames);
 }
 
 void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& figures) {
@@ -137,6 +154,36 @@ void outOfRangeStrip(const Character& character, std::size_t frames, std::size_t
     std::snprintf(label, sizeof label, "out of range, at most %.3f rad", double(most));
     list.AddText(ImVec2(corner.x + 4, corner.y + 2), IM_COL32(230, 230, 230, 255), label);
     ImGui::Dummy(ImVec2(width, height));
+}
+
+// Numbers of the picked vertex, the model's beside the truth's.
+void vertexPanel(const Scene& scene, const PickedVertex& picked) {
+    const Character& character = *scene.characters[picked.character];
+    const VertexFigures figures = figuresOf(character, picked.vertex);
+    ImGui::TextDisabled("Vertex %zu, cluster %zu (%s)", picked.vertex, figures.cluster, text(figures.joint).c_str());
+    ImGui::Text("E of the model %.4f", double(figures.model_ambient));
+    if (!figures.truth.empty())
+        ImGui::Text("E of the truth %.4f, error %+.4f", double(figures.true_ambient),
+                    double(figures.model_ambient - figures.true_ambient));
+    const std::vector<int> indices = character.asset.model.convention.indices();
+    if (!ImGui::BeginTable("numbers", 3, ImGuiTableFlags_RowBg)) return;
+    for (std::size_t i = 0; i < figures.model.size(); ++i) {
+        const int band = bandOfIndex(indices[i]);
+        ImGui::TableNextColumn();
+        ImGui::Text("v %d,%d", band, indices[i] - shIndex(band, 0));
+        ImGui::TableNextColumn();
+        ImGui::Text("%+.4f", double(figures.model[i]));
+        ImGui::TableNextColumn();
+        if (!figures.truth.empty()) ImGui::Text("%+.4f", double(figures.truth[i]));
+    }
+    ImGui::EndTable();
+    std::string scores = "scores";
+    for (const float score : figures.scores) {
+        char number[16];
+        std::snprintf(number, sizeof number, " %.3g", double(score));
+        scores += number;
+    }
+    ImGui::TextWrapped("%s", scores.c_str());
 }
 
 void timeline(const Scene& scene, ViewState& state) {
@@ -181,6 +228,7 @@ void helpWindow(ViewState& state, const Rectangle& picture) {
         for (const Shortcut& s : shortcuts()) row(text(s.name), text(s.text), text(s.shifted));
         row("Left drag", "orbit", "pan");
         row("Middle drag", "pan", "");
+        row("Left click", "pick a vertex: its visibility", "");
         row("Right drag", "turn the light", "");
         row("Wheel", "nearer, farther", "");
         ImGui::EndTable();
@@ -194,52 +242,12 @@ void beginFixed(const char* name, float x, float y, float width, float height) {
     ImGui::Begin(name, nullptr, kFixed);
 }
 
-// Names over the panes, so that a screenshot says what it shows.
-void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
-    if (!contentsOf(scene).hasTruth()) return;
-    static constexpr std::array kNames = {"model", "baked truth", "difference"};
-    ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    for (const Pane& pane : panesOf(state, picture)) {
-        if (pane.clip.width == 0) continue;
-        const float margin = 0.6f * ImGui::GetFontSize();
-        list.AddText(ImVec2(float(pane.clip.x) + margin, float(pane.clip.y) + margin), IM_COL32(230, 230, 230, 255),
-                     kNames[std::size_t(pane.shown)]);
-        if (pane.clip.x > picture.x)
-            list.AddLine(ImVec2(float(pane.clip.x), float(pane.clip.y)),
-                         ImVec2(float(pane.clip.x), float(pane.clip.y + pane.clip.height)),
-                         IM_COL32(230, 230, 230, 160));
-    }
-}
-
-// The error's colours and the numbers that they stand for; viridis as in shaders/channel.frag, at quarters.
-void errorLegend(const ViewState& state, const Rectangle& picture) {
-    static constexpr ImU32 kColors[] = {IM_COL32(71, 1, 85, 255), IM_COL32(59, 82, 139, 255),
-                                        IM_COL32(33, 145, 140, 255), IM_COL32(94, 201, 98, 255),
-                                        IM_COL32(253, 231, 37, 255)};
-    ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    const float font = ImGui::GetFontSize(), height = 8 * font, width = 0.9f * font;
-    const float x = float(picture.x + picture.width) - 4.5f * font;
-    const float y = float(picture.y + picture.height) - height - 2 * font;
-    for (int i = 0; i < 4; ++i) {
-        const float top = y + height * float(3 - i) / 4, below = y + height * float(4 - i) / 4;
-        list.AddRectFilledMultiColor(ImVec2(x, top), ImVec2(x + width, below), kColors[i + 1], kColors[i + 1],
-                                     kColors[i], kColors[i]);
-    }
-    for (int i = 0; i <= 4; ++i) {
-        char label[16];
-        std::snprintf(label, sizeof label, "%.3g", double(state.error_max) * i / 4);
-        list.AddText(ImVec2(x + 1.4f * width, y + height * float(4 - i) / 4 - 0.5f * font),
-                     IM_COL32(230, 230, 230, 255), label);
-    }
-}
-
 }  // namespace
 
 void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figures, const Rectangle& picture,
                  float unit) {
     const ViewContents contents = contentsOf(scene);
-    paneLabels(scene, state, picture);
-    if (state.channel == Channel::kError) errorLegend(state, picture);
+    drawOverlays(scene, state, picture);
     if (state.help) helpWindow(state, picture);
     if (!state.panels) return;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
@@ -248,6 +256,7 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     if (contents.shaded()) materialPanel(scene, state);
     channelPanel(contents, state);
     figurePanel(scene, state, figures);
+    if (state.picked) vertexPanel(scene, *state.picked);
     ImGui::TextDisabled("F1: keys");
     ImGui::End();
     beginFixed("timeline", kSidePanelWidth * unit, size.y - kTimelineHeight * unit, size.x - kSidePanelWidth * unit,
@@ -267,6 +276,10 @@ void applyMouse(const Scene& scene, ViewState& state, const Rectangle& picture) 
         pan(state.camera, right, down, height);
     else if (left)
         orbit(state.camera, right, down, height);
+    constexpr float kClick = 3;  // pixels that the pointer may move
+    if (ImGui::IsMouseReleased(ImGuiMouseButton_Left) && !io.KeyCtrl && !io.KeyShift &&
+        io.MouseDragMaxDistanceSqr[ImGuiMouseButton_Left] < kClick * kClick)
+        state.picked = pick(scene, state, picture, double(io.MousePos.x), double(io.MousePos.y));
     if (io.MouseWheel != 0) dolly(state.camera, double(io.MouseWheel), boundsOf(scene).radius());
 }
 

@@ -7,6 +7,7 @@
 #include "formats/errors.h"
 #include "formats/project_map.h"
 #include "player/truth_frames.h"
+#include "player/visibility_lobe.h"
 
 namespace penumbra {
 
@@ -99,7 +100,7 @@ ViewContents contentsOf(const Scene& scene) {
     for (const auto& character : scene.characters)
         contents.characters.push_back({&character->asset.animation,
                                        std::max<std::size_t>(1, character->asset.mesh.slots.size()),
-                                       character->truth != nullptr});
+                                       mostComponents(character->asset.model), character->truth != nullptr});
     contents.materials = scene.material_names.size();
     contents.lights = scene.light_names.size();
     return contents;
@@ -124,6 +125,8 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
     if (!contents.hasTruth()) state.compare = Compare::kModel;
     state.frame_all = true;
+    state.picked.reset();
+    if (state.component && *state.component >= contents.components()) state.component.reset();
     return state;
 }
 
@@ -232,6 +235,22 @@ static void showValues(Character& character, Compare compare, Vec3 eye, int thre
         for (int c = 0; c < 3; ++c) difference[v][c] = std::abs(model[v][c] - truth[v][c]);
 }
 
+// The component's effect on E as colours, in the place of what the channel shows.
+static void showComponent(Character& character, std::size_t component) {
+    if (character.component != component) {
+        character.component_ambient =
+            componentAmbient(character.asset.model, character.vertices.positions.size(), component);
+        character.component = component;
+        character.component_most = 0;
+        for (const float e : character.component_ambient)
+            character.component_most = std::max(character.component_most, std::abs(e));
+    }
+    std::vector<Vec3>& values = character.values[std::size_t(Shown::kModel)];
+    values.clear();
+    for (const float e : character.component_ambient) values.push_back(divergingColor(e, character.component_most));
+    character.channel = Channel::kShaded;
+}
+
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost) {
     const ViewContents contents = contentsOf(scene);
     const Vec3 eye = toFloat(cameraPosition(state.camera));
@@ -241,15 +260,20 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         auto start = std::chrono::steady_clock::now();
         poseCharacter(character, shownFrame(state, contents, i), needs.threads);
         const Compare compare = shownCompare(state);
-        const bool truth = compare != Compare::kModel || state.channel == Channel::kError;
+        const bool picked = state.picked && state.picked->character == i;
+        const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
         const bool model = compare != Compare::kTruth || !character.truth_frame;
         character.channel =
             state.channel == Channel::kError && !character.truth_frame ? Channel::kAmbient : state.channel;
-        needNumbers(character, needs.values && model, truth, needs.threads);
+        needNumbers(character, (needs.values && model) || picked, truth, needs.threads);
         cost.evaluate += millisecondsSince(start);
         start = std::chrono::steady_clock::now();
         setShading(character, state.characters[i], state);
-        if (needs.values) showValues(character, compare, eye - character.offset, needs.threads);
+        character.plain = state.component.has_value();
+        if (state.component)
+            showComponent(character, *state.component);
+        else if (needs.values)
+            showValues(character, compare, eye - character.offset, needs.threads);
         cost.shade += millisecondsSince(start);
     }
 }

@@ -34,7 +34,11 @@ struct Character {
     FrameVertices vertices;            // numbers: of the model
     std::vector<float> truth_numbers;  // in the same local frames
     std::array<std::vector<Vec3>, kShownCount> values;
-    Channel channel = Channel::kShaded;  // of the values: without truth, error is shown as ambient visibility
+    Channel channel = Channel::kShaded;    // of the values: without truth, error is shown as ambient visibility
+    bool plain = false;                    // the values are colours, neither exposed nor tone mapped
+    std::vector<float> component_ambient;  // of ViewState::component, componentAmbient()
+    std::optional<std::size_t> component;  // that these are of
+    float component_most = 0;              // the largest of them, without its sign
     ClipStrip strip;
     std::unique_ptr<Evaluator> strip_evaluator;  // of poses that are not drawn
     double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError

@@ -10,6 +10,12 @@ bool ViewContents::hasTruth() const {
     return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.has_truth; });
 }
 
+std::size_t ViewContents::components() const {
+    std::size_t most = 0;
+    for (const CharacterContents& character : characters) most = std::max(most, character.components);
+    return most;
+}
+
 static const ClipView& clipOf(const ViewState& state, const ViewContents& contents, std::size_t character) {
     return contents.characters[character].animation->clips[state.characters[character].clip];
 }
@@ -45,6 +51,11 @@ void chooseChannel(ViewState& state, const ViewContents& contents, Channel chann
     if (channel == Channel::kShaded && !contents.shaded()) return;
     if (channel == Channel::kError && !contents.hasTruth()) return;
     state.channel = channel;
+    state.component.reset();
+}
+
+void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t component) {
+    if (component < contents.components()) state.component = component;
 }
 
 void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare) {
@@ -52,7 +63,7 @@ void chooseCompare(ViewState& state, const ViewContents& contents, Compare compa
 }
 
 Compare shownCompare(const ViewState& state) {
-    const bool compares = state.channel == Channel::kShaded || state.channel == Channel::kAmbient;
+    const bool compares = !state.component && (state.channel == Channel::kShaded || state.channel == Channel::kAmbient);
     return compares ? state.compare : Compare::kModel;
 }
 

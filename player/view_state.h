@@ -25,6 +25,11 @@ struct CharacterChoice {
     std::vector<std::size_t> material_of_slot;  // 1 for a mesh without slots
 };
 
+struct PickedVertex {
+    std::size_t character = 0, vertex = 0;
+    bool operator==(const PickedVertex&) const = default;
+};
+
 struct ViewState {
     std::vector<CharacterChoice> characters;
     std::size_t selected = 0;  // the character that clips and materials are chosen for
@@ -34,7 +39,10 @@ struct ViewState {
     bool turntable = false;
     Channel channel = Channel::kShaded;
     Compare compare = Compare::kModel;
-    float wipe = 0.5f;  // of the picture's width
+    float wipe = 0.5f;                     // of the picture's width
+    std::optional<std::size_t> component;  // of the model's PCA, shown in the place of the channel
+    std::optional<PickedVertex> picked;    // its visibility is drawn
+    bool frames = false;                   // normals and tangents are drawn
     std::size_t light = 0;
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
     DisplayTransform display;
@@ -48,7 +56,7 @@ struct ViewState {
 // What there is to choose from.
 struct CharacterContents {
     const AnimationView* animation = nullptr;
-    std::size_t slots = 1;
+    std::size_t slots = 1, components = 0;
     bool has_truth = false;
 };
 struct ViewContents {
@@ -56,6 +64,7 @@ struct ViewContents {
     std::size_t materials = 0, lights = 0;
     bool shaded() const { return materials > 0 && lights > 0; }
     bool hasTruth() const;
+    std::size_t components() const;  // the most that a character has
 };
 
 const ClipView& selectedClip(const ViewState& state, const ViewContents& contents);
@@ -67,6 +76,7 @@ void chooseClip(ViewState& state, std::size_t clip);
 void chooseMaterial(ViewState& state, std::size_t material);  // of the selected character's slot or slots
 std::size_t chosenMaterial(const ViewState& state);
 void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel);
+void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t component);
 void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare);
 // What is compared: only what truth has too, shaded pictures and ambient visibility.
 Compare shownCompare(const ViewState& state);

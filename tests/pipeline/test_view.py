@@ -229,6 +229,28 @@ def check_camera(view, first):
     assert difference(view.shot("r"), before) > 0.5, "turntable"
 
 
+def check_overlays(view):
+    """The picked vertex' lobe and figures, lines of normals, PCA components."""
+    plain, panel = view.shot(), view.shot(panels=True)
+    y, x = (int(c) for c in center(plain.mask()))
+    view.move(PANEL + x, y)
+    view.tool("click", 1)
+    time.sleep(0.3)
+    picked = view.shot()
+    changed = np.abs(picked.picture - plain.picture).max(-1) > 30
+    assert changed.sum() > 150 and np.abs(center(changed) - [y, x]).max() < 80, (changed.sum(), center(changed), (y, x))
+    figures = view.shot(panels=True)
+    assert np.abs(figures.whole[:, :PANEL] - panel.whole[:, :PANEL]).mean() > 1, "numbers of the vertex"
+    assert difference(view.shot("x"), plain) == 0
+    assert np.abs(view.shot("n", panels=True).picture - panel.picture).mean() > 1, "lines of normals"
+    view.keys("n")
+    first, second = view.shot("6"), view.shot("6")
+    assert difference(first, plain) > 1 and difference(first, second) > 0.5
+    inside = first.picture[first.mask()]
+    assert (inside[:, 0] > inside[:, 2] + 40).any() and (inside[:, 2] > inside[:, 0] + 40).any(), "red and blue"
+    assert difference(view.shot("1"), plain) == 0
+
+
 def check_window(view):
     shown = view.shot(panels=True)
     help_on = view.shot("F1", panels=True)
@@ -355,6 +377,7 @@ with tempfile.TemporaryDirectory() as folder, Display():
     check_channels(window, start)
     check_truth(window, start)
     check_camera(window, start)
+    check_overlays(window)
     check_window(window)
     check_sequence(window)
     check_resize(window)

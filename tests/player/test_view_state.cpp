@@ -23,7 +23,7 @@ struct Contents {
     Contents() {
         animation.clips = {{"a", 0, 3}, {"b", 3, 1}};
         animation.times = times;
-        contents.characters = {{&animation, 2, true}};
+        contents.characters = {{&animation, 2, 4, true}};
         contents.materials = 3;
         contents.lights = 2;
         state.characters = {{0, {0, 1}}};
@@ -103,6 +103,21 @@ TEST(ViewActions, WithoutTruthThereIsNothingToCompare) {
     for (const int key : {'T', 'C', '3', '1'}) bare.press(key);
     EXPECT_EQ(bare.state.compare, Compare::kModel);
     EXPECT_EQ(bare.state.channel, Channel::kAmbient);
+}
+
+TEST(ViewActions, ComponentsTakeTheChannelsPlace) {
+    Contents c;
+    c.press('T');
+    for (const std::size_t component : {0u, 1u, 2u, 3u, 0u}) {
+        c.press('6');
+        EXPECT_EQ(c.state.component, component);
+    }
+    c.press('6', /*shift=*/true);
+    EXPECT_EQ(c.state.component, 3u);
+    EXPECT_EQ(shownCompare(c.state), Compare::kModel) << "truth has no components";
+    c.press('1');
+    EXPECT_FALSE(c.state.component);
+    EXPECT_EQ(shownCompare(c.state), Compare::kTruth);
 }
 
 TEST(ViewActions, EveryKeyIsThereOnce) {
