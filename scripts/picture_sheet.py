@@ -5,12 +5,14 @@ picture_sheet.py BIN_FOLDER X.vis.h5 X.model.h5 CLIP FRAME OUT_FOLDER --material
 
 A material is an analytic BRDF ("ggx:alpha=0.3"), or the path of a measured one (.binary is MERL, anything else a table); a light
 an analytic one ("sky:elevation=20") or the path of a picture.
-Writes OUT_FOLDER/sheet.png and OUT_FOLDER/pictures.json. Both sides have the same camera, exposure (a light's mean radiance
-becomes mid grey) and full-resolution silhouette; FLIP is over the crop around the character."""
+Writes OUT_FOLDER/sheet.png, and with --csv appends a row a pair. Both sides have the same camera, exposure (a light's mean
+radiance becomes mid grey) and full-resolution silhouette. FLIP is the mean over the pixels that either side's character
+covers (flip_crop: over the crop, empty background included), RMSE is in 8-bit steps over those that both cover."""
 import argparse
-import json
+import csv
 import pathlib
 import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -26,11 +28,20 @@ def run(*command):
 def frame_of_file(vis_path, clip, frame):
     with h5py.File(vis_path) as vis:
         names = [n.decode() if isinstance(n, bytes) else n for n in vis["clips/names"][:]]
-        return int(np.flatnonzero(vis["frames/clip"][:] == names.index(clip))[frame])
+        frames = np.flatnonzero(vis["frames/clip"][:] == names.index(clip)) if clip in names else []
+    if frame >= len(frames):
+        sys.exit(f"picture_sheet: {vis_path} has no frame {frame} of a clip {clip}; its clips are {', '.join(names)}")
+    return int(frames[frame])
+
+
+def is_file(spec):
+    if "/" in spec and ":" not in spec and not pathlib.Path(spec).exists():
+        sys.exit(f"picture_sheet: there is no {spec}")
+    return pathlib.Path(spec).exists()
 
 
 def material_arguments(spec):
-    if not pathlib.Path(spec).exists():
+    if not is_file(spec):
         return ["--analytic", spec], ["--brdf", spec]
     option = "--merl" if spec.endswith(".binary") else "--table"
     return [option, spec], [option, spec]
@@ -55,7 +66,7 @@ def prepare(arguments, out):
         run(arguments.bin / "penumbra-fit", "brdf", *material_arguments(spec)[0], "-o", brdfs[-1])
     for i, picture in enumerate(arguments.light):
         lights.append(out / f"light{i}.light.h5")
-        source = [picture] if pathlib.Path(picture).exists() else ["--analytic", picture]
+        source = [picture] if is_file(picture) else ["--analytic", picture]
         run(arguments.bin / "penumbra-fit", "light", *source, "-o", lights[-1], "--order", arguments.order, "--window",
             arguments.window)
     inputs = [a for path in brdfs for a in ("--brdf", path)] + [a for path in lights for a in ("--light", path)]
@@ -69,11 +80,12 @@ def over_grey(path):
 
 
 def compare(model_path, truth_path, box):
-    """FLIP over the crop, and RMSE in 8-bit steps over the pixels that both pictures cover."""
     a, b = (np.asarray(Image.open(p).convert("RGBA"), float) for p in (truth_path, model_path))
     covered = (a[..., 3] > 254) & (b[..., 3] > 254)
     crops = [np.asarray(over_grey(p).crop(box), float) / 255 for p in (truth_path, model_path)]
-    return {"flip": float(flip.flip_map(*crops).mean()),
+    values = flip.flip_map(*crops)
+    figure = np.maximum(a[..., 3], b[..., 3])[box[1]:box[3], box[0]:box[2]] > 0
+    return {"flip": float(values[figure].mean()), "flip_crop": float(values.mean()),
             "rmse": float(np.sqrt(((a - b)[covered][:, :3] ** 2).mean()))}
 
 
@@ -104,7 +116,7 @@ def common_box(pairs, size, margin=12):
 def draw_sheet(brdfs, lights, pairs, figures, box, path):
     font = ImageFont.truetype("DejaVuSans.ttf", 14)
     bar, gap = 22, 10
-    width, height = box[2] - box[0], box[3] - box[1]
+    width, height = max(box[2] - box[0], 180), box[3] - box[1]  # a title needs 360 pixels
     sheet = Image.new("RGB", ((2 * width + gap) * len(lights) - gap, bar + (height + 2 * bar) * len(brdfs)), (30, 31, 34))
     draw = ImageDraw.Draw(sheet)
     for l, light in enumerate(lights):
@@ -121,6 +133,20 @@ def draw_sheet(brdfs, lights, pairs, figures, box, path):
     sheet.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
 
 
+def append_rows(arguments, commit, brdfs, lights, figures):
+    head = ["commit", "model", "clip", "frame", "size", "samples", "order", "window", "material", "light", "flip", "flip_crop",
+            "rmse"]
+    new = not arguments.csv.exists()
+    with open(arguments.csv, "a", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        if new:
+            rows.writerow(head)
+        for (m, l), value in figures.items():
+            rows.writerow([commit, arguments.model.name, arguments.clip, arguments.frame, arguments.size, arguments.samples,
+                           arguments.order, arguments.window, brdfs[m], lights[l], f"{value['flip']:.4f}",
+                           f"{value['flip_crop']:.4f}", f"{value['rmse']:.2f}"])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name, kind in (("bin", pathlib.Path), ("vis", pathlib.Path), ("model", pathlib.Path), ("clip", str), ("frame", int),
@@ -132,17 +158,19 @@ def main():
     parser.add_argument("--window", default="auto", help="against ringing of the model's lights, as in penumbra-fit light")
     parser.add_argument("--camera", default="yaw=30,pitch=10")
     parser.add_argument("--size", type=int, default=420)
+    parser.add_argument("--csv", type=pathlib.Path, help="append a row a pair")
     parser.add_argument("--samples", type=int, default=1024, help="shadow rays a pixel of the brute force")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     brdfs, lights, pairs = render_pairs(arguments, arguments.out)
     box = common_box(pairs, arguments.size)
     figures = {key: compare(*pair, box) for key, pair in pairs.items()}
     draw_sheet(brdfs, lights, pairs, figures, box, arguments.out / "sheet.png")
-    rows = [{"material": brdfs[m], "light": lights[l], **value} for (m, l), value in figures.items()]
-    (arguments.out / "pictures.json").write_text(json.dumps(rows, indent=1))
-    for row in rows:
-        print(f"{row['material'][:40]:40} {row['light']:24} FLIP {row['flip']:.4f}  RMSE {row['rmse']:.2f}")
+    for (m, l), value in figures.items():
+        print(f"{brdfs[m][:40]:40} {lights[l]:24} FLIP {value['flip']:.4f}  RMSE {value['rmse']:.2f}")
+    if arguments.csv:
+        append_rows(arguments, commit, brdfs, lights, figures)
 
 
 if __name__ == "__main__":
