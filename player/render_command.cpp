@@ -117,12 +117,13 @@ static void defineRender(CLI::App& app, RenderCommand& command) {
     app.add_option("--clip", options.clip, "name of the clip, or how only it begins (default: the first)");
     app.add_option("--frame", options.frame, "sampled frame of the clip, from 0")->capture_default_str();
     command.shading = {
-        app.add_option("--brdf", options.brdf,
-                       "name of one material for all parts (default: what the asset gives each)"),
+        app.add_option(
+            "--brdf", options.brdf,
+            "name of one material for all parts, or how only it begins (default: what the asset gives each)"),
         app.add_option(
             "--slot", options.slots,
             "SLOT=NAME: the material of a part of the mesh (penumbra-bake info lists the slots); any number of them"),
-        app.add_option("--light", options.light, "name of the light (default: the first)"),
+        app.add_option("--light", options.light, "name of the light, or how only it begins (default: the first)"),
         app.add_option("--light-rotation", options.light_rotation,
                        "yaw=,pitch=,roll= or axis=X/Y/Z,angle= (degrees) that the light is turned by"),
         app.add_option("--light-form", command.light_form,
