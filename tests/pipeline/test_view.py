@@ -45,7 +45,7 @@ class Display:
 
     def __enter__(self):
         read, write = os.pipe()
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1024x768x24", "-nolisten", "tcp"],
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x1200x24", "-nolisten", "tcp", "-noreset"],
                                        pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as numbers:
@@ -62,8 +62,8 @@ class Display:
 class View:
     """A running window."""
 
-    def __init__(self, *words):
-        size = ["--size", "%dx%d" % (WIDTH, HEIGHT)] if "--report" in words else []
+    def __init__(self, *words, size=""):
+        size = ["--size", size] if size else []  # else what the settings have
         self.process = subprocess.Popen([os.path.join(BIN, "penumbra-player"), "view", *words, *size], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         found = subprocess.run(["timeout", "60", "xdotool", "search", "--sync", "--onlyvisible", "--pid",
                                 str(self.process.pid)], stdout=subprocess.PIPE, text=True).stdout.split()
@@ -281,6 +281,18 @@ def check_resize(view):
     WIDTH, HEIGHT = 800, 600
 
 
+def check_high_density():
+    """A display of 192 dots an inch: everything has twice as many pixels, the pointer still finds it."""
+    subprocess.run(["xprop", "-root", "-f", "RESOURCE_MANAGER", "8s", "-set", "RESOURCE_MANAGER", "Xft.dpi: 192"],
+                   check=True)
+    view = View("x.pnb", "--no-settings", size="700x500")
+    assert view.shot().picture.shape == (2 * (500 - TIMELINE), 2 * (700 - PANEL), 3)
+    view.drag(1, (2 * (PANEL + 200), 2 * (500 - TIMELINE + 43)), (2 * 690, 2 * (500 - TIMELINE + 43)))
+    assert view.shot().frame() == 12, "the timeline is where it is seen"
+    view.close()
+    subprocess.run(["xprop", "-root", "-remove", "RESOURCE_MANAGER"], check=True)
+
+
 def check_paths_agree():
     """The GLSL path's window is the CPU path's; it is the default on a GPU."""
     shots = []
@@ -367,7 +379,7 @@ with tempfile.TemporaryDirectory() as folder, Display():
     os.environ["XDG_CONFIG_HOME"] = folder
     make_assets()
     check_errors()
-    window = View("x.pnb", "--truth", "x.truth.pnb", "--report", "r.json")
+    window = View("x.pnb", "--truth", "x.truth.pnb", "--report", "r.json", size="800x600")
     window.keys("b")  # without the light's background
     start = window.shot()
     assert start.mask().sum() > 2000, start.mask().sum()
@@ -387,6 +399,7 @@ with tempfile.TemporaryDirectory() as folder, Display():
     print("%d frames, %s, path %s" % (figures["frames"], figures["gl"], figures["path"]))
     check_settings()
     check_several()
+    check_high_density()
     check_paths_agree()
     os.chdir("/")
 print("ok")
