@@ -85,6 +85,7 @@ int main(int argc, char** argv) {
     }
     for (size_t i = 0; i < 3 * n; ++i) center[i % 3] += positions[i] / (float)n;
     unsigned char* rgb = calloc(SIZE * SIZE, 3);
+    if (!rgb) return 4;
     float* depth = floats(SIZE * SIZE);
     for (size_t i = 0; i < SIZE * SIZE; ++i) depth[i] = -1e30f;
     draw(positions, radiance, info.triangles, info.triangle_count, center, 2.2f, rgb, depth);

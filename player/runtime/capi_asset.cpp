@@ -127,6 +127,8 @@ const char* penumbra_status_name(penumbra_status status) {
             return "PENUMBRA_UNSUPPORTED";
         case PENUMBRA_OUT_OF_MEMORY:
             return "PENUMBRA_OUT_OF_MEMORY";
+        case PENUMBRA_STATUS_WIDE:
+            break;
     }
     return "unknown status";
 }

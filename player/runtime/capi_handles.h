@@ -74,7 +74,7 @@ void requireFinite(const char* name, std::span<const float> numbers);
 // The path that `simd` names among those that this processor has; Unsupported, UsageError.
 template <class Path>
 const Path& pathOf(penumbra_simd simd, const std::vector<Path>& paths) {
-    if (simd < PENUMBRA_SIMD_BEST || simd > PENUMBRA_SIMD_AVX2) throw UsageError("simd is no penumbra_simd");
+    if (int(simd) < 0 || int(simd) > PENUMBRA_SIMD_AVX2) throw UsageError("simd is no penumbra_simd");
     if (simd == PENUMBRA_SIMD_AVX2 && paths.size() < 2)
         throw Unsupported("this processor has no AVX2, FMA and F16C, or PENUMBRA_NO_SIMD is set");
     return simd == PENUMBRA_SIMD_PORTABLE ? paths.front() : paths.back();

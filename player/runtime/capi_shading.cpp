@@ -11,7 +11,7 @@ namespace {
 ShadingChoice choiceOf(const penumbra_shading_options& options) {
     if (options.reflectance != PENUMBRA_SLICES && options.reflectance != PENUMBRA_OPERATORS)
         throw UsageError("reflectance is no penumbra_reflectance");
-    if (options.light_form < PENUMBRA_ROTATION || options.light_form > PENUMBRA_LOBES)
+    if (int(options.light_form) < 0 || int(options.light_form) > PENUMBRA_LOBES)
         throw UsageError("light_form is no penumbra_light_form");
     if (options.caller_light_order < 0 || options.caller_light_order > kMaxOrder)
         throw UsageError("caller_light_order is " + std::to_string(options.caller_light_order) + ", allowed are 0.." +

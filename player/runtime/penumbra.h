@@ -10,6 +10,8 @@
  * and a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, it never prints or
  * exits.
  *
+ * Enums have a last value ..._WIDE that makes them as wide as an int, so that a wrong value can be refused.
+ *
  * Threads. The library has no threads and no global state of its own. Different handles may be used at the same time by
  * different threads, also when they come from one asset. Calls that take a const handle may run at the same time on one
  * handle when they write different ranges: so a frame is split over threads by clusters and by vertices.
@@ -46,7 +48,8 @@ typedef enum penumbra_status {
     PENUMBRA_INVALID_ASSET = 3,    /* read, but not a sound asset of the version that this library reads */
     PENUMBRA_FAILED = 4,           /* our own mistake */
     PENUMBRA_UNSUPPORTED = 5,      /* the asset or the processor does not have what was asked for */
-    PENUMBRA_OUT_OF_MEMORY = 6
+    PENUMBRA_OUT_OF_MEMORY = 6,
+    PENUMBRA_STATUS_WIDE = 0x7fffffff
 } penumbra_status;
 
 typedef struct penumbra_error {
@@ -67,7 +70,8 @@ typedef struct penumbra_asset penumbra_asset; /* a checked .pnb file; nothing in
 
 typedef enum penumbra_ownership {
     PENUMBRA_BORROW = 0, /* read in place: the bytes begin at a multiple of 16 and outlive all that is made of them */
-    PENUMBRA_COPY = 1    /* the library keeps a copy */
+    PENUMBRA_COPY = 1,   /* the library keeps a copy */
+    PENUMBRA_OWNERSHIP_WIDE = 0x7fffffff
 } penumbra_ownership;
 
 /* Opens a .pnb file (memory-mapped) or its bytes, and checks all of it: PENUMBRA_IO_ERROR, PENUMBRA_INVALID_ASSET,
@@ -176,10 +180,10 @@ PENUMBRA_API penumbra_status penumbra_asset_get_cluster(const penumbra_asset* as
  */
 
 typedef enum penumbra_simd {
-    PENUMBRA_SIMD_BEST =
-        0, /* what the processor can do, found at run time; PENUMBRA_NO_SIMD in the environment: portable */
+    PENUMBRA_SIMD_BEST = 0, /* what the processor has; PENUMBRA_NO_SIMD in the environment: portable */
     PENUMBRA_SIMD_PORTABLE = 1,
-    PENUMBRA_SIMD_AVX2 = 2 /* AVX2, FMA and F16C */
+    PENUMBRA_SIMD_AVX2 = 2, /* AVX2, FMA and F16C */
+    PENUMBRA_SIMD_WIDE = 0x7fffffff
 } penumbra_simd;
 PENUMBRA_API int penumbra_has_simd(penumbra_simd simd); /* 1 or 0 */
 
@@ -198,8 +202,9 @@ PENUMBRA_API penumbra_status penumbra_character_set_simd(penumbra_character* cha
                                                          penumbra_error* error);
 
 typedef enum penumbra_matrix_layout {
-    PENUMBRA_ROWS_3X4 = 0,   /* 12 floats a joint: rows of [A | t] with p' = A p + t */
-    PENUMBRA_COLUMNS_4X4 = 1 /* 16 floats a joint: columns, as OpenGL and glTF have them; the last row is not read */
+    PENUMBRA_ROWS_3X4 = 0,    /* 12 floats a joint: rows of [A | t] with p' = A p + t */
+    PENUMBRA_COLUMNS_4X4 = 1, /* 16 floats a joint: columns, as OpenGL and glTF have them; the last row is not read */
+    PENUMBRA_MATRIX_LAYOUT_WIDE = 0x7fffffff
 } penumbra_matrix_layout;
 /* `matrices`: J skinning matrices, model space: joint global * inverse bind. `rotations`: [rotation_count], the log of
  * each joint's rotation relative to rest (penumbra_rotation_vector), radians; needed by models of joint angles only,
@@ -242,13 +247,15 @@ PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_charac
 typedef struct penumbra_shading penumbra_shading;
 
 typedef enum penumbra_reflectance {
-    PENUMBRA_SLICES = 0,   /* exact product of visibility and reflectance */
-    PENUMBRA_OPERATORS = 1 /* paper 000 eq 11 */
+    PENUMBRA_SLICES = 0,    /* exact product of visibility and reflectance */
+    PENUMBRA_OPERATORS = 1, /* paper 000 eq 11 */
+    PENUMBRA_REFLECTANCE_WIDE = 0x7fffffff
 } penumbra_reflectance;
 typedef enum penumbra_light_form {
     PENUMBRA_ROTATION = 0,    /* exact SH rotation into every vertex' frame */
     PENUMBRA_FIXED_LOBES = 1, /* zonal lobes on fixed axes, exact */
-    PENUMBRA_LOBES = 2        /* the asset's fitted lobes: as exact as the fit, fewer */
+    PENUMBRA_LOBES = 2,       /* the asset's fitted lobes: as exact as the fit, fewer */
+    PENUMBRA_LIGHT_FORM_WIDE = 0x7fffffff
 } penumbra_light_form;
 typedef struct penumbra_shading_options { /* all zero: the defaults */
     penumbra_reflectance reflectance;
