@@ -15,6 +15,7 @@ static bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset
 
 // Every file's materials and lights; the slots of the character's own file keep theirs.
 static void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
+    asset.slot_material.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));  // the first, where none is said
     asset.materials.clear();
     asset.lights.clear();
     for (const SceneFile& file : scene.files) {

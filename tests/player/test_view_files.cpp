@@ -1,0 +1,118 @@
+// The files of a scene: which of them is a character, what the others bring, what is recomputed.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+
+#include "formats/errors.h"
+#include "formats/write_file.h"
+#include "pack/material_section.h"
+#include "pack/pack_asset.h"
+#include "player/view_scene.h"
+#include "tests/synthetic_model.h"
+
+namespace penumbra {
+namespace {
+
+namespace fs = std::filesystem;
+
+BrdfFile named(const std::string& name, Vec3d color) {
+    BrdfFile brdf = synthetic::lambert(color);
+    brdf.name = name;
+    return brdf;
+}
+
+// A tube of its own material and light, and a file of one material and nothing else.
+class ViewFiles : public testing::Test {
+protected:
+    fs::path folder = fs::path(testing::TempDir()) / "view_files";
+    fs::path tube = folder / "tube.pnb", library = folder / "library.pnb";
+
+    void SetUp() override {
+        fs::create_directories(folder);
+        const std::array own = {named("grey", {0.5, 0.5, 0.5})};
+        const std::array lights = {synthetic::light(4, 0.1)};
+        writeWholeFile(
+            tube, packAsset(synthetic::tubeModel(), own, lights, {.precision = AssetPrecision::kF32}, "{}", 1).bytes);
+        FlatBufferBuilder builder;
+        AssetSections sections;
+        sections.materials.push_back(writeMaterial(builder, named("red", {0.5, 0.01, 0.01})));
+        writeWholeFile(library, finishAsset(builder, sections, 5, "{}"));
+    }
+    void TearDown() override { fs::remove_all(folder); }
+};
+
+TEST_F(ViewFiles, AFileWithoutMeshAddsItsMaterials) {
+    const std::array files = {tube, library};
+    Scene scene = openScene(files, 1);
+    ASSERT_EQ(scene.characters.size(), 1u);
+    EXPECT_EQ(scene.material_names, (std::vector<std::string_view>{"grey", "red"}));
+    ViewState state = stateFor(scene, {});
+    const auto& values = scene.characters[0]->values[std::size_t(Shown::kModel)];
+    UpdateCost cost;
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    const std::vector<Vec3> grey = values;
+    chooseMaterial(state, 1);
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    ASSERT_EQ(values.size(), grey.size());
+    for (std::size_t v = 0; v < grey.size(); ++v) {  // the same but for the colour: red as it was, green a fiftieth
+        EXPECT_NEAR(values[v].x, grey[v].x, 1e-5f);
+        EXPECT_NEAR(values[v].y, grey[v].y / 50, 1e-5f);
+    }
+}
+
+// Its own material comes second then.
+TEST_F(ViewFiles, ACharacterKeepsItsMaterialsWhateverTheOrder) {
+    const std::array files = {library, tube, tube};
+    const Scene scene = openScene(files, 1);
+    ASSERT_EQ(scene.characters.size(), 2u);
+    const ViewState state = stateFor(scene, {});
+    EXPECT_EQ(scene.material_names[state.characters[0].material_of_slot[0]], "grey");
+    EXPECT_EQ(state.characters[0].material_of_slot[0], 1u);
+    EXPECT_EQ(state.characters[1].material_of_slot[0], 2u);
+    EXPECT_LT(scene.characters[0]->offset.x, scene.characters[1]->offset.x);
+}
+
+TEST_F(ViewFiles, WhatWasChosenStaysWhenAFileIsAdded) {
+    const std::array one = {tube};
+    const Scene before = openScene(one, 1);
+    ViewState state = stateFor(before, {});
+    state.playhead.time = 0.3;
+    state.picked = PickedVertex{0, 3};
+    const std::array two = {tube, library};
+    const ViewState after = stateFor(openScene(two, 1), state);
+    EXPECT_EQ(after.playhead.time, 0.3);
+    EXPECT_FALSE(after.picked);
+    EXPECT_EQ(after.compare, Compare::kModel);
+}
+
+TEST_F(ViewFiles, FilesWithoutACharacterAreRefused) {
+    const std::array none = {library};
+    EXPECT_THROW(openScene(none, 1), InvalidInput);
+    const std::array missing = {folder / "none.pnb"};
+    EXPECT_THROW(openScene(missing, 1), IoError);
+}
+
+// Nothing is skinned or evaluated again while only the eye, the light or the material changes.
+TEST_F(ViewFiles, AFrameIsEvaluatedOnce) {
+    const std::array files = {tube};
+    Scene scene = openScene(files, 1);
+    ViewState state = stateFor(scene, {});
+    UpdateCost cost;
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    Character& character = *scene.characters[0];
+    const Vec3 there = character.vertices.positions[0];
+    character.vertices.positions[0] = {9, 9, 9};  // stays unless the frame is skinned again
+    state.light_yaw = 40;
+    state.camera.yaw = 1;
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    EXPECT_EQ(character.vertices.positions[0], (Vec3{9, 9, 9}));
+    const ViewContents contents = contentsOf(scene);
+    stepFrames(state.playhead, character.asset.animation, selectedClip(state, contents), 1);
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    EXPECT_NE(character.vertices.positions[0], (Vec3{9, 9, 9}));
+    EXPECT_LT(length(character.vertices.positions[0] - there), 3);
+}
+
+}  // namespace
+}  // namespace penumbra
