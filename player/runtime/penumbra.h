@@ -39,7 +39,7 @@
 extern "C" {
 #endif
 
-/* --- Errors and versions ------------------------------------------------------------------------------------------ */
+/* --- Errors and versions --- */
 
 typedef enum penumbra_status {
     PENUMBRA_OK = 0,
@@ -63,8 +63,7 @@ PENUMBRA_API const char* penumbra_version(void);                       /* "0.1.0
 PENUMBRA_API int penumbra_asset_format_version(void);                  /* of the .pnb files that this library reads */
 PENUMBRA_API const char* penumbra_status_name(penumbra_status status); /* "PENUMBRA_OK", ... */
 
-/* --- Assets ---------------------------------------------------------------------------------------------------------
- */
+/* --- Assets --- */
 
 typedef struct penumbra_asset penumbra_asset; /* a checked .pnb file; nothing in it changes any more */
 
@@ -176,8 +175,7 @@ typedef struct penumbra_cluster {
 PENUMBRA_API penumbra_status penumbra_asset_get_cluster(const penumbra_asset* asset, size_t cluster,
                                                         penumbra_cluster* out);
 
-/* --- Code for one kind of processor ---------------------------------------------------------------------------------
- */
+/* --- Code for one kind of processor --- */
 
 typedef enum penumbra_simd {
     PENUMBRA_SIMD_BEST = 0, /* what the processor has; PENUMBRA_NO_SIMD in the environment: portable */
@@ -187,8 +185,7 @@ typedef enum penumbra_simd {
 } penumbra_simd;
 PENUMBRA_API int penumbra_has_simd(penumbra_simd simd); /* 1 or 0 */
 
-/* --- Characters: one pose of an asset's model -----------------------------------------------------------------------
- */
+/* --- Characters: one pose of an asset's model --- */
 
 typedef struct penumbra_character penumbra_character;
 
@@ -241,8 +238,7 @@ PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character
 PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
                                                            float* rotations);
 
-/* --- Shading: the materials and the light that are on; any number of characters of one asset share it --------------
- */
+/* --- Shading: the materials and the light that are on; any number of characters of one asset share it --- */
 
 typedef struct penumbra_shading penumbra_shading;
 
@@ -304,8 +300,7 @@ PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shad
                                                     size_t count, const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
 
-/* --- For engines that shade on the GPU: penumbra.glsl says how these come together ----------------------------------
- */
+/* --- For engines that shade on the GPU: penumbra.glsl says how these come together --- */
 
 /* GLSL functions penumbra_ambient(), penumbra_clamp_ambient() and penumbra_shade() for all materials and lights of the
  * shading; switching and turning changes numbers in buffers only. `*length` becomes the length without the final zero;

@@ -26,7 +26,7 @@ static double play(const penumbra_asset* asset) {
     penumbra_light light;
     penumbra_character* character;
     penumbra_shading* shading;
-    const penumbra_shading_options options = {PENUMBRA_SLICES, PENUMBRA_ROTATION, 8};
+    const penumbra_shading_options options = {PENUMBRA_SLICES, PENUMBRA_ROTATION, 4};
     check(penumbra_asset_get_info(asset, &info));
     check(penumbra_asset_get_light(asset, 0, &light));
     check(penumbra_character_create(asset, &character, &error));
