@@ -193,6 +193,7 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option("--exposure", command.exposure, "factor on the colours of a shaded PNG");
     app.add_option("--background", command.background, "transparent or R/G/B (linear)");
     app.add_option("--channel", command.channel, "what to draw")->check(CLI::IsMember({"shaded", "ao", "normals"}));
+    app.footer(describeBrdfs() + "\n" + describeAnalyticLights() + "\n" + app.get_footer());
 }
 
 Verb referenceVerb() {

@@ -8,6 +8,9 @@
 #include "fit/fit_verbs.h"
 #include "formats/brdf_source.h"
 #include "formats/errors.h"
+#include "formats/name_option.h"
+#include "formats/warning.h"
+#include "sh/sh_basis.h"
 
 namespace penumbra {
 
@@ -18,6 +21,8 @@ struct BrdfCommand {
     std::filesystem::path output;
     int operators = 0;  // k; 0: none
     std::string operators_from = "slices";
+    SliceOrders orders;
+    std::string name;  // "": the source's
 };
 
 std::string modelNames() {
@@ -42,17 +47,24 @@ void define(CLI::App& app, BrdfCommand& command) {
                    "slices (default), table (SVD of the BRDF itself), literal (the paper as printed, for comparisons)")
         ->check(CLI::IsMember({"slices", "table", "literal"}))
         ->needs(operators);
+    app.add_option("--slice-order", command.orders.slice_order, "bands of the slices over the incident direction")
+        ->check(CLI::Range(1, kMaxOrder));
+    app.add_option("--view-order", command.orders.view_order, "bands of the slices over the view")
+        ->check(CLI::Range(1, kMaxOrder));
+    addNameOption(app, command.name);
     app.add_option("-o,--output", command.output, "M.brdf.h5")->required();
+    app.footer(describeBrdfs() + "\n" + app.get_footer());
 }
 
-nlohmann::ordered_json optionsOf(const BrdfCommand& command, const SliceOrders& orders, const RgbBrdf& brdf) {
+nlohmann::ordered_json optionsOf(const BrdfCommand& command, const RgbBrdf& brdf) {
     nlohmann::ordered_json options;
     if (!command.source.analytic.empty()) options["analytic"] = brdf.name;
     if (!command.source.merl.empty()) options["merl"] = command.source.merl.filename();
     if (!command.source.table.empty()) options["table"] = command.source.table.filename();
     if (!command.source.material.empty()) options["material"] = command.source.material;
-    options["slice_order"] = orders.slice_order;
-    options["view_order"] = orders.view_order;
+    options["slice_order"] = command.orders.slice_order;
+    options["view_order"] = command.orders.view_order;
+    if (!command.name.empty()) options["name"] = command.name;
     if (command.operators > 0) {
         options["operators"] = command.operators;
         options["operators_from"] = command.operators_from;
@@ -63,21 +75,43 @@ nlohmann::ordered_json optionsOf(const BrdfCommand& command, const SliceOrders& 
 // More than slices that still change by kSettled can make of an albedo of 1.
 constexpr double kMostAlbedo = 1.001;
 
+std::string rounded(double value, int digits) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*f", digits, value);
+    return text;
+}
+
+// The budget of paper 000's operators at run time, bytes a colour channel of M^b and w with light and visibility of
+// order 4.
+constexpr std::size_t kMostOperatorBytes = 10240;
+
+std::size_t operatorBytes(const BrdfOperators& operators) {
+    const Convention a4{BelowHorizon::kOpen, 4};
+    return expandedBytes(operators, a4.order, a4) / 3;
+}
+
 void warn(const BrdfReading& reading, const BrdfFile& brdf) {
     const auto count = [&](const char* figure) {
         const auto found = reading.figures.find(figure);
         return found == reading.figures.end() ? 0 : found->second;
     };
-    const char* name = brdf.name.c_str();
+    const auto say = [](const std::string& message) { reportWarning("penumbra-fit", message); };
     if (const double clamped = count("clamped"); clamped > 0)
-        std::fprintf(stderr, "penumbra-fit: warning: %s: %.0f negative values were set to 0\n", name, clamped);
+        say(brdf.name + ": " + std::to_string(std::size_t(clamped)) + " negative values were set to 0");
     if (const double unmeasured = count("unmeasured"); unmeasured > 0)
-        std::fprintf(stderr,
-                     "penumbra-fit: warning: %s: %.0f cells above the horizon have no measurement and were filled\n",
-                     name, unmeasured);
+        say(brdf.name + ": " + std::to_string(std::size_t(unmeasured)) +
+            " cells above the horizon have no measurement and were filled");
     if (const double albedo = brdf.errors.at("albedo_max"); albedo > kMostAlbedo)
-        std::fprintf(stderr, "penumbra-fit: warning: %s gains energy: its largest directional albedo is %.3f\n", name,
-                     albedo);
+        say(brdf.name + " gains energy: its largest directional albedo is " + rounded(albedo, 3));
+    if (brdf.operators.count == 0) return;
+    const std::size_t bytes = operatorBytes(brdf.operators),
+                      most = kMostOperatorBytes / (bytes / std::size_t(brdf.operators.count));
+    if (bytes > kMostOperatorBytes)
+        say(brdf.name + ": " + std::to_string(brdf.operators.count) + " operators are " + std::to_string(bytes) +
+            " bytes a channel, more than " + std::to_string(kMostOperatorBytes) + "; --operators " +
+            std::to_string(most) + " is the most that fits");
+    if (parseOperatorSource(brdf.operators.source) == OperatorSource::kLiteral)
+        say(brdf.name + ": operators from \"literal\" are for comparisons only: penumbra-pack refuses them");
 }
 
 void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& brdf, const CommonOptions& common,
@@ -87,16 +121,25 @@ void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& b
     report.figures["operators"] = brdf.operators.count;
     report.figures["operators_asked"] = command.operators;
     report.figures["operators_from"] = command.operators_from;
-    const Convention a4{BelowHorizon::kOpen, 4};
-    report.figures["operators_bytes"] = expandedBytes(brdf.operators, a4.order, a4) / 3;  // of M^b and w of a channel
+    report.figures["operators_bytes_per_channel"] = operatorBytes(brdf.operators);
     if (brdf.operators.count != command.operators && !common.quiet)
         std::printf("%d operators instead of %d: %s\n", brdf.operators.count, command.operators,
                     brdf.operators.count < command.operators - 1 ? "the BRDF has no more terms"
                                                                  : "no pair of equal singular values is cut");
 }
 
+void describe(const BrdfFile& brdf) {
+    const auto error = [&](const char* name) { return brdf.errors.at(name); };
+    std::printf("%s: shading error %.4f, fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n",
+                brdf.name.c_str(), error("shading_d5"), error("fit"), error("albedo_r"), error("albedo_g"),
+                error("albedo_b"), error("albedo_max"));
+    if (brdf.operators.count > 0)
+        std::printf("%d operators from %s: shading error %.4f (A4), %.4f (D5), %zu bytes a channel\n",
+                    brdf.operators.count, brdf.operators.source.c_str(), error("shading_operators"),
+                    error("shading_operators_d5"), operatorBytes(brdf.operators));
+}
+
 void run(const BrdfCommand& command, const CommonOptions& common, Report& report) {
-    const SliceOrders orders;
     report.phase("read");
     const BrdfReading reading = readBrdfSource(command.source, common.threads);
     if (common.dry_run) {
@@ -104,9 +147,10 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
         return;
     }
     report.phase("fit");
-    BrdfFile brdf = fitBrdf(reading.brdf, orders, common.threads);
+    BrdfFile brdf = fitBrdf(reading.brdf, command.orders, common.threads);
+    if (!command.name.empty()) brdf.name = command.name;
     brdf.provenance =
-        makeProvenance("penumbra-fit brdf", optionsOf(command, orders, reading.brdf).dump(), command.source.files());
+        makeProvenance("penumbra-fit brdf", optionsOf(command, reading.brdf).dump(), command.source.files());
     if (command.operators > 0) {
         report.phase("operators");
         addOperators(command, reading.brdf, brdf, common, report);
@@ -119,10 +163,7 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     for (const auto& [name, value] : reading.figures) report.figures[name] = value;
     for (const auto& [name, value] : brdf.errors) report.figures[name] = value;
     warn(reading, brdf);
-    if (!common.quiet)
-        std::printf("%s: shading error %.4f, fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n",
-                    brdf.name.c_str(), brdf.errors.at("shading_d5"), brdf.errors.at("fit"), brdf.errors.at("albedo_r"),
-                    brdf.errors.at("albedo_g"), brdf.errors.at("albedo_b"), brdf.errors.at("albedo_max"));
+    if (!common.quiet) describe(brdf);
 }
 
 }  // namespace

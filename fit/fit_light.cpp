@@ -1,7 +1,9 @@
 #include "fit/fit_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <numeric>
 
@@ -36,22 +38,35 @@ LightFile fitLight(std::span<const AnalyticLight> lights, const std::string& nam
 
 static double luminanceOf(Vec3 rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
 
-static bool isAlone(const EnvironmentMap& map, int x, int y) {
+constexpr int kSpot = 2, kEdge = kSpot + 1;  // rings around a pixel
+
+// Around a pixel, by ring: the largest luminance over its own, and the sum of them.
+struct Rings {
+    std::array<double, kEdge + 1> largest{}, sum{};
+    double flux = 0;  // of the spot
+};
+
+static Rings ringsAround(const EnvironmentMap& map, int x, int y) {
+    const int width = map.image.width, height = map.image.height;
     const auto luminance = [&](int i, int j) {
-        return luminanceOf(map.image.pixels[std::size_t(j) * std::size_t(map.image.width) + std::size_t(i)]);
+        return luminanceOf(map.image.pixels[std::size_t(j) * std::size_t(width) + std::size_t(i)]);
     };
-    for (int j = std::max(0, y - 1); j <= std::min(map.image.height - 1, y + 1); ++j)
-        for (int i = x - 1; i <= x + 1; ++i) {
-            const bool around = map.layout == MapLayout::kLatLong;
-            if ((i < 0 || i >= map.image.width) && !around) continue;
-            const int column = (i + map.image.width) % map.image.width;
-            if ((column != x || j != y) && luminance(column, j) >= 0.1 * luminance(x, y)) return false;
+    Rings rings;
+    for (int j = std::max(0, y - kEdge); j <= std::min(height - 1, y + kEdge); ++j)
+        for (int i = x - kEdge; i <= x + kEdge; ++i) {
+            const bool around = map.layout == MapLayout::kLatLong && width > 2 * kEdge;
+            if ((i < 0 || i >= width) && !around) continue;
+            const int column = (i + width) % width, ring = std::max(std::abs(i - x), std::abs(j - y));
+            const double value = luminance(column, j), relative = value / luminance(x, y);
+            rings.largest[std::size_t(ring)] = std::max(rings.largest[std::size_t(ring)], relative);
+            rings.sum[std::size_t(ring)] += relative;
+            if (ring <= kSpot) rings.flux += value * mapSteradians(map.shape(), column + 0.5, j + 0.5);
         }
-    return true;
+    return rings;
 }
 
 HotPixel findHotPixel(const EnvironmentMap& map) {
-    constexpr double kShare = 0.05;
+    constexpr double kShare = 0.05, kAlone = 0.1, kMostPixels = 6, kSharp = 0.002;
     HotPixel brightest;
     double whole = 0, most = 0;
     for (int y = 0; y < map.image.height; ++y)
@@ -61,7 +76,15 @@ HotPixel findHotPixel(const EnvironmentMap& map) {
             whole += flux;
             if (flux > most) most = flux, brightest = {x, y, 0};
         }
-    if (most > 0 && most >= kShare * whole && isAlone(map, brightest.x, brightest.y)) brightest.share = most / whole;
+    if (!(most > 0)) return brightest;
+    const Rings rings = ringsAround(map, brightest.x, brightest.y);
+    if (most >= kShare * whole && rings.largest[1] < kAlone) {
+        brightest.share = most / whole;
+    } else if (rings.flux >= kShare * whole && rings.largest[kEdge] < kSharp &&
+               std::accumulate(rings.sum.begin(), rings.sum.end() - 1, 0.0) <= kMostPixels) {
+        brightest.share = rings.flux / whole;
+        brightest.alone = false;
+    }
     return brightest;
 }
 

@@ -1,4 +1,5 @@
 // penumbra-fit light (ENV.(exr|hdr) | --analytic SPEC) -o E.light.h5: a light as SH and as zonal lobes.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -8,6 +9,8 @@
 #include "fit/light_lobes.h"
 #include "fit/light_window.h"
 #include "formats/errors.h"
+#include "formats/name_option.h"
+#include "formats/warning.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -16,11 +19,12 @@ namespace {
 
 struct LightCommand {
     std::filesystem::path picture, output;
+    std::string name;  // "": the file or the analytic lights
     std::vector<std::string> analytic;
     std::string layout;  // "": by the picture's shape
     std::string window = "auto", lobe_fit = "joint";
     int order = 4, lobes = 3;
-    const CLI::Option *layout_option = nullptr, *lobes_option = nullptr;
+    const CLI::Option *layout_option = nullptr, *lobes_option = nullptr, *window_option = nullptr;
 };
 
 std::string joined(const std::vector<std::string>& words, const char* separator) {
@@ -43,17 +47,19 @@ void define(CLI::App& app, LightCommand& command) {
                        "the shape when not given")
             ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
     app.add_option("-o,--output", command.output, "E.light.h5")->required();
+    addNameOption(app, command.name);
     app.add_option("--order", command.order, "SH bands")->check(CLI::Range(1, kMaxOrder));
-    app.add_option(
+    command.window_option = app.add_option(
         "--window", command.window,
         "against negative radiance beside bright sources, at the price of accuracy: none; always, the least that "
-        "leaves -1% of the mean; auto, the same but only where one pixel outshines its picture; or LAMBDA of "
-        "1 / (1 + LAMBDA l^2 (l+1)^2)");
+        "leaves -1% of the mean; auto, the same but only where one pixel or a sharp spot of few outshines its picture; "
+        "or LAMBDA of 1 / (1 + LAMBDA l^2 (l+1)^2)");
     command.lobes_option =
         app.add_option("--lobes", command.lobes, "zonal lobes, 0 for none")->check(CLI::Range(0, kMaxFittedLobes));
     app.add_option("--lobe-fit", command.lobe_fit,
                    "one lobe after the other; directions refined together; 2 ORDER - 1 fixed directions, exact")
         ->check(CLI::IsMember({"greedy", "joint", "fixed"}));
+    app.footer(describeAnalyticLights() + "\n" + app.get_footer());
 }
 
 // What the command line alone decides.
@@ -65,6 +71,9 @@ struct LightRequest {
 LightRequest checkOptions(const LightCommand& command) {
     if (command.picture.empty() == command.analytic.empty())
         throw UsageError("a light is a picture or --analytic: give one of them");
+    for (const std::string& word : command.analytic)
+        if (std::error_code error; std::filesystem::is_regular_file(word, error))
+            throw UsageError("--analytic: " + word + " is a file: a picture is given without an option");
     if (command.picture.empty() && command.layout_option->count() > 0) throw UsageError("--layout is of pictures");
     if (command.lobe_fit == "fixed" && command.lobes_option->count() > 0 &&
         command.lobes != fixedLobeCount(command.order))
@@ -101,15 +110,54 @@ LightFile fitPicture(const LightCommand& command, const CommonOptions& common, R
     return light;
 }
 
+// Above this the residual is explained in words: half of the light's energy is 0.71.
+constexpr double kMuchResidual = 0.7;
+
 void describe(const LightFile& light, Report& report, bool quiet) {
     report.figures["order"] = light.order;
     report.figures["residual"] = light.residual;
     // Mean radiance: SH_0 / sqrt(4pi) = SH_0 y_0.
     const double y0 = 0.28209479177387814;
     report.figures["mean_radiance"] = {light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0};
-    if (!quiet)
-        std::printf("%s: order %d, residual %.4f of the light, mean radiance %.4g %.4g %.4g\n", light.name.c_str(),
-                    light.order, light.residual, light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0);
+    if (std::all_of(light.sh.begin(), light.sh.end(), [](double value) { return value == 0; }))
+        reportWarning("penumbra-fit", light.name + " is black: nothing that it lights will be seen");
+    if (quiet) return;
+    std::printf("%s: order %d, residual %.4f of the light, mean radiance %.4g %.4g %.4g\n", light.name.c_str(),
+                light.order, light.residual, light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0);
+    if (light.residual > kMuchResidual)
+        std::printf("%s: the residual is detail finer than SH of order %d hold, normal for lights with a sun or lamps\n",
+                    light.name.c_str(), light.order);
+}
+
+// Ringing that shows: radiance below -1 times the mean.
+constexpr double kWorstRinging = 1;
+
+void warnOfRinging(const LightFile& light, double least) {
+    if (least >= -kWorstRinging) return;
+    char far[32];
+    std::snprintf(far, sizeof far, "%.1f%%", 100 * least);
+    reportWarning("penumbra-fit", light.name + " rings down to " + far +
+                                      " of the mean: shading can be black or negative away from its brightest source; "
+                                      "--window always takes that away, at the price of contrast");
+}
+
+void describeWindow(const WindowReport& window, const HotPixel& hot, const char* name) {
+    if (hot.share > 0)
+        std::printf("%s: pixel (%d, %d) %s %.1f%% of the light\n", name, hot.x, hot.y,
+                    hot.alone ? "alone has" : "and the spot around it have", 100 * hot.share);
+    if (window.any())
+        std::printf(
+            "%s: a window (%.3f of band 1) raises the least radiance from %.2f%% to %.2f%% of the mean and changes "
+            "irradiance by %.1f%%; --window none keeps the projection\n",
+            name, window.weights[1], 100 * window.least_before, 100 * window.least_after,
+            100 * window.irradiance_change);
+    else if (window.least_after < -kWorstRinging)
+        return;  // warned of
+    else if (window.least_after < -kMostRinging)
+        std::printf("%s: no window; rings down to %.1f%% of the mean, --window always would take that away\n", name,
+                    100 * window.least_after);
+    else
+        std::printf("%s: no window needed, least radiance %.1f%% of the mean\n", name, 100 * window.least_after);
 }
 
 void addWindow(const WindowChoice& choice, const HotPixel& hot, LightFile& light, Report& report, bool quiet) {
@@ -119,21 +167,8 @@ void addWindow(const WindowChoice& choice, const HotPixel& hot, LightFile& light
                                 {"least_radiance_after", window.least_after},
                                 {"irradiance_change", window.irradiance_change},
                                 {"hot_pixel_share", hot.share}};
-    if (quiet) return;
-    const char* name = light.name.c_str();
-    if (hot.share > 0)
-        std::printf("%s: pixel (%d, %d) alone has %.1f%% of the light\n", name, hot.x, hot.y, 100 * hot.share);
-    if (window.any())
-        std::printf(
-            "%s: a window (%.3f of band 1) raises the least radiance from %.2f%% to %.2f%% of the mean and changes "
-            "irradiance by %.1f%%; --window none keeps the projection\n",
-            name, window.weights[1], 100 * window.least_before, 100 * window.least_after,
-            100 * window.irradiance_change);
-    else if (window.least_after < -kMostRinging)
-        std::printf("%s: no window; rings down to %.1f%% of the mean, --window always would take that away\n", name,
-                    100 * window.least_after);
-    else
-        std::printf("%s: no window needed, least radiance %.1f%% of the mean\n", name, 100 * window.least_after);
+    warnOfRinging(light, window.least_after);
+    if (!quiet) describeWindow(window, hot, light.name.c_str());
 }
 
 void addLobes(const LightCommand& command, LightFile& light, Report& report, bool quiet) {
@@ -165,11 +200,16 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
     } else {
         light = fitPicture(command, common, report, options, hot);
     }
+    light.name = command.name.empty() ? oneLine(light.name) : command.name;
     if (common.dry_run) {
         std::printf("would fit order %d to %s and write %s\n", command.order, light.name.c_str(),
                     command.output.c_str());
         return;
     }
+    if (command.order == 1 && command.window_option->count() > 0)
+        reportWarning("penumbra-fit",
+                      "--window does nothing at order 1: a light that is the same from everywhere does not ring");
+    if (!command.name.empty()) options["name"] = command.name;
     options["order"] = command.order;
     options["window"] = command.window;
     options["lobes"] = command.lobe_fit == "fixed" ? fixedLobeCount(command.order) : command.lobes;

@@ -19,13 +19,23 @@ constexpr std::size_t kCells = kThetaH * kThetaD * kPhiD, kHeader = 3 * sizeof(s
 constexpr std::array<double, 3> kScale = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};  // of the database's own reader
 constexpr double kMostRadiance = 1e6;  // 1/sr: more than any measurement; keeps floats and sums finite
 
+// The three dimensions that a file begins with.
+static std::array<std::int32_t, 3> dimensionsOf(std::string_view bytes) {
+    std::array<std::int32_t, 3> size{};
+    if (bytes.size() >= kHeader) std::memcpy(size.data(), bytes.data(), kHeader);
+    return size;
+}
+
+bool looksLikeMerl(std::string_view bytes) {
+    return dimensionsOf(bytes) == std::array<std::int32_t, 3>{kThetaH, kThetaD, kPhiD};
+}
+
 static void checkSize(std::string_view bytes, const std::string& name) {
     const std::size_t expected = kHeader + 3 * kCells * sizeof(double);
     if (bytes.size() < kHeader)
         throw InvalidInput(name + ": " + std::to_string(bytes.size()) + " bytes, too short for a MERL file");
-    std::array<std::int32_t, 3> size{};
-    std::memcpy(size.data(), bytes.data(), kHeader);
-    if (size != std::array<std::int32_t, 3>{kThetaH, kThetaD, kPhiD})
+    const std::array<std::int32_t, 3> size = dimensionsOf(bytes);
+    if (!looksLikeMerl(bytes))
         throw InvalidInput(name + ": dimensions are " + std::to_string(size[0]) + " x " + std::to_string(size[1]) +
                            " x " + std::to_string(size[2]) + ", those of a MERL file are 90 x 90 x 180");
     if (bytes.size() != expected)

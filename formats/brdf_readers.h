@@ -8,6 +8,7 @@
 
 namespace penumbra {
 
+bool looksLikeMerl(std::string_view bytes);
 BrdfReading decodeMerl(std::string_view bytes, const std::string& name);
 
 bool looksLikeFits(std::string_view text);

@@ -8,6 +8,7 @@
 
 #include "formats/brdf_readers.h"
 #include "formats/errors.h"
+#include "formats/warning.h"
 
 namespace penumbra {
 
@@ -60,11 +61,23 @@ BrdfSource brdfSource(const std::string& word) {
 }
 
 static BrdfReading readAnalytic(const BrdfSource& source) {
+    if (std::error_code error; std::filesystem::is_regular_file(source.analytic, error))
+        throw UsageError(std::string(source.analytic_option) + ": " + source.analytic +
+                         " is a file: --merl and --table take files of measurements");
     try {
         return {rgbBrdf(parseBrdf(source.analytic)), {}};
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string(source.analytic_option) + ": " + error.what());
     }
+}
+
+// Bytes that no text has, at the start.
+static bool looksBinary(std::string_view text) {
+    const std::string_view start = text.substr(0, 4096);
+    return std::any_of(start.begin(), start.end(), [](char c) {
+        const auto byte = static_cast<unsigned char>(c);
+        return byte == 127 || (byte < ' ' && c != '\t' && c != '\n' && c != '\r' && c != '\f' && c != '\v');
+    });
 }
 
 static BrdfReading decodeTable(const std::string& text, const BrdfSource& source, const std::string& name,
@@ -73,6 +86,9 @@ static BrdfReading decodeTable(const std::string& text, const BrdfSource& source
     if (!source.material.empty())
         throw UsageError("--material needs a --table of several materials (a .csv of fits), " + name + " has one");
     if (looksLikeBrdfTable(text)) return decodeBrdfTable(text, name);
+    if (looksLikeMerl(text)) throw InvalidInput(name + ": is a file of the MERL database: use --merl");
+    if (looksBinary(text))
+        throw InvalidInput(name + ": binary, not a known table (Cornell's .brdf, fits .csv, penumbra-brdf-table)");
     return decodeScattered(text, name, threads);
 }
 
@@ -84,9 +100,12 @@ BrdfReading readBrdfSource(const BrdfSource& source, int threads) {
     if (!source.analytic.empty()) return readAnalytic(source);
     const std::filesystem::path path = source.files()[0];
     const std::string text = readText(path);
+    if (text.starts_with("\x89HDF"))
+        throw InvalidInput(path.string() +
+                           ": is HDF5, as fitted materials are (.brdf.h5): a file of measurements is needed here");
     BrdfReading reading =
         source.merl.empty() ? decodeTable(text, source, path.string(), threads) : decodeMerl(text, path.string());
-    reading.brdf.name = path.filename().string() + (source.material.empty() ? "" : ":" + source.material);
+    reading.brdf.name = oneLine(path.filename().string() + (source.material.empty() ? "" : ":" + source.material));
     return reading;
 }
 

@@ -35,6 +35,9 @@ Image decodeImage(std::span<const std::byte> bytes, const std::string& name) {
         image = decodeExr(bytes, name);
     else if (looksLikeHdr(bytes))
         image = decodeHdr(bytes, name);
+    else if (const std::string_view magic = "\x89HDF";
+             bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0)
+        throw InvalidInput(name + ": is HDF5, as fitted lights are: a picture is needed here");
     else
         throw InvalidInput(name + ": neither an OpenEXR nor a Radiance HDR picture");
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {

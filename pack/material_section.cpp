@@ -49,11 +49,16 @@ static flatbuffers::Offset<flatbuffers::Vector<float>> writeChannels(FlatBufferB
     return writeVector<float>(builder, numbers);
 }
 
-Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf) {
+void checkMaterial(const BrdfFile& brdf) {
     const BrdfOperators& operators = brdf.operators;
     if (operators.count > 0 && operators.view_index != brdf.even_index)
         throw Unsupported("material \"" + brdf.name + "\": operators from \"" + operators.source +
                           "\" are for comparisons only: their view functions are not even in z");
+}
+
+Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf) {
+    checkMaterial(brdf);
+    const BrdfOperators& operators = brdf.operators;
     const Channels channels = channelsOf(brdf);
     std::vector<float> color(3, 1.0f);
     if (channels.proportional) std::copy(channels.color.begin(), channels.color.end(), color.begin());

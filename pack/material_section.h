@@ -4,8 +4,11 @@
 
 namespace penumbra {
 
+// Unsupported: operators over functions that are not even in z.
+void checkMaterial(const BrdfFile& brdf);
+
 // One slice set and a colour where the three channels differ by a factor only (1e-6 of the largest entry), else three;
-// operators, where the file has them, likewise. Unsupported: operators over functions that are not even in z.
+// operators, where the file has them, likewise.
 Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf);
 
 }  // namespace penumbra

@@ -8,6 +8,7 @@
 #include "formats/write_file.h"
 #include "pack/check_asset.h"
 #include "pack/error_budget.h"
+#include "pack/material_section.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"
 
@@ -20,12 +21,12 @@ static AssetPrecision parsePrecision(const std::string& word) {
 }
 
 // Runs `work`, whose complaints about its input do not say which file that is.
-template <class Work>
+template <class Error = InvalidInput, class Work>
 static auto naming(const fs::path& path, Work work) {
     try {
         return work();
-    } catch (const InvalidInput& error) {
-        throw InvalidInput(path.string() + ": " + error.what());
+    } catch (const Error& error) {
+        throw Error(path.string() + ": " + error.what());
     }
 }
 
@@ -75,6 +76,22 @@ static void reportSizes(const Packed& packed, bool quiet, Report& report) {
                     model, model / vertices, "file", all, all / vertices);
 }
 
+static BrdfFile readMaterial(const fs::path& path) {
+    BrdfFile brdf = readBrdf(path);
+    naming<Unsupported>(path, [&] { checkMaterial(brdf); });
+    return brdf;
+}
+
+// Two files of one name cannot be in an asset. `verb` of penumbra-fit makes such files.
+template <class File>
+static void checkNames(const std::vector<File>& files, const std::vector<fs::path>& paths, const std::string& verb) {
+    for (std::size_t i = 0; i < files.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (files[i].name == files[j].name)
+                throw InvalidInput(paths[j].string() + " and " + paths[i].string() + " are both \"" + files[i].name +
+                                   "\": penumbra-fit " + verb + " --name gives one another name");
+}
+
 static void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
     PackOptions options;
     if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
@@ -90,8 +107,10 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
     const Model model = readModel(command.model);
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
-    for (const fs::path& path : command.brdfs) brdfs.push_back(readBrdf(path));
+    for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
+    checkNames(brdfs, command.brdfs, "brdf");
+    checkNames(lights, command.lights, "light");
     report.phase("quantise");
     const Packed packed = naming(
         command.model, [&] { return packAsset(model, brdfs, lights, options, provenanceOf(command), common.threads); });

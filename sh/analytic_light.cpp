@@ -139,6 +139,25 @@ std::string toString(std::span<const AnalyticLight> lights) {
     return text;
 }
 
+std::string describeAnalyticLights() {
+    std::string text =
+        "Lights, NAME:key=default (least..most); angles in degrees, colours R/G/B or one number, directions x/y/z "
+        "towards the light (+y is up):\n";
+    for (const LightKind& kind : lightKinds()) {
+        text += std::string("  ") + kind.name;
+        char separator = ':';
+        for (const LightParameter& p : kind.parameters) {
+            const bool direction = p.kind == LightParameter::Kind::kDirection;
+            text += separator + std::string(p.name) + "=" + shortest(p.fallback.x);
+            if (direction) text += "/" + shortest(p.fallback.y) + "/" + shortest(p.fallback.z);
+            if (!direction) text += " (" + shortest(p.least) + ".." + shortest(p.most) + ")";
+            separator = ',';
+        }
+        text += "\n";
+    }
+    return text;
+}
+
 // --- Parts
 // ------------------------------------------------------------------------------------------------------------
 

@@ -30,6 +30,8 @@ struct AnalyticLight {
 std::vector<AnalyticLight> parseLights(std::string_view text);
 std::string toString(std::span<const AnalyticLight> lights);  // canonical; parseLights(toString(l)) == l
 std::vector<std::string> analyticLightNames();
+// A line for every light with its parameters, their defaults and ranges: for --help.
+std::string describeAnalyticLights();
 
 // What lights are made of, for those who integrate them.
 struct DirectionalLight {

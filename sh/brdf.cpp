@@ -183,6 +183,22 @@ std::vector<std::string> brdfNames() {
     return names;
 }
 
+std::string describeBrdfs() {
+    std::string text =
+        "Models, NAME:key=default (least..most); every one takes color=1/1/1 (linear Rec.709, 0..1000):\n";
+    for (const Model& model : models()) {
+        text += std::string("  ") + model.name;
+        char separator = ':';
+        for (const Parameter& parameter : model.parameters) {
+            text += separator + std::string(parameter.name) + "=" + shortest(parameter.fallback) + " (" +
+                    shortest(parameter.least) + ".." + shortest(parameter.most) + ")";
+            separator = ',';
+        }
+        text += "\n";
+    }
+    return text;
+}
+
 BrdfFunction brdfFunction(const BrdfSpec& spec) {
     const Model& model = findModel(spec.name);
     BrdfFunction function{.eval = model.eval};

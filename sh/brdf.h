@@ -34,6 +34,8 @@ struct BrdfSpec {
 BrdfSpec parseBrdf(std::string_view text);
 std::string toString(const BrdfSpec& spec);  // canonical; parseBrdf(toString(s)) == s
 std::vector<std::string> brdfNames();
+// A line for every model with its parameters, their defaults and ranges: for --help.
+std::string describeBrdfs();
 
 // A model with its parameters looked up, for inner loops: f(wi, wo) without the cosine and without `color`; 0 where
 // either direction is at or below the horizon.

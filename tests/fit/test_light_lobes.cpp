@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <numbers>
 #include <numeric>
 
@@ -141,15 +141,28 @@ TEST(LightLobes, SameLobesEveryTime) {
     EXPECT_EQ(a.directions, b.directions);
 }
 
-// Three lobes within 50 ms, Ceres' start included in the first. Measured alone on the machine of tests/bench/results:
-// see there; the bound here leaves room for a busy one, tests/bench/bench_light has the figures.
+// Of the calling thread alone: what others do on the machine does not count.
+double threadMilliseconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
+}
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
+constexpr double kMostMilliseconds = 1200;  // instrumented code is up to ten times as slow
+#else
+constexpr double kMostMilliseconds = 120;
+#endif
+
+// Three lobes within 50 ms, Ceres' start included in the first: tests/bench/bench_light has the figures. Twice as much
+// is left for caches that others use and for a lower clock.
 TEST(LightLobes, ThreeLobesAreQuick) {
     for (const GoldenLight& light : goldenLights()) {
-        const auto start = std::chrono::steady_clock::now();
+        const double start = threadMilliseconds();
         fitLobes(4, light.sh, 3, LobeFit::kJoint);
-        const double ms = 1000 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        const double ms = threadMilliseconds() - start;
         std::printf("%-10s %.1f ms\n", light.name.c_str(), ms);
-        EXPECT_LT(ms, 1000);
+        EXPECT_LT(ms, kMostMilliseconds);
     }
 }
 

@@ -155,8 +155,10 @@ def check_sun(folder):
         window = json.loads((folder / "r.json").read_text())["figures"]["window"]
         assert -0.0101 < least <= 0 and abs(least - window["least_radiance_after"]) < 2e-3, (least, window)
         assert window["least_radiance_before"] < -1
-        code, out, _ = run(folder, "light", "sun.exr", "-o", "n.light.h5", "--window", "none")
-        assert "no window; rings" in out, out
+        assert err == "", err
+        code, out, err = run(folder, "light", "sun.exr", "-o", "n.light.h5", "--window", "none")
+        assert code == 0 and err.count("\n") == 1 and "warning: sun.exr rings down to -" in err, err
+        assert "--window always" in err and "no window" not in out, (out, err)
         assert np.allclose(read(folder / "n.light.h5")[0][0], sh[0])
     with h5py.File(folder / "s.light.h5") as f:
         weights = f["/light/window"][()]
@@ -164,6 +166,36 @@ def check_sun(folder):
     code, out, _ = run(folder, "info", "s.light.h5", program="penumbra-bake")
     assert "window" in out
     print(f"a sun of one pixel: least radiance {100 * least:.2f}% of the mean, band weights {np.round(weights, 3)}")
+
+
+def check_warnings(folder):
+    """What shows in pictures is said on stderr, also with -q; what does not is not."""
+    spot = np.full((64, 128, 3), 1.0)
+    spot[20:23, 37:40] = 1e4  # too large for the window of a hot pixel
+    write_exr(folder / "spot.exr", spot)
+    write_exr(folder / "black.exr", np.zeros((4, 8, 3)))
+    for warning, arguments in (
+        ("sun rings down to -400.0% of the mean", ["--analytic", "sun"]),  # a delta: 16 Legendre-weighted terms
+        ("spot.exr rings down to -", ["spot.exr"]),
+        ("black.exr is black", ["black.exr"]),
+        ("--window does nothing at order 1", ["--analytic", "sun", "--order", "1", "--window", "always"]),
+        ("", ["--analytic", "sun", "--order", "1"]),
+        ("", ["--analytic", "sun", "--window", "always"]),
+        ("", ["--analytic", "overcast"]),
+    ):
+        code, out, err = run(folder, "light", *arguments, "-q", "-o", "w.light.h5")
+        assert code == 0 and out == "" and err.count("\n") == (warning != "") and warning in err, (arguments, out, err)
+    # One pixel after resampling, and 2 x 2: sharp spots that no lens makes.
+    for kernel in (np.ones((2, 2)), np.outer([.2, 1, .2], [.2, 1, .2]), np.outer([.3, .7], [.6, .4])):
+        pixels = np.full((64, 128, 3), 1.0)
+        rows, columns = np.ix_(range(20, 20 + len(kernel)), (126 + np.arange(kernel.shape[1])) % 128)  # across the seam
+        pixels[rows, columns] += 1e5 * kernel[..., None]
+        write_exr(folder / "spot.exr", pixels)
+        code, out, err = run(folder, "light", "spot.exr", "-o", "w.light.h5")
+        assert code == 0 and err == "" and "a window (" in out and ("the spot around it" in out), (out, err)
+    out = run(folder, "light", "--analytic", "sun", "-o", "w.light.h5")[1]
+    assert "the residual is detail finer than SH of order 4" in out, out
+    print("warnings: ringing, black lights, a window at order 1; sharp spots get a window")
 
 
 def check_failures(folder):
@@ -203,6 +235,8 @@ def check_failures(folder):
         (1, "--analytic", ["good.exr", "--analytic", "sky"]),
         (1, "--layout", ["--analytic", "sky", "--layout", "ball"]),
         (1, "'lamp'", ["--analytic", "lamp"]),
+        (1, "good.exr is a file: a picture is given without", ["--analytic", "good.exr"]),
+        (3, "e.light.h5: is HDF5, as fitted lights are", ["e.light.h5"]),
         (1, "turbidty", ["--analytic", "sky:turbidty=3"]),
         (1, "turbidity must be a number from 2 to 10", ["--analytic", "sky:turbidity=30"]),
         (1, "radiance", ["--analytic", "disc:radiance=-1"]),
@@ -257,5 +291,5 @@ def check_probe(folder):
 
 
 with tempfile.TemporaryDirectory() as name:
-    for check in (check_layouts, check_analytic, check_lobes, check_sun, check_failures, check_reference, check_probe):
+    for check in (check_layouts, check_analytic, check_lobes, check_sun, check_warnings, check_failures, check_reference, check_probe):
         check(pathlib.Path(name))

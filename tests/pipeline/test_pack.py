@@ -186,7 +186,16 @@ def check_bad_input():
     fails(3, "check", "t1.truth.pnb", "x.vis.h5", says="t1.truth.pnb: has no model")
     fails(3, "check", "i8.pnb", "D5r.pred.vis.h5", says="quantity")
     fails(3, "asset", "x.vis.h5", "-o", "no.pnb", says="x.vis.h5")
-    fails(3, "asset", "D5r.model.h5", "--brdf", "ggx.brdf.h5", "--brdf", "ggx.brdf.h5", "-o", "no.pnb", says="twice")
+    fails(3, "asset", "D5r.model.h5", "--brdf", "ggx.brdf.h5", "--brdf", "ggx.brdf.h5", "-o", "no.pnb",
+          says='ggx.brdf.h5 and ggx.brdf.h5 are both "ggx:alpha=0.3,f0=0.9": penumbra-fit brdf --name')
+    for kind, says in (([], 'ggx.brdf.h5 and again.brdf.h5 are both "ggx'),
+                       (["--operators", 4, "--operators-from", "literal", "--name", "printed"], "again.brdf.h5: material \"printed\"")):
+        good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", "again.brdf.h5", *kind)
+        fails(5 if kind else 3, "asset", "D5r.model.h5", "--brdf", "ggx.brdf.h5", "--brdf", "again.brdf.h5", "-o", "no.pnb",
+              says=says)
+    good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", "again.brdf.h5", "--name", "ggx, again")
+    good("pack", "asset", "D5r.model.h5", "--brdf", "ggx.brdf.h5", "--brdf", "again.brdf.h5", "-o", "no.pnb", "--dry-run")
+    os.remove("again.brdf.h5")
     fails(3, "truth", "D5r.pred.vis.h5", "-o", "no.pnb", says="D5r.pred.vis.h5: quantity")
     fails(1, "truth", "x.vis.h5", "-o", "no.pnb", "--clips", "run", says="walk")
     fails(1, "asset", "D5r.model.h5", "-o", "no.pnb", "--precision", "f64", says="f64")

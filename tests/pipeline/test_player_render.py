@@ -134,6 +134,11 @@ def draw(name, *options):
     return read_png(name)[..., :3]
 
 
+def good_picture(asset, path):
+    good("player", "render", asset, *FRAME, *VIEW, "--path", path, "-o", path + ".png")
+    return path + ".png"
+
+
 def check_ways_to_shade():
     """Operators, the forms of a light and its rotation, on both paths; materials of slots."""
     exact = draw("a.png", "--brdf", "ggx")
@@ -146,6 +151,13 @@ def check_ways_to_shade():
             assert rmse(cpu, exact) < most, (options, rmse(cpu, exact))
             print("%s of %s against exact slices: RMSE %.3f / 255, paths %.3f" % (form, reflectance, rmse(cpu, exact),
                                                                                 rmse(cpu, glsl)))
+    for slices, views in ((6, 6), (3, 8)):  # other orders than the default of 5
+        good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "--slice-order", slices, "--view-order", views, "-o", "j.brdf.h5")
+        good("pack", "asset", "x.model.h5", "--brdf", "j.brdf.h5", "--light", "sky.light.h5", "-o", "j.pnb", "--precision", "i8")
+        cpu, glsl = (read_png(good_picture("j.pnb", path)) for path in ("cpu", "glsl"))
+        assert rmse(cpu, glsl) < 0.5 and 0 < rmse(cpu[..., :3], exact) < 20, (slices, views, rmse(cpu[..., :3], exact))
+        print("slices of order %d, views %d: %.3f from order 5, paths %.3f" % (slices, views, rmse(cpu[..., :3], exact),
+                                                                            rmse(cpu, glsl)))
     turned = draw("t.png", "--brdf", "ggx", "--light-rotation", "yaw=360")
     assert rmse(turned, exact) < 0.1
     assert rmse(draw("t.png", "--brdf", "ggx", "--light-rotation", "axis=0/1/0,angle=90"), exact) > 3
