@@ -68,19 +68,37 @@ static Vec3d lookUp(const BrdfTable& table, const std::array<double, 4>& angles)
     return toDouble(sum);
 }
 
+// Of a direction above the horizon, radians.
+struct Angles {
+    double theta, phi;
+};
+static Angles anglesOf(Vec3d w) { return {std::atan2(std::hypot(w.x, w.y), w.z), std::atan2(w.y, w.x)}; }
+
+// The same, remembered: integrals ask for one view after thousands of incident directions, and arc tangents are half of
+// the time of a look-up.
+static Angles anglesOfView(Vec3d w) {
+    thread_local Vec3d last{0, 0, 1};
+    thread_local Angles angles = anglesOf(last);
+    if (w != last) {
+        last = w;
+        angles = anglesOf(w);
+    }
+    return angles;
+}
+
 static Vec3d evalTable(const BrdfTable& table, Vec3d wi, Vec3d wo) {
     if (wi.z <= 0 || wo.z <= 0) return {};
-    const auto theta = [](Vec3d w) { return std::atan2(std::hypot(w.x, w.y), w.z); };
     if (table.symmetry == BrdfSymmetry::kOrthotropic) {
         if (wi.x < 0) wi.x = -wi.x, wo.x = -wo.x;
         if (wi.y < 0) wi.y = -wi.y, wo.y = -wo.y;
     }
-    double phi_i = std::atan2(wi.y, wi.x), phi_o = std::atan2(wo.y, wo.x);
+    const Angles in = anglesOf(wi), out = anglesOfView(wo);
+    double phi_i = in.phi, phi_o = out.phi;
     if (table.symmetry == BrdfSymmetry::kIsotropic) {
         phi_o = std::abs(std::remainder(phi_o - phi_i, 2 * kPi));
         phi_i = 0;
     }
-    return lookUp(table, {theta(wi), phi_i, theta(wo), phi_o});
+    return lookUp(table, {in.theta, phi_i, out.theta, phi_o});
 }
 
 static int readSteps(NumberScanner& scanner, const std::string& key, int least) {
