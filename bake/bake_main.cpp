@@ -112,6 +112,6 @@ int main(int argc, char** argv) {
     using namespace penumbra;
     return runProgram("penumbra-bake", "Ray-traced visibility of animated characters.",
                       "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1, "
-                      "penumbra.asset 2",
+                      "penumbra.asset 3",
                       {visibilityVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
 }

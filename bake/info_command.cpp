@@ -224,7 +224,11 @@ static Json describeAsset(const fs::path& path) {
     if (asset.has_model) describeAssetModel(asset, json);
     if (asset.has_truth)
         json["truth"] = {{"sh_order", asset.truth.order}, {"precision", nameOf(asset.truth.precision)}};
-    for (const MaterialView& material : asset.materials) json["materials"].push_back(material.name);
+    for (const MaterialView& material : asset.materials)
+        json["materials"].push_back({{"name", material.name},
+                                     {"slice_form", nameOf(material.slice_form)},
+                                     {"bytes", material.stored_slices.size_bytes() + material.operators.u.size_bytes() +
+                                                   material.operators.w.size_bytes()}});
     for (const LightView& light : asset.lights) json["lights"].push_back(light.name);
     json["provenance"] = Json::parse(asset.provenance, nullptr, false);
     return json;

@@ -2,115 +2,14 @@
 #include "formats/asset_checks.h"
 
 #include <cmath>
-#include <cstring>
-#include <set>
 
 #include "asset_generated.h"
-#include "formats/errors.h"
+#include "formats/asset_field.h"
 #include "sh/pose_inputs.h"
 
 namespace penumbra {
 
 namespace {
-
-// Where we are in the file; every failure names it.
-struct Field {
-    std::string path;  // "FILE: model.clusters[3]"
-
-    Field operator/(const std::string& name) const { return {path + (path.ends_with(": ") ? "" : ".") + name}; }
-    Field operator[](std::size_t i) const { return {path + "[" + std::to_string(i) + "]"}; }
-    [[noreturn]] void fail(const std::string& what) const { throw InvalidInput(path + " " + what); }
-    void require(bool ok, const char* what) const {
-        if (!ok) fail(what);
-    }
-};
-
-// A vector's elements as T (whose size is a multiple of the stored element's), 16-byte aligned; absent = empty.
-template <class T, class Stored>
-std::span<const T> spanOf(const flatbuffers::Vector<Stored>* vector, const Field& at) {
-    static_assert(sizeof(T) % sizeof(Stored) == 0);
-    if (!vector || vector->size() == 0) return {};
-    const std::size_t bytes = std::size_t(vector->size()) * sizeof(Stored);
-    at.require(bytes % sizeof(T) == 0, "has a broken last element");
-    at.require(reinterpret_cast<std::uintptr_t>(vector->data()) % 16 == 0, "is not 16-byte aligned");
-    return {reinterpret_cast<const T*>(vector->data()), bytes / sizeof(T)};
-}
-
-template <class T>
-void checkCount(const Field& at, std::span<const T> values, std::uint64_t expected) {
-    if (values.size() != expected)
-        at.fail("has " + std::to_string(values.size()) + " elements, expected " + std::to_string(expected));
-}
-
-void checkRange(const Field& at, std::int64_t value, std::int64_t low, std::int64_t high) {
-    if (value < low || value > high)
-        at.fail("is " + std::to_string(value) + ", allowed are " + std::to_string(low) + ".." + std::to_string(high));
-}
-
-template <class T>
-void checkIndices(const Field& at, std::span<const T> indices, std::size_t limit) {
-    for (std::size_t i = 0; i < indices.size(); ++i)
-        if (std::size_t(indices[i]) >= limit)
-            at[i].fail("is " + std::to_string(indices[i]) + ", beyond the last of " + std::to_string(limit));
-}
-
-// All-ones exponent bits say NaN or infinity; integers, so that the loop stays fast without -ffast-math.
-template <class Word>
-bool allFinite(const std::byte* data, std::size_t count, Word exponent) {
-    bool bad = false;
-    for (std::size_t i = 0; i < count; ++i) {
-        Word bits;
-        std::memcpy(&bits, data + i * sizeof(Word), sizeof(Word));
-        bad |= Word(bits & exponent) == exponent;
-    }
-    return !bad;
-}
-bool finiteFloats(const std::byte* data, std::size_t count) {
-    return allFinite<std::uint32_t>(data, count, 0x7f800000);
-}
-bool finiteHalves(const std::byte* data, std::size_t count) { return allFinite<std::uint16_t>(data, count, 0x7c00); }
-
-template <class T>
-void checkFinite(const Field& at, std::span<const T> values) {
-    static_assert(sizeof(T) % sizeof(float) == 0);
-    at.require(finiteFloats(reinterpret_cast<const std::byte*>(values.data()), values.size_bytes() / sizeof(float)),
-               "has a number that is not finite");
-}
-
-std::span<const Vec3> vectorsOf(const flatbuffers::Vector<float>* stored, const Field& at, std::size_t count) {
-    const auto vectors = spanOf<Vec3>(stored, at);
-    checkCount(at, vectors, count);
-    checkFinite(at, vectors);
-    return vectors;
-}
-
-std::span<const float> floatsOf(const flatbuffers::Vector<float>* stored, const Field& at, std::uint64_t count) {
-    const auto values = spanOf<float>(stored, at);
-    checkCount(at, values, count);
-    checkFinite(at, values);
-    return values;
-}
-
-void checkUnit(const Field& at, std::span<const Vec3> directions) {
-    for (std::size_t i = 0; i < directions.size(); ++i)
-        if (!(std::abs(dot(directions[i], directions[i]) - 1) < 1e-3f)) at[i].fail("is not a unit vector");
-}
-
-template <class T>
-void checkUniqueNames(const Field& at, const std::vector<T>& named) {
-    std::set<std::string_view> seen;
-    for (const T& element : named) {
-        const std::string_view name = [&] {
-            if constexpr (std::is_same_v<T, std::string_view>)
-                return element;
-            else
-                return element.name;
-        }();
-        at.require(seen.insert(name).second, ("has \"" + std::string(name) + "\" twice").c_str());
-    }
-}
-
-std::string_view textOf(const flatbuffers::String* text) { return {text->c_str(), text->size()}; }
 
 NumbersView numbersOf(const fbs::Numbers* stored, const Field& at, std::uint64_t rows, std::uint64_t row_length,
                       AssetPrecision coarsest) {
@@ -383,69 +282,6 @@ TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertice
     return truth;
 }
 
-OperatorsView operatorsOf(const fbs::Operators& stored, const Field& at, const MaterialView& material) {
-    OperatorsView operators;
-    operators.count = stored.count();
-    operators.order = stored.order();
-    checkRange(at / "count", operators.count, 1, kMaxOperators);
-    checkRange(at / "order", operators.order, 1, kMaxOrder);
-    const int even = material.view_order * (material.view_order + 1) / 2, sets = material.channels * operators.count;
-    operators.u = floatsOf(stored.u(), at / "u", std::uint64_t(sets * coefficientCount(operators.order)));
-    operators.w = floatsOf(stored.w(), at / "w", std::uint64_t(sets * even));
-    return operators;
-}
-
-MaterialView materialOf(const fbs::Material& stored, const Field& at) {
-    MaterialView material;
-    material.name = textOf(stored.name());
-    material.slice_order = stored.slice_order();
-    material.view_order = stored.view_order();
-    material.channels = stored.channels();
-    checkRange(at / "slice_order", material.slice_order, 1, kMaxOrder);
-    checkRange(at / "view_order", material.view_order, 1, kMaxOrder);
-    (at / "channels").require(material.channels == 1 || material.channels == 3, "is neither 1 nor 3");
-    if (!stored.color() || stored.color()->size() != 3) (at / "color").fail("has not 3 elements");
-    material.color = {stored.color()->Get(0), stored.color()->Get(1), stored.color()->Get(2)};
-    (at / "color").require(std::isfinite(dot(material.color, {1, 1, 1})), "is not finite");
-    const int even = material.view_order * (material.view_order + 1) / 2;
-    material.slices = floatsOf(stored.slices(), at / "slices",
-                               std::uint64_t(material.channels * coefficientCount(material.slice_order) * even));
-    if (stored.operators()) material.operators = operatorsOf(*stored.operators(), at / "operators", material);
-    return material;
-}
-
-LightView lightOf(const fbs::Light& stored, const Field& at) {
-    LightView light;
-    light.name = textOf(stored.name());
-    light.order = stored.order();
-    checkRange(at / "order", light.order, 1, kMaxOrder);
-    light.sh = floatsOf(stored.sh(), at / "sh", 3 * std::uint64_t(coefficientCount(light.order)));
-    if (const fbs::Lobes* lobes = stored.lobes()) {
-        const Field here = at / "lobes";
-        light.lobes.directions = spanOf<Vec3>(lobes->directions(), here / "directions");
-        const std::size_t count = light.lobes.directions.size();
-        checkRange(here / "directions", std::int64_t(count), 1, kMaxLobes);
-        checkFinite(here / "directions", light.lobes.directions);
-        checkUnit(here / "directions", light.lobes.directions);
-        light.lobes.coefficients = floatsOf(lobes->coefficients(), here / "coefficients",
-                                            3 * std::uint64_t(count) * std::uint64_t(light.order));
-    }
-    return light;
-}
-
-// Without the field every slot has the first material.
-std::vector<std::uint16_t> slotMaterialsOf(const fbs::Asset& stored, const Field& at, const AssetView& asset) {
-    const std::size_t slots = asset.mesh.slots.size();
-    const auto chosen = spanOf<std::uint16_t>(stored.slot_material(), at / "slot_material");
-    if (asset.materials.empty() || chosen.empty()) {
-        checkCount(at / "slot_material", chosen, 0);
-        return std::vector<std::uint16_t>(asset.materials.empty() ? 0 : slots, 0);
-    }
-    checkCount(at / "slot_material", chosen, slots);
-    checkIndices(at / "slot_material", chosen, asset.materials.size());
-    return {chosen.begin(), chosen.end()};
-}
-
 }  // namespace
 
 AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
@@ -463,14 +299,8 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const std::size_t vertices = asset.mesh.positions.size();
     if (asset.has_model) asset.model = modelOf(*stored.model(), at / "model", vertices, asset.animation);
     if (asset.has_truth) asset.truth = truthOf(*stored.truth(), at / "truth", vertices, asset.animation.frameCount());
-    if (stored.materials())
-        for (const fbs::Material* material : *stored.materials())
-            asset.materials.push_back(materialOf(*material, (at / "materials")[asset.materials.size()]));
-    checkUniqueNames(at / "materials", asset.materials);
-    if (stored.lights())
-        for (const fbs::Light* light : *stored.lights())
-            asset.lights.push_back(lightOf(*light, (at / "lights")[asset.lights.size()]));
-    checkUniqueNames(at / "lights", asset.lights);
+    asset.materials = materialsOf(stored, at / "materials");
+    asset.lights = lightsOf(stored, at / "lights");
     asset.slot_material = slotMaterialsOf(stored, at, asset);
     return asset;
 }

@@ -97,9 +97,10 @@ AssetView openAsset(std::span<const std::byte> bytes, std::string_view name) {
         throw InvalidInput(file + ": the bytes of an asset must start at a multiple of 16");
     const fbs::Asset* asset = verifiedRoot(bytes);
     if (!asset) throw InvalidInput(file + ": not a Penumbra asset (PNB1), or cut short");
-    if (asset->format_version() != kAssetVersion)
+    if (asset->format_version() < kOldestAssetVersion || asset->format_version() > kAssetVersion)
         throw InvalidInput(file + ": format_version is " + std::to_string(asset->format_version()) +
-                           "; this program reads " + std::to_string(kAssetVersion));
+                           "; this program reads " + std::to_string(kOldestAssetVersion) + ".." +
+                           std::to_string(kAssetVersion));
     const std::size_t offset = hashOffset(bytes, *asset);
     if (offset == 0 || offset % 8 != 0 || assetHash(bytes, offset) != asset->content_hash())
         throw InvalidInput(file + ": content_hash does not match: the file is damaged");

@@ -1,6 +1,6 @@
 #pragma once
 // x.pnb (FlatBuffers, formats/asset.fbs): the view that readers use, checked once when it is opened. From then on every
-// index, count and number is trusted. Nothing is copied: the view is valid as long as the bytes are.
+// index, count and number is trusted. Nothing is copied but compact slices: the view is valid as long as the bytes are.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -11,13 +11,16 @@
 #include <vector>
 
 #include "sh/reflection_operator.h"
+#include "sh/slice_form.h"
 #include "sh/vec3.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 2;
+constexpr int kAssetVersion = 3;
+constexpr int kOldestAssetVersion = 2;        // without compact slices
 constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // of a light: as many as an exact one needs
+constexpr std::size_t kMaxMaterials = 4096;   // of an asset: a bound on what compact slices unfold to
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
@@ -121,8 +124,11 @@ struct MaterialView {
     std::string_view name;
     int slice_order = 0, view_order = 0, channels = 0;
     Vec3 color{1, 1, 1};
-    std::span<const float> slices;  // [channels, J^2, E]
+    std::span<const float> slices;  // [channels, J^2, E], whatever the form
     OperatorsView operators = {};
+    SliceForm slice_form = SliceForm::kGeneral;
+    std::span<const float> stored_slices = {};                     // in the file: [channels, entries of the form]
+    std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // what `slices` shows of a compact form
 };
 
 struct LobesView {

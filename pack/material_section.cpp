@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "formats/errors.h"
+#include "sh/slice_form.h"
 
 namespace penumbra {
 
@@ -39,14 +40,12 @@ static Channels channelsOf(const BrdfFile& brdf) {
 }
 
 // [count, 3] as [channels, count].
-static flatbuffers::Offset<flatbuffers::Vector<float>> writeChannels(FlatBufferBuilder& builder,
-                                                                     const std::vector<double>& values,
-                                                                     const Channels& channels) {
+static std::vector<float> byChannel(const std::vector<double>& values, const Channels& channels) {
     std::vector<float> numbers;
     for (std::size_t c = 0; c < (channels.proportional ? 1 : 3); ++c)
         for (std::size_t i = 0; i < values.size() / 3; ++i)
             numbers.push_back(float(values[3 * i + (channels.proportional ? channels.strongest : c)]));
-    return writeVector<float>(builder, numbers);
+    return numbers;
 }
 
 void checkMaterial(const BrdfFile& brdf) {
@@ -64,15 +63,19 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
     if (channels.proportional) std::copy(channels.color.begin(), channels.color.end(), color.begin());
     const auto name = builder.CreateString(brdf.name);
     const auto color_vector = builder.CreateVector(color);
-    const auto slices = writeChannels(builder, brdf.slices, channels);
+    const int j = brdf.slice_order, view = brdf.view_order;
+    const std::vector<float> all = byChannel(brdf.slices, channels);
+    const SliceForm form = mostCompactForm(j, view, all);
+    const auto slices = writeVector<float>(builder, compactSlices(form, j, view, all));
     Offset<fbs::Operators> operator_table;
     if (operators.count > 0) {
-        const auto u = writeChannels(builder, operators.u, channels), w = writeChannels(builder, operators.w, channels);
+        const auto u = writeVector<float>(builder, byChannel(operators.u, channels));
+        const auto w = writeVector<float>(builder, byChannel(operators.w, channels));
         operator_table =
             fbs::CreateOperators(builder, std::uint8_t(operators.count), std::uint8_t(operators.order), u, w);
     }
-    return fbs::CreateMaterial(builder, name, std::uint8_t(brdf.slice_order), std::uint8_t(brdf.view_order),
-                               channels.proportional ? 1 : 3, color_vector, slices, operator_table);
+    return fbs::CreateMaterial(builder, name, std::uint8_t(j), std::uint8_t(view), channels.proportional ? 1 : 3,
+                               color_vector, slices, operator_table, fbs::SliceForm(form));
 }
 
 }  // namespace penumbra

@@ -187,6 +187,9 @@ static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfF
 }
 
 static void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
+    if (materials.size() > kMaxMaterials)
+        throw InvalidInput(std::to_string(materials.size()) + " materials are given; an asset has " +
+                           std::to_string(kMaxMaterials) + " at most");
     for (std::size_t i = 0; i < materials.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (materials[i].name == materials[j].name)
@@ -277,7 +280,7 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
     std::size_t materials = 0, lights = 0;
     for (const MaterialView& material : asset.materials)
         materials +=
-            material.slices.size_bytes() + material.operators.u.size_bytes() + material.operators.w.size_bytes();
+            material.stored_slices.size_bytes() + material.operators.u.size_bytes() + material.operators.w.size_bytes();
     for (const LightView& light : asset.lights)
         lights += light.sh.size_bytes() + light.lobes.directions.size_bytes() + light.lobes.coefficients.size_bytes();
     std::vector<SizeOf> sizes = {

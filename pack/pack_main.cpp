@@ -390,6 +390,6 @@ static Verb checkVerb() {
 int main(int argc, char** argv) {
     using namespace penumbra;
     return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
-                      "penumbra.asset 2, penumbra.visibility 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1",
+                      "penumbra.asset 3, penumbra.visibility 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1",
                       {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

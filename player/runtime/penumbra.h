@@ -60,7 +60,7 @@ typedef struct penumbra_error {
 #define PENUMBRA_NONE ((size_t)-1) /* what the ..._find_ functions return for a name that is not there */
 
 PENUMBRA_API const char* penumbra_version(void);                       /* "0.1.0" */
-PENUMBRA_API int penumbra_asset_format_version(void);                  /* of the .pnb files that this library reads */
+PENUMBRA_API int penumbra_asset_format_version(void);                  /* the newest .pnb that this library reads */
 PENUMBRA_API const char* penumbra_status_name(penumbra_status status); /* "PENUMBRA_OK", ... */
 
 /* --- Assets --- */

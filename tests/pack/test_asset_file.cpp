@@ -6,6 +6,8 @@
 #include "formats/asset_file.h"
 #include "formats/errors.h"
 #include "formats/write_file.h"
+#include "pack/asset_writer.h"
+#include "pack/material_section.h"
 #include "pack/pack_asset.h"
 #include "tests/synthetic_model.h"
 #include "tests/use_asset.h"
@@ -93,7 +95,8 @@ TEST(AssetFile, NamesTheFieldThatIsWrong) {
         EXPECT_NE(message.find(part), std::string::npos) << message << " should say " << part;
         EXPECT_EQ(message.find("x.pnb: "), 0u) << message;
     };
-    expect(refusalAfter([](Asset& a) { a.mutate_format_version(3); }), "format_version");
+    expect(refusalAfter([](Asset& a) { a.mutate_format_version(kOldestAssetVersion - 1); }), "format_version");
+    expect(refusalAfter([](Asset& a) { a.mutate_format_version(kAssetVersion + 1); }), "format_version");
     expect(refusalAfter([&](Asset& a) { a.mutable_mesh()->mutable_positions()->Mutate(4, nan); }), "mesh.positions");
     expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_normals()->Mutate(0, 3.0f); }), "mesh.normals[0]");
     expect(refusalAfter([](Asset& a) { a.mutable_mesh()->mutable_triangles()->Mutate(7, 30); }), "mesh.triangles[7]");
@@ -124,8 +127,37 @@ TEST(AssetFile, NamesTheFieldThatIsWrong) {
     expect(refusalAfter([](Asset& a) { a.mutable_model()->mutate_stride(20); }), "model.stride");
     expect(refusalAfter([&](Asset& a) { a.mutable_lights()->GetMutableObject(0)->mutable_sh()->Mutate(0, nan); }),
            "lights[0].sh");
-    expect(refusalAfter([](Asset& a) { a.mutable_materials()->GetMutableObject(0)->mutate_channels(2); }),
-           "materials[0].channels");
+    const auto material = [](Asset& a) { return a.mutable_materials()->GetMutableObject(0); };
+    expect(refusalAfter([&](Asset& a) { material(a)->mutate_channels(2); }), "materials[0].channels");
+    expect(refusalAfter([&](Asset& a) { material(a)->mutate_slice_form(fbs::SliceForm(3)); }),
+           "materials[0].slice_form is 3");
+    expect(refusalAfter([&](Asset& a) { material(a)->mutate_slice_form(fbs::SliceForm::Orthotropic); }),
+           "materials[0].slices has 32 elements, expected 102");
+    expect(refusalAfter([&](Asset& a) { material(a)->mutate_slice_form(fbs::SliceForm::General); }),
+           "materials[0].slices has 32 elements, expected 375");
+    expect(refusalAfter([&](Asset& a) { material(a)->mutate_view_order(4); }), "materials[0].slices has 32 elements");
+    expect(refusalAfter([&](Asset& a) { material(a)->mutable_slices()->Mutate(31, nan); }), "materials[0].slices");
+}
+
+// Compact slices unfold to more than the file has: one material that is listed a million times must not fill the
+// memory.
+TEST(AssetFile, RefusesMoreMaterialsThanThereMayBe) {
+    const auto openWith = [](std::size_t count) {
+        FlatBufferBuilder builder;
+        AssetSections sections;
+        sections.materials.assign(count, writeMaterial(builder, synthetic::lambert()));
+        const std::span<std::byte> finished = finishAsset(builder, sections, 5, "{}");
+        const std::vector<std::byte> bytes(finished.begin(), finished.end());
+        try {
+            openAsset(bytes);
+        } catch (const InvalidInput& error) {
+            return std::string(error.what());
+        }
+        return std::string("accepted");
+    };
+    EXPECT_EQ(openWith(1), "accepted");
+    EXPECT_EQ(openWith(kMaxMaterials), "asset: materials has \"lambert\" twice");
+    EXPECT_EQ(openWith(kMaxMaterials + 1), "asset: materials is 4097, allowed are 0..4096");
 }
 
 TEST(AssetFile, RefusesBytesThatAreNotAligned) {

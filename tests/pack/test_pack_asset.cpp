@@ -1,11 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <random>
 
+#include "asset_generated.h"
 #include "formats/errors.h"
 #include "pack/pack_asset.h"
 #include "pack/quantize.h"
 #include "player/runtime/evaluator.h"
+#include "sh/slice_form.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {
@@ -236,6 +240,88 @@ TEST(PackAsset, SlotsFollowTheirVerticesAndGetTheirMaterials) {
     EXPECT_EQ(chosen({{"s", "ggx"}}), (Indices{1, 0, 1}));
     EXPECT_THROW(chosen({{"helmet", "ggx"}}), UsageError);
     EXPECT_THROW(chosen({{"body", "phong"}}), UsageError);
+}
+
+// A material whose three channels differ, of random numbers of one form.
+BrdfFile materialOfForm(SliceForm form) {
+    BrdfFile brdf = synthetic::lambert();
+    brdf.name = nameOf(form);
+    std::mt19937 random(3);
+    std::normal_distribution<float> normal;
+    std::vector<float> entries(3 * entryCount(form, 5, 5));
+    for (float& x : entries) x = normal(random);
+    const std::vector<float> slices = expandSlices(form, 5, 5, entries);
+    for (std::size_t i = 0; i < brdf.slices.size(); ++i) brdf.slices[i] = double(slices[i % 3 * 375 + i / 3]);
+    return brdf;
+}
+
+std::size_t materialBytes(const AssetView& asset, std::size_t file_size) {
+    for (const SizeOf& size : sectionSizes(asset, file_size))
+        if (size.section == "materials") return size.bytes;
+    return 0;
+}
+
+TEST(PackAsset, StoresSlicesInTheirMostCompactForm) {
+    const Model model = tubeModel();
+    const auto check = [&](const BrdfFile& brdf, SliceForm form, int channels, std::size_t bytes) {
+        const Packed packed = packAsset(model, std::vector<BrdfFile>{brdf}, {}, {}, "{}", 1);
+        const AssetView asset = openAsset(packed.bytes);
+        const MaterialView& material = asset.materials[0];
+        EXPECT_STREQ(nameOf(material.slice_form), nameOf(form));
+        EXPECT_EQ(material.channels, channels);
+        EXPECT_EQ(material.stored_slices.size_bytes(), bytes);
+        EXPECT_EQ(materialBytes(asset, packed.bytes.size()), bytes);
+        ASSERT_EQ(material.slices.size(), std::size_t(channels) * 375);
+        for (std::size_t i = 0; i < material.slices.size(); ++i)
+            EXPECT_EQ(material.slices[i], float(brdf.slices[i % 375 * 3 + i / 375])) << i;
+    };
+    check(synthetic::lambert(), SliceForm::kIsotropic, 1, 128);
+    check(materialOfForm(SliceForm::kIsotropic), SliceForm::kIsotropic, 3, 3 * 128);
+    check(materialOfForm(SliceForm::kOrthotropic), SliceForm::kOrthotropic, 3, 3 * 408);
+    check(materialOfForm(SliceForm::kGeneral), SliceForm::kGeneral, 3, 3 * 1500);
+}
+
+// The entries that the run time reads belong to the view, not to the file: they outlive moves and copies of it.
+TEST(PackAsset, UnfoldedSlicesSurviveCopiesOfTheView) {
+    const BrdfFile brdf = materialOfForm(SliceForm::kOrthotropic);
+    const std::vector<std::byte> bytes =
+        packAsset(tubeModel(), std::vector<BrdfFile>{brdf, synthetic::lambert()}, {}, {}, "{}", 1).bytes;
+    std::optional<AssetView> first = openAsset(bytes);
+    AssetView copy = *first;
+    MaterialView alone = first->materials[0];
+    const float* unfolded = alone.slices.data();
+    AssetView moved = std::move(*first);
+    first.reset();
+    EXPECT_EQ(moved.materials[0].slices.data(), unfolded);
+    moved = AssetView{};
+    copy.materials.erase(copy.materials.begin());
+    EXPECT_EQ(copy.materials[0].slices[0], float(synthetic::lambert().slices[0]));
+    ASSERT_EQ(alone.slices.data(), unfolded);
+    for (std::size_t i = 0; i < 375; ++i) EXPECT_EQ(alone.slices[i], float(brdf.slices[3 * i]));
+}
+
+// slice_form is not stored where it is 0, so a general material is laid out as in version 2.
+TEST(PackAsset, FilesOfVersion2AreRead) {
+    const BrdfFile brdf = materialOfForm(SliceForm::kGeneral);
+    std::vector<std::byte> bytes = packAsset(tubeModel(), std::vector<BrdfFile>{brdf}, {}, {}, "{}", 1).bytes;
+    fbs::Asset* stored = fbs::GetMutableAsset(bytes.data());
+    EXPECT_EQ(stored->format_version(), 3);
+    const auto* material = reinterpret_cast<const flatbuffers::Table*>(stored->materials()->Get(0));
+    EXPECT_FALSE(material->CheckField(fbs::Material::VT_SLICE_FORM));
+    stored->mutate_format_version(2);
+    ASSERT_TRUE(sealAsset(bytes));
+    const AssetView asset = openAsset(bytes);
+    for (std::size_t i = 0; i < 375; ++i) EXPECT_EQ(asset.materials[0].slices[i], float(brdf.slices[3 * i]));
+}
+
+TEST(PackAsset, RefusesMoreMaterialsThanAnAssetHolds) {
+    const std::vector<BrdfFile> materials(kMaxMaterials + 1, plainMaterial("plain"));
+    try {
+        packAsset(tubeModel(), materials, {}, {}, "{}", 1);
+        FAIL() << "accepted";
+    } catch (const InvalidInput& error) {
+        EXPECT_STREQ(error.what(), "4097 materials are given; an asset has 4096 at most");
+    }
 }
 
 TEST(PackAsset, RefusesAMaterialOrALightTwice) {

@@ -1,0 +1,85 @@
+// Fitted materials in their compact forms: each in the one that its BRDF promises, and as accurate as before.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "fit/fit_brdf.h"
+#include "fit/shading_error.h"
+#include "sh/brdf.h"
+#include "sh/slice_form.h"
+
+namespace penumbra {
+namespace {
+
+// [J^2, E, 3] as [3, J^2, E] in single precision, and back.
+std::vector<float> byChannel(const std::vector<double>& slices) {
+    std::vector<float> out(slices.size());
+    for (std::size_t i = 0; i < slices.size(); ++i) out[i % 3 * (slices.size() / 3) + i / 3] = float(slices[i]);
+    return out;
+}
+std::vector<double> byEntry(const std::vector<float>& channels) {
+    std::vector<double> out(channels.size());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = channels[i % 3 * (out.size() / 3) + i / 3];
+    return out;
+}
+
+// A lobe turned by 30 degrees about the normal: no mirror planes at x = 0 and y = 0.
+RgbBrdf turnedWard() {
+    const RgbBrdf straight = rgbBrdf(parseBrdf("ward-gmd:alpha_x=0.2,alpha_y=0.5"));
+    const auto turned = [](Vec3d w) {
+        return Vec3d{std::sqrt(0.75) * w.x + 0.5 * w.y, std::sqrt(0.75) * w.y - 0.5 * w.x, w.z};
+    };
+    return {"turned", BrdfSymmetry::kGeneral,
+            [=](Vec3d wi, Vec3d wo) { return straight.eval(turned(wi), turned(wo)); }};
+}
+
+struct Case {
+    RgbBrdf brdf;
+    SliceForm form;
+};
+
+std::vector<Case> cases() {
+    std::vector<Case> all;
+    for (const char* text : {"lambert", "phong:exponent=50", "ggx", "ggx:alpha=0.3,color=1/0.5/0.2"})
+        all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kIsotropic});
+    for (const char* text : {"ward-gmd", "ashikhmin"})
+        all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kOrthotropic});
+    all.push_back({turnedWard(), SliceForm::kGeneral});
+    // Nothing but its values says that it is isotropic.
+    RgbBrdf unsaid = rgbBrdf(parseBrdf("ggx"));
+    unsaid.symmetry = BrdfSymmetry::kGeneral;
+    all.push_back({unsaid, SliceForm::kIsotropic});
+    return all;
+}
+
+TEST(SliceForm, FittedMaterialsKeepTheirShadingError) {
+    const ShadingTest test = makeShadingTest(referenceScenes(), 2);
+    const Convention d5 = parseConvention("D5");
+    for (const Case& each : cases()) {
+        const BrdfFile brdf = fitBrdf(each.brdf, {}, 2);
+        const int j = brdf.slice_order, view = brdf.view_order;
+        const std::vector<float> slices = byChannel(brdf.slices);
+        const SliceForm form = mostCompactForm(j, view, slices);
+        EXPECT_STREQ(nameOf(form), nameOf(each.form)) << each.brdf.name;
+        const std::vector<float> kept = expandSlices(form, j, view, compactSlices(form, j, view, slices));
+        float largest = 0, change = 0;
+        for (std::size_t i = 0; i < slices.size(); ++i) {
+            largest = std::max(largest, std::abs(slices[i]));
+            change = std::max(change, std::abs(kept[i] - slices[i]));
+        }
+        EXPECT_LE(change, kFormTolerance * largest) << each.brdf.name;
+        const std::vector<double> truth = bruteForceRadiance(test, each.brdf, 2);
+        const auto errorOf = [&](const std::vector<double>& c) {
+            return shadingError(test, truth, d5, slicesOfViews(test.scenes.views, c, brdf.even_index), j);
+        };
+        const double before = errorOf(brdf.slices), after = errorOf(byEntry(kept));
+        std::printf("%-32s %-11s entries change by %.1e of the largest, shading error %.4f by %.1e\n",
+                    each.brdf.name.c_str(), nameOf(form), double(change / largest), before, after - before);
+        EXPECT_NEAR(after, before, 1e-4) << each.brdf.name;
+    }
+}
+
+}  // namespace
+}  // namespace penumbra
