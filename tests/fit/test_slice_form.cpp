@@ -27,7 +27,7 @@ std::vector<double> byEntry(const std::vector<float>& channels) {
 
 // A lobe turned by 30 degrees about the normal: no mirror planes at x = 0 and y = 0.
 RgbBrdf turnedWard() {
-    const RgbBrdf straight = rgbBrdf(parseBrdf("ward-gmd:alpha_x=0.2,alpha_y=0.5"));
+    const RgbBrdf straight = rgbBrdf(parseBrdf("ward-gmd:ax=0.2,ay=0.5"));
     const auto turned = [](Vec3d w) {
         return Vec3d{std::sqrt(0.75) * w.x + 0.5 * w.y, std::sqrt(0.75) * w.y - 0.5 * w.x, w.z};
     };
@@ -44,7 +44,7 @@ std::vector<Case> cases() {
     std::vector<Case> all;
     for (const char* text : {"lambert", "phong:exponent=50", "ggx", "ggx:alpha=0.3,color=1/0.5/0.2"})
         all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kIsotropic});
-    for (const char* text : {"ward-gmd", "ashikhmin"})
+    for (const char* text : {"ward-gmd", "ashikhmin-shirley"})
         all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kOrthotropic});
     all.push_back({turnedWard(), SliceForm::kGeneral});
     // Nothing but its values says that it is isotropic.
