@@ -125,8 +125,9 @@ void describe(const LightFile& light, Report& report, bool quiet) {
     std::printf("%s: order %d, residual %.4f of the light, mean radiance %.4g %.4g %.4g\n", light.name.c_str(),
                 light.order, light.residual, light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0);
     if (light.residual > kMuchResidual)
-        std::printf("%s: the residual is detail finer than SH of order %d hold, normal for lights with a sun or lamps\n",
-                    light.name.c_str(), light.order);
+        std::printf(
+            "%s: the residual is detail finer than SH of order %d hold, normal for lights with a sun or lamps\n",
+            light.name.c_str(), light.order);
 }
 
 // Ringing that shows: radiance below -1 times the mean.

@@ -29,7 +29,7 @@ EDGES = {
     r"meshoptimizer\.h": ["formats/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image_"],
     r"png\.h": ["formats/image_", "tests/formats/test_image_file.cpp"],
-    r"CLI/": ["formats/command_line.h", "formats/name_list_option.h"],
+    r"CLI/": ["formats/command_line.h", "formats/name_list_option.h", "formats/name_option.h"],
     r"EGL/|GL/": ["player/"],
     r"GLFW/": ["player/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view_"],
