@@ -97,8 +97,7 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SourcePart& part = source.parts[p];
         const std::uint32_t first = std::uint32_t(out.positions.size());
-        out.slot_of_vertex.resize(out.positions.size() + part.positions.size(),
-                                  slotOf(source, part, out.slots));
+        out.slot_of_vertex.resize(out.positions.size() + part.positions.size(), slotOf(source, part, out.slots));
         for (std::size_t v = 0; v < part.positions.size(); ++v) {
             out.positions.push_back(placedPosition(source, part, table.placement_of_part[p], v));
             influences.push_back(part.skin < 0

@@ -45,8 +45,8 @@ TEST(AnalyticLight, DirectionalIsItsIrradianceTimesTheBasis) {
     EXPECT_TRUE(std::isinf(energyOf(partsOf(parseLights("directional")))));
 }
 
-// Against quadrature over the cap, which is a smooth integrand in its own coordinates. The closed form loses digits in small
-// discs: measured 4e-9 at 0.01 degrees, 1e-12 from 0.267 on.
+// Against quadrature over the cap, which is a smooth integrand in its own coordinates. The closed form loses digits in
+// small discs: measured 4e-9 at 0.01 degrees, 1e-12 from 0.267 on.
 TEST(AnalyticLight, DiscMatchesQuadrature) {
     for (double degrees : {0.01, 0.267, 10.0, 90.0, 150.0, 180.0}) {
         const std::string text = "disc:direction=0/0/1,radiance=2,angle=" + std::to_string(degrees);
