@@ -1,19 +1,9 @@
 #include "bake/posed_tangents.h"
 
-#include <cmath>
-
 #include "formats/errors.h"
+#include "sh/tangent.h"
 
 namespace penumbra {
-
-// `wanted` made orthogonal to the unit normal; where nothing is left, the coordinate axis least along the normal.
-static Vec3 tangentOf(Vec3 normal, Vec3 wanted) {
-    const Vec3 tangent = wanted - normal * dot(normal, wanted);
-    if (dot(tangent, tangent) > 1e-12f) return normalized(tangent);
-    const Vec3 a{std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)};
-    const Vec3 axis = a.x <= a.y && a.x <= a.z ? Vec3{1, 0, 0} : a.y <= a.z ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
-    return normalized(axis - normal * dot(normal, axis));
-}
 
 PosedTangents posedTangents(const Model& model, const Mesh& mesh, const VisibilityFrame& frame,
                             const std::string& name) {

@@ -6,12 +6,12 @@
 
 #include "fit/pca.h"
 #include "formats/parallel_for.h"
+#include "sh/tangent.h"
 
 namespace penumbra {
 
 namespace {
 
-constexpr float kVanishing = 1e-6f;   // a projection shorter than this has no direction of its own
 constexpr double kOpposite = -0.999;  // cosine beyond which "the smallest rotation" is not told apart from others
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
@@ -31,18 +31,6 @@ std::vector<std::vector<Edge>> edgesOfClusters(const Mesh& mesh, const VertexClu
     return edges;
 }
 
-// The coordinate axis least along n, projected on its tangent plane.
-Vec3 anyTangent(Vec3 n) {
-    const Vec3 a{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
-    const Vec3 axis = a.x <= a.y && a.x <= a.z ? Vec3{1, 0, 0} : a.y <= a.z ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
-    return normalized(axis - n * dot(n, axis));
-}
-
-Vec3 projected(Vec3 direction, Vec3 normal) {
-    const Vec3 t = direction - normal * dot(normal, direction);
-    return length(t) > kVanishing ? normalized(t) : anyTangent(normal);
-}
-
 // v, orthogonal to unit a, under the smallest rotation that takes a to unit b.
 Vec3d carry(Vec3d a, Vec3d b, Vec3d v) {
     const double cosine = dot(a, b);
@@ -56,8 +44,8 @@ struct Field {
 };
 
 Vec3 evaluate(const Field& field, Vec3 normal) {
-    if (field.pole == Vec3d{}) return projected(toFloat(field.axis), normal);
-    return projected(toFloat(carry(field.pole, toDouble(normal), field.axis)), normal);
+    if (field.pole == Vec3d{}) return tangentOf(normal, toFloat(field.axis));
+    return tangentOf(normal, toFloat(carry(field.pole, toDouble(normal), field.axis)));
 }
 
 std::vector<Field> candidateFields(const Mesh& mesh, const std::vector<Vec3>& normals,
@@ -74,7 +62,7 @@ std::vector<Field> candidateFields(const Mesh& mesh, const std::vector<Vec3>& no
     for (std::size_t k = 0; k < 3; ++k)
         for (double sign : {1.0, -1.0}) fields.push_back({axes[(k + 1) % 3], axes[k] * sign});
     if (const Vec3d mean = normalized(sum); length(mean) > 0)
-        fields.push_back({toDouble(projected(toFloat(axes[0]), toFloat(mean))), mean});
+        fields.push_back({toDouble(tangentOf(toFloat(mean), toFloat(axes[0]))), mean});
     return fields;
 }
 
@@ -96,7 +84,7 @@ double neighbourAngle(Vec3 normal_a, Vec3 tangent_a, Vec3 normal_b, Vec3 tangent
 }
 
 Vec3 carriedTangent(Vec3 normal, const Mat3& rotation, Vec3 rest_tangent) {
-    return projected(rotation * rest_tangent, normal);
+    return tangentOf(normal, rotation * rest_tangent);
 }
 
 Mat3 localFrame(Vec3 normal, Vec3 tangent) { return transposed(fromRows(tangent, cross(normal, tangent), normal)); }

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "sh/tangent.h"
+
 namespace penumbra {
 
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), path_(evaluatorPaths().back()) {
@@ -129,16 +131,6 @@ static Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<con
         for (int e = 0; e < 12; ++e) blend.m[e] += weight * bone.m[e];
     }
     return blend;
-}
-
-// `wanted` made orthogonal to the unit `normal`; when nothing is left, the axis least along the normal is taken
-// instead.
-static Vec3 tangentOf(Vec3 normal, Vec3 wanted) {
-    const Vec3 tangent = wanted - normal * dot(normal, wanted);
-    if (dot(tangent, tangent) > 1e-12f) return normalized(tangent);
-    const Vec3 a{std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)};
-    const Vec3 axis = a.x <= a.y && a.x <= a.z ? Vec3{1, 0, 0} : a.y <= a.z ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
-    return normalized(axis - normal * dot(normal, axis));
 }
 
 void Evaluator::skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
