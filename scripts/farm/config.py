@@ -1,0 +1,213 @@
+"""The farm's YAML file: what may stand in it, checked before any job starts. docs/farm.md shows one."""
+import difflib
+import os
+import re
+import shutil
+from dataclasses import dataclass
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")  # becomes a folder and a file name, and a name in the asset
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+class ConfigError(Exception):
+    """One sentence that names the key, what it takes and what was given."""
+
+
+# --- Kinds of values: each takes (key, value, folder of the YAML file) and returns the value to use -------------------
+
+def number(least, whole=False):
+    def check(key, value, folder):
+        good = isinstance(value, int if whole else (int, float)) and not isinstance(value, bool) and value >= least
+        if not good:
+            raise ConfigError(f"{key}: takes a {'whole ' if whole else ''}number from {least}, not {value!r}")
+        return value
+    return check
+
+
+def one_of(*words):
+    def check(key, value, folder):
+        if value not in words:
+            raise ConfigError(f"{key}: takes one of {', '.join(map(str, words))}, not {value!r}")
+        return value
+    return check
+
+
+def text(key, value, folder):
+    if not isinstance(value, str) or not value:
+        raise ConfigError(f"{key}: takes text, not {value!r}")
+    return value
+
+
+def a_file(key, value, folder):
+    path = os.path.normpath(os.path.join(folder, os.path.expanduser(text(key, value, folder))))
+    if not os.path.isfile(path):
+        raise ConfigError(f"{key}: no such file: {path}")
+    return path
+
+
+def list_of(kind):
+    def check(key, value, folder):
+        if not isinstance(value, list) or not value:
+            raise ConfigError(f"{key}: takes a list, as in [a, b], not {value!r}")
+        if len(set(map(str, value))) < len(value):
+            raise ConfigError(f"{key}: lists something twice: {value}")
+        return [kind(f"{key}[{i}]", v, folder) for i, v in enumerate(value)]
+    return check
+
+
+def map_of(kind):
+    def check(key, value, folder):
+        if not isinstance(value, dict) or not value:
+            raise ConfigError(f"{key}: takes NAME: ..., not {value!r}")
+        for name in value:
+            if not isinstance(name, str) or not NAME.fullmatch(name):
+                raise ConfigError(f"{key}: {name!r} cannot be a name: letters, digits, _ and - only")
+        return {name: kind(f"{key}.{name}", v, folder) for name, v in value.items()}
+    return check
+
+
+def keys(**kinds):
+    """A map of these keys only; those whose kind is wrapped in needed() must be there."""
+    def check(key, value, folder):
+        if not isinstance(value, dict):
+            raise ConfigError(f"{key or 'the file'}: takes a map of {', '.join(kinds)}, not {value!r}")
+        prefix = key + "." if key else ""
+        for name in value:
+            if name not in kinds:
+                near = difflib.get_close_matches(str(name), kinds, 1)
+                hint = f"; did you mean {near[0]}?" if near else f"; it takes {', '.join(kinds)}"
+                raise ConfigError(f"{prefix}{name}: no such key{hint}")
+        for name, kind in kinds.items():
+            if getattr(kind, "needed", False) and name not in value:
+                raise ConfigError(f"{prefix}{name}: missing")
+        return {name: kinds[name](prefix + name, v, folder) for name, v in value.items()}
+    return check
+
+
+def needed(kind):
+    def check(key, value, folder):
+        return kind(key, value, folder)
+    check.needed = True
+    return check
+
+
+def exactly_one(names, kind):
+    def check(key, value, folder):
+        value = kind(key, value, folder)
+        if sum(name in value for name in names) != 1:
+            raise ConfigError(f"{key}: takes exactly one of {', '.join(names)}")
+        return value
+    return check
+
+
+def slots(key, value, folder):
+    if not isinstance(value, dict):
+        raise ConfigError(f"{key}: takes SLOT: MATERIAL, not {value!r}")
+    return {str(slot): text(f"{key}.{slot}", material, folder) for slot, material in value.items()}
+
+
+# --- The file ---------------------------------------------------------------------------------------------------------
+
+# Keys of bake, fit, pack, a material and a light are the options of the programs, with _ for -.
+FROM_ALL = dict(
+    clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True),
+    materials=list_of(text), lights=list_of(text),
+    bake=keys(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0),
+              precision=one_of("f32", "f16"), ground=one_of(True, False)),
+    fit=keys(model=one_of("linear", "quadratic", "neural", "additive"), features=one_of("relative-bones", "joint-angles"),
+             clusters=number(1, True), input_variance=number(0), output_variance=number(0), convention=text,
+             seed=number(0, True)),
+    pack=keys(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes_per_vertex=number(0), slot=slots))
+JOB = keys(threads=number(1, True), memory_mb=number(1, True), minutes=number(1, True))
+RULES = ("bake", "merge", "fit", "brdf", "light", "pack", "truth", "check", "sheet", "index")
+MATERIAL = exactly_one(("analytic", "merl", "table"), keys(
+    analytic=text, merl=a_file, table=a_file, material=text, operators=number(1, True), slice_order=number(1, True),
+    view_order=number(1, True)))
+LIGHT = exactly_one(("picture", "analytic"), keys(
+    picture=a_file, analytic=text, layout=one_of("latlong", "angular", "ball", "cube"), order=number(1, True),
+    window=lambda key, value, folder: str(value), lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed")))
+FARM = keys(
+    output=needed(text), programs=text, defaults=keys(**FROM_ALL),
+    rigs=needed(map_of(keys(files=needed(list_of(a_file)), **FROM_ALL))),
+    materials=needed(map_of(MATERIAL)), lights=needed(map_of(LIGHT)),
+    pictures=keys(frames=number(1, True), size=number(16, True), camera=text),
+    jobs=keys(**{rule: JOB for rule in RULES}))
+
+
+@dataclass
+class Farm:
+    file: str      # the YAML file
+    output: str    # absolute folder
+    programs: str  # absolute folder, or "" for $PATH
+    rigs: dict
+    materials: dict
+    lights: dict
+    pictures: dict
+    jobs: dict     # rule -> threads, memory_mb, minutes
+
+
+def with_defaults(defaults, rig):
+    """A rig's own values over those of `defaults`; bake, fit and pack key by key."""
+    merged = {**defaults, **rig}
+    for part in ("bake", "fit", "pack"):
+        merged[part] = {**defaults.get(part, {}), **rig.get(part, {})}
+    return merged
+
+
+def check_rig(name, rig, farm):
+    key = f"rigs.{name}"
+    if not rig.get("holdout"):
+        raise ConfigError(f"{key}.holdout: missing: clips that no model may see, to measure it on")
+    for clip in rig["holdout"]:
+        if "clips" in rig and clip not in rig["clips"]:
+            raise ConfigError(f"{key}.holdout: {clip} is not among its clips: {', '.join(rig['clips'])}")
+    for part, known in (("materials", farm["materials"]), ("lights", farm["lights"])):
+        rig.setdefault(part, list(known))
+        for item in rig[part]:
+            if item not in known:
+                raise ConfigError(f"{key}.{part}: {item} is not among {part}: {', '.join(known)}")
+    for slot, material in rig["pack"].get("slot", {}).items():
+        if material not in rig["materials"]:
+            raise ConfigError(f"{key}.pack.slot.{slot}: {material} is not among its materials: {', '.join(rig['materials'])}")
+
+
+def programs_folder(given, folder):
+    """$PENUMBRA_BIN, what the file says, the build of this checkout, or what is installed."""
+    wanted = os.environ.get("PENUMBRA_BIN") or (given and os.path.join(folder, os.path.expanduser(given)))
+    for place in [wanted] if wanted else [os.path.join(ROOT, "build", "release", "bin")]:
+        if os.path.isfile(os.path.join(place, "penumbra-bake")):
+            return os.path.abspath(place)
+    if wanted:
+        raise ConfigError(f"programs: no penumbra-bake in {wanted}")
+    if not shutil.which("penumbra-bake"):
+        raise ConfigError("programs: no penumbra-bake in $PATH; say where it is, or run scripts/setup")
+    return ""
+
+
+def check_config(content, path):
+    """The Farm that `content`, as read from the YAML file `path`, describes; ConfigError."""
+    folder = os.path.dirname(os.path.abspath(path))
+    farm = FARM("", content, folder)
+    rigs = {name: with_defaults(farm.get("defaults", {}), rig) for name, rig in farm["rigs"].items()}
+    for name, rig in rigs.items():
+        check_rig(name, rig, farm)
+    jobs = {rule: {"threads": 1, "memory_mb": 2000, "minutes": 60, **farm.get("jobs", {}).get(rule, {})} for rule in RULES}
+    pictures = {"frames": 3, "size": 320, "camera": "yaw=35,pitch=12", **farm.get("pictures", {})}
+    output = os.path.normpath(os.path.join(folder, os.path.expanduser(farm["output"])))
+    return Farm(os.path.abspath(path), output, programs_folder(farm.get("programs"), folder), rigs, farm["materials"],
+                farm["lights"], pictures, jobs)
+
+
+def read_config(path):
+    import yaml
+    try:
+        with open(path) as file:
+            content = yaml.safe_load(file)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot read: {error.strerror}") from None
+    except yaml.YAMLError as error:
+        raise ConfigError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+    try:
+        return check_config(content, path)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None

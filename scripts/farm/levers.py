@@ -1,0 +1,42 @@
+"""Snakemake decides by time stamps. So that content decides, every job has one more input, a small file under .farm/levers,
+whose time is set by what the stamps say: old where the job's output is current, new where it is not."""
+import os
+import sys
+import time
+
+from farm.stamps import Digests, why_stale, write_whole
+
+
+def lever(output):
+    return f".farm/levers/{output}"
+
+
+def stale_jobs(plan, folder, digests):
+    """Output -> reason, of every job that must run; what is made from such an output is stale too."""
+    stale = {}
+    for output, job in plan.items():
+        again = [path for path in job.inputs if path in stale]
+        reason = f"{again[0]} is made again" if again else \
+            why_stale(folder, output, job.command, [*job.inputs, *job.sources], digests, job.temporary)
+        if reason:
+            stale[output] = reason
+    return stale
+
+
+def set_levers(plan, folder):
+    """Prepares Snakemake's decision; names what is stale though it is there. ForeignFile."""
+    digests = Digests(folder)
+    try:
+        stale = stale_jobs(plan, folder, digests)
+    finally:
+        digests.save()
+    for output in plan:
+        path = os.path.join(folder, lever(output))
+        if output in stale:
+            if os.path.exists(os.path.join(folder, output)):
+                print(f"farm: {output}: {stale[output]}", file=sys.stderr)
+            write_whole(path, f"{time.time_ns()} {stale[output]}\n")  # never the same text: Snakemake compares small files
+        elif not os.path.exists(path):
+            write_whole(path, "")
+        if output not in stale:
+            os.utime(path, (0, 0))

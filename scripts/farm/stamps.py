@@ -1,0 +1,159 @@
+"""What a file was made from, beside the file: OUT.stamp (JSON) holds the command, the tool's version and the SHA-256 of every
+input and of OUT itself. Whether OUT must be made again is decided by that content, never by time stamps."""
+import hashlib
+import json
+import os
+import shlex
+import subprocess
+
+SCHEMA, SCHEMA_VERSION = "penumbra.stamp", 1
+
+
+class ForeignFile(Exception):
+    """A file that is not what its stamp says."""
+
+
+def write_whole(path, content):
+    """A name that exists is a whole file."""
+    os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
+    partial = f"{path}.part{os.getpid()}"
+    with open(partial, "w") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(partial, path)
+
+
+def sha256(path):
+    total = hashlib.sha256()
+    with open(path, "rb") as file:
+        while block := file.read(1 << 20):
+            total.update(block)
+    return total.hexdigest()
+
+
+class Digests:
+    """SHA-256 of files, remembered in FOLDER/.farm/digests.json for as long as size and time stamp stay."""
+
+    def __init__(self, folder="."):
+        self.folder = folder
+        self.memory = os.path.join(folder, ".farm", "digests.json")
+        self.known, self.changed = {}, False
+        try:
+            with open(self.memory) as file:
+                self.known = json.load(file)
+        except (OSError, ValueError):  # a memory only: without it files are read again
+            pass
+
+    def of(self, path):
+        status = os.stat(os.path.join(self.folder, path))
+        size, time, digest = self.known.get(path, (None, None, None))
+        if (size, time) != (status.st_size, status.st_mtime_ns):
+            digest = sha256(os.path.join(self.folder, path))
+            self.known[path] = [status.st_size, status.st_mtime_ns, digest]
+            self.changed = True
+        return digest
+
+    def retimed(self, path):
+        """Only the time of a file that was asked for changed."""
+        self.known[path][1] = os.stat(os.path.join(self.folder, path)).st_mtime_ns
+        self.changed = True
+
+    def save(self):
+        if self.changed:
+            write_whole(self.memory, json.dumps(self.known, indent=0))
+            self.changed = False
+
+
+def command_text(command, inputs):
+    """The command without what does not change its result: folders of programs and of files from outside."""
+    outside = {path for path in inputs if os.path.isabs(path)}
+    return [word if not os.path.isabs(word) else "FILE" if word in outside else os.path.basename(word) for word in command]
+
+
+def tool_version(command, known={}):
+    """What a program of ours says; "" for others, which are inputs of their jobs where they matter."""
+    program = command[0]
+    if not os.path.basename(program).startswith("penumbra-"):
+        return ""
+    if program not in known:
+        known[program] = " ".join(subprocess.run([program, "--version"], capture_output=True, text=True).stdout.split())
+    return known[program]
+
+
+def depfile_inputs(path):
+    """The files that a make rule (--depfile of our programs) lists."""
+    if not path or not os.path.exists(path):
+        return []
+    with open(path) as file:
+        rule = file.read().replace("\\\n", " ").replace("$$", "$")
+    return shlex.split(rule.partition(": ")[2])
+
+
+def read_stamp(folder, output):
+    """The stamp of `output`, or None when there is no whole one."""
+    try:
+        with open(os.path.join(folder, output + ".stamp")) as file:
+            stamp = json.load(file)
+        return stamp if (stamp["schema"], stamp["schema_version"]) == (SCHEMA, SCHEMA_VERSION) else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def write_stamp(folder, output, command, inputs, digests):
+    status = os.stat(os.path.join(folder, output))
+    stamp = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "command": command_text(command, inputs),
+             "version": tool_version(command), "inputs": {path: digests.of(path) for path in inputs},
+             "output": {"sha256": digests.of(output), "mtime_ns": status.st_mtime_ns}}
+    write_whole(os.path.join(folder, output + ".stamp"), json.dumps(stamp, indent=1) + "\n")
+
+
+def check_own(folder, path, digests):
+    """ForeignFile when `path` has a stamp and is not what it says. A file that was only touched gets its time back, so
+    that make, ninja and snakemake do not take it for new."""
+    stamp, place = read_stamp(folder, path), os.path.join(folder, path)
+    if stamp is None or not os.path.exists(place):
+        return stamp
+    made = stamp["output"]
+    if digests.of(path) != made["sha256"]:
+        raise ForeignFile(f"{path}: is not the file that was made here: SHA-256 {digests.of(path)[:12]}..., "
+                          f"made with {made['sha256'][:12]}... (delete it, and it is made again)")
+    if os.stat(place).st_mtime_ns != made["mtime_ns"]:
+        os.utime(place, ns=(made["mtime_ns"], made["mtime_ns"]))
+        digests.retimed(path)
+    return stamp
+
+
+def changed_words(new, old):
+    """What is in one command and not in the other, for people."""
+    lost, come = [w for w in old if w not in new], [w for w in new if w not in old]
+    return f"{' '.join(come) or 'less'} instead of {' '.join(lost) or 'nothing'}" if lost or come else "another order of options"
+
+
+def why_stale(folder, output, command, inputs, digests, temporary=False):
+    """"" when `output` is what `command` would make of `inputs` now, else the reason; ForeignFile."""
+    for path in inputs:
+        check_own(folder, path, digests)
+    stamp = check_own(folder, output, digests)
+    if not os.path.exists(os.path.join(folder, output)) and not (temporary and stamp):
+        return "is not there"
+    if stamp is None:
+        return "has no stamp: nobody knows what made it"
+    if stamp["command"] != command_text(command, inputs):
+        return "made with other options: " + changed_words(command_text(command, inputs), stamp["command"])
+    if stamp["version"] != tool_version(command):
+        return f"made by {stamp['version']}, now {tool_version(command)}"
+    for path in [*inputs, *(p for p in stamp["inputs"] if p not in inputs)]:
+        if path not in stamp["inputs"]:
+            return f"made without {path}"
+        if digest_of(folder, path, digests) != stamp["inputs"][path]:
+            return f"made from another {path}"
+    return ""
+
+
+def digest_of(folder, path, digests):
+    """Of a file that is there, or of a temporary one that is gone."""
+    if os.path.exists(os.path.join(folder, path)):
+        return digests.of(path)
+    stamp = read_stamp(folder, path)
+    return stamp["output"]["sha256"] if stamp else ""

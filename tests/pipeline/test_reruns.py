@@ -1,0 +1,158 @@
+"""The pipeline runs again what changed, and nothing else: Snakemake, Ninja, Make and farm_stamp on tiny synthetic rigs.
+
+usage: test_reruns.py BIN
+"""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without, snakemake, write
+
+sys.path.insert(0, SCRIPTS)
+from farm.config import ConfigError, read_config
+
+BIN = os.path.abspath(sys.argv[1])
+OF_GOLD = {"materials/gold.brdf.h5", "bend/bend.pnb", "bend/check.json", "bend/sheet.png", "index.html"}
+OF_MAN = {"man/man.vis.h5", "man/man.model.h5", "man/man.pnb", "man/man.truth.pnb", "man/check.json", "man/sheet.png", "index.html"}
+
+
+def would_run(folder):
+    return outputs_made(snakemake(folder, "-n"))
+
+
+def expect(folder, wanted, what):
+    found = would_run(folder)
+    assert found == wanted, (what, "not run:", wanted - found, "run:", found - wanted)
+    print(f"{what}: {len(wanted)} jobs")
+
+
+def touch_everything(folder):
+    for where, _, names in os.walk(folder):
+        for name in names:
+            if ".snakemake" not in where and ".farm" not in where:
+                os.utime(os.path.join(where, name))
+
+
+def check_first_run(folder):
+    """All files are there, named on the page, and a second run does nothing within 5 seconds."""
+    made = outputs_made(snakemake(folder))
+    out = os.path.join(folder, "out")
+    assert OF_GOLD | OF_MAN <= made and all(os.path.getsize(os.path.join(out, name)) for name in made), made
+    page = open(os.path.join(out, "index.html")).read()
+    for name in (made - {"index.html"}) | {"reports/man.man.pnb.json"}:
+        assert f'href="{name}"' in page, name
+    assert 'src="man/sheet.png"' in page and "http:" not in page and "https:" not in page and "<script" not in page
+    seconds = []
+    for _ in range(3):
+        start = time.monotonic()
+        text = snakemake(folder)
+        seconds.append(time.monotonic() - start)
+        assert "Nothing to be done" in text, text
+    assert min(seconds) <= 5, seconds  # 1.1 s on an idle machine
+    print(f"second run: nothing to do, {min(seconds):.1f} s")
+
+
+def check_touch(folder):
+    touch_everything(folder)
+    expect(folder, set(), "everything touched")
+    out = os.path.join(folder, "out")
+    os.rename(out, out + ".old")
+    shutil.copytree(out + ".old", out, copy_function=shutil.copyfile)
+    shutil.rmtree(os.path.join(out, ".snakemake"))
+    shutil.rmtree(out + ".old")
+    expect(folder, set(), "copied without time stamps and without Snakemake's memory")
+    replace(os.path.join(folder, "farm.yaml"), "output: out\n", "output: out  # a comment\n")
+    expect(folder, {"index.html"}, "a comment in the YAML file")
+
+
+def check_changes(folder):
+    """A changed material, fit option, rig file."""
+    yaml, man = os.path.join(folder, "farm.yaml"), os.path.join(folder, "capsule_man.glb")
+    replace(yaml, "alpha=0.4", "alpha=0.5")
+    expect(folder, OF_GOLD, "a BRDF changed")
+    ran = outputs_made(snakemake(folder))
+    assert ran == OF_GOLD, ran
+    expect(folder, set(), "after that run")
+    replace(yaml, "holdout: [walk],", "holdout: [walk], fit: {clusters: 3},")
+    expect(folder, OF_MAN - {"man/man.vis.h5", "man/man.truth.pnb"}, "a fit option changed")
+    replace(yaml, " fit: {clusters: 3},", "")
+    expect(folder, set(), "and changed back")
+    whole = open(man, "rb").read()
+    with open(man, "ab") as file:
+        file.write(b" " * 4)
+    text = snakemake(folder, "-n")
+    assert outputs_made(text) == OF_MAN, outputs_made(text)
+    assert "man/man.vis.h5: made from another" in text, text
+    open(man, "wb").write(whole)
+    expect(folder, set(), "a rig changed and changed back")
+
+
+def check_foreign(folder):
+    """A file that is not what was made here stops the run and is named; deleted, it is made again, the same bytes."""
+    vis = os.path.join(folder, "out", "man", "man.vis.h5")
+    whole = open(vis, "rb").read()
+    subprocess.run([os.path.join(BIN, "penumbra-bake"), "visibility", os.path.join(folder, "capsule_man.glb"), "-o", vis, "-q",
+                    "--fps", "3", "--rays", "16", "--seed", "2"], check=True)
+    text = snakemake(folder, code=1)
+    assert "man/man.vis.h5: is not the file that was made here" in text, text
+    assert open(vis, "rb").read() != whole
+    os.remove(vis)
+    ran = outputs_made(snakemake(folder, "bakes"))
+    assert ran == {"man/man.vis.h5"}, ran
+    assert open(vis, "rb").read() == whole
+    os.remove(os.path.join(folder, "out", "man", "man.model.h5.stamp"))
+    text = snakemake(folder, "-n")
+    assert "man/man.model.h5: has no stamp" in text and "man/man.model.h5" in outputs_made(text), text
+    snakemake(folder)
+    print("a foreign file is named, an unknown one made again")
+
+
+def check_config_errors(folder):
+    yaml = os.path.join(folder, "farm.yaml")
+    whole = open(yaml).read()
+    cases = [
+        ("holdout: [walk]", "holdout: [walk], fbs: 3", "rigs.man.fbs: no such key; did you mean fps?"),
+        ("bake: {rays: 16}", "bake: {rays: many}", "defaults.bake.rays: takes a whole number from 16, not 'many'"),
+        ("bake: {rays: 16}", "bake: {rays: 4}", "defaults.bake.rays: takes a whole number from 16, not 4"),
+        ("fps: 3", "fps: true", "defaults.fps: takes a number from 0.001, not True"),
+        ("[capsule_man.glb]", "[nobody.glb]", "rigs.man.files[0]: no such file"),
+        ("[capsule_man.glb]", "capsule_man.glb", "rigs.man.files: takes a list"),
+        ("holdout: [walk], ", "", "rigs.man.holdout: missing"),
+        ("materials: [clay]", "materials: [tin]", "rigs.man.materials: tin is not among materials: clay, gold"),
+        ("{analytic: lambert}", "{analytic: lambert, table: farm.yaml}", "materials.clay: takes exactly one of analytic, merl, table"),
+        ("{analytic: sky}", "{}", "lights.sky: takes exactly one of picture, analytic"),
+        ("output: out\n", "", "output: missing"),
+        ("model: linear", "model: cubic", "defaults.fit.model: takes one of linear, quadratic, neural, additive, not 'cubic'"),
+        ("  man:", "  the man:", "rigs: 'the man' cannot be a name"),
+    ]
+    for old, new, says in cases:
+        replace(yaml, old, new)
+        try:
+            read_config(yaml)
+            assert False, ("taken", new)
+        except ConfigError as error:
+            assert says in str(error), (says, str(error))
+        if old is cases[0][0]:
+            text = snakemake(folder, "-n", code=1)
+            assert says in text and "Traceback" not in text, (says, text)
+        write(yaml, whole)
+    print(f"{len(cases)} mistakes in the YAML file are named")
+
+
+def main():
+    skip_without("snakemake")
+    with tempfile.TemporaryDirectory() as name:
+        folder = os.path.join(name, "a farm")
+        make_farm(folder, BIN)
+        check_config_errors(folder)
+        check_first_run(folder)
+        check_touch(folder)
+        snakemake(folder)
+        check_changes(folder)
+        check_foreign(folder)
+
+
+main()
