@@ -1,14 +1,14 @@
 #pragma once
-// Double-precision transforms of the rig importer: affine 3x4 matrices and quaternions (x y z w, as glTF has them).
+// Double-precision transforms of the rig importer: affine 3x4 matrices.
 #include <array>
 #include <optional>
 
 #include "formats/rig_file.h"
+#include "sh/quaternion.h"
 
 namespace penumbra {
 
 using Matrix = std::array<double, 12>;  // row-major 3x4; the last row is 0 0 0 1
-using Quaternion = std::array<double, 4>;
 
 constexpr Matrix kIdentityMatrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
@@ -18,16 +18,6 @@ double determinant(const Matrix& a);  // of the linear part
 // Empty where the columns of the linear part are linearly dependent to 1e-12 (a scale of 0, for one).
 std::optional<Matrix> inverse(const Matrix& a);
 bool allFinite(const Matrix& a);
-
-Quaternion multiply(const Quaternion& a, const Quaternion& b);
-Quaternion conjugate(const Quaternion& q);
-// Empty where the length is 0 or not finite.
-std::optional<Quaternion> normalized(const Quaternion& q);
-// Shortest great arc from a to b, both unit; t in 0..1.
-Quaternion slerp(const Quaternion& a, const Quaternion& b, double t);
-// log of a unit quaternion: axis times angle, in radians, length <= pi.
-Vec3d rotationVector(const Quaternion& q);
-Quaternion rotationOf(Vec3d rotation_vector);  // the other way: exp
 
 // translation x rotation x scale
 Matrix composeTransform(const std::array<double, 3>& translation, const Quaternion& rotation,

@@ -11,6 +11,7 @@ public:
     // Starts anew when it is another animation or clip. `evaluator` loses its pose: not the one that is drawn.
     void compute(Evaluator& evaluator, std::size_t clip, double milliseconds);
     // Evaluator::outOfRange() of the clip's first frames, as many as are known.
+    std::size_t clip() const { return clip_; }
     std::span<const float> outOfRange() const { return out_of_range_; }
 
 private:

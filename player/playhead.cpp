@@ -34,9 +34,31 @@ std::size_t frameNumber(const AnimationView& animation, const ClipView& clip, do
     return std::size_t(std::max<std::ptrdiff_t>(after - times.begin() - 1, 0));
 }
 
+ClipPosition clipPosition(const AnimationView& animation, const ClipView& clip, double time) {
+    ClipPosition position;
+    position.frame = position.next = frameNumber(animation, clip, time);
+    if (position.frame + 1 >= clip.frame_count) return position;
+    position.next = position.frame + 1;
+    const double start = frameSeconds(animation, clip, position.frame);
+    const double span = frameSeconds(animation, clip, position.next) - start;
+    const double after = wrapped(time, clipSeconds(animation, clip)) - start;
+    if (after > kTimeTolerance && span > 0) position.part = std::min(after / span, 1 - 1e-9);
+    return position;
+}
+
+double positionSeconds(const AnimationView& animation, const ClipView& clip, double number) {
+    const double last = double(clip.frame_count - 1), within = std::clamp(number, 0.0, last);
+    const auto frame = std::size_t(within);
+    const double start = frameSeconds(animation, clip, frame);
+    if (frame + 1 >= clip.frame_count) return start;
+    return start + (within - double(frame)) * (frameSeconds(animation, clip, frame + 1) - start);
+}
+
 void advance(Playhead& playhead, const AnimationView& animation, const ClipView& clip, double seconds) {
     if (!playhead.playing) return;
-    playhead.time = wrapped(playhead.time + playhead.speed * seconds, clipSeconds(animation, clip));
+    const double round =
+        playhead.smooth ? frameSeconds(animation, clip, clip.frame_count - 1) : clipSeconds(animation, clip);
+    playhead.time = wrapped(playhead.time + playhead.speed * seconds, round);
 }
 
 void stepFrames(Playhead& playhead, const AnimationView& animation, const ClipView& clip, int frames) {

@@ -19,11 +19,19 @@ void play(ViewState& state, const ViewContents&, bool) { state.playhead.playing 
 
 template <int kFrames>
 void step(ViewState& state, const ViewContents& contents, bool shift) {
+    // Back from between two frames: the first of them is one.
+    const bool between = kFrames < 0 && shownPosition(state, contents, state.selected).part > 0;
     stepFrames(state.playhead, animationOf(state, contents), selectedClip(state, contents),
-               shift ? 10 * kFrames : kFrames);
+               (shift ? 10 * kFrames : kFrames) + (between ? 1 : 0));
 }
 
 void rewind(ViewState& state, const ViewContents&, bool) { state.playhead.time = 0; }
+
+void worst(ViewState& state, const ViewContents& contents, bool out_of_range) {
+    out_of_range ? showWorstRange(state, contents) : showWorstError(state, contents);
+}
+
+void smooth(ViewState& state, const ViewContents&, bool) { state.smooth = !state.smooth; }
 
 void faster(ViewState& state, const ViewContents&, bool) {
     state.playhead.speed = std::min(8.0, 2 * state.playhead.speed);
@@ -105,6 +113,8 @@ constexpr std::array kShortcuts = {
     Shortcut{kKeyRight, "Right", "10 frames", "next frame", step<1>},
     Shortcut{kKeyLeft, "Left", "10 frames", "previous frame", step<-1>},
     Shortcut{kKeyHome, "Home", "", "first frame", rewind},
+    Shortcut{'W', "W", "farthest out of range", "the clip's frame of the largest error", worst},
+    Shortcut{'I', "I", "", "interpolate between sampled frames, or snap to them", smooth},
     Shortcut{kKeyUp, "Up", "", "twice as fast", faster},
     Shortcut{kKeyDown, "Down", "", "half as fast", slower},
     Shortcut{kKeyPageDown, "Page Down", "", "next clip", otherClip<false>},

@@ -21,7 +21,8 @@ using Clock = std::chrono::steady_clock;
 // After the last event ImGui still needs a few frames, for what appears under the pointer.
 constexpr double kDrawAfterEvent = 0.3;  // seconds
 constexpr double kIdleWait = 0.25;       // seconds between looks at whether to stop
-constexpr double kStripTime = 3;         // milliseconds a frame for the strip under the timeline
+constexpr double kStripTime = 3;         // milliseconds a frame for the strips of the timeline
+constexpr double kStripTimeAtRest = 12;  // while the picture stands
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -159,10 +160,9 @@ void ViewLoop::advanceTime() {
         state_.playhead.time =
             frameSeconds(animation, clip, std::min<std::size_t>(*state_.sequence, clip.frame_count - 1));
     }
-    advance(state_.playhead, animation, clip, seconds);
+    advanceView(state_, contents, seconds);
     if (state_.turntable) turntable(state_.camera, seconds);
-    Character& character = *scene_->characters[state_.selected];
-    character.strip.compute(*character.strip_evaluator, state_.characters[state_.selected].clip, kStripTime);
+    computeStrips(*scene_, state_, state_.playhead.playing || state_.turntable ? kStripTime : kStripTimeAtRest);
 }
 
 void ViewLoop::updatePicture(const Rectangle& picture) {
@@ -201,10 +201,8 @@ void ViewLoop::drawFrame() {
 
 // Whether the picture changes by itself.
 bool ViewLoop::busy() const {
-    const Character& character = *scene_->characters[state_.selected];
-    const ClipView& clip = character.asset.animation.clips[state_.characters[state_.selected].clip];
     return state_.playhead.playing || state_.turntable || state_.sequence.has_value() ||
-           character.strip.outOfRange().size() < clip.frame_count;
+           !stripsAreComplete(*scene_, state_);
 }
 
 void ViewLoop::keepSettings() {

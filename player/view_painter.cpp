@@ -50,7 +50,7 @@ void ScenePainter::drawCharacter(std::size_t index, Shown shown, bool on_cpu, co
         at->second.upload(character.vertices.positions, character.values[std::size_t(shown)]);
     } else {
         ModelPainter& painter = modelPainter(key, character);
-        painter.setPose(*character.evaluator, character.asset.animation.bonesOf(character.frame));
+        painter.setPose(*character.evaluator, character.interpolation->bones());
         if (shown == Shown::kTruth) painter.setNumbers(character.truth_numbers);
     }
     cost.upload += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

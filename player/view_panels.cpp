@@ -9,14 +9,12 @@
 #include "player/view_actions.h"
 #include "player/view_overlays.h"
 #include "player/view_pick.h"
+#include "player/view_timeline.h"
 #include "player/visibility_lobe.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
 namespace {
-
-// Out of range below this fills the strip in part only: rounding and the margin of training ranges.
-constexpr float kSmallRange = 0.1f;  // about radians
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
@@ -134,28 +132,6 @@ void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& 
     if (!figures.message.empty()) ImGui::TextWrapped("%s", figures.message.c_str());
 }
 
-// Evaluator::outOfRange() of every frame of the clip as a strip under its slider.
-void outOfRangeStrip(const Character& character, std::size_t frames, std::size_t shown) {
-    const std::span<const float> values = character.strip.outOfRange();
-    const float most = values.empty() ? 0 : *std::max_element(values.begin(), values.end());
-    const ImVec2 corner = ImGui::GetCursorScreenPos();
-    const float width = ImGui::GetContentRegionAvail().x, height = 1.6f * ImGui::GetFontSize();
-    ImDrawList& list = *ImGui::GetWindowDrawList();
-    list.AddRectFilled(corner, ImVec2(corner.x + width, corner.y + height), IM_COL32(30, 34, 40, 255));
-    const auto left = [&](std::size_t frame) { return corner.x + width * float(frame) / float(frames); };
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const float part = values[i] / std::max(most, kSmallRange);
-        list.AddRectFilled(ImVec2(left(i), corner.y + height * (1 - part)), ImVec2(left(i + 1), corner.y + height),
-                           IM_COL32(235, 140, 40, 255));
-    }
-    list.AddRect(ImVec2(left(shown), corner.y), ImVec2(left(shown + 1), corner.y + height),
-                 IM_COL32(255, 255, 255, 200));
-    char label[64];
-    std::snprintf(label, sizeof label, "out of range, at most %.3f rad", double(most));
-    list.AddText(ImVec2(corner.x + 4, corner.y + 2), IM_COL32(230, 230, 230, 255), label);
-    ImGui::Dummy(ImVec2(width, height));
-}
-
 // Numbers of the picked vertex, the model's beside the truth's.
 void vertexPanel(const Scene& scene, const PickedVertex& picked) {
     const Character& character = *scene.characters[picked.character];
@@ -184,30 +160,6 @@ void vertexPanel(const Scene& scene, const PickedVertex& picked) {
         scores += number;
     }
     ImGui::TextWrapped("%s", scores.c_str());
-}
-
-void timeline(const Scene& scene, ViewState& state) {
-    const AnimationView& animation = scene.characters[state.selected]->asset.animation;
-    const ViewContents contents = contentsOf(scene);
-    const ClipView& clip = selectedClip(state, contents);
-    if (ImGui::Button(state.playhead.playing ? "Pause" : "Play", ImVec2(ImGui::GetFontSize() * 5, 0)))
-        state.playhead.playing = !state.playhead.playing;
-    ImGui::SameLine();
-    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 10);
-    float speed = float(state.playhead.speed);
-    if (ImGui::SliderFloat("##speed", &speed, 0.125f, 8, "speed x %.2f", ImGuiSliderFlags_Logarithmic))
-        state.playhead.speed = double(speed);
-    ImGui::SameLine();
-    const std::size_t number = frameNumber(animation, clip, state.playhead.time);
-    ImGui::Text("frame %zu of %u   %.2f s of %.2f s", number, clip.frame_count, state.playhead.time,
-                clipSeconds(animation, clip));
-    int frame = int(number);
-    ImGui::SetNextItemWidth(-1);
-    if (ImGui::SliderInt("##frame", &frame, 0, int(clip.frame_count) - 1, "%d", ImGuiSliderFlags_AlwaysClamp)) {
-        state.playhead.playing = false;
-        state.playhead.time = frameSeconds(animation, clip, std::size_t(frame));
-    }
-    outOfRangeStrip(*scene.characters[state.selected], clip.frame_count, number);
 }
 
 void helpWindow(ViewState& state, const Rectangle& picture) {
@@ -261,7 +213,7 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     ImGui::End();
     beginFixed("timeline", kSidePanelWidth * unit, size.y - kTimelineHeight * unit, size.x - kSidePanelWidth * unit,
                kTimelineHeight * unit);
-    timeline(scene, state);
+    buildTimeline(scene, state);
     ImGui::End();
 }
 

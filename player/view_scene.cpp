@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 
 #include "formats/errors.h"
 #include "formats/project_map.h"
@@ -62,6 +63,7 @@ static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneF
     if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
     gatherLibrary(scene, file, character->asset);
     character->evaluator = std::make_unique<Evaluator>(character->asset);
+    character->interpolation = std::make_unique<PoseInterpolation>(character->asset);
     character->strip_evaluator = std::make_unique<Evaluator>(character->asset);
     if (!character->asset.materials.empty() && !character->asset.lights.empty())
         character->shading = std::make_unique<ShadingSet>(character->asset);
@@ -99,9 +101,10 @@ Scene openScene(std::span<const std::filesystem::path> paths, int threads) {
 ViewContents contentsOf(const Scene& scene) {
     ViewContents contents;
     for (const auto& character : scene.characters)
-        contents.characters.push_back({&character->asset.animation,
-                                       std::max<std::size_t>(1, character->asset.mesh.slots.size()),
-                                       mostComponents(character->asset.model), character->truth != nullptr});
+        contents.characters.push_back(
+            {&character->asset.animation, std::max<std::size_t>(1, character->asset.mesh.slots.size()),
+             mostComponents(character->asset.model), character->truth != nullptr, character->strip.clip(),
+             character->strip.outOfRange(), character->error_strip.errors()});
     contents.materials = scene.material_names.size();
     contents.lights = scene.light_names.size();
     return contents;
@@ -141,11 +144,18 @@ static std::string_view nameOf(Compare compare) {
     return kNames[std::size_t(compare)];
 }
 
+// "3", or "3.42" between two frames
+static std::string frameText(const ClipPosition& position) {
+    char text[32];
+    std::snprintf(text, sizeof text, position.part > 0 ? "%.2f" : "%.0f", double(position.frame) + position.part);
+    return text;
+}
+
 std::string describe(const Scene& scene, const ViewState& state) {
     const ViewContents contents = contentsOf(scene);
     const ClipView& clip = selectedClip(state, contents);
     std::string text = "clip " + std::string(clip.name) + ", frame " +
-                       std::to_string(shownFrame(state, contents, state.selected) - clip.first_frame) + ", " +
+                       frameText(shownPosition(state, contents, state.selected)) + ", " +
                        std::string(nameOf(state.channel)) + ", " + std::string(nameOf(shownCompare(state)));
     if (state.channel == Channel::kShaded)
         text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + ", light " +
@@ -168,14 +178,18 @@ static Shot shotOf(const Character& character) {
     return shot;
 }
 
-static void poseCharacter(Character& character, std::size_t frame, int threads) {
-    if (character.posed && character.frame == frame) return;
-    const AnimationView& animation = character.asset.animation;
-    character.evaluator->setPose(animation.bonesOf(frame), animation.poseOf(frame));
+static void poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position, int threads) {
+    const std::size_t frame = clip.first_frame + position.frame;
+    if (character.posed && character.frame == frame && character.part == position.part) return;
+    PoseInterpolation& pose = *character.interpolation;
+    pose.evaluate(frame, clip.first_frame + position.next, position.part);
+    character.evaluator->setPose(pose.bones(), pose.pose());
     skinFrame(*character.evaluator, threads, character.vertices);
     character.frame = frame;
+    character.part = position.part;
     character.truth_frame.reset();
-    if (character.truth) character.truth_frame = findTruthFrame(character.asset, *character.truth, frame);
+    if (character.truth && position.part == 0)
+        character.truth_frame = findTruthFrame(character.asset, *character.truth, frame);
     character.posed = true;
     character.has_model_numbers = character.has_truth_numbers = false;
 }
@@ -259,7 +273,8 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         Character& character = *scene.characters[i];
         auto start = std::chrono::steady_clock::now();
-        poseCharacter(character, shownFrame(state, contents, i), needs.threads);
+        const ClipView& clip = character.asset.animation.clips[state.characters[i].clip];
+        poseCharacter(character, clip, shownPosition(state, contents, i), needs.threads);
         const Compare compare = shownCompare(state);
         const bool picked = state.picked && state.picked->character == i;
         const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
@@ -277,6 +292,23 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
             showValues(character, compare, eye - character.offset, needs.threads);
         cost.shade += millisecondsSince(start);
     }
+}
+
+void computeStrips(Scene& scene, const ViewState& state, double milliseconds) {
+    Character& character = *scene.characters[state.selected];
+    const std::size_t clip = state.characters[state.selected].clip;
+    const auto start = std::chrono::steady_clock::now();
+    character.strip.compute(*character.strip_evaluator, clip, milliseconds);
+    const double left = milliseconds - millisecondsSince(start);
+    if (character.truth && left > 0)
+        character.error_strip.compute(*character.strip_evaluator, *character.truth, clip, left);
+}
+
+bool stripsAreComplete(const Scene& scene, const ViewState& state) {
+    const Character& character = *scene.characters[state.selected];
+    const ClipView& clip = character.asset.animation.clips[state.characters[state.selected].clip];
+    return character.strip.outOfRange().size() >= clip.frame_count &&
+           (!character.truth || character.error_strip.errors().size() >= clip.frame_count);
 }
 
 static BoundingBox boundsOf(const Scene& scene, bool rest) {

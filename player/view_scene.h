@@ -4,9 +4,11 @@
 #include <memory>
 
 #include "player/clip_strip.h"
+#include "player/error_strip.h"
 #include "player/frame_values.h"
 #include "player/open_asset.h"
 #include "player/orbit_camera.h"
+#include "player/pose_interpolation.h"
 #include "player/view_state.h"
 
 namespace penumbra {
@@ -28,8 +30,10 @@ struct Character {
     std::unique_ptr<Evaluator> evaluator;
     std::unique_ptr<ShadingSet> shading;  // null without materials or lights
 
-    std::size_t frame = 0;
-    std::optional<std::size_t> truth_frame;
+    std::unique_ptr<PoseInterpolation> interpolation;
+    std::size_t frame = 0;  // of the animation; the pose is `part` of the way from it to the next
+    double part = 0;
+    std::optional<std::size_t> truth_frame;  // of sampled frames only
     bool posed = false, has_model_numbers = false, has_truth_numbers = false;
     FrameVertices vertices;            // numbers: of the model
     std::vector<float> truth_numbers;  // in the same local frames
@@ -40,6 +44,7 @@ struct Character {
     std::optional<std::size_t> component;  // that these are of
     float component_most = 0;              // the largest of them, without its sign
     ClipStrip strip;
+    ErrorStrip error_strip;                      // with truth
     std::unique_ptr<Evaluator> strip_evaluator;  // of poses that are not drawn
     double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError
 };
@@ -72,6 +77,10 @@ struct UpdateNeeds {
 };
 // Makes the characters what `state` says. Recomputes only what changed.
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
+
+// Computes on, for some milliseconds, what the timeline shows of the selected character's clip.
+void computeStrips(Scene& scene, const ViewState& state, double milliseconds);
+bool stripsAreComplete(const Scene& scene, const ViewState& state);
 
 // "clip walk, frame 3, shaded, model, material lambert, light sky"
 std::string describe(const Scene& scene, const ViewState& state);

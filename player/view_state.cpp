@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 namespace penumbra {
@@ -22,6 +23,40 @@ static const ClipView& clipOf(const ViewState& state, const ViewContents& conten
 
 const ClipView& selectedClip(const ViewState& state, const ViewContents& contents) {
     return clipOf(state, contents, state.selected);
+}
+
+bool snapsToFrames(const ViewState& state) {
+    const bool error = state.channel == Channel::kError && !state.component;
+    return !state.smooth || error || shownCompare(state) != Compare::kModel;
+}
+
+static void showFrame(ViewState& state, const ViewContents& contents, std::size_t number) {
+    state.playhead.playing = false;
+    state.playhead.time =
+        frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number);
+}
+
+// Where the largest figure is; the figures may still be those of a clip that was on before.
+template <class Figures, class Projection>
+static void showLargest(ViewState& state, const ViewContents& contents, const Figures& figures, Projection projection) {
+    if (figures.empty() || contents.characters[state.selected].strip_clip != state.characters[state.selected].clip)
+        return;
+    showFrame(state, contents, std::size_t(std::ranges::max_element(figures, {}, projection) - figures.begin()));
+}
+
+void showWorstError(ViewState& state, const ViewContents& contents) {
+    showLargest(state, contents, contents.characters[state.selected].errors, &FrameError::mean);
+}
+
+void showWorstRange(ViewState& state, const ViewContents& contents) {
+    showLargest(state, contents, contents.characters[state.selected].out_of_range, std::identity());
+}
+
+ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character) {
+    const ClipView& clip = clipOf(state, contents, character);
+    ClipPosition position = clipPosition(*contents.characters[character].animation, clip, state.playhead.time);
+    if (!snapsToFrames(state)) return position;
+    return {position.frame, position.frame, 0};
 }
 
 std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character) {
@@ -84,6 +119,7 @@ Mat3 lightRotation(const ViewState& state) {
 }
 
 void advanceView(ViewState& state, const ViewContents& contents, double seconds) {
+    state.playhead.smooth = !snapsToFrames(state);
     advance(state.playhead, *contents.characters[state.selected].animation, selectedClip(state, contents), seconds);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "player/channel.h"
+#include "player/error_strip.h"
 #include "player/playhead.h"
 #include "player/view_display.h"
 #include "sh/camera.h"
@@ -35,6 +36,7 @@ struct ViewState {
     std::size_t selected = 0;  // the character that clips and materials are chosen for
     std::size_t slot = 0;      // that a material is chosen for; as many as there are slots: all of them
     Playhead playhead;
+    bool smooth = true;  // poses between sampled frames, where no truth is shown
     Camera camera;
     bool turntable = false;
     Channel channel = Channel::kShaded;
@@ -58,6 +60,9 @@ struct CharacterContents {
     const AnimationView* animation = nullptr;
     std::size_t slots = 1, components = 0;
     bool has_truth = false;
+    std::size_t strip_clip = 0;  // whose first frames' figures these are, as far as known
+    std::span<const float> out_of_range = {};
+    std::span<const FrameError> errors = {};
 };
 struct ViewContents {
     std::vector<CharacterContents> characters;
@@ -68,7 +73,15 @@ struct ViewContents {
 };
 
 const ClipView& selectedClip(const ViewState& state, const ViewContents& contents);
-// Frame of the character's animation that is shown: all characters share the playhead's time.
+// To the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range; as far
+// as they are known.
+void showWorstError(ViewState& state, const ViewContents& contents);
+void showWorstRange(ViewState& state, const ViewContents& contents);
+// Whether only sampled frames are shown: as chosen, or because truth is, which there is of no others.
+bool snapsToFrames(const ViewState& state);
+// What is shown of the character's clip: all characters share the playhead's time. `part` is 0 on sampled frames.
+ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character);
+// Its first frame, in the character's animation.
 std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character);
 
 // Each takes only what there is: a channel without what it needs, or a comparison without truth, stays off.

@@ -112,7 +112,7 @@ class Shot:
         assert not panels or pixels.shape == (HEIGHT, WIDTH, 3), pixels.shape
 
     def frame(self):
-        return int(self.said.split("frame ")[1].split(",")[0])
+        return float(self.said.split("frame ")[1].split(",")[0])
 
     def mask(self):
         """The figure: whatever differs from the background, the colour of the upper right corner."""
@@ -145,6 +145,48 @@ def check_plays_and_scrubs(view, first):
     other = view.shot("Next")
     assert other.said.split(",")[0] != first.said.split(",")[0], other.said
     assert difference(view.shot("Prior"), first) == 0
+
+
+def check_smooth(view, first):
+    """Between sampled frames the pose moves on; with truth it does not."""
+    row = HEIGHT - TIMELINE + 43
+    at = lambda number: (PANEL + 8 + (WIDTH - PANEL - 16) * number / 13, row)  # 13 frames
+    between = []
+    for number in (4.02, 4.5, 4.9):
+        view.drag(1, at(number - 1), at(number))
+        between.append(view.shot())
+        assert abs(between[-1].frame() - number) < 0.05, (number, between[-1].said)
+    assert difference(between[0], between[1]) > 0.05 and difference(between[1], between[2]) > 0.05
+    assert difference(between[0], between[2]) > difference(between[0], between[1]), "further is further"
+    on_frame = view.shot("i")
+    assert on_frame.said.split("frame ")[1].startswith("4,"), on_frame.said
+    assert view.shot("t").frame() == 4, "truth is baked on sampled frames"
+    assert abs(view.shot("t", "i").frame() - 4.9) < 0.05
+    assert view.shot("Left").frame() == 4
+    assert difference(view.shot("Home"), first) == 0
+
+
+def check_strips(view, first):
+    """The strips of the timeline: filled, found by a click, and the worst frames by a key."""
+    time.sleep(1)  # they are computed while nothing else is to do
+    shown = view.shot(panels=True).whole
+    strips = []
+    for row, color in ((HEIGHT - 56, (235, 140, 40)), (HEIGHT - 33, (214, 72, 96))):
+        strip = shown[row - 9:row + 11, PANEL + 8:WIDTH - 8]
+        filled = (np.abs(strip - color).max(-1) < 12).sum(0)
+        assert filled.any(), (row, "nothing is in the strip")
+        cells = [filled[int(i * len(filled) / 13) + 2:int((i + 1) * len(filled) / 13) - 2].max() for i in range(13)]
+        strips.append((row, cells))
+    worst = view.shot("w")
+    assert abs(strips[1][1][int(worst.frame())] - max(strips[1][1])) <= 1, (worst.said, strips)
+    far = view.shot("shift+w")
+    assert abs(strips[0][1][int(far.frame())] - max(strips[0][1])) <= 1, (far.said, strips)
+    view.move(PANEL + 8 + (WIDTH - PANEL - 16) * 7.5 / 13, HEIGHT - 33)
+    view.tool("click", 1)
+    time.sleep(0.2)
+    assert view.shot().frame() == 7, "a click on a strip's cell"
+    view.move(PANEL + 100, 200)
+    assert difference(view.shot("Home"), first) == 0
 
 
 def check_shading(view, first):
@@ -384,6 +426,8 @@ with tempfile.TemporaryDirectory() as folder, Display():
     start = window.shot()
     assert start.mask().sum() > 2000, start.mask().sum()
     check_plays_and_scrubs(window, start)
+    check_smooth(window, start)
+    check_strips(window, start)
     check_shading(window, start)
     start = window.shot()  # the light was turned and turned back, which rounds
     check_channels(window, start)

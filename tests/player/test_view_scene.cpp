@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "player/clip_strip.h"
+#include "player/error_strip.h"
 #include "player/screenshot.h"
 #include "player/truth_frames.h"
 #include "player/view_settings.h"
@@ -72,6 +73,42 @@ TEST(ClipStrip, HasTheEvaluatorsMeasureOfEveryFrame) {
     }
     strip.compute(other, 1, 1000);
     EXPECT_EQ(strip.outOfRange().size(), synthetic.asset.animation.clips[1].frame_count) << "another clip: anew";
+}
+
+// Of a synthetic asset whose truth is open everywhere; one clip is not in the truth.
+TEST(ErrorStrip, IsTheErrorOfEveryFrame) {
+    const SyntheticAsset synthetic;
+    const AssetView& asset = synthetic.asset;
+    const Evaluator evaluator(asset);
+    ErrorStrip strip;
+    for (int i = 0; i < 10000 && strip.errors().size() < 3; ++i) strip.compute(evaluator, synthetic.truth, 0, 0.01);
+    ASSERT_EQ(strip.errors().size(), 3u);
+    for (std::size_t frame = 0; frame < 3; ++frame) {
+        Shot shot;
+        shot.asset = &asset;
+        shot.truth = &synthetic.truth;
+        shot.frame = shot.truth_frame = frame;
+        Evaluator other(asset);
+        FrameVertices vertices;
+        evaluateFrame(shot, VisibilitySource::kModel, other, 1, vertices);
+        const std::vector<float> e = ambientOf(shot, vertices.numbers, 1), truth = trueAmbient(shot, vertices, 1);
+        double sum = 0;
+        float most = 0;
+        for (std::size_t v = 0; v < e.size(); ++v) {
+            sum += double(std::abs(e[v] - truth[v]));
+            most = std::max(most, std::abs(e[v] - truth[v]));
+        }
+        EXPECT_GT(most, 0);
+        EXPECT_NEAR(double(strip.errors()[frame].mean), sum / double(e.size()), 1e-6);
+        EXPECT_FLOAT_EQ(strip.errors()[frame].most, most);
+        EXPECT_TRUE(strip.errors()[frame].has_truth);
+    }
+    AssetView partial = synthetic.truth;
+    partial.animation.clips.pop_back();
+    strip.compute(evaluator, partial, 1, 1000);
+    ASSERT_EQ(strip.errors().size(), 1u);
+    EXPECT_FALSE(strip.errors()[0].has_truth);
+    EXPECT_EQ(strip.errors()[0].mean, 0);
 }
 
 TEST(TruthFrames, SameClipNumberAndTime) {

@@ -51,6 +51,7 @@ TEST(Playhead, PlaysAtTheClipsRateTimesTheSpeed) {
     advanceView(c.state, c.contents, 0.6);
     EXPECT_EQ(c.frame(), 1u);
     c.press(kKeyUp);
+    c.press('I');
     advanceView(c.state, c.contents, 0.5);  // 0.6 + 2 * 0.5 = 1.6: 0.1 after the start
     EXPECT_NEAR(c.state.playhead.time, 0.1, 1e-12);
     c.press(kKeyRight);
@@ -68,6 +69,41 @@ TEST(ViewActions, StepsGoRoundTheClip) {
     EXPECT_EQ(c.frame(), 0u);
     c.press(kKeyPageUp);
     EXPECT_EQ(c.frame(), 3u) << "the other clip's only frame";
+}
+
+TEST(ViewActions, TruthKeepsTimeOnSampledFrames) {
+    Contents c;
+    c.state.playhead.time = 0.75;
+    EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{1, 2, 0.5}));
+    for (const int key : {'I', 'T', '3'}) {
+        c.press(key);
+        EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{1, 1, 0})) << char(key);
+        c.press(key == '3' ? '2' : key);
+        EXPECT_GT(shownPosition(c.state, c.contents, 0).part, 0) << char(key);
+    }
+    c.press(kKeyLeft);
+    EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{1, 2, 0})) << "back to the frame before";
+    c.state.playhead.time = 0.75;
+    c.press(kKeyRight);
+    EXPECT_EQ(shownPosition(c.state, c.contents, 0), (ClipPosition{2, 2, 0}));
+}
+
+TEST(ViewActions, WorstFramesAreFound) {
+    Contents c;
+    const std::array<FrameError, 3> errors = {{{0.1f, 0.5f, true}, {0.3f, 0.4f, true}, {0.2f, 0.9f, true}}};
+    const std::array<float, 3> ranges = {0, 0, 0.7f};
+    c.press('W');
+    EXPECT_EQ(c.state.playhead.time, 0) << "nothing is known yet";
+    c.contents.characters[0].errors = errors;
+    c.contents.characters[0].out_of_range = ranges;
+    c.press('W');
+    EXPECT_EQ(c.frame(), 1u);
+    c.press('W', /*shift=*/true);
+    EXPECT_EQ(c.frame(), 2u);
+    c.press(kKeyPageDown);
+    c.press('W');
+    EXPECT_EQ(c.frame(), 3u) << "the figures are of the other clip";
+    EXPECT_EQ(c.state.playhead.time, 0);
 }
 
 TEST(ViewActions, MaterialsChangeOnTheChosenSlots) {
