@@ -6,6 +6,7 @@
 #include "bake/bake_visibility.h"
 #include "bake/frame_choice.h"
 #include "bake/info_command.h"
+#include "bake/merge_command.h"
 #include "bake/poses_command.h"
 #include "bake/reference_command.h"
 #include "formats/command_line.h"
@@ -113,5 +114,5 @@ int main(int argc, char** argv) {
     return runProgram("penumbra-bake", "Ray-traced visibility of animated characters.",
                       "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1, "
                       "penumbra.asset 3",
-                      {visibilityVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
+                      {visibilityVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
 }

@@ -33,7 +33,8 @@ static std::string optionsJson(const BakeOptions& options) {
     return json.dump();
 }
 
-static FrameList chooseFrames(Rig& rig, const BakeOptions& options) {
+// All frames of the chosen clips; --frames slices them.
+static FrameList listFrames(Rig& rig, const BakeOptions& options) {
     FrameList frames;
     if (!options.poses) {
         frames = sampleFrames(rig, options.clips, options.fps);
@@ -42,15 +43,26 @@ static FrameList chooseFrames(Rig& rig, const BakeOptions& options) {
         rig.files_read.push_back(*options.poses);
         if (!options.clips.empty()) appendFrames(sampleFrames(rig, options.clips, options.fps), frames);
     }
-    return options.frames ? sliceFrames(frames, *options.frames) : frames;
+    return frames;
+}
+
+static void chooseFrames(Rig& rig, const BakeOptions& options, VisibilityHeader& header) {
+    const FrameList all = listFrames(rig, options);
+    header.frames = options.frames ? sliceFrames(all, *options.frames) : all;
+    if (options.clips.empty() && !options.frames) return;
+    const FrameList known = options.poses ? all : sampleFrames(rig, {}, options.fps);
+    header.shard = ShardPlace{known.clip_names, framesOfClips(known), numberInClip(all)};
+    if (!options.frames) return;
+    header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
 }
 
 BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOptions& options) {
     BakePlan plan;
     plan.rig = readRig(rigs);
     const std::string rig_name = rigs.front().string();
-    const FrameList frames = chooseFrames(plan.rig, options);
-    plan.rig_clip = clipIndices(plan.rig, frames.clip_names);
+    VisibilityHeader& header = plan.header;
+    chooseFrames(plan.rig, options, header);
+    plan.rig_clip = clipIndices(plan.rig, header.frames.clip_names);
 
     std::vector<Vec3> positions, normals;
     const RigPose rest = evaluatePose(plan.rig, -1, 0);
@@ -59,7 +71,6 @@ BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOpti
     if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
         throw InvalidInput(rig_name + ": the rest pose has no extent");
 
-    VisibilityHeader& header = plan.header;
     header.order = options.order;
     header.rays = options.rays;
     header.seed = options.seed;
@@ -70,7 +81,6 @@ BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOpti
     header.mesh = plan.rig.mesh;
     header.skin = plan.rig.skin;
     header.rest_normals = plan.rig.rest_normals;
-    header.frames = frames;
     header.pose_size = int(rest.pose.size());
     header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.rig.files_read);
     return plan;

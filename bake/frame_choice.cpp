@@ -20,12 +20,7 @@ FrameList sliceFrames(const FrameList& all, const FrameRange& range) {
     if (range.end > all.frameCount())
         throw UsageError("--frames must end at most at " + std::to_string(all.frameCount()) +
                          ", the number of sampled frames, not " + std::to_string(range.end));
-    FrameList out{all.clip_names, {}, {}};
-    for (std::size_t f = range.begin; f < range.end; f += range.step) {
-        out.clip.push_back(all.clip[f]);
-        out.time.push_back(all.time[f]);
-    }
-    return out;
+    return {all.clip_names, slice(all.clip, range), slice(all.time, range)};
 }
 
 void appendFrames(const FrameList& more, FrameList& frames) {

@@ -12,6 +12,15 @@ namespace penumbra {
 // UsageError when a file is given twice.
 void refuseTwice(const std::vector<std::filesystem::path>& rigs);
 
+// Entries begin, begin + step, ... < end.
+template <class T>
+std::vector<T> slice(const std::vector<T>& all, const FrameRange& range) {
+    std::vector<T> out;
+    for (std::size_t i = range.begin; i<range.end; i = range.end - i> range.step ? i + range.step : range.end)
+        out.push_back(all[i]);
+    return out;
+}
+
 // UsageError when the range ends beyond the list.
 FrameList sliceFrames(const FrameList& all, const FrameRange& range);
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <numbers>
+#include <numeric>
 
 #include "formats/asset_file.h"
 #include "formats/brdf_file.h"
@@ -46,6 +47,16 @@ static Json describe(const FrameList& frames) {
         clips.push_back(clip);
     }
     return clips;
+}
+
+// Of a bake of some frames: which, of how many.
+static Json describe(const ShardPlace& shard, const FrameList& frames) {
+    std::vector<ClipFrame> here;
+    for (std::size_t f = 0; f < frames.frameCount(); ++f)
+        here.push_back({frames.clip_names[frames.clip[f]], shard.frame_in_clip[f]});
+    return {{"frames", frames.frameCount()},
+            {"of", std::accumulate(shard.clip_frames.begin(), shard.clip_frames.end(), std::uint64_t(0))},
+            {"ranges", rangesText(here, 20)}};
 }
 
 // Least and greatest coefficient, and the mean open share of the hemisphere: b_0 = y_0 integral of V, which is 2 pi y_0
@@ -92,6 +103,7 @@ static Json describeVisibility(const fs::path& path, bool all_vertices) {
     json["pose"] = {{"numbers", header.pose_size}, {"parameterisation", header.pose_parameterisation}};
     json["frames"] = header.frames.frameCount();
     json["clips"] = describe(header.frames);
+    if (header.shard) json["shard"] = describe(*header.shard, header.frames);
     json["coefficients"] = describeCoefficients(reader, all_vertices);
     json["provenance"] = describe(header.provenance);
     return json;

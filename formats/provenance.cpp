@@ -1,6 +1,8 @@
 #include "formats/provenance.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "formats/errors.h"
 #include "formats/sha256.h"
@@ -52,6 +54,39 @@ Provenance provenanceFromJson(std::string_view json) try {
     return provenance;
 } catch (const nlohmann::json::exception& error) {
     throw InvalidInput("provenance: " + std::string(error.what()));
+}
+
+static std::string textOf(const Json& options, const std::string& name) {
+    return options.contains(name) ? options[name].dump(-1, ' ', false, Json::error_handler_t::replace) : "absent";
+}
+
+static void compareOptions(const Json& other, const Json& expected, const std::vector<std::string>& ignored,
+                           std::vector<std::string>& differences) {
+    std::set<std::string> names;
+    for (const Json& options : {other, expected})
+        for (const auto& item : options.items()) names.insert(item.key());
+    for (const std::string& name : ignored) names.erase(name);
+    for (const std::string& name : names)
+        if (const std::string a = textOf(other, name), b = textOf(expected, name); a != b)
+            differences.push_back(name + " " + a + ", not " + b);
+}
+
+std::vector<std::string> differencesOf(const Provenance& other, const Provenance& expected,
+                                       const std::vector<std::string>& ignored_options) {
+    std::vector<std::string> differences;
+    if (other.tool != expected.tool) differences.push_back("made by " + other.tool + ", not " + expected.tool);
+    if (other.version != expected.version)
+        differences.push_back("version " + other.version + ", not " + expected.version);
+    if (other.inputs.size() != expected.inputs.size())
+        differences.push_back(std::to_string(other.inputs.size()) + " inputs, not " +
+                              std::to_string(expected.inputs.size()));
+    for (std::size_t i = 0; i < std::min(other.inputs.size(), expected.inputs.size()); ++i)
+        if (other.inputs[i].sha256 != expected.inputs[i].sha256)
+            differences.push_back("input " + other.inputs[i].name + " has SHA-256 " +
+                                  other.inputs[i].sha256.substr(0, 12) + "..., not " +
+                                  expected.inputs[i].sha256.substr(0, 12) + "...");
+    compareOptions(Json::parse(other.options_json), Json::parse(expected.options_json), ignored_options, differences);
+    return differences;
 }
 
 }  // namespace penumbra

@@ -25,4 +25,9 @@ Provenance makeProvenance(std::string tool, std::string options_json, const std:
 std::string toJson(const Provenance& provenance);      // one line, keys in a fixed order
 Provenance provenanceFromJson(std::string_view json);  // InvalidInput
 
+// How `other` differs from `expected` in tool, version, content of the inputs (whatever their names) and options other
+// than `ignored`: "rays 64, not 128" and the like; empty when in nothing.
+std::vector<std::string> differencesOf(const Provenance& other, const Provenance& expected,
+                                       const std::vector<std::string>& ignored_options);
+
 }  // namespace penumbra

@@ -82,6 +82,16 @@ void VisibilityWriter::Impl::flush(FrameStream& stream) {
     stream.block.clear();
 }
 
+static void writeShard(hid_t file, const ShardPlace& shard) {
+    const auto write = [&](const char* dataset, const std::vector<std::uint32_t>& values) {
+        writeIntegers(file, dataset, std::vector<std::int64_t>(values.begin(), values.end()), {values.size()},
+                      H5T_STD_U32LE);
+    };
+    writeStrings(file, "/shard/clip_names", shard.clip_names);
+    write("/shard/clip_frames", shard.clip_frames);
+    write("/shard/frame_in_clip", shard.frame_in_clip);
+}
+
 static void writeHeader(hid_t file, const VisibilityHeader& header) {
     writeRoot(file, kKind, header.order, header.provenance);
     writeTextAttribute(file, "/", "quantity", header.quantity);
@@ -94,6 +104,7 @@ static void writeHeader(hid_t file, const VisibilityHeader& header) {
     writeMesh(file, header.mesh, header.rest_normals);
     if (header.skin) writeSkin(file, *header.skin);
     writeFrameList(file, header.frames);
+    if (header.shard) writeShard(file, *header.shard);
 }
 
 VisibilityWriter::VisibilityWriter(const std::filesystem::path& path, const VisibilityHeader& header,
@@ -166,6 +177,32 @@ struct VisibilityReader::Impl {
     std::once_flag by_frame;  // set when coefficients are read by frame; by vertex range they need no cache
 };
 
+// Every frame is one of the sampled frames of a clip, in ascending order.
+static ShardPlace readShard(const Hdf5Reader& in, const FrameList& frames) {
+    ShardPlace shard;
+    shard.clip_names = readStrings(in, "/shard/clip_names");
+    checkUnique(in, "/shard/clip_names", shard.clip_names);
+    std::vector<hsize_t> shape{shard.clip_names.size()};
+    std::vector<std::int64_t> values = readIntegers(in, "/shard/clip_frames", shape, 0, INT32_MAX);
+    shard.clip_frames.assign(values.begin(), values.end());
+    shape = {frames.frameCount()};
+    values = readIntegers(in, "/shard/frame_in_clip", shape, 0, INT32_MAX);
+    shard.frame_in_clip.assign(values.begin(), values.end());
+    std::vector<int> clips;
+    for (const std::string& name : frames.clip_names) {
+        clips.push_back(shard.clipNamed(name));
+        if (clips.back() < 0) throw InvalidInput(in.name + ": /shard/clip_names: no clip '" + name + "'");
+    }
+    for (std::size_t f = 0; f < frames.frameCount(); ++f) {
+        const bool follows = f > 0 && frames.clip[f] == frames.clip[f - 1];
+        if (shard.frame_in_clip[f] >= shard.clip_frames[std::size_t(clips[frames.clip[f]])] ||
+            (follows && shard.frame_in_clip[f] <= shard.frame_in_clip[f - 1]))
+            throw InvalidInput(in.name + ": /shard/frame_in_clip: entry " + std::to_string(f) +
+                               " is beyond the clip or not ascending");
+    }
+    return shard;
+}
+
 static VisibilityHeader readHeader(const Hdf5Reader& in) {
     VisibilityHeader header;
     header.order = readRoot(in, kKind, header.provenance);
@@ -186,6 +223,7 @@ static VisibilityHeader readHeader(const Hdf5Reader& in) {
                               : vertexNormals(header.mesh.triangles, header.mesh.rest_positions);
     if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
     header.frames = readFrameList(in);
+    if (exists(in, "/shard")) header.shard = readShard(in, header.frames);
     return header;
 }
 
@@ -219,6 +257,10 @@ VisibilityReader::VisibilityReader(const std::filesystem::path& path) : impl_(st
 }
 
 VisibilityReader::~VisibilityReader() = default;
+
+Precision VisibilityReader::precision() const {
+    return impl_->coefficients.half ? Precision::kFloat16 : Precision::kFloat32;
+}
 
 const VisibilityHeader& VisibilityReader::header() const { return impl_->header; }
 

@@ -10,6 +10,7 @@
 
 #include "formats/mesh.h"
 #include "formats/provenance.h"
+#include "formats/visibility_shard.h"
 
 namespace penumbra {
 
@@ -26,7 +27,8 @@ struct VisibilityHeader {
     std::optional<Skin> skin;
     std::vector<Vec3> rest_normals;  // [V] what skinVertices() turned into the frames' normals (/mesh/rest_normals)
     FrameList frames;
-    int pose_size = 0;  // P
+    std::optional<ShardPlace> shard;  // of a bake of some frames
+    int pose_size = 0;                // P
     std::string pose_parameterisation = kJointRotationVectors;
     Provenance provenance;
 
@@ -60,6 +62,7 @@ public:
     explicit VisibilityReader(const std::filesystem::path& path);  // IoError, InvalidInput
     ~VisibilityReader();
     const VisibilityHeader& header() const;
+    Precision precision() const;
     VisibilityFrame readFrame(std::size_t frame) const;
     // Without coefficients: what a feature or a renderer needs of the pose.
     VisibilityFrame readPose(std::size_t frame) const;

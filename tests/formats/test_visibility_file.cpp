@@ -24,6 +24,12 @@ void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
     EXPECT_EQ(a.frames.clip_names, b.frames.clip_names);
     EXPECT_EQ(a.frames.clip, b.frames.clip);
     EXPECT_EQ(a.frames.time, b.frames.time);
+    ASSERT_EQ(a.shard.has_value(), b.shard.has_value());
+    if (a.shard) {
+        EXPECT_EQ(a.shard->clip_names, b.shard->clip_names);
+        EXPECT_EQ(a.shard->clip_frames, b.shard->clip_frames);
+        EXPECT_EQ(a.shard->frame_in_clip, b.shard->frame_in_clip);
+    }
     EXPECT_EQ(a.pose_size, b.pose_size);
     EXPECT_EQ(a.pose_parameterisation, b.pose_parameterisation);
     EXPECT_EQ(toJson(a.provenance), toJson(b.provenance));
@@ -54,6 +60,29 @@ TEST(VisibilityFile, RoundTripInFloat32) {
     for (std::size_t f : {0u, 63u, 64u, 149u}) expectSame(reader.readFrame(f), samples::visibilityFrame(header, f));
     EXPECT_TRUE(reader.readPose(5).coefficients.empty());
     EXPECT_EQ(reader.readPose(5).pose, samples::visibilityFrame(header, 5).pose);
+}
+
+TEST(VisibilityFile, KeepsThePlaceOfAShard) {
+    const samples::Folder folder("vis_shard");
+    VisibilityHeader header = samples::visibilityHeader(2, 4);  // two frames of each clip
+    header.shard = ShardPlace{{"idle", "run", "walk"}, {9, 5, 4}, {1, 3, 0, 4}};
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    expectSame(VisibilityReader(folder.path / "x.vis.h5").header(), header);
+    const auto refused = [&](const ShardPlace& place) {
+        header.shard = place;
+        samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+        EXPECT_THROW(VisibilityReader(folder.path / "x.vis.h5"), InvalidInput);
+    };
+    refused({{"idle", "run"}, {9, 5}, {1, 3, 0, 4}});             // frames of a clip that it does not list
+    refused({{"idle", "run", "walk"}, {9, 5, 4}, {1, 4, 0, 4}});  // walk has frames 0..3
+    refused({{"idle", "run", "walk"}, {9, 5, 4}, {1, 1, 0, 4}});  // not ascending
+    refused({{"idle", "run", "run"}, {9, 5, 4}, {1, 3, 0, 4}});   // not unique
+}
+
+TEST(VisibilityShard, RangesOfFrames) {
+    EXPECT_EQ(rangesText({}, 3), "");
+    EXPECT_EQ(rangesText({{"a", 3}, {"a", 4}, {"a", 6}, {"b", 7}}, 3), "'a' 3:5, 'a' 6:7, 'b' 7:8");
+    EXPECT_EQ(rangesText({{"a", 0}, {"a", 2}, {"a", 4}, {"b", 0}}, 2), "'a' 0:1, 'a' 2:3 and 2 more");
 }
 
 TEST(VisibilityFile, ReadsVerticesOverAllFrames) {

@@ -17,6 +17,7 @@ failures = 0
 # Program, verb, arguments; {in} is an input, {out} the output. Every verb that writes a file stands here.
 VERBS = [
     ("penumbra-bake", "visibility", ["{in}", "-o", "{out}"]),
+    ("penumbra-bake", "merge", ["{in}", "-o", "{out}"]),
     ("penumbra-bake", "reference", ["{in}", "--frame", "0", "-o", "{out}"]),
     ("penumbra-fit", "visibility", ["{in}", "-o", "{out}"]),
     ("penumbra-fit", "predict", ["{in}", "{in}", "-o", "{out}"]),

@@ -1,0 +1,75 @@
+// penumbra-bake merge SHARD.vis.h5... -o X.vis.h5: parse, check, write.
+#include "bake/merge_command.h"
+
+#include <cstdio>
+
+#include "bake/merge_shards.h"
+#include "formats/errors.h"
+#include "formats/name_list_option.h"
+
+namespace penumbra {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+struct MergeCommand {
+    std::vector<fs::path> shards;
+    fs::path output;
+    MergeOptions options;
+    std::string frames;
+};
+}  // namespace
+
+static void reportProblems(const MergeProblems& problems, Report& report) {
+    report.figures["different"] = problems.different;
+    report.figures["missing"] = Json::array();
+    for (const ClipFrame& frame : problems.missing)
+        report.figures["missing"].push_back({{"clip", frame.clip}, {"frame", frame.number}});
+    report.figures["twice"] = problems.twice;
+    report.figures["beyond"] = problems.beyond;
+}
+
+static void runMerge(MergeCommand& command, const CommonOptions& common, Report& report) {
+    if (!command.frames.empty()) command.options.frames = parseFrameRange(command.frames);
+    const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
+    report.phase("check");
+    const MergePlan plan = planMerge(command.shards, command.options);
+    report.figures["shards"] = plan.shards.size();
+    report.figures["frames"] = plan.header.frames.frameCount();
+    report.figures["vertices"] = plan.header.mesh.vertexCount();
+    reportProblems(plan.problems, report);
+    if (plan.problems.any()) throw InvalidInput("cannot merge: " + plan.problems.sentence());
+    if (common.dry_run) {
+        std::printf("%zu shards make %zu frames x %zu vertices\n", plan.shards.size(), plan.header.frames.frameCount(),
+                    plan.header.mesh.vertexCount());
+        return;
+    }
+    report.phase("merge");
+    writeMerged(plan, command.output, style);
+    const std::uintmax_t bytes = fs::file_size(command.output);
+    report.figures["bytes"] = bytes;
+    if (!common.quiet)
+        std::printf("%s: %zu frames x %zu vertices of %zu shards, %.1f MB\n", command.output.c_str(),
+                    plan.header.frames.frameCount(), plan.header.mesh.vertexCount(), plan.shards.size(),
+                    double(bytes) * 1e-6);
+}
+
+static void defineMerge(CLI::App& app, MergeCommand& command) {
+    app.add_option("shard", command.shards, "bakes of one rig with --frames or --clips")->required();
+    app.add_option("-o,--output", command.output, "X.vis.h5")->required();
+    addNameListOption(app, "--clips", command.options.clips,
+                      "of the unsplit bake (default: those of the shards if they agree, else all)");
+    app.add_option("--frames", command.frames, "A:B[:S] of the unsplit bake (default: all frames)");
+}
+
+Verb mergeVerb() {
+    const auto command = std::make_shared<MergeCommand>();
+    return {"merge",
+            "Put shards together to the file that the unsplit bake makes; refuses gaps and overlaps.",
+            [command](CLI::App& app) { defineMerge(app, *command); },
+            [command] { return command->shards; },
+            [command] { return command->output; },
+            [command](const CommonOptions& common, Report& report) { runMerge(*command, common, report); }};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,9 @@
+#pragma once
+// penumbra-bake merge SHARD.vis.h5... -o X.vis.h5
+#include "formats/command_line.h"
+
+namespace penumbra {
+
+Verb mergeVerb();
+
+}  // namespace penumbra

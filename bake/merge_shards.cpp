@@ -1,0 +1,282 @@
+#include "bake/merge_shards.h"
+
+#include <algorithm>
+#include <cassert>
+#include <list>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "bake/frame_choice.h"
+#include "formats/errors.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kBakeTool = "penumbra-bake visibility";
+constexpr std::size_t kMostListed = 12;  // of each kind of problem in a message; the report has them all
+
+// What has to be known of a shard while the others are read.
+struct Shard {
+    std::string name;
+    std::vector<std::string> told_clips;       // --clips
+    std::vector<std::string> clip_names;       // of its frames
+    std::vector<std::uint16_t> clip;           // [F] index into clip_names
+    std::vector<std::uint32_t> frame_in_clip;  // [F]
+    std::vector<double> time;
+    std::vector<ProvenanceInput> inputs;
+};
+
+// --- Sameness -------------------------------------------------------------------------------------------------------
+
+static bool sameSkin(const std::optional<Skin>& a, const std::optional<Skin>& b) {
+    if (!a || !b) return a.has_value() == b.has_value();
+    return a->joint_names == b->joint_names && a->parents == b->parents && a->influences == b->influences &&
+           a->joints == b->joints && a->weights == b->weights;
+}
+
+static bool sameChoice(const ShardPlace& a, const ShardPlace& b) {
+    return a.clip_names == b.clip_names && a.clip_frames == b.clip_frames;
+}
+
+// Equal provenance implies equal values here, unless somebody edited the file.
+static std::vector<std::string> differencesOf(const VisibilityHeader& other, const VisibilityHeader& expected) {
+    std::vector<std::string> out = differencesOf(other.provenance, expected.provenance, {"clips", "frames"});
+    if (!out.empty()) return out;
+    const auto check = [&](bool same, const char* what) {
+        if (!same) out.push_back(what);
+    };
+    const Mesh &a = other.mesh, &b = expected.mesh;
+    check(other.order == expected.order, "another SH order");
+    check(other.quantity == expected.quantity, "another quantity");
+    check(other.rays == expected.rays && other.seed == expected.seed && other.bounces == expected.bounces,
+          "other attributes rays, seed, bounces");
+    check(other.ground_y == expected.ground_y, "another ground_y");
+    check(a.triangles == b.triangles && a.rest_positions == b.rest_positions && a.source_vertex == b.source_vertex &&
+              a.slots == b.slots && a.slot_of_vertex == b.slot_of_vertex && other.rest_normals == expected.rest_normals,
+          "another mesh");
+    check(sameSkin(other.skin, expected.skin), "another skin");
+    check(other.pose_size == expected.pose_size && other.pose_parameterisation == expected.pose_parameterisation,
+          "another /frames/pose");
+    check(sameChoice(*other.shard, *expected.shard), "another list of clips to choose from");
+    return out;
+}
+
+static std::vector<std::string> toldClips(const std::string& file, const Provenance& provenance) try {
+    return Json::parse(provenance.options_json).at("clips").get<std::vector<std::string>>();
+} catch (const nlohmann::json::exception&) {
+    throw InvalidInput(file + ": attribute provenance: no list of clips in the options");
+}
+
+// A whole bake is a shard too: the only one.
+static void completePlace(const std::string& file, VisibilityHeader& header) {
+    if (header.provenance.tool != kBakeTool)
+        throw InvalidInput(file + ": made by " + header.provenance.tool + ", not by " + kBakeTool);
+    if (header.shard) return;
+    if (!toldClips(file, header.provenance).empty() || Json::parse(header.provenance.options_json).contains("frames"))
+        throw InvalidInput(file + ": /shard is missing, which tells where its frames belong; bake it again");
+    header.shard = ShardPlace{header.frames.clip_names, framesOfClips(header.frames), numberInClip(header.frames)};
+}
+
+// --- The whole ------------------------------------------------------------------------------------------------------
+
+// The provenance of the unsplit bake: that of a shard but for --clips and --frames.
+static std::string wholeOptions(const std::string& shard_options, const std::vector<std::string>& clips,
+                                const MergeOptions& options) {
+    const Json shard = Json::parse(shard_options);
+    Json whole{{"clips", clips}};
+    for (const auto& [name, value] : shard.items()) {
+        if (name != "clips" && name != "frames") whole[name] = value;
+        if (name == "fps" && options.frames)
+            whole["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
+    }
+    return whole.dump();
+}
+
+// --clips of the unsplit bake, and the clips of its frames (with --poses those of the list come first).
+struct ClipChoice {
+    std::vector<std::string> told, names;
+};
+
+static ClipChoice clipsOfWhole(const std::vector<Shard>& shards, const ShardPlace& place, const MergeOptions& options) {
+    const std::vector<std::string>& told = options.clips.empty() ? shards[0].told_clips : options.clips;
+    if (std::all_of(shards.begin(), shards.end(), [&](const Shard& shard) { return shard.told_clips == told; }))
+        return {told, shards[0].clip_names};
+    return {options.clips, options.clips.empty() ? place.clip_names : options.clips};
+}
+
+// Frames of the whole with their times still to come from the shards.
+struct Whole {
+    FrameList frames;
+    std::vector<std::uint32_t> frame_in_clip;
+};
+
+static Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, const MergeOptions& options) {
+    FrameList all{names, {}, {}};
+    for (std::size_t c = 0; c < all.clip_names.size(); ++c) {
+        const int known = place.clipNamed(all.clip_names[c]);
+        if (known < 0) throw UsageError("--clips: the shards know no clip '" + all.clip_names[c] + "'");
+        if (std::count(all.clip_names.begin(), all.clip_names.end(), all.clip_names[c]) > 1)
+            throw UsageError("clip '" + all.clip_names[c] + "' is asked for twice");
+        all.clip.insert(all.clip.end(), place.clip_frames[std::size_t(known)], std::uint16_t(c));
+    }
+    all.time.resize(all.clip.size());
+    const std::vector<std::uint32_t> numbers = numberInClip(all);
+    if (!options.frames) return {all, numbers};
+    return {sliceFrames(all, *options.frames), slice(numbers, *options.frames)};
+}
+
+// Consecutive frames that the same shards have in common, or that are beyond the whole: one line for all of them.
+class RangeNotes {
+public:
+    void add(const std::string& note, const ClipFrame& frame) { frames_[note].push_back(frame); }
+    std::vector<std::string> lines() const {
+        std::vector<std::string> out;
+        for (const auto& [note, frames] : frames_) out.push_back(rangesText(frames, kMostListed) + " " + note);
+        return out;
+    }
+
+private:
+    std::map<std::string, std::vector<ClipFrame>> frames_;
+};
+
+static void placeFrames(const std::vector<Shard>& shards, const Whole& whole, MergePlan& plan) {
+    constexpr std::uint32_t kNone = UINT32_MAX;
+    std::map<std::pair<std::string, std::uint32_t>, std::size_t> position;
+    for (std::size_t f = 0; f < whole.frames.frameCount(); ++f)
+        position[{whole.frames.clip_names[whole.frames.clip[f]], whole.frame_in_clip[f]}] = f;
+    plan.source.assign(whole.frames.frameCount(), {kNone, 0});
+    RangeNotes twice, beyond;
+    for (std::uint32_t s = 0; s < shards.size(); ++s)
+        for (std::uint32_t i = 0; i < shards[s].clip.size(); ++i) {
+            const ClipFrame frame{shards[s].clip_names[shards[s].clip[i]], shards[s].frame_in_clip[i]};
+            const auto found = position.find({frame.clip, frame.number});
+            if (found == position.end()) {
+                beyond.add("in " + shards[s].name, frame);
+            } else if (plan.source[found->second].shard != kNone) {
+                twice.add("in " + shards[plan.source[found->second].shard].name + " and " + shards[s].name, frame);
+            } else {
+                plan.source[found->second] = {s, i};
+                plan.header.frames.time[found->second] = shards[s].time[i];
+            }
+        }
+    plan.problems.twice = twice.lines();
+    plan.problems.beyond = beyond.lines();
+    for (std::size_t f = 0; f < whole.frames.frameCount(); ++f)
+        if (plan.source[f].shard == kNone)
+            plan.problems.missing.push_back({whole.frames.clip_names[whole.frames.clip[f]], whole.frame_in_clip[f]});
+}
+
+static void describeWhole(const std::vector<Shard>& shards, const MergeOptions& options, MergePlan& plan) {
+    VisibilityHeader& header = plan.header;
+    const ClipChoice choice = clipsOfWhole(shards, *header.shard, options);
+    const Whole whole = listWhole(*header.shard, choice.names, options);
+    header.frames = whole.frames;
+    header.shard->frame_in_clip = whole.frame_in_clip;
+    placeFrames(shards, whole, plan);
+    header.provenance.options_json = wholeOptions(header.provenance.options_json, choice.told, options);
+    if (choice.told.empty() && !options.frames) header.shard.reset();
+    if (plan.source[0].shard < shards.size()) header.provenance.inputs = shards[plan.source[0].shard].inputs;
+}
+
+MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& options) {
+    refuseTwice(paths);
+    MergePlan plan;
+    plan.shards = paths;
+    std::vector<Shard> shards;
+    for (const fs::path& path : paths) {
+        throwIfInterrupted();
+        const VisibilityReader reader(path);
+        VisibilityHeader header = reader.header();
+        completePlace(path.string(), header);
+        if (shards.empty()) {
+            plan.header = header;
+            plan.precision = reader.precision();
+        } else if (const auto differences = differencesOf(header, plan.header); !differences.empty()) {
+            for (const std::string& difference : differences)
+                plan.problems.different.push_back(path.string() + ": " + difference);
+        }
+        if (reader.precision() != plan.precision)
+            plan.problems.different.push_back(path.string() + ": coefficients of another precision");
+        if (!sameChoice(*header.shard, *plan.header.shard)) continue;  // its frames have no place
+        shards.push_back({path.string(), toldClips(path.string(), header.provenance), header.frames.clip_names,
+                          header.frames.clip, header.shard->frame_in_clip, header.frames.time,
+                          header.provenance.inputs});
+    }
+    describeWhole(shards, options, plan);
+    return plan;
+}
+
+// --- Messages -------------------------------------------------------------------------------------------------------
+
+static std::string joined(const std::vector<std::string>& items, std::size_t most) {
+    std::string text;
+    for (std::size_t i = 0; i < std::min(items.size(), most); ++i) text += (i ? ", " : "") + items[i];
+    return items.size() > most ? text + " and " + std::to_string(items.size() - most) + " more" : text;
+}
+
+std::string MergeProblems::sentence() const {
+    std::string text;
+    const auto add = [&](const char* what, const std::string& items) {
+        if (!items.empty()) text += (text.empty() ? "" : "; ") + std::string(what) + items;
+    };
+    add("not of one bake: ", joined(different, kMostListed));
+    add("missing frames: ", rangesText(missing, kMostListed));
+    add("frames there twice: ", joined(twice, kMostListed));
+    add("frames beyond the whole: ", joined(beyond, kMostListed));
+    return text;
+}
+
+// --- Writing --------------------------------------------------------------------------------------------------------
+
+// Open shards, the last used first. A reader keeps up to two blocks of frames, so few stay open: shards of consecutive
+// frames need one at a time, those of every S-th frame S.
+class OpenShards {
+public:
+    explicit OpenShards(const MergePlan& plan) : plan_(plan) {
+        constexpr double kBudget = 1e9, kBlocks = 2 * 96e6;  // bytes: of all; most of one reader (visibility_file.cpp)
+        const VisibilityHeader& header = plan.header;
+        const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.coefficientCount() + 6);
+        most_ = std::size_t(std::clamp(kBudget / std::min(kBlocks, 128 * frame), 2.0, 64.0));
+    }
+    VisibilityFrame read(FrameSource source) {
+        auto found =
+            std::find_if(open_.begin(), open_.end(), [&](const auto& one) { return one.shard == source.shard; });
+        if (found == open_.end()) {
+            if (open_.size() == most_) open_.pop_back();
+            open_.push_front({source.shard, std::make_unique<VisibilityReader>(plan_.shards[source.shard])});
+            found = open_.begin();
+        }
+        open_.splice(open_.begin(), open_, found);
+        const VisibilityReader& reader = *open_.front().reader;
+        if (source.frame >= reader.header().frames.frameCount() ||
+            reader.header().mesh.vertexCount() != plan_.header.mesh.vertexCount() ||
+            reader.header().order != plan_.header.order)
+            throw IoError(plan_.shards[source.shard].string() + ": was replaced while it was read");
+        return reader.readFrame(source.frame);
+    }
+
+private:
+    struct OpenShard {
+        std::uint32_t shard;
+        std::unique_ptr<VisibilityReader> reader;
+    };
+    const MergePlan& plan_;
+    std::size_t most_;
+    std::list<OpenShard> open_;
+};
+
+void writeMerged(const MergePlan& plan, const fs::path& output, ProgressStyle style) {
+    assert(!plan.problems.any());
+    VisibilityWriter writer(output, plan.header, plan.precision);
+    OpenShards shards(plan);
+    Progress progress(style, "merging", "frames", double(plan.source.size()));
+    for (std::size_t f = 0; f < plan.source.size(); ++f) {
+        writer.writeFrame(shards.read(plan.source[f]));
+        progress.update(double(f + 1));
+    }
+    writer.finish();
+}
+
+}  // namespace penumbra
