@@ -1,150 +1,137 @@
 #include "player/bench.h"
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 
-#include "formats/write_file.h"
+#include "formats/parallel_for.h"
 #include "player/draw_frame.h"
-#include "player/frame_values.h"
 #include "player/offscreen_target.h"
 #include "player/picture_view.h"
 
 namespace penumbra {
 
-using Clock = std::chrono::steady_clock;
+namespace {
 
-static double millisecondsSince(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+// What is drawn, once: the asset, a frame of it, and the shading that may be null.
+struct Subject {
+    const AssetView* asset = nullptr;
+    Channel channel = Channel::kShaded;
+    Shot shot;
+    ShadingSet* shading = nullptr;
+    int threads = 1;
+    FrameVertices vertices;
+    std::vector<Vec3> values;
+    FrameView view;
+};
+
+void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
+    subject.shot.frame = frame % subject.asset->animation.frameCount();
+    evaluateFrame(subject.shot, VisibilitySource::kModel, evaluator, subject.threads, subject.vertices);
+    if (subject.channel == Channel::kShaded)
+        shadeFrame(*subject.shading, subject.vertices, subject.view.eye, subject.threads, subject.values);
+    else
+        subject.values = channelValues(subject.shot, subject.channel, nullptr, subject.vertices, {}, subject.view.eye,
+                                       subject.threads);
 }
 
-static double median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
-    return values[values.size() / 2];
+GlBench::WholeFrame timeWholeFrame(Subject& subject, const RenderOptions& options, int samples, int runs) {
+    const OffscreenTarget target(options.width, options.height, samples, GL_RGBA8);
+    const ValuePainter painter(subject.asset->mesh.triangles, subject.channel);
+    Evaluator evaluator(*subject.asset);
+    FrameView view = subject.view;
+    view.display = DisplayTransform();
+    std::vector<std::uint8_t> picture;
+    return {samples, timeRuns(runs, [&](std::size_t run) {
+                evaluateValues(subject, evaluator, run);
+                target.begin();
+                painter.draw(view, subject.vertices.positions, subject.values);
+                target.readBytes(picture);
+            })};
 }
 
-// The median of the times that `body(run)` takes; one run before the first that counts.
-template <class Body>
-static double time(int runs, const Body& body) {
-    std::vector<double> times;
-    for (int run = -1; run < runs; ++run) {
-        throwIfInterrupted();
-        const Clock::time_point start = Clock::now();
-        body(std::size_t(run + 1));
-        if (run >= 0) times.push_back(millisecondsSince(start));
+// As a window shows them, but in floats; over what either path covers.
+double pathDifference(const Image& a, const Image& b) {
+    double sum = 0;
+    std::size_t covered = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+        if (a.alpha[i] == 0 && b.alpha[i] == 0) continue;
+        const Vec3 d = (a.pixels[i] - b.pixels[i]) * 255.0f;
+        sum += double(dot(d, d)) / 3;
+        ++covered;
     }
-    return median(std::move(times));
+    return std::sqrt(sum / double(std::max<std::size_t>(covered, 1)));
 }
 
-// The next material that can be on for one of the parts, the next light that can be, and another rotation.
-static void switchAll(ShadingSet& set, std::size_t run) {
-    const AssetView& asset = set.asset();
-    const std::size_t slot = run % set.slotCount();
-    std::size_t material = set.materialOfSlot()[slot], light = set.light();
-    do material = (material + 1) % asset.materials.size();
-    while (!set.hasMaterial(material));
-    do light = (light + 1) % asset.lights.size();
-    while (!set.hasLight(light));
-    set.setMaterial(slot, material);
-    set.setLight(light);
-    const float turn = 0.1f * float(run), c = std::cos(turn), s = std::sin(turn);
-    set.setLightRotation({{c, 0, s, 0, 1, 0, -s, 0, c}});
-}
-
-// `frame(run)` draws one.
-template <class Frame>
-static BenchResult::Switching timeSwitching(ShadingSet& set, int runs, const Frame& frame) {
-    std::vector<double> switched, steady;
-    for (int run = -1; run < runs; ++run) {
-        throwIfInterrupted();
-        for (const bool change : {true, false}) {
-            const Clock::time_point start = Clock::now();
-            if (change) switchAll(set, std::size_t(run + 1));
-            frame(std::size_t(run + 1));
-            if (run >= 0) (change ? switched : steady).push_back(millisecondsSince(start));
-        }
-    }
-    return {median(switched), *std::max_element(switched.begin(), switched.end()), median(steady),
-            *std::max_element(steady.begin(), steady.end())};
-}
-
-static std::size_t bytesRead(const ModelView& model) {
-    std::size_t bytes = 0;
-    for (const ClusterView& cluster : model.clusters)
-        for (const NumbersView& numbers : {cluster.mean, cluster.basis})
-            bytes += numbers.count * bytesPerNumber(numbers.precision);
-    return bytes;
-}
-
-static void measureRange(Evaluator& evaluator, const AnimationView& animation, BenchResult& result) {
-    const std::size_t frames = animation.frameCount();
-    for (std::size_t f = 0; f < frames; ++f) {
-        evaluator.setPose(animation.bonesOf(f), animation.poseOf(f));
-        result.out_of_range_mean += evaluator.outOfRange() / double(frames);
-        result.out_of_range_max = std::max(result.out_of_range_max, evaluator.outOfRange());
-    }
-}
-
-static void benchCpu(const Shot& shot, ShadingSet* shading, Evaluator& evaluator, const RenderOptions& options,
-                     int runs, int threads, FrameVertices& vertices, std::vector<Vec3>& values, BenchResult& result) {
-    const AssetView& asset = *shot.asset;
-    const auto pose = [&](std::size_t run) {
-        const std::size_t frame = run % asset.animation.frameCount();
-        evaluator.setPose(asset.animation.bonesOf(frame), asset.animation.poseOf(frame));
+void benchModelPainter(Subject& subject, const OffscreenTarget& target, const ValuePainter& value_painter, int runs,
+                       GlBench& bench) {
+    const AnimationView& animation = subject.asset->animation;
+    Evaluator evaluator(*subject.asset);
+    const Clock::time_point start = Clock::now();
+    ModelPainter painter(*subject.asset, subject.channel, subject.shading, /*numbers_given=*/false);
+    const auto draw = [&](std::size_t run, const FrameView& view) {
+        const std::size_t frame = run % animation.frameCount();
+        evaluator.setPose(animation.bonesOf(frame), animation.poseOf(frame));
+        target.begin();
+        painter.setPose(evaluator, animation.bonesOf(frame));
+        painter.draw(view);
+        gl::Finish();
     };
-    evaluateFrame(shot, VisibilitySource::kModel, evaluator, threads, vertices);
-    const Vec3 eye = makePictureView(options, asset, vertices.positions).eye;
-    result.skin = time(runs, [&](std::size_t run) {
-        pose(run);
-        skinFrame(evaluator, threads, vertices);
-    });
-    result.evaluate = time(runs, [&](std::size_t) { evaluateNumbers(evaluator, threads, vertices); });
-    values = channelValues(shot, options.channel, shading, vertices, {}, eye, threads);
-    if (options.channel != Channel::kShaded) return;
-    result.shade = time(runs, [&](std::size_t) { shadeFrame(*shading, vertices, eye, threads, values); });
-    result.switch_cpu =
-        timeSwitching(*shading, runs, [&](std::size_t) { shadeFrame(*shading, vertices, eye, threads, values); });
+    draw(0, subject.view);  // drivers compile at the first draw
+    bench.first_frame = millisecondsSince(start);
+    bench.draw_model = timeRuns(runs, [&](std::size_t run) { draw(run, subject.view); }).median;
+    if (subject.shading)
+        bench.switching = timeSwitching(*subject.shading, runs, [&](std::size_t run) { draw(run, subject.view); });
+    FrameView shown = subject.view;
+    shown.display = DisplayTransform();
+    draw(0, shown);
+    const Image model = target.read();
+    evaluateValues(subject, evaluator, 0);
+    target.begin();
+    value_painter.draw(shown, subject.vertices.positions, subject.values);
+    bench.path_difference = pathDifference(model, target.read());
 }
+
+GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
+    const std::unique_ptr<GlContext> context = createGlContext(options.backend);
+    GlBench bench;
+    bench.context = context->description;
+    bench.whole_frames.push_back(timeWholeFrame(subject, options, 1, runs));
+    if (options.samples > 1) bench.whole_frames.push_back(timeWholeFrame(subject, options, options.samples, runs));
+    const OffscreenTarget target(options.width, options.height, options.samples);
+    const ValuePainter value_painter(subject.asset->mesh.triangles, subject.channel);
+    const auto draw_values = [&](std::size_t) {
+        target.begin();
+        value_painter.draw(subject.view, subject.vertices.positions, subject.values);
+        gl::Finish();
+    };
+    bench.draw_values = timeRuns(runs, draw_values).median;
+    benchModelPainter(subject, target, value_painter, runs, bench);
+    return bench;
+}
+
+}  // namespace
 
 BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads) {
     RenderOptions options = asked;
     options.channel = asset.materials.empty() || asset.lights.empty() ? Channel::kAmbient : Channel::kShaded;
-    const Shot shot = resolveShot(options, asset, nullptr);
+    Subject subject;
+    subject.asset = &asset;
+    subject.channel = options.channel;
+    subject.shot = resolveShot(options, asset, nullptr);
+    subject.threads = threads > 0 ? threads : hardwareThreads();
+    std::optional<ShadingSet> shading;
+    if (subject.shot.shaded) shading.emplace(shadingOf(subject.shot));
+    subject.shading = shading ? &*shading : nullptr;
+    Evaluator evaluator(asset);
+    evaluateFrame(subject.shot, VisibilitySource::kModel, evaluator, subject.threads, subject.vertices);
+    subject.view = makePictureView(options, asset, subject.vertices.positions);
+    evaluateValues(subject, evaluator, subject.shot.frame);
+
     BenchResult result;
     result.vertices = asset.mesh.positions.size();
     result.triangles = asset.mesh.triangles.size() / 3;
-    result.bytes_read = bytesRead(asset.model);
-    Evaluator evaluator(asset);
-    FrameVertices vertices;
-    std::vector<Vec3> values;
-    measureRange(evaluator, asset.animation, result);
-    std::optional<ShadingSet> shading;
-    if (shot.shaded) shading.emplace(shadingOf(shot));
-    ShadingSet* const shading_view = shading ? &*shading : nullptr;
-    benchCpu(shot, shading_view, evaluator, options, runs, threads, vertices, values, result);
-
-    const std::unique_ptr<GlContext> context = createGlContext(options.backend);
-    result.gl = context->description;
-    const OffscreenTarget target(options.width, options.height, options.samples);
-    const FrameView view = makePictureView(options, asset, vertices.positions);
-    const ValuePainter value_painter(asset.mesh.triangles, options.channel);
-    result.draw_values = time(runs, [&](std::size_t) {
-        target.begin();
-        value_painter.draw(view, vertices.positions, values);
-        gl::Finish();
-    });
-    const Clock::time_point start = Clock::now();
-    ModelPainter model_painter(asset, options.channel, shading_view, /*numbers_given=*/false);
-    const auto draw_model = [&](std::size_t run) {
-        target.begin();
-        model_painter.setPose(evaluator, asset.animation.bonesOf(run % asset.animation.frameCount()));
-        model_painter.draw(view);
-        gl::Finish();
-    };
-    draw_model(0);  // drivers compile at the first draw
-    result.first_frame = millisecondsSince(start);
-    result.draw_model = time(runs, draw_model);
-    if (shading) result.switch_gl = timeSwitching(*shading, runs, draw_model);
+    result.threads = subject.threads;
+    result.cpu = benchCpu(subject.shot, subject.shading, subject.view.eye, runs, subject.threads);
+    result.gl = benchGl(subject, options, runs);
     return result;
 }
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "formats/errors.h"
-#include "player/bench.h"
+#include "player/bench_report.h"
 #include "player/open_asset.h"
 
 namespace penumbra {
@@ -14,38 +14,6 @@ struct BenchCommand {
     std::string size, backend = "auto", reflectance = "slices", light_form = "auto";
     int runs = 50;
 };
-
-static void printSwitching(const char* what, const BenchResult::Switching& s) {
-    if (s.steady == 0) return;
-    std::printf("%s %8.3f ms, worst %.3f; without %.3f ms, worst %.3f: ratio %.3f, worst %.3f\n", what, s.switched,
-                s.switched_worst, s.steady, s.steady_worst, s.switched / s.steady, s.switched_worst / s.steady_worst);
-}
-
-static nlohmann::json figuresOf(const BenchResult::Switching& s) {
-    return {{"switched_ms", s.switched},
-            {"switched_worst_ms", s.switched_worst},
-            {"steady_ms", s.steady},
-            {"steady_worst_ms", s.steady_worst}};
-}
-
-static void printResult(const BenchResult& r, int threads) {
-    std::printf("%zu vertices, %zu triangles, %d threads; %s\n", r.vertices, r.triangles, threads, r.gl.c_str());
-    std::printf("CPU  pose and skin       %8.3f ms\n", r.skin);
-    std::printf("CPU  evaluate visibility %8.3f ms  %6.2f GB/s  %7.2f Mvertices/s\n", r.evaluate,
-                double(r.bytes_read) / r.evaluate * 1e-6, double(r.vertices) / r.evaluate * 1e-3);
-    if (r.shade > 0)
-        std::printf("CPU  shade               %8.3f ms  %18.2f Mvertices/s  %.1f ns a vertex\n", r.shade,
-                    double(r.vertices) / r.shade * 1e-3, r.shade * 1e6 / double(r.vertices));
-    else
-        std::printf("CPU  shade                      -     (no material or no light in the asset)\n");
-    std::printf("GL   draw CPU's values   %8.3f ms\n", r.draw_values);
-    std::printf("GL   evaluate and draw   %8.3f ms  (the first time, with upload and shader compilation: %.0f ms)\n",
-                r.draw_model, r.first_frame);
-    printSwitching("CPU  shade, switched    ", r.switch_cpu);
-    printSwitching("GL   draw, switched     ", r.switch_gl);
-    std::printf("the asset's frames are out of the training range by %.4f on average, at most %.4f\n",
-                r.out_of_range_mean, r.out_of_range_max);
-}
 
 static void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
     command.options.backend = parseGlBackend(command.backend);
@@ -58,21 +26,8 @@ static void runBench(BenchCommand& command, const CommonOptions& common, Report&
         return;
     }
     const BenchResult r = benchAsset(command.options, asset.view, command.runs, common.threads);
-    report.figures = {{"gl", r.gl},
-                      {"vertices", r.vertices},
-                      {"triangles", r.triangles},
-                      {"bytes_read", r.bytes_read},
-                      {"skin_ms", r.skin},
-                      {"evaluate_ms", r.evaluate},
-                      {"shade_ms", r.shade},
-                      {"draw_values_ms", r.draw_values},
-                      {"draw_model_ms", r.draw_model},
-                      {"first_frame_ms", r.first_frame},
-                      {"switch_cpu", figuresOf(r.switch_cpu)},
-                      {"switch_gl", figuresOf(r.switch_gl)},
-                      {"out_of_range_mean", r.out_of_range_mean},
-                      {"out_of_range_max", r.out_of_range_max}};
-    if (!common.quiet) printResult(r, common.threads);
+    report.figures = figuresOf(r);
+    if (!common.quiet) printBench(r);
 }
 
 static void defineBench(CLI::App& app, BenchCommand& command) {

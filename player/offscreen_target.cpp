@@ -25,7 +25,7 @@ static GlObject makeFramebuffer(const GlObject& color, const GlObject* depth) {
     if (depth) gl::FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth->id());
     checkGl("making the picture's buffers");
     if (gl::CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-        throw Unsupported("this OpenGL cannot draw to float buffers of the asked size and samples");
+        throw Unsupported("this OpenGL cannot draw to buffers of the asked format, size and samples");
     return framebuffer;
 }
 
@@ -37,14 +37,14 @@ static void checkLimit(const char* what, int value, GLenum limit_name) {
                           std::to_string(limit));
 }
 
-OffscreenTarget::OffscreenTarget(int width, int height, int samples) : width_(width), height_(height) {
+OffscreenTarget::OffscreenTarget(int width, int height, int samples, GLenum color) : width_(width), height_(height) {
     checkLimit("the picture's width", width, GL_MAX_RENDERBUFFER_SIZE);
     checkLimit("the picture's height", height, GL_MAX_RENDERBUFFER_SIZE);
     checkLimit("the number of samples a pixel,", samples, GL_MAX_SAMPLES);
-    color_ = makeRenderbuffer(GL_RGBA32F, width, height, samples);
+    color_ = makeRenderbuffer(color, width, height, samples);
     depth_ = makeRenderbuffer(GL_DEPTH_COMPONENT32F, width, height, samples);
     framebuffer_ = makeFramebuffer(color_, &depth_);
-    resolved_color_ = makeRenderbuffer(GL_RGBA32F, width, height, 1);
+    resolved_color_ = makeRenderbuffer(color, width, height, 1);
     resolved_framebuffer_ = makeFramebuffer(resolved_color_, nullptr);
 }
 
@@ -57,11 +57,15 @@ void OffscreenTarget::begin() const {
     gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
-Image OffscreenTarget::read() const {
+void OffscreenTarget::resolve() const {
     gl::BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.id());
     gl::BindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_framebuffer_.id());
     gl::BlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     gl::BindFramebuffer(GL_FRAMEBUFFER, resolved_framebuffer_.id());
+}
+
+Image OffscreenTarget::read() const {
+    resolve();
     std::vector<std::array<float, 4>> rows(std::size_t(width_) * std::size_t(height_));
     gl::PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl::ReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, rows.data());
@@ -77,6 +81,14 @@ Image OffscreenTarget::read() const {
             image.alpha.push_back(p[3]);
         }
     return image;
+}
+
+void OffscreenTarget::readBytes(std::vector<std::uint8_t>& out) const {
+    resolve();
+    out.resize(4 * std::size_t(width_) * std::size_t(height_));
+    gl::PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl::ReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, out.data());
+    checkGl("reading the picture");
 }
 
 }  // namespace penumbra

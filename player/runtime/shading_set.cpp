@@ -99,7 +99,7 @@ void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3>
     for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {
         const std::size_t stop = std::min(end, first_of_slot_[slot + 1]);
         if (stop <= begin) continue;
-        path_.shade(tables_[material_of_slot_[slot]][order_of_light_[light_]].view(), light, input, begin, stop);
+        path_.shade(materialView(slot), light, input, begin, stop);
         begin = stop;
     }
 }

@@ -47,6 +47,11 @@ public:
     void shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
                std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye,
                std::span<Vec3> radiance) const;
+    // What the kernel reads for a slot, and how many vertices that has.
+    ShadeMaterial materialView(std::size_t slot) const {
+        return tables_[material_of_slot_[slot]][order_of_light_[light_]].view();
+    }
+    std::size_t vertexCount(std::size_t slot) const { return first_of_slot_[slot + 1] - first_of_slot_[slot]; }
     // [V], vertices of one slot together; empty for the mesh's own order.
     std::span<const std::uint32_t> shadingOrder() const { return order_; }
 

@@ -6,27 +6,74 @@
 namespace penumbra {
 namespace {
 
-TEST(Bench, TimesEveryStage) {
-    const player_test::SyntheticAsset data({.precision = AssetPrecision::kI8, .rings = 8});
+RenderOptions smallPicture() {
     RenderOptions options;
     options.width = options.height = 32;
-    const BenchResult result = benchAsset(options, data.asset, 3, 2);
+    return options;
+}
+
+TEST(Bench, TimesEveryStage) {
+    const player_test::SyntheticAsset data({.precision = AssetPrecision::kI8, .rings = 8});
+    const BenchResult result = benchAsset(smallPicture(), data.asset, 3, 2);
     EXPECT_EQ(result.vertices, data.asset.mesh.positions.size());
     EXPECT_EQ(result.triangles, data.asset.mesh.triangles.size() / 3);
-    EXPECT_EQ(result.bytes_read, result.vertices * 16 * (2 + 6)) << "D5 padded to 16: f16 mean, 6 components of bytes";
+    ASSERT_EQ(result.cpu.stages.size(), 6u);
+    for (const CpuStage& stage : result.cpu.stages) {
+        EXPECT_GT(stage.time.best, 0) << stage.name;
+        EXPECT_GE(stage.time.median, stage.time.best) << stage.name;
+        EXPECT_GT(stage.roof, 0) << stage.name;
+        EXPECT_GT(stage.work.flop, 0) << stage.name;
+    }
     for (const double ms :
-         {result.skin, result.evaluate, result.shade, result.draw_values, result.draw_model, result.first_frame})
+         {result.cpu.pose_evaluate.median, result.cpu.pose_skin_evaluate.median, result.cpu.shade.median,
+          result.cpu.frame.median, result.gl.draw_values, result.gl.draw_model, result.gl.first_frame})
         EXPECT_GT(ms, 0);
+    ASSERT_EQ(result.gl.whole_frames.size(), 2u);
+    EXPECT_EQ(result.gl.whole_frames[0].samples, 1);
+    EXPECT_EQ(result.gl.whole_frames[1].samples, 4);
+    EXPECT_LT(result.gl.path_difference, 0.5) << "8-bit steps";
 }
 
 TEST(Bench, DrawsAmbientWhereThereIsNoMaterial) {
     player_test::SyntheticAsset data({.rings = 8});
     data.asset.materials.clear();
-    RenderOptions options;
-    options.width = options.height = 32;
-    const BenchResult result = benchAsset(options, data.asset, 1, 1);
-    EXPECT_EQ(result.shade, 0);
-    EXPECT_GT(result.draw_model, 0);
+    const BenchResult result = benchAsset(smallPicture(), data.asset, 1, 1);
+    EXPECT_EQ(result.cpu.shade.median, 0);
+    EXPECT_EQ(result.cpu.stages.size(), 5u);
+    EXPECT_GT(result.gl.draw_model, 0);
+}
+
+// D5 has 15 numbers padded to 16; the mean is in halves, the 6 components in bytes, the results in floats.
+TEST(StageWork, EvaluationReadsTheModelOnceAndWritesTheNumbers) {
+    const player_test::SyntheticAsset data({.precision = AssetPrecision::kI8, .rings = 8});
+    const std::size_t vertices = data.asset.mesh.positions.size(), clusters = data.asset.model.clusters.size();
+    const StageWork work = evaluateWork(data.asset);
+    EXPECT_EQ(work.read, vertices * 16 * (2 + 6) + clusters * 6 * 4);
+    EXPECT_EQ(work.written, vertices * 16 * 4);
+    EXPECT_EQ(work.flop, double(vertices) * 16 * 6 * 2);
+}
+
+TEST(Roofline, LowerOfPeakAndBandwidth) {
+    Roofline roofline;
+    roofline.peak = 100;
+    const Bandwidth memory{1 << 20, 40, 50};
+    EXPECT_EQ(attainable(roofline, memory, 1), 50);
+    EXPECT_EQ(attainable(roofline, memory, 2), 100);
+    EXPECT_EQ(attainable(roofline, memory, 8), 100);
+}
+
+// Whatever else runs: no processor of today does less.
+TEST(Roofline, MeasuresEveryWorkingSetForAnyThreadCount) {
+    for (int threads : {1, 2, 5}) {
+        const Roofline roofline = measureRoofline(threads, {100000, 1 << 20});
+        EXPECT_EQ(roofline.threads, threads);
+        EXPECT_GT(roofline.peak, 0.1);
+        ASSERT_EQ(roofline.memory.size(), 2u);
+        for (const Bandwidth& memory : roofline.memory) {
+            EXPECT_GT(memory.read, 0.05);
+            EXPECT_GT(memory.triad, 0.05);
+        }
+    }
 }
 
 }  // namespace

@@ -1,0 +1,139 @@
+#include "player/bench_cpu.h"
+
+#include <cmath>
+
+#include "formats/parallel_for.h"
+
+namespace penumbra {
+
+namespace {
+
+// More than the last-level cache of any machine that this is likely to run on.
+constexpr std::size_t kBeyondCaches = 128u << 20;
+// Of a core's second-level cache, and beyond it.
+constexpr std::size_t kSecondLevel = 256u << 10, kThirdLevel = 8u << 20;
+
+// The stages of a frame of one asset, each to be called on its own.
+class Stages {
+public:
+    Stages(const Shot& shot, ShadingSet* shading, Vec3 eye, int threads)
+        : asset_(shot.asset), shading_(shading), eye_(eye), threads_(threads), evaluator_(*shot.asset) {
+        evaluateFrame(shot, VisibilitySource::kModel, evaluator_, threads, vertices_);
+        if (shading) shadeFrame(*shading, vertices_, eye, threads, radiance_);
+    }
+    void pose(std::size_t run) {
+        const std::size_t frame = run % asset_->animation.frameCount();
+        evaluator_.setPose(asset_->animation.bonesOf(frame), asset_->animation.poseOf(frame));
+    }
+    void skin() { skinFrame(evaluator_, threads_, vertices_); }
+    void evaluate(int threads) { evaluateNumbers(evaluator_, threads, vertices_); }
+    void evaluate() { evaluate(threads_); }
+    void shade() {
+        if (shading_) shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
+    }
+    void emptyCaches() {
+        swept_.resize(kBeyondCaches / sizeof(swept_[0]));
+        for (int& number : swept_) ++number;
+    }
+
+private:
+    const AssetView* asset_;
+    ShadingSet* shading_;
+    Vec3 eye_;
+    int threads_;
+    Evaluator evaluator_;
+    FrameVertices vertices_;
+    std::vector<Vec3> radiance_;
+    std::vector<int> swept_;
+};
+
+void measureRange(const AssetView& asset, CpuBench& bench) {
+    Evaluator evaluator(asset);
+    const std::size_t frames = asset.animation.frameCount();
+    for (std::size_t f = 0; f < frames; ++f) {
+        evaluator.setPose(asset.animation.bonesOf(f), asset.animation.poseOf(f));
+        bench.out_of_range_mean += evaluator.outOfRange() / double(frames);
+        bench.out_of_range_max = std::max(bench.out_of_range_max, evaluator.outOfRange());
+    }
+}
+
+void timeStages(const Shot& shot, const ShadingSet* shading, int runs, int threads, Stages& stages, CpuBench& bench) {
+    const AssetView& asset = *shot.asset;
+    const StageWork evaluate = evaluateWork(asset);
+    bench.stages = {
+        {"pose", timeRuns(runs, [&](std::size_t run) { stages.pose(run); }), poseWork(asset), 1},
+        {"skin", timeRuns(runs, [&](std::size_t) { stages.skin(); }), skinWork(asset), threads},
+        {"evaluate, 1 thread", timeRuns(runs, [&](std::size_t) { stages.evaluate(1); }), evaluate, 1},
+        {"evaluate", timeRuns(runs, [&](std::size_t) { stages.evaluate(); }), evaluate, threads},
+        {"evaluate, cold",
+         timeRuns(
+             std::min(runs, 10), [&](std::size_t) { stages.emptyCaches(); }, [&](std::size_t) { stages.evaluate(); }),
+         evaluate, threads, kBeyondCaches}};
+    if (!shading) return;
+    bench.shade = timeRuns(runs, [&](std::size_t) { stages.shade(); });
+    bench.stages.push_back({"shade", bench.shade, shadeWork(*shading), threads});
+}
+
+// Each against a bandwidth that was measured on a working set of its own size: that is in whichever cache it lives in.
+void compareWithRoof(CpuBench& bench, int threads) {
+    std::vector<std::size_t> of_one = {kSecondLevel, kThirdLevel, kBeyondCaches};
+    std::vector<std::size_t> of_all = {kSecondLevel * std::size_t(threads), kThirdLevel, kBeyondCaches};
+    for (CpuStage& stage : bench.stages) {
+        if (stage.working_set == 0) stage.working_set = stage.work.bytes();
+        (stage.threads == 1 ? of_one : of_all).push_back(stage.working_set);
+    }
+    bench.one_thread = measureRoofline(1, of_one);
+    bench.all_threads = measureRoofline(threads, of_all);
+    for (CpuStage& stage : bench.stages) {
+        const Roofline& roofline = stage.threads == 1 ? bench.one_thread : bench.all_threads;
+        const auto memory = std::find_if(roofline.memory.begin(), roofline.memory.end(),
+                                         [&](const Bandwidth& b) { return b.bytes == stage.working_set; });
+        stage.roof = attainable(roofline, *memory, stage.intensity());
+        stage.memory_bound = stage.roof < roofline.peak;
+    }
+}
+
+}  // namespace
+
+// The next material that can be on for one of the parts, the next light that can be, and another rotation.
+void switchAll(ShadingSet& set, std::size_t run) {
+    const AssetView& asset = set.asset();
+    const std::size_t slot = run % set.slotCount();
+    std::size_t material = set.materialOfSlot()[slot], light = set.light();
+    do material = (material + 1) % asset.materials.size();
+    while (!set.hasMaterial(material));
+    do light = (light + 1) % asset.lights.size();
+    while (!set.hasLight(light));
+    set.setMaterial(slot, material);
+    set.setLight(light);
+    const float turn = 0.1f * float(run), c = std::cos(turn), s = std::sin(turn);
+    set.setLightRotation({{c, 0, s, 0, 1, 0, -s, 0, c}});
+}
+
+CpuBench benchCpu(const Shot& shot, ShadingSet* shading, Vec3 eye, int runs, int threads) {
+    if (threads <= 0) threads = hardwareThreads();
+    CpuBench bench;
+    measureRange(*shot.asset, bench);
+    Stages stages(shot, shading, eye, threads);
+    timeStages(shot, shading, runs, threads, stages, bench);
+    compareWithRoof(bench, threads);
+    bench.pose_evaluate = timeRuns(runs, [&](std::size_t run) {
+        stages.pose(run);
+        stages.evaluate();
+    });
+    bench.pose_skin_evaluate = timeRuns(runs, [&](std::size_t run) {
+        stages.pose(run);
+        stages.skin();
+        stages.evaluate();
+    });
+    bench.frame = timeRuns(runs, [&](std::size_t run) {
+        stages.pose(run);
+        stages.skin();
+        stages.evaluate();
+        stages.shade();
+    });
+    if (shading) bench.switching = timeSwitching(*shading, runs, [&](std::size_t) { stages.shade(); });
+    return bench;
+}
+
+}  // namespace penumbra
