@@ -137,6 +137,13 @@ AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
     animation.pose_size = stored.pose_size();
     const bool has_pose = stored.pose() && stored.pose()->size() > 0;
     animation.pose = floatsOf(stored.pose(), at / "pose", has_pose ? std::uint64_t(frames) * animation.pose_size : 0);
+    animation.rest_transforms = spanOf<Affine>(stored.rest_transforms(), at / "rest_transforms");
+    const std::size_t rests = animation.rest_transforms.empty() ? 0 : joints;
+    checkCount(at / "rest_transforms", animation.rest_transforms, rests);
+    checkFinite(at / "rest_transforms", animation.rest_transforms);
+    animation.inverse_bind = spanOf<Affine>(stored.inverse_bind(), at / "inverse_bind");
+    checkCount(at / "inverse_bind", animation.inverse_bind, rests);
+    checkFinite(at / "inverse_bind", animation.inverse_bind);
     return animation;
 }
 

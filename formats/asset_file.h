@@ -64,7 +64,8 @@ struct AnimationView {
     std::span<const double> times;  // [F]
     std::span<const Affine> bones;  // [F,J]
     std::uint32_t pose_size = 0;
-    std::span<const float> pose;  // [F,P] or empty
+    std::span<const float> pose;                            // [F,P] or empty
+    std::span<const Affine> rest_transforms, inverse_bind;  // [J], or both empty
     std::size_t jointCount() const { return joint_names.size(); }
     std::size_t frameCount() const { return times.size(); }
     std::span<const Affine> bonesOf(std::size_t frame) const {

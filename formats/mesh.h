@@ -30,6 +30,9 @@ struct Skin {
     int influences = 0;                    // K
     std::vector<std::uint16_t> joints;     // [V,K], < J; 0 where the weight is 0
     std::vector<float> weights;            // [V,K], >= 0, descending, each row sums to 1
+    // At rest: joint to parent joint (of a root: to the scene); and rest positions to joint. Both empty where a file
+    // does not say, or where a joint's scale is 0.
+    std::vector<Affine> rest_transforms, inverse_bind;  // [J]
 
     std::size_t jointCount() const { return joint_names.size(); }
 };

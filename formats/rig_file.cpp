@@ -77,6 +77,32 @@ static std::vector<std::int32_t> jointParents(const std::vector<Node>& nodes, co
     return parents;
 }
 
+static Affine toFloat(const Matrix& matrix) {
+    Affine affine;
+    std::copy(matrix.begin(), matrix.end(), affine.m.begin());
+    return affine;
+}
+
+static void setRestTransforms(Rig& rig) {
+    const std::vector<Matrix> globals = restGlobals(rig.nodes);
+    Skin& skin = rig.skin;
+    for (std::size_t j = 0; j < skin.jointCount(); ++j) {
+        Matrix rest = globals[std::size_t(rig.node_of_joint[j])];
+        if (skin.parents[j] >= 0) {
+            const int parent = rig.node_of_joint[std::size_t(skin.parents[j])];
+            const std::optional<Matrix> from_scene = inverse(globals[std::size_t(parent)]);
+            if (!from_scene) {
+                skin.rest_transforms.clear();
+                skin.inverse_bind.clear();
+                return;
+            }
+            rest = multiply(*from_scene, rest);
+        }
+        skin.rest_transforms.push_back(toFloat(rest));
+        skin.inverse_bind.push_back(toFloat(rig.inverse_bind[j]));
+    }
+}
+
 static Rig buildRig(RigSource&& source) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
@@ -97,6 +123,7 @@ static Rig buildRig(RigSource&& source) {
     for (const int node : rig.node_of_joint) names.push_back(rig.nodes[std::size_t(node)].name);
     rig.skin.joint_names = uniqueNames(std::move(names));
     rig.skin.parents = jointParents(rig.nodes, rig.node_of_joint);
+    setRestTransforms(rig);
     rig.clips = std::move(source.clips);
     rig.files_read = std::move(source.files_read);
     evaluatePose(rig, -1, 0);  // throws where a transform is not finite

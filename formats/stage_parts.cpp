@@ -120,6 +120,19 @@ Mesh readMesh(const Hdf5Reader& in) {
 
 // --- /skin ----------------------------------------------------------------------------------------------------------
 
+static void writeAffines(hid_t file, const std::string& dataset, const std::vector<Affine>& matrices) {
+    const float* first = matrices.data()->m.data();
+    writeFloats(file, dataset, {first, first + 12 * matrices.size()}, {matrices.size(), 3, 4});
+}
+
+static std::vector<Affine> readAffines(const Hdf5Reader& in, const std::string& dataset, std::size_t n) {
+    std::vector<hsize_t> shape{n, 3, 4};
+    const std::vector<float> values = readFloats(in, dataset, shape);
+    std::vector<Affine> matrices(n);
+    for (std::size_t i = 0; i < n; ++i) std::copy_n(values.begin() + std::ptrdiff_t(12 * i), 12, matrices[i].m.begin());
+    return matrices;
+}
+
 void writeSkin(hid_t file, const Skin& skin) {
     const hsize_t influences = hsize_t(skin.influences);
     const hsize_t vertices = influences ? skin.joints.size() / influences : 0;
@@ -129,6 +142,9 @@ void writeSkin(hid_t file, const Skin& skin) {
     writeIntegers(file, "/skin/joints", std::vector<std::int64_t>(skin.joints.begin(), skin.joints.end()),
                   {vertices, influences}, H5T_STD_U16LE);
     writeFloats(file, "/skin/weights", skin.weights, {vertices, influences});
+    if (skin.rest_transforms.empty()) return;
+    writeAffines(file, "/skin/rest_transforms", skin.rest_transforms);
+    writeAffines(file, "/skin/inverse_bind", skin.inverse_bind);
 }
 
 void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names) {
@@ -188,6 +204,10 @@ Skin readSkin(const Hdf5Reader& in, std::size_t vertices) {
     skin.influences = int(shape[1]);
     skin.weights = readFloats(in, "/skin/weights", shape);
     checkWeights(in, skin);
+    if (exists(in, "/skin/rest_transforms")) {
+        skin.rest_transforms = readAffines(in, "/skin/rest_transforms", joints);
+        skin.inverse_bind = readAffines(in, "/skin/inverse_bind", joints);
+    }
     return skin;
 }
 

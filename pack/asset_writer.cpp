@@ -44,8 +44,13 @@ Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const Animatio
     const auto times = writeVector<double>(builder, animation.times);
     const auto bones = writeVector<float>(builder, animation.bones);
     const auto pose = writeVector<float>(builder, animation.pose);
+    Offset<flatbuffers::Vector<float>> rest, inverse_bind;
+    if (!animation.rest_transforms.empty()) {
+        rest = writeVector<float>(builder, animation.rest_transforms);
+        inverse_bind = writeVector<float>(builder, animation.inverse_bind);
+    }
     return fbs::CreateAnimation(builder, names, parents, clip_vector, times, bones, std::uint32_t(animation.pose_size),
-                                pose);
+                                pose, rest, inverse_bind);
 }
 
 std::vector<ClipView> clipsOf(const FrameList& frames, std::span<const std::string> held_out) {

@@ -50,6 +50,7 @@ struct AnimationSection {
     std::vector<Affine> bones;
     int pose_size = 0;
     std::vector<float> pose;
+    std::vector<Affine> rest_transforms, inverse_bind;  // or empty
 };
 Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const AnimationSection& animation);
 

@@ -147,7 +147,9 @@ static AnimationSection animationOf(const Model& model) {
                                model.frames.time,
                                model.bones,
                                model.pose_size,
-                               {}};
+                               {},
+                               model.skin.rest_transforms,
+                               model.skin.inverse_bind};
     if (model.features == FeatureKind::kJointAngles) animation.pose = model.pose;
     return animation;
 }

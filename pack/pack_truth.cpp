@@ -80,6 +80,8 @@ void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const Trut
     if (header.skin) {
         animation.joint_names = header.skin->joint_names;
         animation.parents = header.skin->parents;
+        animation.rest_transforms = header.skin->rest_transforms;
+        animation.inverse_bind = header.skin->inverse_bind;
     }
     const std::size_t frame_bytes = plan.frames.empty() ? 0 : plan.bytes / plan.frames.size();
     for (std::size_t i = 0; i < plan.frames.size(); ++i) {

@@ -66,6 +66,9 @@ inline void addTube(Model& model, const TubeOptions& o) {
         model.skin.parents.push_back(j - 1);
         model.joint_centers.push_back({0, float(height * j / std::max(1, o.joints - 1)), 0});
         model.joint_spreads.push_back({{0.1f, 0.01f, 0, 0.01f, 0.2f, 0.02f, 0, 0.02f, 0.1f}});
+        const float y = model.joint_centers.back().y, below = j > 0 ? model.joint_centers[std::size_t(j - 1)].y : 0;
+        model.skin.rest_transforms.push_back({{1, 0, 0, 0, 0, 1, 0, y - below, 0, 0, 1, 0}});
+        model.skin.inverse_bind.push_back({{1, 0, 0, 0, 0, 1, 0, -y, 0, 0, 1, 0}});
     }
 }
 

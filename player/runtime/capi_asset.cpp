@@ -76,6 +76,14 @@ void fillMesh(const MeshView& mesh, penumbra_asset_info& info) {
     info.slot_of_vertex = mesh.slot_of_vertex.data();
 }
 
+void fillJoints(const AnimationView& animation, penumbra_asset_info& info) {
+    info.joint_count = animation.jointCount();
+    info.joint_parents = animation.parents.data();
+    if (!hasRestTransforms(animation)) return;
+    info.rest_transforms = animation.rest_transforms.data()->m.data();
+    info.inverse_bind = animation.inverse_bind.data()->m.data();
+}
+
 void fillModel(const ModelView& model, const AnimationView& animation, penumbra_asset_info& info) {
     if (model.features == AssetFeatures::kJointAngles) info.rotation_count = animation.pose_size;
     info.number_count = std::size_t(model.convention.size());
@@ -183,8 +191,7 @@ penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_as
     info->has_model = view.has_model;
     info->provenance = view.provenance.data();
     if (view.has_mesh) fillMesh(view.mesh, *info);
-    info->joint_count = view.animation.jointCount();
-    info->joint_parents = view.animation.parents.data();
+    fillJoints(view.animation, *info);
     info->clip_count = view.animation.clips.size();
     info->frame_count = view.animation.frameCount();
     if (view.has_model) {

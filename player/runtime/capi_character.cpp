@@ -44,7 +44,8 @@ penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_
         requirePointer(character, "character");
         if (!asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
         *character = new penumbra_character{asset->data, asset->data->restPose(),
-                                            std::vector<Affine>(asset->data->view.animation.jointCount())};
+                                            std::vector<Affine>(asset->data->view.animation.jointCount()),
+                                            JointChain(asset->data->view.animation)};
     });
 }
 
@@ -69,6 +70,31 @@ penumbra_status penumbra_character_set_pose(penumbra_character* character, penum
         else
             std::copy_n(reinterpret_cast<const Affine*>(matrices), joint_count, character->bones.begin());
         requireFinite("matrices", {character->bones.data()->m.data(), 12 * joint_count});
+        const bool angles = asset.model.features == AssetFeatures::kJointAngles;
+        character->evaluator.setPose(character->bones, {rotations, angles ? asset.animation.pose_size : 0});
+    });
+}
+
+penumbra_status penumbra_character_set_rotations(penumbra_character* character, const float* root,
+                                                 const float* rotations, size_t rotation_count, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requirePointer(rotations, "rotations");
+        const AssetView& asset = character->asset->view;
+        const std::size_t joints = asset.animation.jointCount();
+        if (!hasRestTransforms(asset.animation))
+            throw Unsupported(asset.name + ": has no rest transforms of its joints");
+        if (rotation_count != 3 * joints)
+            throw UsageError("rotation_count is " + std::to_string(rotation_count) + "; the asset has " +
+                             std::to_string(joints) + " joints with 3 each");
+        requireFinite("rotations", {rotations, rotation_count});
+        Affine moved;
+        if (root) {
+            requireFinite("root", {root, 12});
+            std::copy_n(root, 12, moved.m.begin());
+        }
+        character->chain.pose(moved, vectors(rotations, joints), character->bones);
+        requireFinite("the pose: matrices", {character->bones.data()->m.data(), 12 * joints});
         const bool angles = asset.model.features == AssetFeatures::kJointAngles;
         character->evaluator.setPose(character->bones, {rotations, angles ? asset.animation.pose_size : 0});
     });

@@ -11,6 +11,7 @@
 #include "formats/asset_file.h"
 #include "formats/errors.h"
 #include "player/runtime/evaluator.h"
+#include "player/runtime/joint_chain.h"
 #include "player/runtime/penumbra.h"
 #include "player/runtime/shading_layout.h"
 #include "player/runtime/shading_set.h"
@@ -94,7 +95,8 @@ struct penumbra_asset {
 struct penumbra_character {
     std::shared_ptr<const penumbra::AssetData> asset;
     penumbra::Evaluator evaluator;
-    std::vector<penumbra::Affine> bones;  // [J] of a pose that came as 4x4 columns
+    std::vector<penumbra::Affine> bones;  // [J] of a pose that did not come as rows of 3x4
+    penumbra::JointChain chain;
 };
 
 struct penumbra_shading {

@@ -102,6 +102,8 @@ typedef struct penumbra_asset_info {
 
     size_t joint_count;           /* J */
     const int32_t* joint_parents; /* [J] -1 for roots */
+    const float* rest_transforms; /* [J,3,4] rows, joint to parent joint (of a root: to the scene) at rest; or NULL */
+    const float* inverse_bind;    /* [J,3,4] rows, rest positions to joint; or NULL */
     size_t clip_count, frame_count;
     size_t rotation_count; /* numbers of a pose in rotation vectors, 3J; 0 where the model reads matrices only */
 
@@ -210,6 +212,13 @@ PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* cha
                                                          const float* matrices, size_t joint_count,
                                                          const float* rotations, size_t rotation_count,
                                                          penumbra_error* error);
+/* The same from joint rotations alone. `rotations`: [J,3], as above, rotation_count = 3 J. Each joint's global matrix
+ * is that of its parent joint * its rest transform * its rotation, so translations and scales stay those of the rest
+ * pose (exact for uniform scales). `root`: [3,4] rows, what moves the whole character in the model frame; NULL:
+ * nothing. PENUMBRA_UNSUPPORTED for an asset without rest transforms. */
+PENUMBRA_API penumbra_status penumbra_character_set_rotations(penumbra_character* character, const float* root,
+                                                              const float* rotations, size_t rotation_count,
+                                                              penumbra_error* error);
 /* A sampled frame of the asset. PENUMBRA_UNSUPPORTED where it lacks the rotations that the model needs. */
 PENUMBRA_API penumbra_status penumbra_character_set_frame(penumbra_character* character, size_t frame,
                                                           penumbra_error* error);

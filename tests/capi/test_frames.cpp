@@ -48,6 +48,59 @@ TEST(CApiFrames, NothingIsAllocatedPerFrame) {
     }
 }
 
+// The tube's clips turn joints only, so its frames follow from their rotations.
+TEST(CApiFrames, RotationsAloneMakeTheSamePose) {
+    const Model model = synthetic::tubeModel();
+    for (const FeatureKind features : kFeatureKinds) {
+        Recipe recipe;
+        recipe.tube.features = features;
+        const std::vector<std::byte> bytes = packed(recipe);
+        const Asset asset = open(bytes);
+        const penumbra_asset_info info = infoOf(asset);
+        const Character by_frame = character(asset), by_rotations = character(asset);
+        const std::size_t size = 3 * info.joint_count, before = allocationCount();
+        std::size_t allocated = 0;
+        for (std::size_t f = 0; f < info.frame_count; ++f) {
+            penumbra_character_set_frame(by_frame.get(), f, nullptr);
+            const std::size_t at = allocationCount();
+            EXPECT_EQ(
+                penumbra_character_set_rotations(by_rotations.get(), nullptr, &model.pose[f * size], size, nullptr),
+                PENUMBRA_OK);
+            allocated += allocationCount() - at;
+            Frame expected(info), frame(info);
+            expected.evaluate(by_frame.get(), info);
+            frame.evaluate(by_rotations.get(), info);
+            for (std::size_t i = 0; i < frame.positions.size(); ++i)
+                ASSERT_NEAR(frame.positions[i], expected.positions[i], 1e-6f) << "frame " << f;
+            for (std::size_t i = 0; i < frame.numbers.size(); ++i)
+                ASSERT_NEAR(frame.numbers[i], expected.numbers[i], 2e-5f) << "frame " << f;
+        }
+        EXPECT_EQ(allocated, 0u);
+        EXPECT_GT(allocationCount(), before) << "allocations are not counted";
+    }
+}
+
+// `root` moves the character as a whole: shadows stay, positions turn with it.
+TEST(CApiFrames, RootMovesTheWholeCharacter) {
+    const std::vector<std::byte> bytes = packed();
+    const Asset asset = open(bytes);
+    const penumbra_asset_info info = infoOf(asset);
+    const Character still = character(asset), moved = character(asset);
+    const std::vector<float> rotations(3 * info.joint_count, 0.2f);
+    const float root[12] = {0, 0, 1, 5, 0, 1, 0, -2, -1, 0, 0, 1};  // a quarter turn about y
+    penumbra_character_set_rotations(still.get(), nullptr, rotations.data(), rotations.size(), nullptr);
+    penumbra_character_set_rotations(moved.get(), root, rotations.data(), rotations.size(), nullptr);
+    Frame a(info), b(info);
+    a.evaluate(still.get(), info);
+    b.evaluate(moved.get(), info);
+    for (std::size_t v = 0; v < info.vertex_count; ++v) {
+        EXPECT_NEAR(b.positions[3 * v], a.positions[3 * v + 2] + 5, 1e-5f);
+        EXPECT_NEAR(b.positions[3 * v + 1], a.positions[3 * v + 1] - 2, 1e-5f);
+        EXPECT_NEAR(b.positions[3 * v + 2], -a.positions[3 * v] + 1, 1e-5f);
+        EXPECT_NEAR(b.ambient[v], a.ambient[v], 1e-4f);
+    }
+}
+
 // A hundred characters of one asset: each costs little beside the asset's own decoding.
 TEST(CApiFrames, CharactersShareTheDecodedModel) {
     const std::vector<std::byte> bytes = packed({.tube = {.joints = 12, .clusters = 8, .inputs = 16}});

@@ -19,6 +19,8 @@ inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_er
     Frame frame(info);
     const std::size_t frames = std::min<std::size_t>(info.frame_count, 2);
     for (std::size_t f = 0; f < frames; ++f) penumbra_character_set_frame(character.get(), f, nullptr);
+    const std::vector<float> rotations(3 * info.joint_count, 0.1f);
+    penumbra_character_set_rotations(character.get(), nullptr, rotations.data(), rotations.size(), nullptr);
     frame.evaluate(character.get(), info, 2);
     for (const penumbra_shading_options& options : {penumbra_shading_options{PENUMBRA_SLICES, PENUMBRA_ROTATION, 3},
                                                     {PENUMBRA_SLICES, PENUMBRA_FIXED_LOBES, 0},

@@ -58,6 +58,23 @@ TEST(RigPose, BentTubeTurnsItsEndAboutTheJoint) {
     EXPECT_THAT(pose.pose, testing::Pointwise(testing::FloatNear(1e-6f), std::vector<float>{0, 0, 0, 0, 0, float(a)}));
 }
 
+// What every reader of the rest transforms relies on: their product along the chain and the inverse bind matrices are
+// the skinning matrices of the rest pose.
+TEST(RigPose, RestTransformsMakeTheRestPose) {
+    for (const char* name : {"bend", "capsule_man", "interpolation", "matrix_nodes", "props"}) {
+        const Rig rig = readSample(name);
+        const RigPose rest = evaluatePose(rig, -1, 0);
+        ASSERT_EQ(rig.skin.rest_transforms.size(), rig.skin.jointCount()) << name;
+        for (std::size_t j = 0; j < rig.skin.jointCount(); ++j)
+            for (const Vec3 p : {Vec3{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+                Vec3 at = rig.skin.inverse_bind[j].point(p);
+                for (int k = int(j); k >= 0; k = rig.skin.parents[std::size_t(k)])
+                    at = rig.skin.rest_transforms[std::size_t(k)].point(at);
+                EXPECT_LT(length(at - rest.bones[j].point(p)), 2e-6f) << name << " joint " << j;
+            }
+    }
+}
+
 TEST(RigPose, RotationVectorsAreRelativeToRestAndAtMostPi) {
     for (const char* name : {"bend", "capsule_man", "interpolation", "matrix_nodes", "props"}) {
         const Rig rig = readSample(name);
