@@ -81,7 +81,9 @@ inline Mesh strip(std::uint32_t quads) {
 }
 
 inline Skin twoJoints(const Mesh& mesh) {
-    Skin skin{{"root", "Ellbogen-\xc3\xa4"}, {-1, 0}, 2, {}, {}};
+    Skin skin{{"root", "Ellbogen-\xc3\xa4"}, {-1, 0}, 2, {}, {}, {}, {}};
+    skin.rest_transforms = {{{1, 0, 0, 0, 0, 0, -1, 0.5f, 0, 1, 0, 0}}, {{1, 0, 0, 0, 0, 1, 0, 2, 0, 0, 1, 0}}};
+    skin.inverse_bind = {{{1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0.5f}}, {}};
     for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
         const float upper = float(v) / float(mesh.vertexCount());
         const std::uint16_t first = upper > 0.5f, second = 1 - first;

@@ -39,6 +39,8 @@ TEST(ModelFile, RoundTrip) {
         EXPECT_EQ(read.rest_normals, written.rest_normals);
         EXPECT_EQ(read.rest_tangents, written.rest_tangents);
         EXPECT_EQ(read.skin.weights, written.skin.weights);
+        EXPECT_EQ(read.skin.rest_transforms, written.skin.rest_transforms);
+        EXPECT_EQ(read.skin.inverse_bind, written.skin.inverse_bind);
         EXPECT_EQ(read.frames.time, written.frames.time);
         EXPECT_EQ(read.bones, written.bones);
         EXPECT_EQ(read.pose_size, written.pose_size);

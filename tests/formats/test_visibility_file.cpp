@@ -39,6 +39,8 @@ void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
     EXPECT_EQ(a.skin->parents, b.skin->parents);
     EXPECT_EQ(a.skin->joints, b.skin->joints);
     EXPECT_EQ(a.skin->weights, b.skin->weights);
+    EXPECT_EQ(a.skin->rest_transforms, b.skin->rest_transforms);
+    EXPECT_EQ(a.skin->inverse_bind, b.skin->inverse_bind);
 }
 
 void expectSame(const VisibilityFrame& a, const VisibilityFrame& b) {
