@@ -4,6 +4,7 @@
 
 #include "formats/parallel_for.h"
 #include "player/draw_frame.h"
+#include "player/model_painter.h"
 #include "player/offscreen_target.h"
 #include "player/picture_view.h"
 
@@ -66,12 +67,13 @@ void benchModelPainter(Subject& subject, const OffscreenTarget& target, const Va
     const AnimationView& animation = subject.asset->animation;
     Evaluator evaluator(*subject.asset);
     const Clock::time_point start = Clock::now();
-    ModelPainter painter(*subject.asset, subject.channel, subject.shading, /*numbers_given=*/false);
+    ModelPainter painter(std::make_shared<GlAsset>(*subject.asset, subject.shading), 1);
+    const PosedCharacter character{&evaluator, {}, subject.shading};
     const auto draw = [&](std::size_t run, const FrameView& view) {
         const std::size_t frame = run % animation.frameCount();
         evaluator.setPose(animation.bonesOf(frame), animation.poseOf(frame));
         target.begin();
-        painter.setPose(evaluator, animation.bonesOf(frame));
+        painter.evaluate(subject.channel, {&character, 1}, view.eye);
         painter.draw(view);
         gl::Finish();
     };

@@ -12,7 +12,7 @@ namespace penumbra {
 struct GlBench {
     std::string context;
     double draw_values = 0;  // upload and drawing of what the CPU made
-    double draw_model = 0;   // upload of the pose, evaluation in the vertex shader, drawing
+    double draw_model = 0;   // upload of the pose, evaluation in the compute shader, drawing
     double first_frame = 0;  // upload of the asset, compilation of the shaders, first draw
     // Pose, skinning, evaluation, shading, upload, drawing and an 8-bit picture read back, as a window shows it; with
     // one sample a pixel and with as many as asked for.

@@ -1,13 +1,13 @@
 #pragma once
-// Drawing one frame into the bound target, on either path.
+// Drawing one frame into the bound target.
 #include <array>
 #include <optional>
-#include <string>
-#include <vector>
+#include <span>
 
-#include "player/gl_upload.h"
-#include "player/shading_buffers.h"
+#include "player/channel.h"
+#include "player/gl_objects.h"
 #include "player/view_display.h"
+#include "sh/vec3.h"
 
 namespace penumbra {
 
@@ -22,6 +22,9 @@ struct FrameView {
 struct ViewUniforms {
     GLint clip_from_model = -1, eye = -1, error_max = -1, exposure = -1, tone_map = -1;
 };
+ViewUniforms viewUniforms(const GlObject& program);
+// Puts the program in use and the view into it.
+void setView(const GlObject& program, const ViewUniforms& at, const FrameView& view);
 
 // Draws vertices whose values were computed on the CPU.
 class ValuePainter {
@@ -36,25 +39,6 @@ private:
     GlObject program_, vertex_array_, positions_, values_, triangles_;
     ViewUniforms view_;
     GLsizei index_count_;
-};
-
-// Draws an asset that the vertex shader evaluates.
-class ModelPainter {
-public:
-    // `shading`: for kShaded only, else null; what is on in it when draw() is called is what is drawn, and it outlives
-    // the painter. numbers_given: setNumbers() replaces the model's numbers.
-    ModelPainter(const AssetView& asset, Channel channel, const ShadingSet* shading, bool numbers_given);
-    void setPose(const Evaluator& evaluator, std::span<const Affine> bones);
-    void setNumbers(std::span<const float> numbers);  // [V, stride]
-    void setTrueAmbient(std::span<const float> e);    // [V], for kError
-    void draw(const FrameView& view);
-
-private:
-    GlModel model_;
-    GlObject program_, true_ambient_;
-    ViewUniforms view_;
-    std::vector<std::string> samplers_;  // that the program reads, by texture unit
-    std::optional<ShadingBuffers> shading_;
 };
 
 }  // namespace penumbra

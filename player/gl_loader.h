@@ -15,7 +15,7 @@
     X(GETSHADERIV, GetShaderiv) X(GETSHADERINFOLOG, GetShaderInfoLog) X(DELETESHADER, DeleteShader) \
     X(CREATEPROGRAM, CreateProgram) X(ATTACHSHADER, AttachShader) X(LINKPROGRAM, LinkProgram) \
     X(GETPROGRAMIV, GetProgramiv) X(GETPROGRAMINFOLOG, GetProgramInfoLog) X(USEPROGRAM, UseProgram) \
-    X(DELETEPROGRAM, DeleteProgram) X(GETUNIFORMLOCATION, GetUniformLocation) X(UNIFORM1I, Uniform1i) \
+    X(DELETEPROGRAM, DeleteProgram) X(GETUNIFORMLOCATION, GetUniformLocation) X(UNIFORM1I, Uniform1i) X(UNIFORM1UI, Uniform1ui) \
     X(UNIFORM1F, Uniform1f) X(UNIFORM3F, Uniform3f) X(UNIFORM4FV, Uniform4fv) X(UNIFORMMATRIX4FV, UniformMatrix4fv) \
     X(GETUNIFORMBLOCKINDEX, GetUniformBlockIndex) X(UNIFORMBLOCKBINDING, UniformBlockBinding) \
     X(GENTEXTURES, GenTextures) X(BINDTEXTURE, BindTexture) X(ACTIVETEXTURE, ActiveTexture) X(TEXBUFFER, TexBuffer) \
@@ -26,20 +26,27 @@
     X(RENDERBUFFERSTORAGEMULTISAMPLE, RenderbufferStorageMultisample) X(DELETERENDERBUFFERS, DeleteRenderbuffers) \
     X(VIEWPORT, Viewport) X(CLEARCOLOR, ClearColor) X(CLEAR, Clear) X(ENABLE, Enable) X(DISABLE, Disable) \
     X(DRAWELEMENTS, DrawElements) X(READPIXELS, ReadPixels) X(PIXELSTOREI, PixelStorei) \
-    X(SCISSOR, Scissor) X(GENQUERIES, GenQueries) X(DELETEQUERIES, DeleteQueries) X(BEGINQUERY, BeginQuery) \
-    X(ENDQUERY, EndQuery) X(GETQUERYOBJECTIV, GetQueryObjectiv) X(GETQUERYOBJECTUI64V, GetQueryObjectui64v)
+    X(SCISSOR, Scissor) X(GENQUERIES, GenQueries) X(DELETEQUERIES, DeleteQueries) X(QUERYCOUNTER, QueryCounter) \
+    X(GETQUERYOBJECTIV, GetQueryObjectiv) X(GETQUERYOBJECTUI64V, GetQueryObjectui64v) X(GETSTRINGI, GetStringi) \
+    X(DISPATCHCOMPUTE, DispatchCompute) X(MEMORYBARRIER, MemoryBarrier) X(BINDBUFFERBASE, BindBufferBase) \
+    X(DRAWELEMENTSINSTANCED, DrawElementsInstanced) X(MAPBUFFERRANGE, MapBufferRange) X(FENCESYNC, FenceSync) \
+    X(CLIENTWAITSYNC, ClientWaitSync) X(DELETESYNC, DeleteSync)
+// Of OpenGL 4.4 or an extension; null where the context has neither.
+#define PENUMBRA_GL_OPTIONAL_FUNCTIONS(X) X(BUFFERSTORAGE, BufferStorage)
 // clang-format on
 
 namespace penumbra::gl {
 
 #define PENUMBRA_DECLARE(TYPE, name) extern PFNGL##TYPE##PROC name;
 PENUMBRA_GL_FUNCTIONS(PENUMBRA_DECLARE)
+PENUMBRA_GL_OPTIONAL_FUNCTIONS(PENUMBRA_DECLARE)
 #undef PENUMBRA_DECLARE
 
 using Function = void (*)();
 using GetFunction = Function (*)(const char* name);
 
-// Fetches every entry point of the current context; the name of the first one that is missing, or null.
+// Fetches every entry point of the current context; the name of the first one that is missing of those that every
+// OpenGL 4.3 has, or null.
 const char* loadFunctions(GetFunction get);
 
 }  // namespace penumbra::gl

@@ -1,6 +1,8 @@
 #include "player/gl_objects.h"
 
+#include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <stdexcept>
 
 #include "formats/errors.h"
@@ -26,6 +28,29 @@ GlObject makeVertexArray() {
     return GlObject(id, [](GLuint a) { gl::DeleteVertexArrays(1, &a); });
 }
 
+GlObject makeStorage(std::size_t bytes, GLbitfield flags) {
+    GLuint id = 0;
+    gl::GenBuffers(1, &id);
+    GlObject buffer(id, [](GLuint b) { gl::DeleteBuffers(1, &b); });
+    gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, id);
+    const auto size = GLsizeiptr(std::max<std::size_t>(bytes, 16));
+    if (gl::BufferStorage)
+        gl::BufferStorage(GL_SHADER_STORAGE_BUFFER, size, nullptr, flags);
+    else
+        gl::BufferData(GL_SHADER_STORAGE_BUFFER, size, nullptr, GL_DYNAMIC_DRAW);
+    checkGl("allocating a buffer");
+    return buffer;
+}
+
+void checkStorageBlock(const char* what, std::size_t bytes) {
+    GLint limit = 0;
+    gl::GetIntegerv(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
+    if (bytes > std::size_t(limit))
+        throw Unsupported(std::string(what) + " takes " + std::to_string(bytes) +
+                          " bytes of a storage block and this OpenGL has " + std::to_string(limit) +
+                          "; use --path cpu");
+}
+
 static std::size_t texelBytes(GLenum format) {
     switch (format) {
         case GL_R16UI:
@@ -49,20 +74,37 @@ void replaceTextureBuffer(const TextureBuffer& buffer, std::span<const std::byte
     replaceBuffer(GL_TEXTURE_BUFFER, buffer.buffer, bytes.empty() ? std::span<const std::byte>(kOneTexel) : bytes);
 }
 
-TextureBuffer makeTextureBuffer(GLenum format, std::span<const std::byte> bytes) {
+static void checkTexels(GLenum format, std::size_t bytes) {
     GLint limit = 0;
     gl::GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-    if (bytes.size() / texelBytes(format) > std::size_t(limit))
+    if (bytes / texelBytes(format) > std::size_t(limit))
         throw Unsupported("this OpenGL addresses " + std::to_string(limit) + " texels of a buffer and the asset has " +
-                          std::to_string(bytes.size() / texelBytes(format)) + "; use --path cpu");
+                          std::to_string(bytes / texelBytes(format)) + "; use --path cpu");
+}
+
+static GlObject textureOf(const GlObject& buffer, GLenum format) {
+    GLuint id = 0;
+    gl::GenTextures(1, &id);
+    GlObject texture(id, [](GLuint t) { gl::DeleteTextures(1, &t); });
+    gl::BindTexture(GL_TEXTURE_BUFFER, id);
+    gl::TexBuffer(GL_TEXTURE_BUFFER, format, buffer.id());
+    return texture;
+}
+
+TextureBuffer makeTextureBuffer(GLenum format, std::span<const std::byte> bytes) {
+    checkTexels(format, bytes.size());
     TextureBuffer result;
     result.buffer = makeBuffer(GL_TEXTURE_BUFFER, std::span<const std::byte>{});
     replaceTextureBuffer(result, bytes);
-    GLuint id = 0;
-    gl::GenTextures(1, &id);
-    result.texture = GlObject(id, [](GLuint t) { gl::DeleteTextures(1, &t); });
-    gl::BindTexture(GL_TEXTURE_BUFFER, id);
-    gl::TexBuffer(GL_TEXTURE_BUFFER, format, result.buffer.id());
+    result.texture = textureOf(result.buffer, format);
+    return result;
+}
+
+TextureBuffer makeTextureStorage(GLenum format, std::size_t bytes) {
+    checkTexels(format, bytes);
+    TextureBuffer result;
+    result.buffer = makeStorage(bytes);
+    result.texture = textureOf(result.buffer, format);
     return result;
 }
 
@@ -89,12 +131,9 @@ static GlObject compile(GLenum stage, const std::string& source) {
     throw std::logic_error(std::string("a shader does not compile: ") + log.data() + "\n" + numberLines(source));
 }
 
-GlObject makeProgram(const std::string& vertex_source, const std::string& fragment_source) {
-    const GlObject vertex = compile(GL_VERTEX_SHADER, vertex_source);
-    const GlObject fragment = compile(GL_FRAGMENT_SHADER, fragment_source);
+static GlObject link(std::initializer_list<const GlObject*> shaders) {
     GlObject program(gl::CreateProgram(), [](GLuint p) { gl::DeleteProgram(p); });
-    gl::AttachShader(program.id(), vertex.id());
-    gl::AttachShader(program.id(), fragment.id());
+    for (const GlObject* shader : shaders) gl::AttachShader(program.id(), shader->id());
     gl::LinkProgram(program.id());
     GLint linked = 0;
     gl::GetProgramiv(program.id(), GL_LINK_STATUS, &linked);
@@ -102,6 +141,17 @@ GlObject makeProgram(const std::string& vertex_source, const std::string& fragme
     std::array<char, 4096> log{};
     gl::GetProgramInfoLog(program.id(), GLsizei(log.size()), nullptr, log.data());
     throw std::logic_error(std::string("a shader program does not link: ") + log.data());
+}
+
+GlObject makeProgram(const std::string& vertex_source, const std::string& fragment_source) {
+    const GlObject vertex = compile(GL_VERTEX_SHADER, vertex_source);
+    const GlObject fragment = compile(GL_FRAGMENT_SHADER, fragment_source);
+    return link({&vertex, &fragment});
+}
+
+GlObject makeComputeProgram(const std::string& source) {
+    const GlObject shader = compile(GL_COMPUTE_SHADER, source);
+    return link({&shader});
 }
 
 void checkGl(const char* doing) {

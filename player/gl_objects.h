@@ -34,6 +34,12 @@ GlObject makeBuffer(GLenum target, std::span<const std::byte> bytes);
 void replaceBuffer(GLenum target, const GlObject& buffer, std::span<const std::byte> bytes);
 GlObject makeVertexArray();
 
+// A buffer of a size that stays, without contents yet; immutable where GL has buffer storage. `flags`: of
+// glBufferStorage.
+GlObject makeStorage(std::size_t bytes, GLbitfield flags = GL_DYNAMIC_STORAGE_BIT);
+// Unsupported, naming `what`, when shaders cannot reach that many bytes of a storage buffer.
+void checkStorageBlock(const char* what, std::size_t bytes);
+
 template <class T>
 GlObject makeBuffer(GLenum target, std::span<const T> values) {
     return makeBuffer(target, std::as_bytes(values));
@@ -50,10 +56,13 @@ TextureBuffer makeTextureBuffer(GLenum format, std::span<const T> values) {
     return makeTextureBuffer(format, std::as_bytes(values));
 }
 void replaceTextureBuffer(const TextureBuffer& buffer, std::span<const std::byte> bytes);
+// One without contents yet, in storage of its own.
+TextureBuffer makeTextureStorage(GLenum format, std::size_t bytes);
 
 // A linked program; std::logic_error with the driver's log and the numbered source when it does not compile: the
 // sources are ours.
 GlObject makeProgram(const std::string& vertex_source, const std::string& fragment_source);
+GlObject makeComputeProgram(const std::string& source);
 
 // std::runtime_error that names `doing` if any GL call since the last check has failed.
 void checkGl(const char* doing);

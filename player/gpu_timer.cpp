@@ -2,35 +2,44 @@
 
 namespace penumbra {
 
+static GlObject makeQuery() {
+    GLuint id = 0;
+    gl::GenQueries(1, &id);
+    return GlObject(id, [](GLuint q) { gl::DeleteQueries(1, &q); });
+}
+
+static GLuint64 nanoseconds(const GlObject& query) {
+    GLuint64 time = 0;
+    gl::GetQueryObjectui64v(query.id(), GL_QUERY_RESULT, &time);
+    return time;
+}
+
 GpuTimer::GpuTimer() {
-    for (GlObject& query : queries_) {
-        GLuint id = 0;
-        gl::GenQueries(1, &id);
-        query = GlObject(id, [](GLuint q) { gl::DeleteQueries(1, &q); });
+    for (Pair& pair : pairs_) {
+        pair.begin = makeQuery();
+        pair.end = makeQuery();
     }
 }
 
-// The oldest query is used again; while it has no answer yet, nothing is measured.
+// The oldest pair is used again; while it has no answer yet, nothing is measured.
 void GpuTimer::begin() {
-    const GLuint query = queries_[next_].id();
-    if (asked_[next_]) {
+    Pair& pair = pairs_[next_];
+    if (pair.asked) {
         GLint available = 0;
-        gl::GetQueryObjectiv(query, GL_QUERY_RESULT_AVAILABLE, &available);
+        gl::GetQueryObjectiv(pair.end.id(), GL_QUERY_RESULT_AVAILABLE, &available);
         if (!available) return;
-        GLuint64 nanoseconds = 0;
-        gl::GetQueryObjectui64v(query, GL_QUERY_RESULT, &nanoseconds);
-        milliseconds_ = 1e-6 * double(nanoseconds);
-        asked_[next_] = false;
+        milliseconds_ = 1e-6 * double(nanoseconds(pair.end) - nanoseconds(pair.begin));
+        pair.asked = false;
     }
-    gl::BeginQuery(GL_TIME_ELAPSED, query);
+    gl::QueryCounter(pair.begin.id(), GL_TIMESTAMP);
     running_ = true;
 }
 
 void GpuTimer::end() {
     if (!running_) return;
-    gl::EndQuery(GL_TIME_ELAPSED);
-    asked_[next_] = true;
-    next_ = (next_ + 1) % kQueries;
+    gl::QueryCounter(pairs_[next_].end.id(), GL_TIMESTAMP);
+    pairs_[next_].asked = true;
+    next_ = (next_ + 1) % kPairs;
     running_ = false;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
-// How long the GPU took for what was drawn between begin() and end(), some frames later and without waiting for it.
-// Software GL answers, but not with the time that the processor spent: do not show it there.
+// How long the GPU took for the commands between begin() and end(), some frames later and without waiting for it.
+// Timers may overlap: they are pairs of time stamps. Software GL answers, but not with the time that the processor
+// spent: do not show it there.
 #include <array>
 
 #include "player/gl_objects.h"
@@ -12,12 +13,15 @@ public:
     GpuTimer();
     void begin();
     void end();
-    double milliseconds() const { return milliseconds_; }  // of the last frame that is known, 0 before
+    double milliseconds() const { return milliseconds_; }  // of the last pair that is known, 0 before
 
 private:
-    static constexpr std::size_t kQueries = 4;  // drivers queue at most three frames
-    std::array<GlObject, kQueries> queries_;
-    std::array<bool, kQueries> asked_{};
+    struct Pair {
+        GlObject begin, end;
+        bool asked = false;
+    };
+    static constexpr std::size_t kPairs = 4;  // drivers queue at most three frames
+    std::array<Pair, kPairs> pairs_;
     std::size_t next_ = 0;
     bool running_ = false;
     double milliseconds_ = 0;

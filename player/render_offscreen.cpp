@@ -5,6 +5,7 @@
 
 #include "player/draw_frame.h"
 #include "player/frame_values.h"
+#include "player/model_painter.h"
 #include "player/offscreen_target.h"
 #include "player/picture_view.h"
 
@@ -55,11 +56,11 @@ RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asse
         target.begin();
         painter.draw(view, vertices.positions, values);
     } else {
-        const bool truth_numbers = options.source == VisibilitySource::kTruth;
-        ModelPainter painter(asset, options.channel, shading_view, truth_numbers);
-        painter.setPose(evaluator, asset.animation.bonesOf(shot.frame));
-        if (truth_numbers) painter.setNumbers(vertices.numbers);
-        if (options.channel == Channel::kError) painter.setTrueAmbient(true_ambient);
+        ModelPainter painter(std::make_shared<GlAsset>(asset, shading_view), 1);
+        PosedCharacter character{&evaluator, {}, shading_view};
+        if (options.source == VisibilitySource::kTruth) character.numbers = vertices.numbers;
+        character.true_ambient = true_ambient;
+        painter.evaluate(options.channel, {&character, 1}, view.eye);
         target.begin();
         painter.draw(view);
     }

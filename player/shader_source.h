@@ -1,27 +1,32 @@
 #pragma once
 // GLSL text: the files of player/shaders/ with a preamble, and the sums over SH functions written out for one
 // convention and shading layout.
+#include <optional>
 #include <string>
 
 #include "player/channel.h"
+#include "player/evaluate_layout.h"
 #include "player/runtime/shading_layout.h"
 
 namespace penumbra {
-
-// How one of the model's arrays lies in its texture buffer.
-enum class ArrayFormat { kFloat, kScaledBytes };  // half floats read as floats
 
 struct ShaderRecipe {
     Channel channel = Channel::kShaded;
     Convention convention;
     int stride = 0, influences = 0;
-    bool numbers_given = false;  // by a buffer instead of the model
-    ArrayFormat mean = ArrayFormat::kFloat, basis = ArrayFormat::kFloat;
+    bool slots = false;  // the mesh has them
+    // That all clusters have; unset: each its own.
+    std::optional<AssetPrecision> mean = {}, basis = {};
     const ShadingLayout* shading = nullptr;  // kShaded only
+    AssetPlaces asset = {};
+    PosePlaces pose = {};
 };
 
-std::string evaluateVertexSource(const ShaderRecipe& recipe);
+constexpr std::size_t kWorkGroup = 64;  // vertices: two warps or one wave
+
+std::string evaluateSource(const ShaderRecipe& recipe);
 std::string valueVertexSource(Channel channel);
+std::string evaluatedVertexSource(Channel channel);
 std::string channelFragmentSource(Channel channel);
 
 }  // namespace penumbra

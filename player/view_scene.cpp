@@ -57,14 +57,16 @@ static void placeCharacters(Scene& scene) {
         scene.characters[i]->offset = {(float(i) - middle) * 4 / 3 * widest, 0, 0};
 }
 
-static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file) {
+// `like`: a character of the same file, whose decoded regressors it shares, or null.
+static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file, const Character* like) {
     auto character = std::make_unique<Character>();
     character->asset = file.asset->view;
     if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
     gatherLibrary(scene, file, character->asset);
-    character->evaluator = std::make_unique<Evaluator>(character->asset);
+    character->evaluator =
+        like ? std::make_unique<Evaluator>(*like->evaluator) : std::make_unique<Evaluator>(character->asset);
+    character->strip_evaluator = std::make_unique<Evaluator>(*character->evaluator);
     character->interpolation = std::make_unique<PoseInterpolation>(character->asset);
-    character->strip_evaluator = std::make_unique<Evaluator>(character->asset);
     if (!character->asset.materials.empty() && !character->asset.lights.empty())
         character->shading = std::make_unique<ShadingSet>(character->asset);
     return character;
@@ -82,11 +84,29 @@ static SceneFile openFile(const std::filesystem::path& path, int threads) {
     return file;
 }
 
+// Opens each file once, however often it is named; for every path, which of scene.files it is.
+static std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths, int threads, Scene& scene) {
+    std::vector<std::size_t> file_of_path;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        std::error_code unreadable;  // then it is opened, and the reason said
+        std::size_t same = 0;
+        while (same < i && !std::filesystem::equivalent(paths[same], paths[i], unreadable)) ++same;
+        file_of_path.push_back(same < i ? file_of_path[same] : scene.files.size());
+        if (same == i) scene.files.push_back(openFile(paths[i], threads));
+    }
+    return file_of_path;
+}
+
 Scene openScene(std::span<const std::filesystem::path> paths, int threads) {
     Scene scene;
-    for (const std::filesystem::path& path : paths) scene.files.push_back(openFile(path, threads));
-    for (const SceneFile& file : scene.files)
-        if (file.asset && isCharacter(file.asset->view)) scene.characters.push_back(makeCharacter(scene, file));
+    const std::vector<std::size_t> file_of_path = openFiles(paths, threads, scene);
+    std::vector<const Character*> first_of_file(scene.files.size());
+    for (const std::size_t index : file_of_path) {
+        const SceneFile& file = scene.files[index];
+        if (!file.asset || !isCharacter(file.asset->view)) continue;
+        scene.characters.push_back(makeCharacter(scene, file, first_of_file[index]));
+        if (!first_of_file[index]) first_of_file[index] = scene.characters.back().get();
+    }
     if (scene.characters.empty())
         throw InvalidInput(paths.front().string() + ": holds no model; make one with penumbra-pack asset");
     for (const SceneFile& file : scene.files)

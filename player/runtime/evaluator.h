@@ -26,6 +26,7 @@ public:
     // Features, regression: the scores y of every cluster and each cluster's rotation. `bones` has J skinning matrices;
     // `pose` P rotation vectors, or empty when the model reads bones only. Allocates nothing.
     void setPose(std::span<const Affine> bones, std::span<const float> pose);
+    std::span<const Affine> bones() const { return bones_; }   // [J], of the pose
     std::span<const float> scores(std::size_t cluster) const;  // [K]
     const Mat3& clusterRotation(std::size_t cluster) const;    // nearestRotation of the cluster joint's linear part
     // Of the pose: how far what the clusters see is from where training frames had it, about radians; 0: nowhere. Its

@@ -85,7 +85,7 @@ TEST(ShaderSource, MaterialsOfOneStructureHaveOneText) {
         const ShadingLayout layout = shadingLayout(ShadingSet(data.asset));
         ShaderRecipe recipe{
             .convention = data.asset.model.convention, .stride = 16, .influences = 2, .shading = &layout};
-        return evaluateVertexSource(recipe);
+        return evaluateSource(recipe);
     };
     MaterialView scaled = ggx;
     scaled.slices = half;

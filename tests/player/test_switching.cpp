@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "formats/asset_file.h"
-#include "player/draw_frame.h"
 #include "player/frame_values.h"
+#include "player/model_painter.h"
 #include "player/offscreen_target.h"
 #include "player/picture_view.h"
 #include "sh/light_rotation.h"
@@ -74,16 +74,17 @@ struct Stage {
         : data({.rings = 10, .light_order = 6, .slots = 3}),
           set(data.asset, choice),
           evaluator(data.asset),
-          painter(data.asset, Channel::kShaded, &set, /*numbers_given=*/false),
+          painter(std::make_shared<GlAsset>(data.asset, &set), 1),
           values(data.asset.mesh.triangles, Channel::kShaded) {
         shot.asset = &data.asset;
         evaluateFrame(shot, VisibilitySource::kModel, evaluator, 1, vertices);
         RenderOptions options;
         options.width = options.height = 64;
         view = makePictureView(options, data.asset, vertices.positions);
-        painter.setPose(evaluator, data.asset.animation.bonesOf(0));
     }
     Image draw() {
+        const PosedCharacter character{&evaluator, {}, &set};
+        painter.evaluate(Channel::kShaded, {&character, 1}, view.eye);
         target.begin();
         painter.draw(view);
         return target.read();

@@ -1,0 +1,118 @@
+// The GLSL path: what player/runtime computes on the CPU, from the asset's own arrays, once a vertex of each character.
+// The preamble, made by shader_source.cpp, defines CHANNEL, INFLUENCES, PENUMBRA_STRIDE4 and the places of
+// evaluate_layout.h; the line GENERATED becomes penumbra_ambient(), penumbra_clamp_ambient(), penumbra_shade() and
+// penumbra.glsl.
+layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
+
+layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };
+layout(std430, binding = 1) readonly buffer Pose { vec4 pose[]; };
+layout(std430, binding = 1) readonly buffer PoseNumbers { float pose_numbers[]; };
+layout(std430, binding = 2) writeonly buffer Evaluated { vec4 evaluated[]; };  // as evaluated.vert reads it
+#if CHANNEL == CHANNEL_SHADED
+uniform samplerBuffer materials;
+#endif
+layout(std430, binding = 3) readonly buffer Given { vec4 given_numbers[]; };  // PENUMBRA_STRIDE4 a vertex
+#if CHANNEL == CHANNEL_ERROR
+layout(std430, binding = 4) readonly buffer TrueAmbient { float true_ambient[]; };  // one a vertex
+#endif
+
+uniform vec3 eye;  // in the scene
+uniform uint vertex_count;
+
+uint vertex, cluster;  // of this invocation
+uint pose_begin;       // of its character
+
+uint clusterWord(uint i) { return asset[CLUSTERS + cluster * CLUSTER_WORDS + i]; }
+
+vec4 quadOf(uint array, uint quad, uint stored_as);
+#define PENUMBRA_MATERIAL(texel) texelFetch(materials, texel)
+#define PENUMBRA_LIGHT(texel) pose[pose_begin + POSE_LIGHT + uint(texel)]
+#define PENUMBRA_MEAN(quad) quadOf(mean_array, uint(quad), MEAN_PRECISION)
+#define PENUMBRA_BASIS(quad) quadOf(basis_array, uint(quad), BASIS_PRECISION)
+#define PENUMBRA_SCORE(k) pose_numbers[first_score + uint(k)]
+uint mean_array, basis_array, first_score;
+
+GENERATED
+
+// Numbers 4 quad .. 4 quad + 3 of an array of the model; i8 without its scale.
+vec4 quadOf(uint array, uint quad, uint stored_as) {
+    if (stored_as == 2u) return penumbra_unpack_i8(asset[array + quad]);
+    if (stored_as == 1u) return penumbra_unpack_f16(uvec2(asset[array + 2u * quad], asset[array + 2u * quad + 1u]));
+    uint at = array + 4u * quad;
+    return uintBitsToFloat(uvec4(asset[at], asset[at + 1u], asset[at + 2u], asset[at + 3u]));
+}
+
+vec3 restVector(uint array) {
+    uint at = array + 3u * vertex;
+    return uintBitsToFloat(uvec3(asset[at], asset[at + 1u], asset[at + 2u]));
+}
+
+uint halfWord(uint array, uint i) { return bitfieldExtract(asset[array + i / 2u], int(16u * (i % 2u)), 16); }
+
+PenumbraSurface skin() {
+    vec4 row0 = vec4(0.0), row1 = vec4(0.0), row2 = vec4(0.0);
+    for (uint i = vertex * INFLUENCES; i < (vertex + 1u) * INFLUENCES; ++i) {
+        uint bone = pose_begin + POSE_BONES + 3u * halfWord(SKIN_JOINTS, i);
+        float weight = uintBitsToFloat(asset[SKIN_WEIGHTS + i]);
+        row0 += weight * pose[bone];
+        row1 += weight * pose[bone + 1u];
+        row2 += weight * pose[bone + 2u];
+    }
+    uint turn = pose_begin + POSE_ROTATIONS + 3u * cluster;
+    return penumbra_surface(row0, row1, row2, restVector(POSITIONS), restVector(NORMALS), restVector(TANGENTS),
+                            pose[turn].xyz, pose[turn + 1u].xyz, pose[turn + 2u].xyz);
+}
+
+#if CHANNEL != CHANNEL_NORMALS && CHANNEL != CHANNEL_CLUSTERS
+void numbersOf(uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+    if (pose[pose_begin].w > 0.0) {
+        uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
+        for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = given_numbers[first + q];
+        return;
+    }
+    first_score = 4u * (pose_begin + POSE_SCORES) + clusterWord(3u);
+    mean_array = clusterWord(4u);
+    basis_array = clusterWord(5u);
+    penumbra_numbers(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), numbers);
+    penumbra_clamp_ambient(numbers);
+}
+#endif
+
+vec3 valueOf(PenumbraSurface s, uint character, vec3 offset) {
+#if CHANNEL == CHANNEL_NORMALS
+    return s.normal;
+#elif CHANNEL == CHANNEL_CLUSTERS
+    return vec3(float(cluster));
+#else
+    vec4 numbers[PENUMBRA_STRIDE4];
+    numbersOf(character, numbers);
+#if CHANNEL == CHANNEL_AO
+    return vec3(penumbra_ambient(numbers));
+#elif CHANNEL == CHANNEL_ERROR
+    return vec3(abs(penumbra_ambient(numbers) - true_ambient[character * vertex_count + vertex]));
+#else
+    mat3 local_from_model = penumbra_local_from_model(s);
+#ifdef HAS_SLOTS
+    uint slot = halfWord(SLOTS, vertex);
+#else
+    uint slot = 0u;
+#endif
+    int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slot]);
+    vec3 to_eye = penumbra_to_eye(s, eye - offset, local_from_model);
+    return max(penumbra_shade(numbers, to_eye, local_from_model, material), 0.0);
+#endif
+#endif
+}
+
+void main() {
+    vertex = gl_GlobalInvocationID.x;
+    if (vertex >= vertex_count) return;
+    uint character = gl_GlobalInvocationID.y;
+    pose_begin = character * POSE_SIZE;
+    cluster = asset[CLUSTER_OF_VERTEX + vertex];
+    vec3 offset = pose[pose_begin].xyz;
+    PenumbraSurface s = skin();
+    uint at = 2u * (character * vertex_count + vertex);
+    evaluated[at] = vec4(s.position + offset, 1.0);
+    evaluated[at + 1u] = vec4(valueOf(s, character, offset), 0.0);
+}
