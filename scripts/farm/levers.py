@@ -12,7 +12,7 @@ def lever(output):
 
 
 def stale_jobs(plan, folder, digests):
-    """Output -> reason, of every job that must run; what is made from such an output is stale too."""
+    """Output -> reason, of every job that must run; what is made from such an output is stale too, in no order."""
     stale = {}
     for output, job in plan.items():
         again = [path for path in job.inputs if path in stale]
@@ -20,11 +20,15 @@ def stale_jobs(plan, folder, digests):
             why_stale(folder, output, job.command, [*job.inputs, *job.sources], digests, job.temporary)
         if reason:
             stale[output] = reason
+            for path in job.inputs:  # a shard that was not kept, and is wanted again
+                if plan[path].temporary and not os.path.exists(os.path.join(folder, path)):
+                    stale.setdefault(path, "is not there")
     return stale
 
 
 def set_levers(plan, folder):
     """Prepares Snakemake's decision; names what is stale though it is there. ForeignFile."""
+    os.makedirs(os.path.join(folder, ".farm", "log"), exist_ok=True)  # of jobs elsewhere
     digests = Digests(folder)
     try:
         stale = stale_jobs(plan, folder, digests)

@@ -149,9 +149,9 @@ def make_plan(farm):
     return planner.jobs
 
 
-def stamped(job):
+def stamped(job, *flags):
     """The words that run the job through farm_stamp, which runs it only if it must and says what made its output."""
-    words = [sys.executable, os.path.join(SCRIPTS, "farm_stamp"), job.output]
+    words = [sys.executable, os.path.join(SCRIPTS, "farm_stamp"), job.output, *flags]
     for path in [*job.inputs, *job.sources]:
         words += ["-i", path]
     if job.depfile:

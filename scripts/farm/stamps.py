@@ -108,8 +108,8 @@ def write_stamp(folder, output, command, inputs, digests):
     write_whole(os.path.join(folder, output + ".stamp"), json.dumps(stamp, indent=1) + "\n")
 
 
-def check_own(folder, path, digests):
-    """ForeignFile when `path` has a stamp and is not what it says. A file that was only touched gets its time back, so
+def check_own(folder, path, digests, give_time_back=True):
+    """ForeignFile when `path` has a stamp and is not what it says. An input that was only touched gets its time back, so
     that make, ninja and snakemake do not take it for new."""
     stamp, place = read_stamp(folder, path), os.path.join(folder, path)
     if stamp is None or not os.path.exists(place):
@@ -118,7 +118,7 @@ def check_own(folder, path, digests):
     if digests.of(path) != made["sha256"]:
         raise ForeignFile(f"{path}: is not the file that was made here: SHA-256 {digests.of(path)[:12]}..., "
                           f"made with {made['sha256'][:12]}... (delete it, and it is made again)")
-    if os.stat(place).st_mtime_ns != made["mtime_ns"]:
+    if give_time_back and os.stat(place).st_mtime_ns != made["mtime_ns"]:
         os.utime(place, ns=(made["mtime_ns"], made["mtime_ns"]))
         digests.retimed(path)
     return stamp
@@ -134,7 +134,7 @@ def why_stale(folder, output, command, inputs, digests, temporary=False):
     """"" when `output` is what `command` would make of `inputs` now, else the reason; ForeignFile."""
     for path in inputs:
         check_own(folder, path, digests)
-    stamp = check_own(folder, output, digests)
+    stamp = check_own(folder, output, digests, give_time_back=False)  # ninja's restat compares it before and after
     if not os.path.exists(os.path.join(folder, output)) and not (temporary and stamp):
         return "is not there"
     if stamp is None:

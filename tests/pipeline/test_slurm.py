@@ -1,0 +1,161 @@
+"""The pipeline on Slurm, on this machine alone: Snakemake's jobs, job arrays, a bake as one array. Jobs are killed in the middle;
+every file must be what a local run makes, byte for byte.
+
+usage: test_slurm.py BIN
+"""
+import glob
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without, snakemake
+
+BIN = os.path.abspath(sys.argv[1])
+SHARDS = 8
+SLURM = os.path.join(SCRIPTS, "slurm")
+
+
+def make_slow_farm(folder):
+    """As make_farm, with bakes long enough to be killed in the middle: about a second a shard."""
+    make_farm(folder, BIN, SHARDS)
+    replace(os.path.join(folder, "farm.yaml"), "holdout: [walk],", "holdout: [walk], bake: {rays: 2048},")
+    return folder
+
+
+def run(*words, cwd, code=0):
+    result = subprocess.run(words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert result.returncode == code, (words, result.returncode, result.stdout)
+    return result.stdout
+
+
+def bakes_under(folder):
+    """Process ids of the slow rig's bakes that run there."""
+    found = []
+    for place in glob.glob("/proc/[0-9]*"):
+        try:
+            with open(place + "/cmdline", "rb") as file:
+                words = file.read().split(b"\0")
+            here = os.readlink(place + "/cwd")
+        except OSError:
+            continue
+        slow = words[0].endswith(b"penumbra-bake") and b"--frames" in words and words[2].endswith(b"capsule_man.glb")
+        if slow and here.startswith(folder):
+            found.append(int(os.path.basename(place)))
+    return found
+
+
+def wait_for(condition, what, seconds=120):
+    deadline = time.monotonic() + seconds
+    while not (result := condition()):
+        assert time.monotonic() < deadline, "waited in vain for " + what
+        time.sleep(0.05)
+    return result
+
+
+def kill_one_bake(folder):
+    while True:
+        pid = wait_for(lambda: bakes_under(folder), "a bake in " + folder)[0]
+        time.sleep(0.2)
+        try:
+            return os.kill(pid, 9)
+        except ProcessLookupError:  # done already: the next one
+            pass
+
+
+def queue_is_empty():
+    return not subprocess.run(["squeue", "-h"], capture_output=True, text=True, check=True).stdout
+
+
+def digests(out):
+    """SHA-256 of every file that a farm keeps and that holds no times."""
+    files = [name for kind in ("h5", "pnb", "png") for name in glob.glob(f"**/*.{kind}", root_dir=out, recursive=True)]
+    return {name: hashlib.sha256(open(os.path.join(out, name), "rb").read()).hexdigest() for name in files if "shards/" not in name}
+
+
+def check_snakemake(folder, wanted):
+    """A job of Snakemake's is killed: submitted again."""
+    make_slow_farm(folder)
+    log = open(os.path.join(folder, "log"), "w+")
+    process = subprocess.Popen(["snakemake", "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml", "--profile",
+                                SLURM, "--latency-wait", "10"], cwd=folder, stdout=log, stderr=log, env={**os.environ, "CI": "true"})
+    kill_one_bake(folder)
+    code = process.wait(timeout=600)
+    log.seek(0)
+    text = log.read()
+    assert code == 0 and "Trying to restart job" in text, text
+    assert digests(os.path.join(folder, "out")) == wanted
+    assert outputs_made(snakemake(folder, "-n")) == set()
+    print(f"Snakemake on Slurm: {len(wanted)} files as made here, a killed shard was baked again")
+
+
+def check_arrays(folder, wanted):
+    """A task of an array is killed: it goes back into the queue. One is cancelled: what waits for it ends, and is taken up again."""
+    make_slow_farm(folder)
+    command = [os.path.join(SLURM, "farm_array"), "farm.yaml"]
+    text = run(*command, cwd=folder)
+    assert f"shard: {2 * SHARDS} tasks" in text and "merge: 2 tasks" in text, text
+    array = text.split("shard: ")[1].split("array ")[1].split()[0].rstrip(",")
+    kill_one_bake(os.path.join(folder, "out"))
+    wait_for(lambda: "Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder), "a requeued task", 60)
+    run("scancel", f"{array}_{2 * SHARDS - 1}", cwd=folder)
+    wait_for(queue_is_empty, "the arrays")
+    assert not os.path.exists(os.path.join(folder, "out", "index.html"))
+    text = run(*command, cwd=folder)
+    assert "shard: 1 tasks" in text, text
+    wait_for(queue_is_empty, "the arrays")
+    assert digests(os.path.join(folder, "out")) == wanted
+    assert "nothing to do" in run(*command, cwd=folder)
+    print(f"arrays on Slurm: {len(wanted)} files as made here; one task was killed, one cancelled")
+
+
+def check_bake_array(folder, wanted):
+    make_slow_farm(folder)
+    os.makedirs(os.path.join(folder, "out", "man"))
+    words = [os.path.join(SLURM, "bake_array"), str(SHARDS), "out/man/man.vis.h5", "capsule_man.glb", "--fps", "3", "--rays", "2048"]
+    text = run(*words, cwd=folder)
+    assert f"{SHARDS} shards" in text, text
+    kill_one_bake(folder)
+    wait_for(queue_is_empty, "the bake")
+    assert digests(os.path.join(folder, "out")) == {"man/man.vis.h5": wanted["man/man.vis.h5"]}
+    print("one bake as an array: the same bytes, a killed shard was baked again")
+
+
+def daemons(folder):
+    alive = []
+    for daemon in ("munged", "slurmctld", "slurmd"):
+        with open(os.path.join(folder, daemon + ".pid")) as file:
+            alive.append(int(file.read()))
+    return alive
+
+
+def check_all(top):
+    local = make_slow_farm(os.path.join(top, "local"))
+    snakemake(local)
+    wanted = digests(os.path.join(local, "out"))
+    assert len(wanted) == 14, wanted
+    check_snakemake(os.path.join(top, "jobs"), wanted)
+    check_arrays(os.path.join(top, "arrays"), wanted)
+    check_bake_array(os.path.join(top, "bake"), wanted)
+
+
+def main():
+    skip_without("snakemake", "sbatch", "slurmctld", "slurmd", "munged")
+    if os.geteuid() != 0:
+        print("skipped: slurmd starts jobs as root only")
+        sys.exit(77)
+    with tempfile.TemporaryDirectory() as top:
+        cluster = os.path.join(top, "slurm")
+        os.environ["SLURM_CONF"] = os.path.join(cluster, "slurm.conf")
+        run(os.path.join(SLURM, "local_cluster"), "start", cluster, cwd=top)
+        pids = daemons(cluster)
+        try:
+            check_all(top)
+        finally:
+            run(os.path.join(SLURM, "local_cluster"), "stop", cluster, cwd=top)
+        assert not any(os.path.exists(f"/proc/{pid}") for pid in pids), pids
+
+
+main()

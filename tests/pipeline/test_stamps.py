@@ -1,0 +1,146 @@
+"""farm_stamp, farm_ninja (ninja and make) and farm_check: content decides what runs again, and foreign files are named.
+
+usage: test_stamps.py BIN
+"""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from farm_folder import SCRIPTS, make_farm, replace, write
+
+BIN = os.path.abspath(sys.argv[1])
+STAMP = os.path.join(SCRIPTS, "farm_stamp")
+
+
+def run(*words, cwd=".", code=0):
+    result = subprocess.run([str(w) for w in words], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert result.returncode == code, (words, result.returncode, result.stdout)
+    return result.stdout
+
+
+def copy(*flags, command=("sh", "-c", "cp in.txt out.txt; echo ran >>log"), code=0):
+    """Runs a stamped copy; whether the command itself ran."""
+    before = os.path.getsize("log") if os.path.exists("log") else 0
+    text = run(STAMP, "out.txt", "-i", "in.txt", *flags, "--", *command, code=code)
+    return os.path.getsize("log") > before if os.path.exists("log") else False, text
+
+
+def check_stamp():
+    write("in.txt", "one")
+    assert copy()[0] and not copy()[0]
+    made = os.stat("out.txt").st_mtime_ns
+    os.utime("in.txt")
+    os.utime("out.txt")
+    assert not copy()[0]
+    write("in.txt", "two")
+    assert copy()[0] and open("out.txt").read() == "two" and os.stat("out.txt").st_mtime_ns > made
+    assert copy(command=("sh", "-c", "cp in.txt out.txt; echo ran  >>log"))[0], "another command"
+    os.remove("out.txt")
+    assert copy()[0], "the output is gone"
+    made = os.stat("out.txt").st_mtime_ns
+    assert not copy("--touch")[0] and os.stat("out.txt").st_mtime_ns > made
+    stamp = json.load(open("out.txt.stamp"))
+    write("out.txt.stamp", json.dumps(stamp)[:-20])
+    assert copy()[0], "half a stamp"
+    write("out.txt", "from elsewhere")
+    ran, text = copy(code=3)
+    assert not ran and "out.txt: is not the file that was made here" in text, text
+    ran, text = run(STAMP, "next.txt", "-i", "out.txt", "--", "cp", "out.txt", "next.txt", code=3), ""
+    assert "out.txt: is not the file that was made here" in ran and not os.path.exists("next.txt"), ran
+    os.remove("out.txt")
+    assert copy()[0]
+    write("in.txt", "three")
+    assert copy(command=("sh", "-c", "exit 4"), code=4) and copy()[0], "a failed command is no result"
+    assert "nothing.txt" in run(STAMP, "new.txt", "-i", "nothing.txt", "--", "cp", "nothing.txt", "new.txt", code=2)
+    print("farm_stamp: content decides")
+
+
+def check_depfile():
+    """What only the command knows that it read counts from the second run on; blanks and $ in names are kept."""
+    write("a b$.txt", "one")
+    write("rule.sh", 'cp "a b\\$.txt" dep.txt; printf "dep.txt: a\\\\ b\\$\\$.txt\\n" >dep.d; echo ran >>log2')
+    words = [STAMP, "dep.txt", "--depfile", "dep.d", "--", "sh", "rule.sh"]
+    count = lambda: len(open("log2").readlines())
+    run(*words)
+    os.remove("dep.d")  # as ninja does
+    run(*words)
+    assert count() == 1 and open("dep.d").read() == "dep.txt: a\\ b$$.txt\n", open("dep.d").read()
+    write("a b$.txt", "two")
+    run(*words)
+    assert count() == 2 and open("dep.txt").read() == "two"
+
+
+def reports(folder):
+    """Report -> time of writing: which programs ran."""
+    top = os.path.join(folder, "out", "reports")
+    return {name: os.stat(os.path.join(top, name)).st_mtime_ns for name in os.listdir(top)}
+
+
+def ran_by(folder, *command):
+    before = reports(folder) if os.path.exists(os.path.join(folder, "out", "reports")) else {}
+    text = run(*command, cwd=folder)
+    return {name.removesuffix(".json") for name, time in reports(folder).items() if before.get(name) != time}, text
+
+
+def touch_all(folder):
+    for name in run("find", folder, "-type", "f", "-not", "-path", "*/.*").split("\n"):
+        if name:
+            os.utime(name)
+
+
+def check_build(folder, flags, build, idle):
+    """The whole farm, nothing again, nothing after touching everything, and only what a material changes."""
+    make_farm(folder, BIN, shards=2)
+    generate = [os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", *flags]
+    run(*generate, cwd=folder)
+    ran, _ = ran_by(folder, *build)
+    assert len(ran) == 19 and "index.html" in ran and "man.shards.000000-000015.vis.h5" in ran, ran
+    ran, text = ran_by(folder, *build)
+    assert ran == set() and idle in text, (ran, text)
+    touch_all(folder)
+    ran, _ = ran_by(folder, *build)
+    assert ran == set(), ran
+    ran, text = ran_by(folder, *build)
+    assert ran == set() and idle in text, (ran, text)
+    replace(os.path.join(folder, "farm.yaml"), "alpha=0.4", "alpha=0.5")
+    run(*generate, cwd=folder)
+    ran, _ = ran_by(folder, *build)
+    assert ran == {"materials.gold.brdf.h5", "bend.bend.pnb", "bend.sheet.png", "index.html"}, ran
+    print(f"{build[0]}: {len(reports(folder))} jobs; touched, none; a material changed, {len(ran)} and the check")
+
+
+def check_belonging(folder):
+    """farm_check names the asset whose model was replaced, and a file that is cut short."""
+    check = os.path.join(SCRIPTS, "farm_check")
+    out = os.path.join(folder, "out")
+    assert "0 disagree" in run(check, out, os.path.join(folder, "bend.glb"))
+    model, asset = (os.path.join(out, "man", name) for name in ("man.model.h5", "man.pnb"))
+    shutil.copy(os.path.join(out, "bend", "bend.model.h5"), model)
+    text = run(check, out, code=3)
+    assert f"{asset}: made from another man.model.h5" in text, text
+    with open(model, "r+b") as file:
+        file.truncate(1000)
+    assert "man.model.h5" in run(check, out, code=2)
+    with open(os.path.join(folder, "bend.glb"), "ab") as file:
+        file.write(b" ")
+    os.remove(model)
+    text = run(check, out, os.path.join(folder, "bend.glb"), code=3)
+    assert "bend.vis.h5: made from another bend.glb" in text, text
+    print("farm_check: names what does not belong")
+
+
+def main():
+    with tempfile.TemporaryDirectory() as top:
+        os.mkdir(os.path.join(top, "stamps"))
+        os.chdir(os.path.join(top, "stamps"))
+        check_stamp()
+        check_depfile()
+        check_build(os.path.join(top, "with $ and blank"), [], ["ninja", "-C", "out"], "no work to do")
+        check_build(os.path.join(top, "plain"), ["--make"], ["make", "-C", "out", "-j2"], "is up to date")
+        check_belonging(os.path.join(top, "plain"))
+
+
+main()
