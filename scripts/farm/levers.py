@@ -11,12 +11,17 @@ def lever(output):
     return f".farm/levers/{output}"
 
 
+def follows(path, reason):
+    """Why what is made from a stale `path` is stale: the first cause."""
+    return reason if reason.startswith("follows ") else f"follows {path}: {reason}"
+
+
 def stale_jobs(plan, folder, digests):
     """Output -> reason, of every job that must run; what is made from such an output is stale too, in no order."""
     stale = {}
     for output, job in plan.items():
         again = [path for path in job.inputs if path in stale]
-        reason = f"{again[0]} is made again" if again else \
+        reason = follows(again[0], stale[again[0]]) if again else \
             why_stale(folder, output, job.command, [*job.inputs, *job.sources], digests, job.temporary)
         if reason:
             stale[output] = reason
