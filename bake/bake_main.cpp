@@ -12,6 +12,7 @@
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/name_list_option.h"
+#include "formats/warning.h"
 
 namespace penumbra {
 
@@ -27,6 +28,7 @@ struct VisibilityCommand {
     std::filesystem::path output;
     BakeOptions options;
     std::string frames, poses, precision = "f32";
+    bool resume = false;
     std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused and does not wrap
 };
 
@@ -60,13 +62,23 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
                     plan.bytes(options.precision) * 1e-6);
         return;
     }
+    if (command.resume && isWhole(command.output, plan)) {
+        report.figures["already_whole"] = true;
+        if (!common.quiet) std::printf("%s: is this bake already, and whole\n", command.output.c_str());
+        return;
+    }
     report.phase("trace and write");
-    const BakeResult result = bakeVisibility(plan, options, command.output, common.threads, style);
+    const BakeResult result = bakeVisibility(plan, options, {command.output, command.resume}, common.threads, style);
+    if (!result.note.empty() && !common.quiet) reportWarning("penumbra-bake", result.note);
     const double rate = result.rays_traced / result.seconds;
+    report.figures["frames_resumed"] = result.frames_kept;
+    if (!result.note.empty()) report.figures["journal"] = result.note;
     report.figures["rays_traced"] = result.rays_traced;
     report.figures["rays_per_second"] = rate;
     report.figures["bytes"] = result.written_bytes;
     report.figures["peak_rss_megabytes"] = peakMegabytes();
+    if (!common.quiet && result.frames_kept > 0)
+        std::printf("went on after %zu of %zu frames\n", result.frames_kept, plan.header.frames.frameCount());
     if (!common.quiet)
         std::printf("%s: %zu frames x %zu vertices, %.1f Mray in %.1f s (%.2f Mray/s), %.1f MB, peak memory %.0f MB\n",
                     command.output.c_str(), plan.header.frames.frameCount(), plan.header.mesh.vertexCount(),
@@ -89,6 +101,8 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     app.add_option("--bias", options.bias, "start of a ray above the surface, in rest diagonals");
     app.add_option("--precision", command.precision, "of the coefficients on disk")
         ->check(CLI::IsMember({"f32", "f16"}));
+    app.add_flag("--resume", command.resume,
+                 "go on where a killed bake of this output stopped; keep what is done when stopped");
     app.add_flag("--ground", options.ground, "an infinite floor blocks every direction that points down");
 }
 

@@ -4,10 +4,12 @@
 #include <atomic>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bake/bake_journal.h"
 #include "bake/frame_choice.h"
 #include "bake/moments.h"
 #include "formats/errors.h"
@@ -107,22 +109,26 @@ struct PosedFrame {
     OcclusionScene scene;
 };
 
-static PosedFrame poseFrame(const BakePlan& plan, std::size_t f) {
+static VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     const FrameList& frames = plan.header.frames;
     const RigPose pose = evaluatePose(plan.rig, plan.rig_clip[frames.clip[f]], frames.time[f]);
     VisibilityFrame frame{{}, {}, pose.bones, pose.pose, {}};
-    const Mesh& mesh = plan.rig.mesh;
-    skinVertices(mesh, plan.rig.skin, plan.rig.rest_normals, pose.bones, frame.positions, frame.normals);
-    std::vector<Vec3> scaled(frame.positions);
-    for (std::size_t v = 0; v < scaled.size(); ++v)
-        if (!std::isfinite(dot(scaled[v], scaled[v]) + dot(frame.normals[v], frame.normals[v])))
+    skinVertices(plan.rig.mesh, plan.rig.skin, plan.rig.rest_normals, pose.bones, frame.positions, frame.normals);
+    for (std::size_t v = 0; v < frame.positions.size(); ++v)
+        if (!std::isfinite(dot(frame.positions[v], frame.positions[v]) + dot(frame.normals[v], frame.normals[v])))
             throw InvalidInput(plan.rig.files_read.front().string() + ": frame " + std::to_string(f) + " (clip '" +
                                frames.clip_names[frames.clip[f]] + "', " + std::to_string(frames.time[f]) +
                                " s): vertex " + std::to_string(v) + " is not finite");
+    frame.coefficients.resize(frame.positions.size() * plan.header.coefficientCount());
+    return frame;
+}
+
+static PosedFrame poseFrame(const BakePlan& plan, std::size_t f) {
+    VisibilityFrame frame = poseVertices(plan, f);
+    std::vector<Vec3> scaled(frame.positions);
     const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
     for (Vec3& p : scaled) p = scale.apply(p);
-    frame.coefficients.resize(scaled.size() * plan.header.coefficientCount());
-    return {std::move(frame), scale, OcclusionScene(scaled, mesh.triangles)};
+    return {std::move(frame), scale, OcclusionScene(scaled, plan.rig.mesh.triangles)};
 }
 
 // Counts rays from many threads; whoever finds the printer free prints.
@@ -159,33 +165,61 @@ static void traceTask(const PosedFrame& posed, const MomentTracer& tracer, std::
     }
 }
 
-BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const std::filesystem::path& output,
-                          int threads, ProgressStyle progress) {
-    const auto start = std::chrono::steady_clock::now();
-    const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
+// Frames [begin, F): while frame f is traced, one task writes frame f - 1 and one prepares frame f + 1, so that three
+// frames are in memory.
+static void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t begin, int threads,
+                        RayCount& count, const std::function<void(const VisibilityFrame&)>& write) {
     const std::size_t frame_count = plan.header.frames.frameCount();
+    if (begin == frame_count) return;
+    const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
     const std::size_t tasks = (plan.header.mesh.vertexCount() + kVerticesPerTask - 1) / kVerticesPerTask;
-    VisibilityWriter writer(output, plan.header, options.precision);
-    RayCount count(progress, plan.rays());
-
-    // While frame f is traced, one task writes frame f - 1 and one prepares frame f + 1: three frames are in memory.
     std::optional<VisibilityFrame> done;
-    std::optional<PosedFrame> current = poseFrame(plan, 0), next;
-    for (std::size_t f = 0; f < frame_count; ++f) {
+    std::optional<PosedFrame> current = poseFrame(plan, begin), next;
+    for (std::size_t f = begin; f < frame_count; ++f) {
         const MomentTracer tracer{current->scene, directions, current->scale, float(options.bias), options.ground};
         const std::span<float> coefficients(current->frame.coefficients);
         parallelFor(tasks + 2, threads, [&](std::size_t i) {
-            if (i == 0 && done) writer.writeFrame(*done);
+            if (i == 0 && done) write(*done);
             if (i == 1 && f + 1 < frame_count) next.emplace(poseFrame(plan, f + 1));
             if (i >= 2) traceTask(*current, tracer, i - 2, coefficients, count);
         });
         done = std::move(current->frame);
         current = std::exchange(next, std::nullopt);
     }
-    writer.writeFrame(*done);
+    write(*done);
+}
+
+BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,
+                          ProgressStyle progress) {
+    const auto start = std::chrono::steady_clock::now();
+    BakeJournal journal(target.output, plan.header, options.precision, target.resume);
+    VisibilityWriter writer(target.output, plan.header, options.precision);
+    RayCount count(progress, plan.rays());
+    for (std::size_t f = 0; f < journal.framesKept(); ++f) {
+        VisibilityFrame frame = poseVertices(plan, f);
+        journal.read(f, frame.coefficients);
+        writer.writeFrame(frame);
+        count.add(0, frame.positions.size() * std::size_t(options.rays));
+    }
+    traceFrames(plan, options, journal.framesKept(), threads, count, [&](const VisibilityFrame& frame) {
+        journal.append(frame.coefficients);
+        writer.writeFrame(frame);
+    });
     writer.finish();
+    journal.finish();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    return {count.traced(), elapsed.count(), double(std::filesystem::file_size(output))};
+    return {count.traced(), elapsed.count(), double(std::filesystem::file_size(target.output)), journal.framesKept(),
+            journal.note()};
+}
+
+bool isWhole(const std::filesystem::path& output, const BakePlan& plan) {
+    std::error_code error;
+    if (!std::filesystem::exists(output, error)) return false;
+    try {
+        return toJson(VisibilityReader(output).header().provenance) == toJson(plan.header.provenance);
+    } catch (const std::exception&) {
+        return false;  // whatever it is, the bake replaces it
+    }
 }
 
 }  // namespace penumbra

@@ -35,7 +35,7 @@ static std::array<PartialName, 64> partial_names;
 static std::atomic<int> caught_signal{0};
 static std::array<char, 128> stop_message{};
 
-static void remember(const fs::path& partial) {
+void removeOnStop(const fs::path& partial) {
     const std::string text = fs::absolute(partial).string();
     if (text.size() >= partial_names[0].path.size()) return;  // then only the destructor removes it
     for (PartialName& name : partial_names)
@@ -46,7 +46,7 @@ static void remember(const fs::path& partial) {
         }
 }
 
-static void forget(const fs::path& partial) {
+void keepOnStop(const fs::path& partial) {
     const std::string text = fs::absolute(partial).string();
     for (PartialName& name : partial_names)
         if (name.ready && text == name.path.data()) {
@@ -137,7 +137,7 @@ PartialFile::PartialFile(fs::path target) : target_(std::move(target)) {
         lock_ = -1;
     }
     if (lock_ < 0) throw IoError(target_.string() + ": too many writers");
-    remember(partial_);
+    removeOnStop(partial_);
     if (::ftruncate(lock_, 0) != 0) {
         const int reason = errno;
         discard();
@@ -150,7 +150,7 @@ PartialFile::~PartialFile() { discard(); }
 void PartialFile::discard() noexcept {
     if (lock_ < 0) return;
     ::unlink(partial_.c_str());
-    forget(partial_);
+    keepOnStop(partial_);
     ::close(lock_);
     lock_ = -1;
 }
@@ -167,7 +167,7 @@ static void syncPath(const fs::path& path, int flags) {
 void PartialFile::commit() {
     syncPath(partial_, O_RDONLY);
     if (::rename(partial_.c_str(), target_.c_str()) != 0) throw failed("cannot rename to this name", target_, errno);
-    forget(partial_);
+    keepOnStop(partial_);
     ::close(lock_);
     lock_ = -1;
     syncPath(target_.parent_path(), O_RDONLY | O_DIRECTORY);

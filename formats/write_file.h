@@ -34,6 +34,9 @@ void writeWholeFile(const std::filesystem::path& target, std::string_view text);
 // partial files are removed and the process exits with kExitFailed. SIGXFSZ and SIGPIPE become errors of write().
 void catchSignals(const char* program);  // the name starts the message in the second case
 bool interrupted() noexcept;
+// Any other file that is removed in the second case.
+void removeOnStop(const std::filesystem::path& file);
+void keepOnStop(const std::filesystem::path& file);
 void throwIfInterrupted();
 
 }  // namespace penumbra

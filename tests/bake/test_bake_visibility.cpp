@@ -21,7 +21,7 @@ protected:
     ~BakeVisibility() override { std::filesystem::remove_all(folder_); }
     std::filesystem::path out(const std::string& name) const { return folder_ / name; }
     std::string bake(const std::string& rig, const BakeOptions& options, int threads) const {
-        bakeVisibility(planBake({sample(rig)}, options), options, out("x.vis.h5"), threads, ProgressStyle::kNone);
+        bakeVisibility(planBake({sample(rig)}, options), options, {out("x.vis.h5")}, threads, ProgressStyle::kNone);
         std::ifstream in(out("x.vis.h5"), std::ios::binary);
         return {std::istreambuf_iterator<char>(in), {}};
     }
@@ -101,7 +101,7 @@ TEST_F(BakeVisibility, PoseThatIsNotFiniteIsAnErrorThatNamesTheFrame) {
     BakePlan plan = planBake({sample("bend.glb")}, options);
     plan.rig.mesh.rest_positions[5].x = std::nanf("");
     try {
-        bakeVisibility(plan, options, out("x.vis.h5"), 2, ProgressStyle::kNone);
+        bakeVisibility(plan, options, {out("x.vis.h5")}, 2, ProgressStyle::kNone);
         FAIL() << "no error";
     } catch (const InvalidInput& error) {
         EXPECT_NE(std::string(error.what()).find("bend.glb"), std::string::npos) << error.what();

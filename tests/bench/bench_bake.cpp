@@ -281,7 +281,7 @@ void benchWhole(const std::filesystem::path& rig, const Settings& settings) {
         {"occluded8", [&] { bare(false); }},
         {"occluded8 (coherent flag)", [&] { bare(true); }},
         {"bake: the whole stage, " + std::to_string(count) + " frames",
-         [&] { rays = bakeVisibility(plan, options, out, settings.threads, ProgressStyle::kNone).rays_traced; }}};
+         [&] { rays = bakeVisibility(plan, options, {out}, settings.threads, ProgressStyle::kNone).rays_traced; }}};
     measure(rows, settings.runs);
     std::filesystem::remove(out);
     printRows(name, rows, rays);

@@ -1,0 +1,150 @@
+"""A killed bake goes on where it stopped (--resume) and ends with the bytes of one that nobody killed.
+
+usage: test_resume.py BIN
+"""
+import hashlib
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import h5py
+
+BIN = sys.argv[1]
+BAKE = os.path.join(BIN, "penumbra-bake")
+MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+WORDS = ["--fps", "10", "--rays", "128", "--order", "3"]  # 100 frames, a second
+
+
+def command(out, *words):
+    return [BAKE, "visibility", MAN, "-o", out, *WORDS, *map(str, words)]
+
+
+def run(out, *words, code=0):
+    result = subprocess.run(command(out, *words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert result.returncode == code, result
+    return result
+
+
+def digest(path):
+    return hashlib.sha256(open(path, "rb").read()).hexdigest()
+
+
+def report(path):
+    with open(path) as f:
+        return json.load(f)["figures"]
+
+
+def stop(out, number, size, *words):
+    """Bakes until the journal has `size` bytes, then sends the signal; the exit code."""
+    process = subprocess.Popen(command(out, *words), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    journal = out + ".journal"
+    while process.poll() is None and not (os.path.exists(journal) and os.path.getsize(journal) >= size):
+        time.sleep(0.002)
+    process.send_signal(number)
+    return process.wait()
+
+
+def check_killed(folder, expected):
+    """kill -9 again and again; each run goes on where the one before stopped, on 1 or 2 threads."""
+    out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
+    kept = []
+    for part in (0.2, 0.5, 0.8):
+        assert stop(out, signal.SIGKILL, part * 100 * FRAME, "--resume", "--threads", 1 + len(kept) % 2) == -9
+        assert not os.path.exists(out) and os.path.exists(journal)
+        kept.append(os.path.getsize(journal) // FRAME)
+    result = run(out, "--resume", "--report", os.path.join(folder, "r.json"))
+    figures = report(os.path.join(folder, "r.json"))
+    assert kept[0] < kept[1] < kept[2] and abs(figures["frames_resumed"] - kept[2]) <= 1, (kept, figures)
+    assert "went on after" in result.stdout and digest(out) == expected
+    assert sorted(os.listdir(folder)) == ["a.vis.h5", "r.json"], os.listdir(folder)
+    # The journal of a bake without --resume serves as well; one whose end is torn loses that frame only.
+    os.remove(out)
+    stop(out, signal.SIGKILL, 0.5 * 100 * FRAME)
+    with open(journal, "r+b") as f:
+        f.truncate(os.path.getsize(journal) - FRAME // 2)
+    run(out, "--resume")
+    assert digest(out) == expected
+    # A whole output is left as it is.
+    before = os.stat(out)
+    assert "whole" in run(out, "--resume").stdout
+    assert os.stat(out).st_mtime_ns == before.st_mtime_ns and os.stat(out).st_ino == before.st_ino
+
+
+def check_damage(folder, expected):
+    """A changed bit anywhere in the journal costs frames, never a wrong byte."""
+    out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
+    stop(out, signal.SIGKILL, 0.3 * 100 * FRAME)
+    whole = open(journal, "rb").read()
+    chance = random.Random(1)
+    for at in (0, 9, len(whole) // 2 + chance.randrange(FRAME)):
+        data = bytearray(whole)
+        data[at] ^= 1 << chance.randrange(8)
+        open(journal, "wb").write(data)
+        run(out, "--resume", "-q")
+        assert digest(out) == expected, at
+        os.remove(out)
+    open(journal, "wb").write(b"notes of somebody else")
+    assert "is no journal" in run(out, "--resume").stderr
+    assert digest(out) == expected
+
+
+def check_foreign(folder, expected):
+    """Other options: named, and nothing is taken over. Without --resume the leftover goes."""
+    out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
+    assert stop(out, signal.SIGKILL, 10 * FRAME, "--seed", "2") == -9
+    result = run(out, "--resume", "--report", os.path.join(folder, "r.json"))
+    assert "seed 2, not 1" in result.stderr, result.stderr
+    assert report(os.path.join(folder, "r.json"))["frames_resumed"] == 0 and digest(out) == expected
+    os.remove(out)
+    assert stop(out, signal.SIGKILL, 10 * FRAME) == -9
+    assert "discarded" in run(out).stderr
+    assert digest(out) == expected and not os.path.exists(journal)
+
+
+def check_signals(folder, expected):
+    """SIGTERM and SIGINT: with --resume the journal stays, without it nothing does."""
+    out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
+    for number in (signal.SIGTERM, signal.SIGINT):
+        assert stop(out, number, 20 * FRAME) == 4 and os.listdir(folder) == []
+        assert stop(out, number, 20 * FRAME, "--resume") == 4 and os.listdir(folder) == ["a.vis.h5.journal"]
+        run(out, "--resume")
+        assert digest(out) == expected and os.listdir(folder) == ["a.vis.h5"]
+        os.remove(out)
+
+
+def check_two_at_once(folder, expected):
+    """Two bakes of one output: both end well, the file is whole; --resume does not share a journal."""
+    out = os.path.join(folder, "a.vis.h5")
+    first = subprocess.Popen(command(out, "-q"))
+    while not os.path.exists(out + ".journal"):
+        time.sleep(0.002)
+    time.sleep(0.1)
+    result = run(out, "--resume", code=2)
+    assert "another bake" in result.stderr and first.poll() is None, result
+    second = subprocess.Popen(command(out, "-q"))
+    assert first.wait() == 0 and second.wait() == 0
+    assert digest(out) == expected and os.listdir(folder) == ["a.vis.h5"], os.listdir(folder)
+
+
+def main():
+    global FRAME
+    with tempfile.TemporaryDirectory() as folder:
+        whole = os.path.join(folder, "whole.vis.h5")
+        run(whole)
+        expected = digest(whole)
+        with h5py.File(whole) as f:
+            shape = f["visibility/coefficients"].shape
+        assert shape[0] >= 90, shape
+        FRAME = 4 * shape[1] * shape[2]
+    for check in (check_killed, check_damage, check_foreign, check_signals, check_two_at_once):
+        with tempfile.TemporaryDirectory() as folder:
+            check(folder, expected)
+            print(f"{check.__name__}: ok")
+
+
+main()
