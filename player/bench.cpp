@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "formats/parallel_for.h"
+#include "player/bench_characters.h"
 #include "player/draw_frame.h"
 #include "player/model_painter.h"
 #include "player/offscreen_target.h"
@@ -112,7 +113,8 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
 
 }  // namespace
 
-BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads) {
+BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads,
+                       const std::vector<int>& characters) {
     RenderOptions options = asked;
     options.channel = asset.materials.empty() || asset.lights.empty() ? Channel::kAmbient : Channel::kShaded;
     Subject subject;
@@ -134,6 +136,7 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
     result.threads = subject.threads;
     result.cpu = benchCpu(subject.shot, subject.shading, subject.view.eye, runs, subject.threads);
     result.gl = benchGl(subject, options, runs);
+    result.characters = benchCharacters(options, subject.shot, subject.shading, characters, runs, subject.threads);
     return result;
 }
 

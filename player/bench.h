@@ -25,15 +25,29 @@ struct GlBench {
     Switching switching;
 };
 
+// Milliseconds a frame of all `count` characters of one asset, each in a pose of its own; where there are as many as
+// threads, each on one. Draw: upload and drawing of what the CPU made, each at its own place in one picture.
+struct CharactersCost {
+    int count = 0;
+    double pose_skin = 0, evaluate = 0, shade = 0, draw = 0;
+    double cpu() const { return pose_skin + evaluate + shade; }
+    double total() const { return cpu() + draw; }
+    // What malloc has given out for it: a character is its evaluator and its result arrays (positions, normals,
+    // tangents, numbers, radiance). Decoded: what all share beside the mapped asset.
+    std::size_t bytes_decoded = 0, bytes_each = 0;
+};
+
 struct BenchResult {
     std::size_t vertices = 0, triangles = 0;
     int threads = 1;
     CpuBench cpu;
     GlBench gl;
+    std::vector<CharactersCost> characters;
 };
 
 // Shades with options.brdf and options.light, or draws E when the asset has none. Medians of `runs`; threads as in
-// parallelFor().
-BenchResult benchAsset(const RenderOptions& options, const AssetView& asset, int runs, int threads);
+// parallelFor(). `characters`: how many of them, one run each.
+BenchResult benchAsset(const RenderOptions& options, const AssetView& asset, int runs, int threads,
+                       const std::vector<int>& characters = {});
 
 }  // namespace penumbra

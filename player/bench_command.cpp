@@ -13,6 +13,7 @@ struct BenchCommand {
     RenderOptions options;
     std::string size, backend = "auto", reflectance = "slices", light_form = "auto";
     int runs = 50;
+    std::vector<int> characters;
 };
 
 static void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
@@ -25,7 +26,7 @@ static void runBench(BenchCommand& command, const CommonOptions& common, Report&
         std::printf("would time %d frames of %zu vertices\n", command.runs, asset.view.mesh.positions.size());
         return;
     }
-    const BenchResult r = benchAsset(command.options, asset.view, command.runs, common.threads);
+    const BenchResult r = benchAsset(command.options, asset.view, command.runs, common.threads, command.characters);
     report.figures = figuresOf(r);
     if (!common.quiet) printBench(r);
 }
@@ -35,6 +36,9 @@ static void defineBench(CLI::App& app, BenchCommand& command) {
     app.add_option("--runs", command.runs, "frames to time; the median counts")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
+    app.add_option("--characters", command.characters, "also so many characters of the asset at once: 1,10,100")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 10000));
     app.add_option("--brdf", command.options.brdf,
                    "name of one material for all parts (default: what the asset gives each)");
     app.add_option("--slot", command.options.slots,

@@ -49,6 +49,25 @@ static void printGl(const GlBench& gl) {
     std::printf("%-32s %8.3f of an 8-bit step, root mean square\n", "GLSL path against CPU path", gl.path_difference);
 }
 
+// What one of many costs against one alone.
+static double linearity(double first, const CharactersCost& one, double all, const CharactersCost& many) {
+    return all / many.count / (first / one.count);
+}
+
+static void printCharacters(const std::vector<CharactersCost>& characters) {
+    if (characters.empty()) return;
+    const CharactersCost& one = characters.front();
+    std::printf("%-10s %10s %9s %9s %9s %9s %8s %12s %12s %15s\n", "characters", "pose, skin", "evaluate", "shade",
+                "draw", "all, ms", "Hz", "linear: CPU", "linear: draw", "KB a character");
+    for (const CharactersCost& c : characters)
+        std::printf("%-10d %10.3f %9.3f %9.3f %9.3f %9.3f %8.1f %12.3f %12.3f %15.1f\n", c.count, c.pose_skin,
+                    c.evaluate, c.shade, c.draw, c.total(), hertz(c.total()), linearity(one.cpu(), one, c.cpu(), c),
+                    linearity(one.draw, one, c.draw, c), double(c.bytes_each) * 1e-3);
+    std::printf(
+        "linear: cost of one of many / cost of the first row's; shared: the mapped asset and %.1f KB decoded of it\n",
+        double(one.bytes_decoded) * 1e-3);
+}
+
 void printBench(const BenchResult& r) {
     std::printf("%zu vertices, %zu triangles, %d threads; %s\n", r.vertices, r.triangles, r.threads,
                 r.gl.context.c_str());
@@ -62,6 +81,7 @@ void printBench(const BenchResult& r) {
     printRate("CPU all of a frame", r.cpu.frame);
     printSwitching("CPU shade, switched", r.cpu.switching);
     printGl(r.gl);
+    printCharacters(r.characters);
     std::printf("the asset's frames are out of the training range by %.4f on average, at most %.4f\n",
                 r.cpu.out_of_range_mean, r.cpu.out_of_range_max);
 }
@@ -116,6 +136,22 @@ static Json figuresOf(const GlBench& gl) {
             {"switching", figuresOf(gl.switching)}};
 }
 
+static Json figuresOf(const std::vector<CharactersCost>& characters) {
+    Json all = Json::array();
+    for (const CharactersCost& c : characters)
+        all.push_back({{"characters", c.count},
+                       {"pose_skin_ms", c.pose_skin},
+                       {"evaluate_ms", c.evaluate},
+                       {"shade_ms", c.shade},
+                       {"draw_ms", c.draw},
+                       {"total_ms", c.total()},
+                       {"cpu_linearity", linearity(characters[0].cpu(), characters[0], c.cpu(), c)},
+                       {"draw_linearity", linearity(characters[0].draw, characters[0], c.draw, c)},
+                       {"bytes_decoded_shared", c.bytes_decoded},
+                       {"bytes_each", c.bytes_each}});
+    return all;
+}
+
 Json figuresOf(const BenchResult& r) {
     Json stages = Json::array();
     for (const CpuStage& s : r.cpu.stages) stages.push_back(figuresOf(s));
@@ -131,7 +167,8 @@ Json figuresOf(const BenchResult& r) {
             {"switching", figuresOf(r.cpu.switching)},
             {"out_of_range_mean", r.cpu.out_of_range_mean},
             {"out_of_range_max", r.cpu.out_of_range_max},
-            {"gl", figuresOf(r.gl)}};
+            {"gl", figuresOf(r.gl)},
+            {"characters", figuresOf(r.characters)}};
 }
 
 }  // namespace penumbra

@@ -43,6 +43,22 @@ TEST(Bench, DrawsAmbientWhereThereIsNoMaterial) {
     EXPECT_GT(result.gl.draw_model, 0);
 }
 
+// Results of a character: 3 Vec3, 16 numbers and the radiance a vertex. Its evaluator comes on top.
+TEST(Bench, CharactersShareTheModel) {
+    const player_test::SyntheticAsset data({.precision = AssetPrecision::kI8});
+    const BenchResult result = benchAsset(smallPicture(), data.asset, 1, 2, {1, 7});
+    ASSERT_EQ(result.characters.size(), 2u);
+    const std::size_t results = data.asset.mesh.positions.size() * (4 * sizeof(Vec3) + 16 * 4);
+    for (const CharactersCost& c : result.characters) {
+        EXPECT_GT(c.cpu(), 0);
+        EXPECT_GT(c.draw, 0);
+        if (c.bytes_each == 0) continue;  // another allocator
+        EXPECT_GT(c.bytes_each, results);
+        EXPECT_LT(c.bytes_each, results + 16384);
+    }
+    EXPECT_EQ(result.characters[1].count, 7);
+}
+
 // D5 has 15 numbers padded to 16; the mean is in halves, the 6 components in bytes, the results in floats.
 TEST(StageWork, EvaluationReadsTheModelOnceAndWritesTheNumbers) {
     const player_test::SyntheticAsset data({.precision = AssetPrecision::kI8, .rings = 8});
