@@ -1,6 +1,5 @@
 #include "bake/bake_options.h"
 
-#include <charconv>
 #include <sstream>
 
 #include "formats/errors.h"
@@ -26,24 +25,6 @@ std::string findProblem(const BakeOptions& options) {
     if (!(options.bias >= 1e-7 && options.bias <= 0.1))
         return outOfRange("--bias", "1e-7..0.1 diagonals of the rest pose", options.bias);
     return "";
-}
-
-FrameRange parseFrameRange(const std::string& text) {
-    const auto bad = [&]() {
-        return UsageError("--frames must be A:B or A:B:S with whole numbers A < B and S >= 1, not '" + text + "'");
-    };
-    std::size_t numbers[3] = {0, 0, 1};
-    int count = 0;
-    for (const char *at = text.data(), *end = at + text.size(); count < 3;) {
-        const auto [next, error] = std::from_chars(at, end, numbers[count]);
-        if (error != std::errc()) throw bad();
-        ++count;
-        if (next == end) break;
-        if (*next != ':' || count == 3) throw bad();
-        at = next + 1;
-    }
-    if (count < 2 || numbers[0] >= numbers[1] || numbers[2] == 0) throw bad();
-    return {numbers[0], numbers[1], numbers[2]};
 }
 
 }  // namespace penumbra

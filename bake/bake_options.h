@@ -7,14 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "formats/frame_range.h"
 #include "formats/visibility_file.h"
 
 namespace penumbra {
-
-// Half-open, over the sampled frames of all chosen clips in order: begin, begin + step, ... < end.
-struct FrameRange {
-    std::size_t begin = 0, end = 0, step = 1;
-};
 
 struct BakeOptions {
     std::vector<std::string> clips = {};              // names; empty = all (none with `poses`)
@@ -31,8 +27,5 @@ struct BakeOptions {
 
 // Empty when the options can be used, else one sentence that names the option, its range and the value given.
 std::string findProblem(const BakeOptions& options);
-
-// "A:B" or "A:B:S". Throws UsageError.
-FrameRange parseFrameRange(const std::string& text);
 
 }  // namespace penumbra

@@ -17,9 +17,7 @@ void refuseTwice(const std::vector<std::filesystem::path>& rigs) {
 }
 
 FrameList sliceFrames(const FrameList& all, const FrameRange& range) {
-    if (range.end > all.frameCount())
-        throw UsageError("--frames must end at most at " + std::to_string(all.frameCount()) +
-                         ", the number of sampled frames, not " + std::to_string(range.end));
+    checkFrameRange(range, all.frameCount());
     return {all.clip_names, slice(all.clip, range), slice(all.time, range)};
 }
 

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 #include <optional>
+#include <set>
 
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
@@ -32,6 +33,11 @@ void Report::phase(const std::string& name) {
     if (!phases.empty()) phases.back().second = duration<double>(now - phase_start).count();
     phases.emplace_back(name, 0.0);
     phase_start = now;
+}
+
+void Report::willWrite(const std::vector<fs::path>& files) {
+    if (check_written) check_written(files);
+    written.insert(written.end(), files.begin(), files.end());
 }
 
 // --- Parsing --------------------------------------------------------------------------------------------------------
@@ -148,6 +154,11 @@ struct Run {
 
     std::vector<fs::path> inputs() const { return verb.inputs ? verb.inputs() : std::vector<fs::path>{}; }
     fs::path output() const { return verb.output ? verb.output() : fs::path(); }
+    std::vector<fs::path> outputs() const {
+        std::vector<fs::path> all = report.written;
+        if (const fs::path first = output(); !first.empty()) all.insert(all.begin(), first);
+        return all;
+    }
 };
 
 // --- Files: everything that can fail fails before the work ----------------------------------------------------------
@@ -180,26 +191,49 @@ static bool sameFile(const fs::path& first, const fs::path& second) {
            (a.filename() == b.filename() && fs::equivalent(a.parent_path(), b.parent_path(), error));
 }
 
+static void checkReplaceable(const fs::path& path, const Run& run) {
+    for (const fs::path& input : run.inputs())
+        if (sameFile(input, path)) throw UsageError(path.string() + ": is input and output");
+    std::error_code error;
+    if (run.common.no_clobber && fs::exists(path, error))
+        throw IoError(path.string() + ": exists, and --no-clobber was given");
+}
+
 // One of the files that a run writes.
 static void checkWritten(const fs::path& path, const Run& run) {
     if (path.empty()) return;
-    for (const fs::path& input : run.inputs())
-        if (sameFile(input, path)) throw UsageError(path.string() + ": is input and output");
     int same = 0;
     for (const fs::path& written : {run.output(), fs::path(run.common.report), fs::path(run.common.depfile)})
         same += sameFile(written, path);
     if (same > 1) throw UsageError(path.string() + ": output, --report and --depfile must be different files");
-    std::error_code error;
-    if (run.common.no_clobber && fs::exists(path, error))
-        throw IoError(path.string() + ": exists, and --no-clobber was given");
+    checkReplaceable(path, run);
     checkWritable(path, run.common.dry_run);
+}
+
+// Those of Report::willWrite(). There may be thousands: one of each folder is tried, the others must not be devices.
+static void checkManyWritten(const std::vector<fs::path>& files, const Run& run) {
+    std::set<fs::path> names, folders;
+    for (const fs::path& file : files) {
+        if (!names.insert(fs::absolute(file).lexically_normal()).second)
+            throw UsageError(file.string() + ": written twice");
+        for (const fs::path& other : {run.output(), fs::path(run.common.report), fs::path(run.common.depfile)})
+            if (sameFile(other, file))
+                throw UsageError(file.string() + ": output, --report and --depfile must be different files");
+        std::error_code error;
+        const fs::file_status status = fs::status(file, error);
+        if (fs::exists(status) && !fs::is_regular_file(status)) throw IoError(file.string() + ": not a regular file");
+        if (folders.insert(file.parent_path()).second)
+            checkWritten(file, run);
+        else
+            checkReplaceable(file, run);
+    }
 }
 
 // The report comes first: it is written for a failure too, but only when its own name may be written.
 static void checkFiles(Run& run) {
     checkWritten(run.common.report, run);
     run.report_checked = true;
-    if (!run.common.depfile.empty() && run.output().empty())
+    if (!run.common.depfile.empty() && run.output().empty() && !run.verb.names_outputs)
         throw UsageError("--depfile: this verb has no output to depend on");
     for (const fs::path& input : run.inputs()) checkReadable(input);
     checkWritten(run.output(), run);
@@ -217,8 +251,11 @@ static std::string makeName(const fs::path& path) {
     return name;
 }
 
-static void writeDepfile(const std::string& path, const fs::path& output, const std::vector<fs::path>& inputs) {
-    std::string rule = makeName(output) + ":";
+static void writeDepfile(const std::string& path, const std::vector<fs::path>& outputs,
+                         const std::vector<fs::path>& inputs) {
+    std::string rule;
+    for (const fs::path& output : outputs) rule += (rule.empty() ? "" : " \\\n") + makeName(output);
+    rule += ":";
     for (const fs::path& input : inputs) rule += " \\\n  " + makeName(input);
     writeWholeFile(path, rule + "\n");
 }
@@ -239,6 +276,10 @@ static void writeReport(Run& run, int exit_code, const std::string& error) {
     json["inputs"] = nlohmann::ordered_json::array();
     for (const fs::path& input : run.inputs()) json["inputs"].push_back(input.string());
     json["output"] = run.output().string();
+    if (run.verb.names_outputs) {
+        json["outputs"] = nlohmann::ordered_json::array();
+        for (const fs::path& output : run.outputs()) json["outputs"].push_back(output.string());
+    }
     json["seconds"] = duration<double>(steady_clock::now() - run.start).count();
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
@@ -267,10 +308,11 @@ static int runVerb(Run& run) {
     try {
         checkFiles(run);
         throwIfInterrupted();
+        run.report.check_written = [&run](const std::vector<fs::path>& files) { checkManyWritten(files, run); };
         run.verb.run(run.common, run.report);
         flushResults();
         if (!run.common.depfile.empty() && !run.common.dry_run)
-            writeDepfile(run.common.depfile, run.output(), run.inputs());
+            writeDepfile(run.common.depfile, run.outputs(), run.inputs());
         writeReport(run, kExitOk, "");
         return kExitOk;
     } catch (const std::exception& error) {

@@ -27,7 +27,12 @@ struct CommonOptions {
 struct Report {
     nlohmann::ordered_json figures = nlohmann::ordered_json::object();
     void phase(const std::string& name);  // ends the phase before, starts this one; wall seconds per phase are reported
-    std::vector<std::pair<std::string, double>> phases;  // seconds
+    // Files that the run writes beside Verb::output, whose names depend on its inputs. Called before the work: they get
+    // the checks of every output now, and go into the report and the depfile.
+    void willWrite(const std::vector<std::filesystem::path>& files);
+    std::vector<std::filesystem::path> written;
+    std::function<void(const std::vector<std::filesystem::path>&)> check_written;  // set by runProgram
+    std::vector<std::pair<std::string, double>> phases;                            // seconds
     std::chrono::steady_clock::time_point phase_start = std::chrono::steady_clock::now();
 };
 
@@ -40,6 +45,7 @@ struct Verb {
     std::function<std::vector<std::filesystem::path>()> inputs;
     std::function<std::filesystem::path()> output;  // "" = none
     std::function<void(const CommonOptions&, Report&)> run;
+    bool names_outputs = false;  // `run` calls Report::willWrite()
 };
 
 // Parses, runs one verb, writes report and depfile, turns exceptions into one line and an exit code. `format_versions`

@@ -1,6 +1,7 @@
 #pragma once
 // Pictures: OpenEXR and Radiance HDR in, OpenEXR and PNG out. RGB, row 0 at the top.
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -25,6 +26,10 @@ Image decodeImage(std::span<const std::byte> bytes, const std::string& name);
 void writeExr(const std::filesystem::path& path, const Image& image);
 // PNG: 8 bit, sRGB transfer function of max(0, pixel * exposure / alpha) clamped to 1; alpha as it is.
 void writePng(const std::filesystem::path& path, const Image& image, float exposure);
+// The bytes of that PNG, row by row: RGB, or RGBA when the image has alpha.
+std::vector<std::uint8_t> displayedBytes(const Image& image, float exposure);
+// The sRGB transfer function (IEC 61966-2-1) back to linear.
+float linearFromSrgb(float srgb);
 // By extension; anything but .png and .exr is a UsageError.
 void writeImage(const std::filesystem::path& path, const Image& image, float exposure);
 

@@ -15,5 +15,6 @@ enum class Channel {
 
 // "shaded", "ao", "error", "clusters", "normals"; UsageError otherwise.
 Channel parseChannel(std::string_view word);
+std::string_view nameOf(Channel channel);
 
 }  // namespace penumbra

@@ -1,70 +1,73 @@
 #include "player/render_offscreen.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "player/draw_frame.h"
-#include "player/frame_values.h"
-#include "player/model_painter.h"
-#include "player/offscreen_target.h"
 #include "player/picture_view.h"
 
 namespace penumbra {
 
-static RenderResult::Error statistics(std::span<const float> e, std::span<const float> truth) {
-    RenderResult::Error error;
-    for (std::size_t v = 0; v < e.size(); ++v) {
-        const double difference = std::abs(double(e[v]) - double(truth[v]));
-        error.mean += difference / double(e.size());
-        error.max = std::max(error.max, difference);
-    }
-    return error;
+static const std::vector<float> kNoTruth;
+
+OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& look)
+    : asset_(look.asset),
+      context_(createGlContext(options.backend)),
+      path_(options.path.value_or(context_->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
+      target_(options.width, options.height, options.samples) {
+    if (look.shaded) shading_.emplace(shadingOf(look));
 }
 
-// The background behind pixels that the mesh covers in part or not at all.
-static void putBehind(Image& image, Vec3 background) {
+void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    auto at = value_painters_.find(panel.channel);
+    if (at == value_painters_.end())
+        at = value_painters_.emplace(panel.channel, ValuePainter(asset_->mesh.triangles, panel.channel)).first;
+    const std::vector<float>& truth =
+        panel.channel == Channel::kError ? frame.ambient(VisibilitySource::kTruth) : kNoTruth;
+    const std::vector<Vec3> values = channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr,
+                                                   frame.vertices(panel.source), truth, view.eye, frame.threads());
+    target_.begin();
+    at->second.draw(view, frame.positions(), values);
+}
+
+void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    const ShadingSet* shading = shading_ ? &*shading_ : nullptr;
+    if (!model_painter_) model_painter_.emplace(std::make_shared<GlAsset>(*asset_, shading), 1);
+    PosedCharacter character{&frame.evaluator(), {}, shading};
+    if (panel.source == VisibilitySource::kTruth) character.numbers = frame.numbers(VisibilitySource::kTruth);
+    if (panel.channel == Channel::kError) character.true_ambient = frame.ambient(VisibilitySource::kTruth);
+    model_painter_->evaluate(panel.channel, {&character, 1}, view.eye);
+    target_.begin();
+    model_painter_->draw(view);
+}
+
+Image OffscreenRenderer::draw(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    if (path_ == EvaluationPath::kCpu)
+        drawValues(panel, frame, view);
+    else
+        drawModel(panel, frame, view);
+    return target_.read();
+}
+
+void putBehind(Image& image, Vec3 background) {
     for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += background * (1 - image.alpha[i]);
     image.alpha.clear();
+}
+
+Image forDisplay(Image image, Channel channel) {
+    if (channel != Channel::kNormals) return image;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const float alpha = image.alpha.empty() ? 1 : image.alpha[i];
+        if (alpha == 0) continue;
+        for (int c = 0; c < 3; ++c) image.pixels[i][c] = alpha * linearFromSrgb(image.pixels[i][c] / alpha);
+    }
+    return image;
 }
 
 RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asset, const AssetView* truth,
                              int threads) {
     const Shot shot = resolveShot(options, asset, truth);
-    Evaluator evaluator(asset);
-    FrameVertices vertices;
-    evaluateFrame(shot, options.source, evaluator, threads, vertices);
-    const FrameView view = makePictureView(options, asset, vertices.positions);
-    RenderResult result;
-    result.out_of_range = evaluator.outOfRange();
-    std::vector<float> true_ambient;
-    if (options.channel == Channel::kError) {
-        true_ambient = trueAmbient(shot, vertices, threads);
-        result.ambient_error = statistics(ambientOf(shot, vertices.numbers, threads), true_ambient);
-    }
-
-    std::optional<ShadingSet> shading;
-    if (shot.shaded) shading.emplace(shadingOf(shot));
-    const ShadingSet* shading_view = shading ? &*shading : nullptr;
-    const std::unique_ptr<GlContext> context = createGlContext(options.backend);
-    result.gl = context->description;
-    result.path = options.path.value_or(context->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
-    const OffscreenTarget target(options.width, options.height, options.samples);
-    if (result.path == EvaluationPath::kCpu) {
-        const ValuePainter painter(asset.mesh.triangles, options.channel);
-        const std::vector<Vec3> values =
-            channelValues(shot, options.channel, shading_view, vertices, true_ambient, view.eye, threads);
-        target.begin();
-        painter.draw(view, vertices.positions, values);
-    } else {
-        ModelPainter painter(std::make_shared<GlAsset>(asset, shading_view), 1);
-        PosedCharacter character{&evaluator, {}, shading_view};
-        if (options.source == VisibilitySource::kTruth) character.numbers = vertices.numbers;
-        character.true_ambient = true_ambient;
-        painter.evaluate(options.channel, {&character, 1}, view.eye);
-        target.begin();
-        painter.draw(view);
-    }
-    result.image = target.read();
+    PosedFrame frame(shot, threads);
+    frame.pose(shot.frame, truth ? std::optional(shot.truth_frame) : std::nullopt);
+    const FrameView view = makePictureView(options, asset, frame.positions());
+    OffscreenRenderer renderer(options, shot);
+    RenderResult result{renderer.draw({options.channel, options.source}, frame, view), renderer.gl(), renderer.path()};
     if (options.background) putBehind(result.image, *options.background);
     return result;
 }

@@ -31,10 +31,13 @@ std::string findProblem(const RenderOptions& options) {
     return "";
 }
 
+constexpr std::array<std::string_view, 5> kChannels = {"shaded", "ao", "error", "clusters", "normals"};
+
+std::string_view nameOf(Channel channel) { return kChannels[std::size_t(channel)]; }
+
 Channel parseChannel(std::string_view word) {
-    constexpr std::array<std::string_view, 5> kWords = {"shaded", "ao", "error", "clusters", "normals"};
-    for (std::size_t i = 0; i < kWords.size(); ++i)
-        if (word == kWords[i]) return Channel(i);
+    for (std::size_t i = 0; i < kChannels.size(); ++i)
+        if (word == kChannels[i]) return Channel(i);
     throw wrongWord("--channel", "shaded, ao, error, clusters or normals", word);
 }
 

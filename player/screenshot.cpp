@@ -1,7 +1,6 @@
 #include "player/screenshot.h"
 
 #include <array>
-#include <cmath>
 
 #include "formats/errors.h"
 #include "player/gl_objects.h"
@@ -10,10 +9,7 @@ namespace penumbra {
 
 static std::array<float, 256> linearOfSrgbBytes() {
     std::array<float, 256> linear;
-    for (int i = 0; i < 256; ++i) {
-        const float c = float(i) / 255;
-        linear[std::size_t(i)] = c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-    }
+    for (int i = 0; i < 256; ++i) linear[std::size_t(i)] = linearFromSrgb(float(i) / 255);
     return linear;
 }
 

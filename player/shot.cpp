@@ -6,30 +6,11 @@
 
 #include "formats/errors.h"
 #include "formats/slot_choice.h"
+#include "player/find_by_name.h"
 #include "player/truth_frames.h"
 #include "sh/light_rotation.h"
 
 namespace penumbra {
-
-// Where `list` has what is called `name`, else the only one whose name begins so ("ggx" for "ggx:alpha=0.3"), or the
-// first for "".
-template <class T>
-static std::size_t findByName(const std::vector<T>& list, std::string_view name, const std::string& option) {
-    if (name.empty()) return 0;
-    std::size_t beginning = 0, beginnings = 0;
-    std::string known;
-    for (std::size_t i = 0; i < list.size(); ++i) {
-        const std::string_view element = list[i].name;
-        if (element == name) return i;
-        known += (known.empty() ? "" : ", ") + std::string(element);
-        if (!element.starts_with(name)) continue;
-        beginning = i;
-        ++beginnings;
-    }
-    if (beginnings == 1) return beginning;
-    throw UsageError("--" + option + ": the asset has " + (beginnings == 0 ? "no" : "more than one") + " \"" +
-                     std::string(name) + "\"; it has " + known);
-}
 
 template <class T>
 static void checkSome(const AssetView& asset, const std::vector<T>& list, const std::string& option) {
@@ -97,27 +78,29 @@ static void resolveShading(const RenderOptions& options, const AssetView& asset,
     }
 }
 
-Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
+Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
     if (!asset.has_mesh || !asset.has_model)
         throw InvalidInput(asset.name + ": holds no model; make one with penumbra-pack asset");
     const bool needs_truth = options.channel == Channel::kError || options.source == VisibilitySource::kTruth;
     if (needs_truth && !truth)
         throw UsageError("--channel error and --source truth need --truth X.truth.pnb (penumbra-pack truth makes it)");
-
     Shot shot;
     shot.asset = &asset;
     checkSome(asset, asset.animation.clips, "clip");
+    if (truth) checkTruth(asset, *truth);
+    shot.truth = truth;
+    if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
+    return shot;
+}
+
+Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
+    Shot shot = resolveLook(options, asset, truth);
     const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "clip")];
     if (std::size_t(options.frame) >= clip.frame_count)
         throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
                          std::string(clip.name) + "\", not " + std::to_string(options.frame));
     shot.frame = clip.first_frame + std::size_t(options.frame);
-    if (truth) {
-        checkTruth(asset, *truth);
-        shot.truth = truth;
-        shot.truth_frame = truthFrame(asset, *truth, clip, std::size_t(options.frame));
-    }
-    if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
+    if (truth) shot.truth_frame = truthFrame(asset, *truth, clip, std::size_t(options.frame));
     return shot;
 }
 

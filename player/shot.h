@@ -24,6 +24,9 @@ struct Shot {
 // or animation. The views must outlive the shot.
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth);
 
+// The same but for the frames, which stay 0.
+Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth);
+
 // The shot's materials and light on; shot.shaded. The asset must outlive it.
 ShadingSet shadingOf(const Shot& shot);
 

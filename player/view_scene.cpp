@@ -154,11 +154,6 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     return state;
 }
 
-static std::string_view nameOf(Channel channel) {
-    static constexpr std::string_view kNames[] = {"shaded", "ao", "error", "clusters", "normals"};
-    return kNames[std::size_t(channel)];
-}
-
 static std::string_view nameOf(Compare compare) {
     static constexpr std::string_view kNames[] = {"model", "truth", "side by side", "wipe", "difference"};
     return kNames[std::size_t(compare)];

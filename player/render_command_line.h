@@ -1,0 +1,38 @@
+#pragma once
+// The options of `penumbra-player render`, and which of them go together.
+#include "formats/command_line.h"
+#include "player/render_sheet.h"
+
+namespace penumbra {
+
+struct RenderCommand {
+    std::filesystem::path asset, truth, output, csv;
+    RenderOptions options;
+    FrameChoice choice;
+    Framing framing = Framing::kFrame;
+    SheetOptions sheet;
+    std::optional<ErrorGate> gate;
+    bool flip = false;
+    bool batch = false;  // more than one picture of one frame is asked for
+
+    bool draws() const;       // anything that needs OpenGL
+    bool imageError() const;  // whether pictures of model and truth are compared
+
+    // As typed.
+    std::string frames, framing_word, fail_figure = "ambient-mean", fail_per = "frame";
+    double fail_above = 0, fail_percent = 0;
+    std::vector<std::string> panels;
+    std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
+    std::string reflectance = "slices", light_form = "auto";
+    // What only --channel shaded, pictures, --sheet and --fail-above read.
+    std::vector<const CLI::Option*> shading, picture, sheet_only, gate_only;
+    const CLI::Option *frame_option = nullptr, *source_option = nullptr, *error_max_option = nullptr,
+                      *fail_option = nullptr;
+};
+
+void defineRender(CLI::App& app, RenderCommand& command);
+
+// Everything above "As typed" from what is below it. UsageError names option and value.
+void parseRender(RenderCommand& command);
+
+}  // namespace penumbra

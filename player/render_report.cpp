@@ -1,0 +1,151 @@
+#include "player/render_report.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace penumbra {
+
+static void reportPictures(const RenderCommand& command, const BatchResult& result, const CommonOptions& common,
+                           Report& report) {
+    if (result.gl.empty()) return;
+    const char* path = result.path == EvaluationPath::kCpu ? "cpu" : "glsl";
+    report.figures["width"] = command.options.width;
+    report.figures["height"] = command.options.height;
+    report.figures["gl"] = result.gl;
+    report.figures["path"] = path;
+    if (command.options.channel == Channel::kShaded) {
+        report.figures["reflectance"] = command.reflectance;
+        report.figures["light_form"] = nameOf(command.options.shading.light_form);
+    }
+    if (common.verbosity > 0) std::printf("%s; path %s\n", result.gl.c_str(), path);
+}
+
+void reportFrame(const RenderCommand& command, const BatchResult& result, const CommonOptions& common, Report& report) {
+    reportPictures(command, result, common, report);
+    const FrameRecord& record = result.frames.front();
+    report.figures["out_of_range"] = record.out_of_range;
+    if (!common.quiet)
+        std::printf(
+            "out of range by %.4f: how far the pose has what hides the sky from where training frames had it, "
+            "about radians\n",
+            record.out_of_range);
+    if (!record.errors) return;
+    report.figures["ambient_error_mean"] = record.errors->ambientMean();
+    report.figures["ambient_error_max"] = record.errors->ambient_max;
+    if (!common.quiet)
+        std::printf("ambient error |E(model) - E(truth)| over all vertices: mean %.5f, max %.5f; colours: 0 to %g\n",
+                    record.errors->ambientMean(), record.errors->ambient_max, double(command.options.error_max));
+}
+
+// --- Many frames ----------------------------------------------------------------------------------------------------
+
+template <class Measured>
+static void putFigures(const Measured& measured, nlohmann::ordered_json& json) {
+    for (const Figure figure : kFigures) {
+        const double value = figureOf(measured, figure);
+        if (std::isfinite(value)) json[std::string(keyOf(figure))] = value;
+    }
+}
+
+static nlohmann::ordered_json frameJson(const FrameRecord& record, const AnimationView& animation) {
+    const ClipView& clip = animation.clips[record.at.clip];
+    nlohmann::ordered_json json = {{"clip", clip.name},
+                                   {"frame", record.at.number},
+                                   {"time", animation.times[record.at.frame]},
+                                   {"held_out", clip.held_out},
+                                   {"truth", record.errors.has_value()}};
+    putFigures(record, json);
+    if (!record.file.empty()) json["file"] = record.file.string();
+    return json;
+}
+
+// A row of the table: the frames of one clip, or of several.
+struct Row {
+    std::string name;
+    bool held_out = false;
+    RunFigures run;
+};
+
+static nlohmann::ordered_json rowJson(const Row& row) {
+    nlohmann::ordered_json json = {{"name", row.name},
+                                   {"held_out", row.held_out},
+                                   {"frames", row.run.frames},
+                                   {"frames_with_truth", row.run.with_truth}};
+    putFigures(row.run, json);
+    return json;
+}
+
+static void printRow(const Row& row) {
+    std::printf("%-24s %-8s %6zu %6zu", row.name.substr(0, 24).c_str(), row.held_out ? "held out" : "training",
+                row.run.frames, row.run.with_truth);
+    constexpr int kDigits[] = {4, 4, 4, 4, 2, 4, 4};  // by Figure
+    for (const Figure figure : kFigures) {
+        const double value = figureOf(row.run, figure);
+        if (std::isfinite(value))
+            std::printf(" %9.*f", kDigits[std::size_t(figure)], value);
+        else
+            std::printf(" %9s", "-");
+    }
+    std::printf("\n");
+}
+
+static std::vector<Row> rowsOf(const BatchPlan& plan, const BatchResult& result) {
+    const AnimationView& animation = plan.look.asset->animation;
+    std::vector<Row> rows;
+    for (const std::size_t c : plan.chosen.clips)
+        rows.push_back({std::string(animation.clips[c].name), animation.clips[c].held_out, {}});
+    Row sets[2] = {{"all training", false, {}}, {"all held out", true, {}}};
+    for (const FrameRecord& record : result.frames) {
+        for (std::size_t i = 0; i < plan.chosen.clips.size(); ++i)
+            if (plan.chosen.clips[i] == record.at.clip) rows[i].run.add(record);
+        sets[animation.clips[record.at.clip].held_out].run.add(record);
+    }
+    std::erase_if(rows, [](const Row& row) { return row.run.frames == 0; });
+    for (const Row& set : sets)
+        if (set.run.frames > 0) rows.push_back(set);
+    return rows;
+}
+
+static void reportRows(const std::vector<Row>& rows, const CommonOptions& common, Report& report) {
+    if (!common.quiet)
+        std::printf("%-24s %-8s %6s %6s %9s %9s %9s %9s %9s %9s %9s\n", "clip", "", "frames", "truth", "E mean",
+                    "E max", "rms V", "relative", "rmse/255", "FLIP", "out of r.");
+    for (const Row& row : rows) {
+        if (!common.quiet) printRow(row);
+        const bool set = row.name == "all training" || row.name == "all held out";
+        nlohmann::ordered_json& json = report.figures[set ? "sets" : "clips"];
+        json.push_back(rowJson(row));
+    }
+}
+
+static nlohmann::ordered_json gateJson(const ErrorGate& gate, const GateResult& result) {
+    nlohmann::ordered_json json = {
+        {"metric", nameOf(gate.figure)},    {"above", gate.above},     {"per", gate.over_run ? "run" : "frame"},
+        {"percent", gate.percent},          {"passed", result.passed}, {"failed_frames", result.failed.size()},
+        {"frames_without", result.without}, {"run", result.run}};
+    if (!result.passed) json["message"] = result.message;
+    return json;
+}
+
+void reportBatch(const BatchPlan& plan, const BatchResult& result, const GateResult* gate, const RenderCommand& command,
+                 const CommonOptions& common, Report& report) {
+    reportPictures(command, result, common, report);
+    RunFigures all;
+    report.figures["frames"] = nlohmann::ordered_json::array();
+    for (const FrameRecord& record : result.frames) {
+        all.add(record);
+        report.figures["frames"].push_back(frameJson(record, plan.look.asset->animation));
+    }
+    reportRows(rowsOf(plan, result), common, report);
+    report.figures["all"] = rowJson({"all", false, all});
+    report.figures["all"].erase("held_out");
+    if (plan.look.truth) {
+        report.figures["mean_from_truth"] = result.mean_from_truth;
+        report.figures["frames_without_truth"] = all.frames - all.with_truth;
+        if (all.with_truth < all.frames && !common.quiet)
+            std::printf("%zu of %zu frames have no truth\n", all.frames - all.with_truth, all.frames);
+    }
+    if (gate) report.figures["gate"] = gateJson(*command.gate, *gate);
+}
+
+}  // namespace penumbra
