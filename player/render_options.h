@@ -19,7 +19,7 @@ enum class VisibilitySource {
 
 enum class EvaluationPath {
     kCpu,   // player/runtime evaluates, GL draws vertex colours: the faster one in software
-    kGlsl,  // the vertex shader evaluates from the asset's arrays
+    kGlsl,  // a compute shader evaluates from the asset's arrays
 };
 
 struct RenderOptions {

@@ -216,7 +216,9 @@ void SyntheticAsset::makeClusters(const AssetRecipe& recipe) {
     for (std::size_t c = 0; c < kClusters; ++c) {
         const std::uint32_t end = std::uint32_t(positions_.size() * (c + 1) / kClusters);
         fillRegression(clusters_[c], random);
-        model.clusters.push_back(makeCluster(recipe, open, clusters_[c], end - first, random));
+        AssetRecipe own = recipe;
+        if (recipe.mixed) own.precision = AssetPrecision(c % 3);
+        model.clusters.push_back(makeCluster(own, open, clusters_[c], end - first, random));
         model.clusters.back().joint = int(c % kJoints);
         model.clusters.back().first_vertex = first;
         first = end;

@@ -19,6 +19,7 @@ std::vector<float> fitSlices(const BrdfSpec& spec, int grid = 10);
 struct AssetRecipe {
     std::string convention = "D5";
     AssetPrecision precision = AssetPrecision::kF32;
+    bool mixed = false;            // instead of `precision`: each cluster another one than those before and after it
     int rings = 24;                // of the sphere: rings * 2 rings + 2 vertices
     float basis_size = 0.05f;      // of the PCA components; 0: the model's numbers are the mean in every pose
     bool open = false;             // mean = unoccluded, else darkened from vertex to vertex

@@ -7,48 +7,14 @@
 #include "player/offscreen_target.h"
 #include "player/picture_view.h"
 #include "sh/light_rotation.h"
+#include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {
 namespace {
 
+using player_test::GlCalls;
 using player_test::SyntheticAsset;
-
-// Counts calls of the GL functions that compile or allocate, by standing in for them as long as it lives.
-class GlCalls {
-public:
-    GlCalls() {
-        made_ = 0;
-        create_program_ = gl::CreateProgram;
-        compile_shader_ = gl::CompileShader;
-        buffer_data_ = gl::BufferData;
-        gen_buffers_ = gl::GenBuffers;
-        gen_textures_ = gl::GenTextures;
-        gl::CreateProgram = [] { return ++made_, create_program_(); };
-        gl::CompileShader = [](GLuint shader) { ++made_, compile_shader_(shader); };
-        gl::BufferData = [](GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
-            ++made_, buffer_data_(target, size, data, usage);
-        };
-        gl::GenBuffers = [](GLsizei n, GLuint* ids) { ++made_, gen_buffers_(n, ids); };
-        gl::GenTextures = [](GLsizei n, GLuint* ids) { ++made_, gen_textures_(n, ids); };
-    }
-    ~GlCalls() {
-        gl::CreateProgram = create_program_;
-        gl::CompileShader = compile_shader_;
-        gl::BufferData = buffer_data_;
-        gl::GenBuffers = gen_buffers_;
-        gl::GenTextures = gen_textures_;
-    }
-    int made() const { return made_; }
-
-private:
-    static inline int made_ = 0;
-    static inline PFNGLCREATEPROGRAMPROC create_program_ = nullptr;
-    static inline PFNGLCOMPILESHADERPROC compile_shader_ = nullptr;
-    static inline PFNGLBUFFERDATAPROC buffer_data_ = nullptr;
-    static inline PFNGLGENBUFFERSPROC gen_buffers_ = nullptr;
-    static inline PFNGLGENTEXTURESPROC gen_textures_ = nullptr;
-};
 
 Mat3 rotationOf(const std::string& text) {
     const Mat3d r = parseLightRotation(text);

@@ -69,8 +69,25 @@ TEST_F(ViewFiles, ACharacterKeepsItsMaterialsWhateverTheOrder) {
     const ViewState state = stateFor(scene, {});
     EXPECT_EQ(scene.material_names[state.characters[0].material_of_slot[0]], "grey");
     EXPECT_EQ(state.characters[0].material_of_slot[0], 1u);
-    EXPECT_EQ(state.characters[1].material_of_slot[0], 2u);
+    EXPECT_EQ(state.characters[1].material_of_slot[0], 1u) << "the same file";
     EXPECT_LT(scene.characters[0]->offset.x, scene.characters[1]->offset.x);
+}
+
+// A file is mapped once, by whatever name, and its materials and lights are listed once.
+TEST_F(ViewFiles, CharactersOfOneFileShareIt) {
+    const fs::path copy = folder / "copy.pnb", link = folder / "link.pnb";
+    fs::copy_file(tube, copy);
+    fs::create_symlink(tube, link);
+    const std::array files = {tube, link, copy, folder / "." / "tube.pnb"};
+    const Scene scene = openScene(files, 1);
+    ASSERT_EQ(scene.characters.size(), 4u);
+    EXPECT_EQ(scene.files.size(), 2u);
+    EXPECT_EQ(scene.material_names.size(), 2u);
+    EXPECT_EQ(scene.light_names.size(), 2u);
+    const auto positions = [&](std::size_t i) { return scene.characters[i]->asset.mesh.positions.data(); };
+    EXPECT_EQ(positions(1), positions(0));
+    EXPECT_EQ(positions(3), positions(0));
+    EXPECT_NE(positions(2), positions(0));
 }
 
 TEST_F(ViewFiles, WhatWasChosenStaysWhenAFileIsAdded) {
