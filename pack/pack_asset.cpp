@@ -201,6 +201,22 @@ static void checkNames(std::span<const BrdfFile> materials, std::span<const Ligh
             if (lights[i].name == lights[j].name) throw InvalidInput("light \"" + lights[i].name + "\" is given twice");
 }
 
+std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
+                                   const std::string& provenance) {
+    if (materials.empty() && lights.empty()) throw UsageError("nothing to pack: neither a model nor --brdf or --light");
+    checkNames(materials, lights);
+    FlatBufferBuilder builder;
+    AssetSections sections;
+    int order = 1;  // the most that is in the file
+    for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
+    for (const LightFile& light : lights) {
+        sections.lights.push_back(writeLightSection(builder, light));
+        order = std::max(order, light.order);
+    }
+    const std::span<std::byte> bytes = finishAsset(builder, sections, order, provenance);
+    return {bytes.begin(), bytes.end()};
+}
+
 // The material of each slot: those that were asked for, else the first.
 static std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
                                                 std::span<const SlotChoice> choices) {

@@ -39,6 +39,10 @@ struct Packed {
 Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads);
 
+// Materials and lights without a model, for viewers that add them to what they show. InvalidInput as packAsset().
+std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
+                                   const std::string& provenance);
+
 const char* nameOf(AssetPrecision precision);  // "f32", "f16", "i8"
 
 struct SizeOf {

@@ -40,7 +40,8 @@ struct AssetCommand {
     std::vector<std::string> slots;
 
     std::vector<fs::path> inputs() const {
-        std::vector<fs::path> all{model};
+        std::vector<fs::path> all;
+        if (!model.empty()) all.push_back(model);
         all.insert(all.end(), brdfs.begin(), brdfs.end());
         all.insert(all.end(), lights.begin(), lights.end());
         return all;
@@ -104,16 +105,27 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
                          std::to_string(*options.max_bytes_per_vertex));
     for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
     report.phase("read");
-    const Model model = readModel(command.model);
+    std::optional<Model> model;
+    if (!command.model.empty()) model = readModel(command.model);
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
     for (const fs::path& path : command.lights) lights.push_back(readLight(path));
     checkNames(brdfs, command.brdfs, "brdf");
     checkNames(lights, command.lights, "light");
+    if (!model) {
+        if (!command.slots.empty() || !command.precision.empty() || options.max_error || options.max_bytes_per_vertex)
+            throw UsageError("--slot, --precision, --max-error and --max-bytes-per-vertex need a model");
+        const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
+        if (!common.quiet)
+            std::printf("%s: %zu materials, %zu lights\n", command.output.c_str(), brdfs.size(), lights.size());
+        if (!common.dry_run) writeWholeFile(command.output, library);
+        return;
+    }
     report.phase("quantise");
-    const Packed packed = naming(
-        command.model, [&] { return packAsset(model, brdfs, lights, options, provenanceOf(command), common.threads); });
+    const Packed packed = naming(command.model, [&] {
+        return packAsset(*model, brdfs, lights, options, provenanceOf(command), common.threads);
+    });
     report.figures["precision"] = nameOf(packed.precision);
     report.figures["quantization_error"] = packed.quantization_error;
     report.figures["dropped_error"] = packed.dropped_error;
@@ -135,7 +147,9 @@ static Verb assetVerb() {
     return {"asset",
             "Pack a model with materials and lights into a run-time asset.",
             [command](CLI::App& app) {
-                app.add_option("model", command->model, "X.model.h5")->required();
+                app.add_option(
+                    "model", command->model,
+                    "X.model.h5; without it the file holds materials and lights for penumbra-player view to add");
                 app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--slot", command->slots,

@@ -60,6 +60,10 @@ Reflectance parseReflectance(std::string_view word) {
     throw wrongWord("--reflectance", "slices or operators", word);
 }
 
+std::string_view nameOf(Reflectance reflectance) {
+    return reflectance == Reflectance::kSlices ? "slices" : "operators";
+}
+
 std::string_view nameOf(LightForm form) {
     constexpr std::array<std::string_view, 3> kNames = {"lobes", "fixed", "rotation"};
     return kNames[std::size_t(form)];

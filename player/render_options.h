@@ -51,6 +51,7 @@ VisibilitySource parseSource(std::string_view word);             // model | trut
 std::optional<EvaluationPath> parsePath(std::string_view word);  // auto | cpu | glsl
 Reflectance parseReflectance(std::string_view word);             // slices | operators
 LightForm parseLightForm(std::string_view word);                 // auto | lobes | fixed | rotation
+std::string_view nameOf(Reflectance reflectance);                // slices | operators
 std::string_view nameOf(LightForm form);                         // lobes | fixed | rotation
 std::optional<Vec3> parseBackground(std::string_view text);      // transparent | r/g/b
 void parseSize(std::string_view text, int& width, int& height);  // WxH

@@ -59,6 +59,14 @@ void otherLight(ViewState& state, const ViewContents& contents, bool back) {
     state.light = next(state.light, contents.lights, back);
 }
 
+void otherLightForm(ViewState& state, const ViewContents&, bool back) {
+    state.shading.light_form = LightForm(next(std::size_t(state.shading.light_form), 3, back));
+}
+void otherReflectance(ViewState& state, const ViewContents&, bool) {
+    state.shading.reflectance =
+        state.shading.reflectance == Reflectance::kSlices ? Reflectance::kOperators : Reflectance::kSlices;
+}
+
 void unturnLight(ViewState& state, const ViewContents&, bool) { state.light_yaw = state.light_pitch = 0; }
 
 void brighter(ViewState& state, const ViewContents&, bool) {
@@ -88,7 +96,14 @@ void component(ViewState& state, const ViewContents& contents, bool back) {
     const std::size_t most = contents.components();
     if (most > 0) chooseComponent(state, contents, state.component ? next(*state.component, most, back) : 0);
 }
+void smallerError(ViewState& state, const ViewContents&, bool) {
+    state.error_max = std::max(1e-3f, state.error_max / 1.25f);
+}
+void largerError(ViewState& state, const ViewContents&, bool) {
+    state.error_max = std::min(1.0f, state.error_max * 1.25f);
+}
 void frames(ViewState& state, const ViewContents&, bool) { state.frames = !state.frames; }
+void unedit(ViewState& state, const ViewContents&, bool) { state.score_edit.reset(); }
 void unpick(ViewState& state, const ViewContents&, bool) { state.picked.reset(); }
 
 void frameScene(ViewState& state, const ViewContents&, bool) { state.frame_all = true; }
@@ -123,6 +138,8 @@ constexpr std::array kShortcuts = {
     Shortcut{'S', "S", "previous", "next slot, or all slots", otherSlot},
     Shortcut{'L', "L", "previous", "next light", otherLight},
     Shortcut{'K', "K", "", "light as it came, not turned", unturnLight},
+    Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", otherLightForm},
+    Shortcut{'P', "P", "", "reflectance as slices or as operators", otherReflectance},
     Shortcut{'E', "E", "", "brighter", brighter},
     Shortcut{'D', "D", "", "darker", darker},
     Shortcut{'O', "O", "previous", "next tone mapping", otherToneMap},
@@ -134,8 +151,11 @@ constexpr std::array kShortcuts = {
     Shortcut{'4', "4", "", "clusters", channel<Channel::kClusters>},
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
     Shortcut{'6', "6", "previous", "PCA component, the next one", component},
+    Shortcut{'[', "[", "", "error scale to a smaller number", smallerError},
+    Shortcut{']', "]", "", "error scale to a larger number", largerError},
     Shortcut{'N', "N", "", "normals and tangents as lines", frames},
     Shortcut{'X', "X", "", "no vertex picked", unpick},
+    Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit},
     Shortcut{'F', "F", "", "frame everything", frameScene},
     Shortcut{'R', "R", "", "turntable", turn},
     Shortcut{'B', "B", "", "background of the light", background},

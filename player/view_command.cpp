@@ -11,7 +11,7 @@ namespace penumbra {
 struct ViewCommand {
     std::vector<std::filesystem::path> assets, truths;
     ViewOptions options;
-    std::string size, path = "auto";
+    std::string size, path = "auto", reflectance = "slices", light_form = "auto";
 };
 
 static void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {
@@ -23,6 +23,7 @@ static void runViewCommand(ViewCommand& command, const CommonOptions& common, Re
         options.size = {limits.width, limits.height};
     }
     options.path = parsePath(command.path);
+    options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.files = command.assets;
     options.files.insert(options.files.end(), command.truths.begin(), command.truths.end());
     if (!std::filesystem::is_directory(options.screenshots))
@@ -49,6 +50,11 @@ static void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("--size", command.size, "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
     app.add_flag("!--no-settings", command.options.settings, "neither read nor keep what the window was left with");
     app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")->capture_default_str();
+    app.add_option("--light-form", command.light_form,
+                   "as in render: auto (= rotation), lobes, fixed or rotation; V in the window")
+        ->capture_default_str();
+    app.add_option("--reflectance", command.reflectance, "as in render: slices or operators; P in the window")
+        ->capture_default_str();
     app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into")
         ->capture_default_str();
 }

@@ -32,10 +32,11 @@ WindowPlace placeFor(const ViewOptions& options, const ViewSettings& settings) {
     return place;
 }
 
-ViewState startState(const Scene& scene, const ViewSettings& settings) {
+ViewState startState(const Scene& scene, const ViewSettings& settings, const ViewOptions& options) {
     ViewState state;
     applySettings(settings, state);
     const double degree = std::numbers::pi / 180;
+    state.shading = options.shading;
     state.camera.yaw = 20 * degree;
     state.camera.pitch = 8 * degree;
     state.camera.vertical_fov = 35 * degree;
@@ -57,7 +58,7 @@ public:
           settings_(options.settings ? readSettings(settingsPath(), result_.problem) : ViewSettings()),
           files_(options.files),
           scene_(std::make_unique<Scene>(openScene(files_, threads))),
-          state_(startState(*scene_, settings_)),
+          state_(startState(*scene_, settings_, options)),
           window_("Penumbra: " + options.files.front().filename().string(), placeFor(options, settings_)) {
         result_.gl = window_.description();
         result_.path = options.path.value_or(window_.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
@@ -166,6 +167,7 @@ void ViewLoop::advanceTime() {
 }
 
 void ViewLoop::updatePicture(const Rectangle& picture) {
+    if (useShading(*scene_, state_)) painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
     const UpdateNeeds needs{painter_->needsValues(state_), threads_};
     updateScene(*scene_, state_, needs, figures_.update);
     if (!state_.frame_all) return;

@@ -14,6 +14,7 @@ struct ViewOptions {
     std::optional<std::pair<int, int>> size;   // of the window; unset: as it was left, or 1280 x 800
     bool settings = true;                      // read and keep them (view_settings.h)
     std::optional<EvaluationPath> path;        // unset: cpu on software GL, glsl on a GPU
+    ShadingChoice shading;                     // as wished: lights without lobes, say, are used as they are
     std::filesystem::path screenshots = ".";   // folder
 };
 

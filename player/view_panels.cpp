@@ -7,11 +7,10 @@
 #include <cstdio>
 
 #include "player/view_actions.h"
+#include "player/view_inspect.h"
 #include "player/view_overlays.h"
 #include "player/view_pick.h"
 #include "player/view_timeline.h"
-#include "player/visibility_lobe.h"
-#include "sh/sh_basis.h"
 
 namespace penumbra {
 namespace {
@@ -20,6 +19,8 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFla
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
 
 std::string text(std::string_view view) { return std::string(view); }
+
+constexpr ImU32 kMarked = IM_COL32(242, 191, 77, 255);  // what is not as usual
 
 // A list box line; true when it is clicked.
 bool choice(const std::string& name, std::size_t id, bool chosen) {
@@ -46,9 +47,29 @@ void characterPanel(const Scene& scene, ViewState& state) {
     ImGui::TextDisabled("Clips");
     for (std::size_t i = 0; i < character.asset.animation.clips.size(); ++i) {
         const ClipView& clip = character.asset.animation.clips[i];
+        if (clip.held_out) ImGui::PushStyleColor(ImGuiCol_Text, kMarked);
         const std::string name = text(clip.name) + (clip.held_out ? "  (held out)" : "");
         if (choice(name, i + 1000, i == state.characters[state.selected].clip)) chooseClip(state, i);
+        if (clip.held_out) ImGui::PopStyleColor();
     }
+}
+
+// The forms that shading has, and whether what is chosen has them.
+void shadingChoice(const Scene& scene, ViewState& state) {
+    int form = int(state.shading.light_form), reflectance = int(state.shading.reflectance);
+    const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    ImGui::SetNextItemWidth(half);
+    if (ImGui::Combo("##form", &form, "fitted lobes\0fixed lobes\0exact rotation\0"))
+        state.shading.light_form = LightForm(form);
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(half);
+    if (ImGui::Combo("##reflectance", &reflectance, "slices\0operators\0"))
+        state.shading.reflectance = Reflectance(reflectance);
+    const ShadingChoice shown = shownShading(scene, state);
+    if (shown.light_form != state.shading.light_form)
+        ImGui::TextColored(ImColor(kMarked), "no fitted lobes: exact rotation");
+    if (shown.reflectance != state.shading.reflectance)
+        ImGui::TextColored(ImColor(kMarked), "a material has no operators: slices");
 }
 
 void materialPanel(const Scene& scene, ViewState& state) {
@@ -70,6 +91,7 @@ void materialPanel(const Scene& scene, ViewState& state) {
         state.light_yaw = double(angles[0]);
         state.light_pitch = double(angles[1]);
     }
+    shadingChoice(scene, state);
     ImGui::TextDisabled("Exposure, tone mapping");
     ImGui::SetNextItemWidth(-1);
     ImGui::SliderFloat("##exposure", &state.display.exposure, 1 / 64.0f, 64, "x %.2f", ImGuiSliderFlags_Logarithmic);
@@ -132,40 +154,10 @@ void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& 
     if (!figures.message.empty()) ImGui::TextWrapped("%s", figures.message.c_str());
 }
 
-// Numbers of the picked vertex, the model's beside the truth's.
-void vertexPanel(const Scene& scene, const PickedVertex& picked) {
-    const Character& character = *scene.characters[picked.character];
-    const VertexFigures figures = figuresOf(character, picked.vertex);
-    ImGui::TextDisabled("Vertex %zu, cluster %zu (%s)", picked.vertex, figures.cluster, text(figures.joint).c_str());
-    ImGui::Text("E of the model %.4f", double(figures.model_ambient));
-    if (!figures.truth.empty())
-        ImGui::Text("E of the truth %.4f, error %+.4f", double(figures.true_ambient),
-                    double(figures.model_ambient - figures.true_ambient));
-    const std::vector<int> indices = character.asset.model.convention.indices();
-    if (!ImGui::BeginTable("numbers", 3, ImGuiTableFlags_RowBg)) return;
-    for (std::size_t i = 0; i < figures.model.size(); ++i) {
-        const int band = bandOfIndex(indices[i]);
-        ImGui::TableNextColumn();
-        ImGui::Text("v %d,%d", band, indices[i] - shIndex(band, 0));
-        ImGui::TableNextColumn();
-        ImGui::Text("%+.4f", double(figures.model[i]));
-        ImGui::TableNextColumn();
-        if (!figures.truth.empty()) ImGui::Text("%+.4f", double(figures.truth[i]));
-    }
-    ImGui::EndTable();
-    std::string scores = "scores";
-    for (const float score : figures.scores) {
-        char number[16];
-        std::snprintf(number, sizeof number, " %.3g", double(score));
-        scores += number;
-    }
-    ImGui::TextWrapped("%s", scores.c_str());
-}
-
-void helpWindow(ViewState& state, const Rectangle& picture) {
-    const ImVec2 middle(float(picture.x) + 0.5f * float(picture.width),
-                        float(picture.y) + 0.5f * float(picture.height));
-    ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+void helpWindow(ViewState& state) {
+    const ImVec2 most = ImGui::GetIO().DisplaySize;  // scrolls in a small window
+    ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(most.x - 20, most.y - 20));
+    ImGui::SetNextWindowPos(ImVec2(0.5f * most.x, 0.5f * most.y), ImGuiCond_Always, ImVec2(0.5f, 0.5f));
     if (ImGui::Begin("Keys and mouse", &state.help,
                      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove) &&
         ImGui::BeginTable("keys", 3, ImGuiTableFlags_RowBg)) {
@@ -200,15 +192,19 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
                  float unit) {
     const ViewContents contents = contentsOf(scene);
     drawOverlays(scene, state, picture);
-    if (state.help) helpWindow(state, picture);
+    if (state.help) helpWindow(state);
     if (!state.panels) return;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     beginFixed("side", 0, 0, kSidePanelWidth * unit, size.y);
     characterPanel(scene, state);
+    if (ImGui::CollapsingHeader("Asset")) assetPanel(*scene.characters[state.selected]);
     if (contents.shaded()) materialPanel(scene, state);
     channelPanel(contents, state);
     figurePanel(scene, state, figures);
-    if (state.picked) vertexPanel(scene, *state.picked);
+    if (state.picked && ImGui::CollapsingHeader("Components", ImGuiTreeNodeFlags_DefaultOpen))
+        componentPanel(scene, state);
+    if (state.picked && ImGui::CollapsingHeader("Vertex", ImGuiTreeNodeFlags_DefaultOpen))
+        vertexPanel(scene, *state.picked);
     ImGui::TextDisabled("F1: keys");
     ImGui::End();
     beginFixed("timeline", kSidePanelWidth * unit, size.y - kTimelineHeight * unit, size.x - kSidePanelWidth * unit,

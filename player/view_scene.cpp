@@ -60,6 +60,7 @@ static void placeCharacters(Scene& scene) {
 // `like`: a character of the same file, whose decoded regressors it shares, or null.
 static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file, const Character* like) {
     auto character = std::make_unique<Character>();
+    character->file_bytes = file.asset->file.bytes().size();
     character->asset = file.asset->view;
     if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
     gatherLibrary(scene, file, character->asset);
@@ -150,6 +151,7 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     if (!contents.hasTruth()) state.compare = Compare::kModel;
     state.frame_all = true;
     state.picked.reset();
+    state.score_edit.reset();
     if (state.component && *state.component >= contents.components()) state.component.reset();
     return state;
 }
@@ -175,6 +177,12 @@ std::string describe(const Scene& scene, const ViewState& state) {
     if (state.channel == Channel::kShaded)
         text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + ", light " +
                 std::string(scene.light_names[state.light]);
+    const ShadingChoice shading = shownShading(scene, state);
+    if (state.channel == Channel::kShaded && shading != ShadingChoice())
+        text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
+                std::string(nameOf(shading.light_form));
+    if (state.component) text += ", component " + std::to_string(*state.component);
+    if (state.score_edit) text += ", scores of cluster " + std::to_string(state.score_edit->cluster) + " changed";
     return text;
 }
 
@@ -193,12 +201,24 @@ static Shot shotOf(const Character& character) {
     return shot;
 }
 
-static void poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position, int threads) {
+static void editScores(Character& character, const std::optional<ScoreEdit>& edit) {
+    character.edited = edit;
+    if (!edit) return;
+    const std::span<const float> scores = character.evaluator->scores(edit->cluster);
+    std::vector<float> sum(scores.begin(), scores.end());
+    for (std::size_t k = 0; k < std::min(sum.size(), edit->added.size()); ++k) sum[k] += edit->added[k];
+    character.evaluator->setScores(edit->cluster, sum);
+}
+
+static void poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position,
+                          const std::optional<ScoreEdit>& edit, int threads) {
     const std::size_t frame = clip.first_frame + position.frame;
-    if (character.posed && character.frame == frame && character.part == position.part) return;
+    if (character.posed && character.frame == frame && character.part == position.part && character.edited == edit)
+        return;
     PoseInterpolation& pose = *character.interpolation;
     pose.evaluate(frame, clip.first_frame + position.next, position.part);
     character.evaluator->setPose(pose.bones(), pose.pose());
+    editScores(character, edit);
     skinFrame(*character.evaluator, threads, character.vertices);
     character.frame = frame;
     character.part = position.part;
@@ -207,6 +227,30 @@ static void poseCharacter(Character& character, const ClipView& clip, const Clip
         character.truth_frame = findTruthFrame(character.asset, *character.truth, frame);
     character.posed = true;
     character.has_model_numbers = character.has_truth_numbers = false;
+}
+
+ShadingChoice shownShading(const Scene& scene, const ViewState& state) {
+    ShadingChoice choice = state.shading;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const AssetView& asset = scene.characters[i]->asset;
+        if (!scene.characters[i]->shading) continue;
+        if (!hasForm(asset.lights[state.light], choice.light_form)) choice.light_form = LightForm::kRotation;
+        for (const std::size_t material : state.characters[i].material_of_slot)
+            if (!hasReflectance(asset.materials[material], choice.reflectance))
+                choice.reflectance = Reflectance::kSlices;
+    }
+    return choice;
+}
+
+bool useShading(Scene& scene, const ViewState& state) {
+    const ShadingChoice choice = shownShading(scene, state);
+    bool changed = false;
+    for (const auto& character : scene.characters) {
+        if (!character->shading || character->shading->choice() == choice) continue;
+        character->shading = std::make_unique<ShadingSet>(character->asset, choice);
+        changed = true;
+    }
+    return changed;
 }
 
 static void setShading(Character& character, const CharacterChoice& choice, const ViewState& state) {
@@ -289,7 +333,9 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         Character& character = *scene.characters[i];
         auto start = std::chrono::steady_clock::now();
         const ClipView& clip = character.asset.animation.clips[state.characters[i].clip];
-        poseCharacter(character, clip, shownPosition(state, contents, i), needs.threads);
+        const bool is_edited = state.score_edit && state.score_edit->character == i;
+        poseCharacter(character, clip, shownPosition(state, contents, i), is_edited ? state.score_edit : std::nullopt,
+                      needs.threads);
         const Compare compare = shownCompare(state);
         const bool picked = state.picked && state.picked->character == i;
         const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
@@ -309,6 +355,14 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     }
 }
 
+static void computeComponents(Character& character, std::size_t vertex, double milliseconds) {
+    character.score_ranges.compute(*character.strip_evaluator, milliseconds);
+    const std::size_t cluster = clusterAt(character.asset.model, vertex);
+    if (character.components_of == cluster || !character.score_ranges.complete()) return;
+    character.components = character.score_ranges.figures(*character.strip_evaluator, cluster);
+    character.components_of = cluster;
+}
+
 void computeStrips(Scene& scene, const ViewState& state, double milliseconds) {
     Character& character = *scene.characters[state.selected];
     const std::size_t clip = state.characters[state.selected].clip;
@@ -317,13 +371,15 @@ void computeStrips(Scene& scene, const ViewState& state, double milliseconds) {
     const double left = milliseconds - millisecondsSince(start);
     if (character.truth && left > 0)
         character.error_strip.compute(*character.strip_evaluator, *character.truth, clip, left);
+    if (state.picked) computeComponents(*scene.characters[state.picked->character], state.picked->vertex, left);
 }
 
 bool stripsAreComplete(const Scene& scene, const ViewState& state) {
     const Character& character = *scene.characters[state.selected];
     const ClipView& clip = character.asset.animation.clips[state.characters[state.selected].clip];
     return character.strip.outOfRange().size() >= clip.frame_count &&
-           (!character.truth || character.error_strip.errors().size() >= clip.frame_count);
+           (!character.truth || character.error_strip.errors().size() >= clip.frame_count) &&
+           (!state.picked || scene.characters[state.picked->character]->score_ranges.complete());
 }
 
 static BoundingBox boundsOf(const Scene& scene, bool rest) {

@@ -9,6 +9,7 @@
 #include "player/open_asset.h"
 #include "player/orbit_camera.h"
 #include "player/pose_interpolation.h"
+#include "player/score_ranges.h"
 #include "player/view_state.h"
 
 namespace penumbra {
@@ -34,6 +35,7 @@ struct Character {
     std::size_t frame = 0;  // of the animation; the pose is `part` of the way from it to the next
     double part = 0;
     std::optional<std::size_t> truth_frame;  // of sampled frames only
+    std::optional<ScoreEdit> edited;         // that the evaluator has
     bool posed = false, has_model_numbers = false, has_truth_numbers = false;
     FrameVertices vertices;            // numbers: of the model
     std::vector<float> truth_numbers;  // in the same local frames
@@ -44,7 +46,11 @@ struct Character {
     std::optional<std::size_t> component;  // that these are of
     float component_most = 0;              // the largest of them, without its sign
     ClipStrip strip;
-    ErrorStrip error_strip;                      // with truth
+    ErrorStrip error_strip;  // with truth
+    ScoreRanges score_ranges;
+    std::optional<std::size_t> components_of;  // cluster; known when the ranges are
+    std::vector<ComponentFigures> components;
+    std::size_t file_bytes = 0;
     std::unique_ptr<Evaluator> strip_evaluator;  // of poses that are not drawn
     double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError
 };
@@ -77,6 +83,11 @@ struct UpdateNeeds {
 };
 // Makes the characters what `state` says. Recomputes only what changed.
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
+
+// What of state.shading all chosen materials and the light have: operators, fitted lobes.
+ShadingChoice shownShading(const Scene& scene, const ViewState& state);
+// Makes every character's ShadingSet anew where it has another choice; true then: painters keep references to them.
+bool useShading(Scene& scene, const ViewState& state);
 
 // Computes on, for some milliseconds, what the timeline shows of the selected character's clip.
 void computeStrips(Scene& scene, const ViewState& state, double milliseconds);

@@ -8,6 +8,7 @@
 #include "player/channel.h"
 #include "player/error_strip.h"
 #include "player/playhead.h"
+#include "player/runtime/shading.h"
 #include "player/view_display.h"
 #include "sh/camera.h"
 
@@ -31,6 +32,13 @@ struct PickedVertex {
     bool operator==(const PickedVertex&) const = default;
 };
 
+// Scores of a cluster that are not what its pose makes of them.
+struct ScoreEdit {
+    std::size_t character = 0, cluster = 0;
+    std::vector<float> added;  // to each component's score
+    bool operator==(const ScoreEdit&) const = default;
+};
+
 struct ViewState {
     std::vector<CharacterChoice> characters;
     std::size_t selected = 0;  // the character that clips and materials are chosen for
@@ -44,8 +52,10 @@ struct ViewState {
     float wipe = 0.5f;                     // of the picture's width
     std::optional<std::size_t> component;  // of the model's PCA, shown in the place of the channel
     std::optional<PickedVertex> picked;    // its visibility is drawn
-    bool frames = false;                   // normals and tangents are drawn
+    std::optional<ScoreEdit> score_edit;
+    bool frames = false;  // normals and tangents are drawn
     std::size_t light = 0;
+    ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
     DisplayTransform display;
     float error_max = 0.25f;

@@ -41,7 +41,7 @@ void shadeLobe(Shape& lobe, Vec3 eye) {
     }
 }
 
-static std::size_t clusterAt(const ModelView& model, std::size_t vertex) {
+std::size_t clusterAt(const ModelView& model, std::size_t vertex) {
     std::size_t c = 0;
     while (vertex >= model.clusters[c].first_vertex + model.clusters[c].vertex_count) ++c;
     return c;

@@ -20,6 +20,7 @@ struct VertexFigures {
     float model_ambient = 0, true_ambient = 0;
     std::span<const float> scores;  // of the cluster's components
 };
+std::size_t clusterAt(const ModelView& model, std::size_t vertex);
 VertexFigures figuresOf(const Character& character, std::size_t vertex);
 
 // How much of component `k` changes E of every vertex, a unit of score: E(basis_k). 0 where a cluster has fewer.

@@ -73,10 +73,18 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         out_of_range +=
             double(cluster.vertex_count) *
             double((*regressors_)[c].evaluate(angles ? pose : std::span<const float>(features_), scratch_, y));
-        for (std::size_t k = 0; k < y.size(); ++k)
-            weights_[first_score_[c] + k] = cluster.basis.scale.empty() ? y[k] : y[k] * cluster.basis.scale[k];
+        setScores(c, y);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
+}
+
+void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
+    const std::span<const float> scale = asset_->model.clusters[cluster].basis.scale;
+    const std::size_t first = first_score_[cluster];
+    for (std::size_t k = 0; k < scores.size(); ++k) {
+        scores_[first + k] = scores[k];
+        weights_[first + k] = scale.empty() ? scores[k] : scores[k] * scale[k];
+    }
 }
 
 std::span<const float> Evaluator::scores(std::size_t cluster) const {

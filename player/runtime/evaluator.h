@@ -28,6 +28,8 @@ public:
     void setPose(std::span<const Affine> bones, std::span<const float> pose);
     std::span<const Affine> bones() const { return bones_; }   // [J], of the pose
     std::span<const float> scores(std::size_t cluster) const;  // [K]
+    // Other scores in their place until the next pose: what a component does can be looked at. May be scores() itself.
+    void setScores(std::size_t cluster, std::span<const float> scores);
     const Mat3& clusterRotation(std::size_t cluster) const;    // nearestRotation of the cluster joint's linear part
     // Of the pose: how far what the clusters see is from where training frames had it, about radians; 0: nowhere. Its
     // inputs were clamped to those of training. formats/model_file.h has the formula.

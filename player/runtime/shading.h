@@ -15,6 +15,7 @@ namespace penumbra {
 struct ShadingChoice {
     Reflectance reflectance = Reflectance::kSlices;
     LightForm light_form = LightForm::kRotation;
+    bool operator==(const ShadingChoice&) const = default;
 };
 
 // Shading of vertices that all have one material under one light; ShadingSet (shading_set.h) switches both while it

@@ -369,5 +369,21 @@ TEST(PackAsset, KeepsTheLobesOfALight) {
     for (std::size_t i = 0; i < 18; ++i) EXPECT_EQ(lobes.coefficients[i], float(lights[1].lobes.coefficients[i]));
 }
 
+TEST(PackLibrary, HoldsMaterialsAndLightsOnly) {
+    const std::array materials = {synthetic::lambert({0.5, 0.2, 0.1})};
+    const std::array lights = {synthetic::light(4, 0.1)};
+    const std::vector<std::byte> bytes = packLibrary(materials, lights, "{}");
+    const AssetView asset = openAsset(bytes);
+    EXPECT_FALSE(asset.has_model || asset.has_mesh || asset.has_truth);
+    ASSERT_EQ(asset.materials.size(), 1u);
+    EXPECT_EQ(asset.materials[0].name, materials[0].name);
+    ASSERT_EQ(asset.lights.size(), 1u);
+    EXPECT_EQ(asset.lights[0].order, 4);
+    EXPECT_NO_THROW(openAsset(packLibrary(materials, {}, "{}")));
+    EXPECT_THROW(packLibrary({}, {}, "{}"), UsageError);
+    const std::array twice = {materials[0], materials[0]};
+    EXPECT_THROW(packLibrary(twice, {}, "{}"), InvalidInput);
+}
+
 }  // namespace
 }  // namespace penumbra

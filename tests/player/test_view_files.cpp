@@ -103,6 +103,84 @@ TEST_F(ViewFiles, WhatWasChosenStaysWhenAFileIsAdded) {
     EXPECT_EQ(after.compare, Compare::kModel);
 }
 
+// Sliders add to what the pose gives; other clusters, and the scores once they are taken back, are the pose's.
+TEST_F(ViewFiles, ChangedScoresChangeTheirClusterOnly) {
+    const std::array files = {tube};
+    Scene scene = openScene(files, 1);
+    ViewState state = stateFor(scene, {});
+    state.channel = Channel::kAmbient;
+    UpdateCost cost;
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    Character& character = *scene.characters[0];
+    const std::vector<float> numbers = character.vertices.numbers;
+    const std::size_t cluster = character.asset.model.clusters.size() - 1;
+    const ClusterView& view = character.asset.model.clusters[cluster];
+    const float score = character.evaluator->scores(cluster)[0];
+    state.score_edit = ScoreEdit{0, cluster, {0.5f}};
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    EXPECT_FLOAT_EQ(character.evaluator->scores(cluster)[0], score + 0.5f);
+    const std::size_t stride = std::size_t(character.asset.model.stride);
+    std::size_t changed = 0;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const std::size_t v = i / stride;
+        const bool inside = v >= view.first_vertex && v < view.first_vertex + view.vertex_count;
+        if (!inside) {
+            EXPECT_EQ(character.vertices.numbers[i], numbers[i]);
+        }
+        changed += character.vertices.numbers[i] != numbers[i];
+    }
+    EXPECT_GT(changed, view.vertex_count / 2);
+    state.score_edit.reset();
+    updateScene(scene, state, {.values = true, .threads = 1}, cost);
+    EXPECT_EQ(character.vertices.numbers, numbers);
+}
+
+// The least and largest score over training frames, and shares that sum to 1, larger for components that move more.
+TEST_F(ViewFiles, ComponentsHaveTheirTrainingRange) {
+    const std::array files = {tube};
+    Scene scene = openScene(files, 1);
+    Character& character = *scene.characters[0];
+    ScoreRanges ranges;
+    for (int i = 0; i < 1000 && !ranges.complete(); ++i) ranges.compute(*character.strip_evaluator, 0.01);
+    ASSERT_TRUE(ranges.complete());
+    const AnimationView& animation = character.asset.animation;
+    for (std::size_t c = 0; c < character.asset.model.clusters.size(); ++c) {
+        const std::vector<ComponentFigures> figures = ranges.figures(*character.evaluator, c);
+        ASSERT_EQ(figures.size(), character.asset.model.clusters[c].components());
+        float least = 1e9f, most = -1e9f;
+        for (const ClipView& clip : animation.clips)
+            for (std::size_t f = clip.first_frame; !clip.held_out && f < clip.first_frame + clip.frame_count; ++f) {
+                character.evaluator->setPose(animation.bonesOf(f), animation.poseOf(f));
+                least = std::min(least, character.evaluator->scores(c)[0]);
+                most = std::max(most, character.evaluator->scores(c)[0]);
+            }
+        EXPECT_EQ(figures[0].least, least);
+        EXPECT_EQ(figures[0].most, most);
+        float sum = 0;
+        for (const ComponentFigures& figure : figures) sum += figure.share;
+        EXPECT_NEAR(sum, most > least ? 1 : sum, 1e-5f);
+    }
+}
+
+// Forms that the light or a material has none of are not used; where they are, every ShadingSet is made anew, once.
+TEST_F(ViewFiles, ShadingFormsAreUsedWhereTheyExist) {
+    const std::array files = {tube, tube};
+    Scene scene = openScene(files, 1);
+    ViewState state = stateFor(scene, {});
+    state.shading = {Reflectance::kOperators, LightForm::kFixed};
+    const AssetView& asset = scene.characters[0]->asset;
+    const bool operators = hasReflectance(asset.materials[0], Reflectance::kOperators);
+    EXPECT_EQ(shownShading(scene, state),
+              (ShadingChoice{operators ? Reflectance::kOperators : Reflectance::kSlices, LightForm::kFixed}));
+    EXPECT_TRUE(useShading(scene, state));
+    EXPECT_FALSE(useShading(scene, state));
+    for (const auto& character : scene.characters)
+        EXPECT_EQ(character->shading->choice().light_form, LightForm::kFixed);
+    state.shading.light_form = LightForm::kLobes;
+    ASSERT_FALSE(hasForm(asset.lights[0], LightForm::kLobes));
+    EXPECT_EQ(shownShading(scene, state).light_form, LightForm::kRotation);
+}
+
 TEST_F(ViewFiles, FilesWithoutACharacterAreRefused) {
     const std::array none = {library};
     EXPECT_THROW(openScene(none, 1), InvalidInput);

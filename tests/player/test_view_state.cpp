@@ -156,6 +156,23 @@ TEST(ViewActions, ComponentsTakeTheChannelsPlace) {
     EXPECT_EQ(shownCompare(c.state), Compare::kTruth);
 }
 
+TEST(ViewActions, ScalesAndFormsGoByKeys) {
+    Contents c;
+    for (int i = 0; i < 100; ++i) c.press(']');
+    EXPECT_EQ(c.state.error_max, 1);
+    for (int i = 0; i < 100; ++i) c.press('[');
+    EXPECT_EQ(c.state.error_max, 1e-3f);
+    c.press('V');
+    EXPECT_EQ(c.state.shading.light_form, LightForm::kLobes);
+    c.press('V', /*shift=*/true);
+    EXPECT_EQ(c.state.shading.light_form, LightForm::kRotation);
+    c.press('P');
+    EXPECT_EQ(c.state.shading.reflectance, Reflectance::kOperators);
+    c.state.score_edit = ScoreEdit{0, 0, {1}};
+    c.press('Z');
+    EXPECT_FALSE(c.state.score_edit);
+}
+
 TEST(ViewActions, EveryKeyIsThereOnce) {
     std::set<int> keys;
     for (const Shortcut& shortcut : shortcuts()) {
@@ -166,7 +183,7 @@ TEST(ViewActions, EveryKeyIsThereOnce) {
         c.press(shortcut.key, true);
     }
     Contents c;
-    EXPECT_FALSE(applyKey(c.state, c.contents, {'Z', false}));
+    EXPECT_FALSE(applyKey(c.state, c.contents, {'J', false}));
 }
 
 TEST(ViewState, LightTurnsAsOnTheCommandLine) {
