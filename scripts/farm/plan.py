@@ -3,9 +3,10 @@ run this one list, so that none of them knows an option of a program."""
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from farm.config import ROOT, ConfigError
 from farm.stamps import Digests, write_whole
@@ -31,6 +32,10 @@ PATTERNS = {
     "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5", "light": "lights/{light}.light.h5",
     "pack": "{rig}/{rig}.pnb", "truth": "{rig}/{rig}.truth.pnb", "check": "{rig}/check.json", "sheet": "{rig}/sheet.png",
     "index": "index.html"}
+
+
+# No job reads from one of a later rule.
+ORDER = ("brdf", "light", "bake", "shard", "merge", "fit", "truth", "pack", "check", "sheet", "index")
 
 
 def options(values):
@@ -76,10 +81,10 @@ class Planner:
                  *options({key: rig[key] for key in ("clips", "fps") if key in rig}), *options(rig["bake"])]
         shards = rig.get("shards", 1)
         if shards == 1:
-            return self.add("bake", {"rig": name}, words, sources=rig["files"])
+            return self.add("bake", {"rig": name}, [*words, "--resume"], sources=rig["files"])
         frames = self.frames(name, words, rig["files"])
         edges = [frames * i // shards for i in range(shards + 1)]
-        parts = [self.add("shard", {"rig": name, "range": f"{a:06}-{b:06}"}, [*words, "--frames", f"{a}:{b}"],
+        parts = [self.add("shard", {"rig": name, "range": f"{a:06}-{b:06}"}, [*words, "--frames", f"{a}:{b}", "--resume"],
                           sources=rig["files"], temporary=True) for a, b in zip(edges, edges[1:]) if a < b]
         return self.add("merge", {"rig": name}, [self.program("penumbra-bake"), "merge", *parts], parts)
 
@@ -147,6 +152,12 @@ def make_plan(farm):
     kept = [output for output, job in planner.jobs.items() if not job.temporary]
     planner.add("index", {}, [sys.executable, script, farm.file], kept, [script, farm.file])
     return planner.jobs
+
+
+def line_of(job):
+    """A job as a line of shell, for queues of commands; a merge deletes its shards, whose stamps stay."""
+    line = shlex.join(stamped(job))
+    return line + " && rm -f -- " + shlex.join(job.inputs) if job.rule == "merge" else line
 
 
 def stamped(job, *flags):

@@ -20,8 +20,8 @@ SLURM = os.path.join(SCRIPTS, "slurm")
 
 def make_slow_farm(folder):
     """As make_farm, with bakes long enough to be killed in the middle: about a second a shard."""
-    make_farm(folder, BIN, SHARDS)
-    replace(os.path.join(folder, "farm.yaml"), "holdout: [walk],", "holdout: [walk], bake: {rays: 2048},")
+    make_farm(folder, BIN)
+    replace(os.path.join(folder, "farm.yaml"), "holdout: [walk],", f"holdout: [walk], shards: {SHARDS}, bake: {{rays: 2048}},")
     return folder
 
 
@@ -96,11 +96,11 @@ def check_arrays(folder, wanted):
     make_slow_farm(folder)
     command = [os.path.join(SLURM, "farm_array"), "farm.yaml"]
     text = run(*command, cwd=folder)
-    assert f"shard: {2 * SHARDS} tasks" in text and "merge: 2 tasks" in text, text
+    assert f"shard: {SHARDS} tasks" in text and "merge: 1 tasks" in text, text
     array = text.split("shard: ")[1].split("array ")[1].split()[0].rstrip(",")
     kill_one_bake(os.path.join(folder, "out"))
     wait_for(lambda: "Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder), "a requeued task", 60)
-    run("scancel", f"{array}_{2 * SHARDS - 1}", cwd=folder)
+    run("scancel", f"{array}_{SHARDS - 1}", cwd=folder)
     wait_for(queue_is_empty, "the arrays")
     assert not os.path.exists(os.path.join(folder, "out", "index.html"))
     text = run(*command, cwd=folder)

@@ -112,6 +112,22 @@ def check_build(folder, flags, build, idle):
     print(f"{build[0]}: {len(reports(folder))} jobs; touched, none; a material changed, {len(ran)} and the check")
 
 
+def check_lists(folder):
+    """Every line of every list, in order, each in a shell of its own: the whole farm, and then nothing."""
+    make_farm(folder, BIN, shards=2)
+    run(os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", "--lists", cwd=folder)
+    lists = os.path.join(folder, "out", "lists")
+    lines = [line for name in sorted(os.listdir(lists)) for line in open(os.path.join(lists, name))]
+    assert len(lines) == 21, lines
+    for line in lines:
+        run("sh", "-c", line, cwd="/")
+    shards = os.listdir(os.path.join(folder, "out", "man", "shards"))
+    assert os.path.exists(os.path.join(folder, "out", "index.html")) and shards, shards
+    assert not [name for name in shards if name.endswith(".vis.h5")], shards
+    assert "nothing to do" in run(os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml", cwd=folder)
+    print(f"lists: {len(lines)} commands")
+
+
 def check_belonging(folder):
     """farm_check names the asset whose model was replaced, and a file that is cut short."""
     check = os.path.join(SCRIPTS, "farm_check")
@@ -141,6 +157,7 @@ def main():
         check_build(os.path.join(top, "with $ and blank"), [], ["ninja", "-C", "out"], "no work to do")
         check_build(os.path.join(top, "plain"), ["--make"], ["make", "-C", "out", "-j2"], "is up to date")
         check_belonging(os.path.join(top, "plain"))
+        check_lists(os.path.join(top, "lists"))
 
 
 main()
