@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "bake/bake_visibility.h"
+#include "bake/bake_estimate.h"
 #include "bake/frame_choice.h"
 #include "bake/info_command.h"
 #include "bake/merge_command.h"
@@ -40,6 +40,17 @@ static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report&
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
 }
 
+static void printEstimate(const BakeEstimate& estimate, int threads, Report& report) {
+    report.figures["estimated_seconds"] = estimate.seconds;
+    report.figures["estimated_bytes"] = estimate.bytes;
+    report.figures["estimated_memory_bytes"] = estimate.memory;
+    report.figures["estimated_journal_bytes"] = estimate.journal;
+    std::printf(
+        "estimate from a probe of %.1f s: %.0f s on %d threads, %.1f MB, peak memory %.0f MB, journal %.1f MB\n",
+        estimate.probe_seconds, estimate.seconds, threads, estimate.bytes * 1e-6, estimate.memory * 1e-6,
+        estimate.journal * 1e-6);
+}
+
 static void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
     BakeOptions& options = command.options;
     if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
@@ -60,6 +71,8 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
                     plan.header.frames.frameCount(), plan.header.mesh.vertexCount(), options.rays, plan.rays() * 1e-6,
                     plan.bytes(options.precision) * 1e-6);
+        report.phase("probe");
+        printEstimate(estimateBake(plan, options, common.threads), common.threads, report);
         return;
     }
     if (command.resume && isWhole(command.output, plan)) {

@@ -11,14 +11,12 @@
 
 #include "bake/bake_journal.h"
 #include "bake/frame_choice.h"
-#include "bake/moments.h"
+#include "bake/posed_frame.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
-
-constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the default: 8 threads stay busy on small meshes
 
 // Every option that changes the result, defaults included.
 static std::string optionsJson(const BakeOptions& options) {
@@ -100,35 +98,6 @@ double BakePlan::bytes(Precision precision) const {
     const double mesh = 12.0 * double(header.mesh.triangles.size()) + 4.0 * double(header.mesh.source_vertex.size()) +
                         vertices * (24 + 6.0 * header.skin->influences);
     return mesh + frames * frame;
-}
-
-// One frame, skinned and with its acceleration structure.
-struct PosedFrame {
-    VisibilityFrame frame;
-    SceneScale scale;
-    OcclusionScene scene;
-};
-
-static VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
-    const FrameList& frames = plan.header.frames;
-    const RigPose pose = evaluatePose(plan.rig, plan.rig_clip[frames.clip[f]], frames.time[f]);
-    VisibilityFrame frame{{}, {}, pose.bones, pose.pose, {}};
-    skinVertices(plan.rig.mesh, plan.rig.skin, plan.rig.rest_normals, pose.bones, frame.positions, frame.normals);
-    for (std::size_t v = 0; v < frame.positions.size(); ++v)
-        if (!std::isfinite(dot(frame.positions[v], frame.positions[v]) + dot(frame.normals[v], frame.normals[v])))
-            throw InvalidInput(plan.rig.files_read.front().string() + ": frame " + std::to_string(f) + " (clip '" +
-                               frames.clip_names[frames.clip[f]] + "', " + std::to_string(frames.time[f]) +
-                               " s): vertex " + std::to_string(v) + " is not finite");
-    frame.coefficients.resize(frame.positions.size() * plan.header.coefficientCount());
-    return frame;
-}
-
-static PosedFrame poseFrame(const BakePlan& plan, std::size_t f) {
-    VisibilityFrame frame = poseVertices(plan, f);
-    std::vector<Vec3> scaled(frame.positions);
-    const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
-    for (Vec3& p : scaled) p = scale.apply(p);
-    return {std::move(frame), scale, OcclusionScene(scaled, plan.rig.mesh.triangles)};
 }
 
 // Counts rays from many threads; whoever finds the printer free prints.

@@ -103,6 +103,7 @@ static Json describeVisibility(const fs::path& path, bool all_vertices) {
     json["pose"] = {{"numbers", header.pose_size}, {"parameterisation", header.pose_parameterisation}};
     json["frames"] = header.frames.frameCount();
     json["clips"] = describe(header.frames);
+    if (reader.isVirtual()) json["virtual"] = true;
     if (header.shard) json["shard"] = describe(*header.shard, header.frames);
     json["coefficients"] = describeCoefficients(reader, all_vertices);
     json["provenance"] = describe(header.provenance);

@@ -17,6 +17,7 @@ struct MergeCommand {
     fs::path output;
     MergeOptions options;
     std::string frames;
+    bool index = false;  // --virtual
 };
 }  // namespace
 
@@ -45,7 +46,10 @@ static void runMerge(MergeCommand& command, const CommonOptions& common, Report&
         return;
     }
     report.phase("merge");
-    writeMerged(plan, command.output, style);
+    if (command.index)
+        writeIndex(plan, command.output, common.threads);
+    else
+        writeMerged(plan, command.output, style);
     const std::uintmax_t bytes = fs::file_size(command.output);
     report.figures["bytes"] = bytes;
     if (!common.quiet)
@@ -59,6 +63,7 @@ static void defineMerge(CLI::App& app, MergeCommand& command) {
     app.add_option("-o,--output", command.output, "X.vis.h5")->required();
     addNameListOption(app, "--clips", command.options.clips,
                       "of the unsplit bake (default: those of the shards if they agree, else all)");
+    app.add_flag("--virtual", command.index, "write a small index of the shards, which have to stay where they are");
     app.add_option("--frames", command.frames, "A:B[:S] of the unsplit bake (default: all frames)");
 }
 

@@ -8,6 +8,8 @@
 
 #include "bake/frame_choice.h"
 #include "formats/errors.h"
+#include "formats/parallel_for.h"
+#include "formats/sha256.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
@@ -154,8 +156,8 @@ static void placeFrames(const std::vector<Shard>& shards, const Whole& whole, Me
             const auto found = position.find({frame.clip, frame.number});
             if (found == position.end()) {
                 beyond.add("in " + shards[s].name, frame);
-            } else if (plan.source[found->second].shard != kNone) {
-                twice.add("in " + shards[plan.source[found->second].shard].name + " and " + shards[s].name, frame);
+            } else if (plan.source[found->second].file != kNone) {
+                twice.add("in " + shards[plan.source[found->second].file].name + " and " + shards[s].name, frame);
             } else {
                 plan.source[found->second] = {s, i};
                 plan.header.frames.time[found->second] = shards[s].time[i];
@@ -164,7 +166,7 @@ static void placeFrames(const std::vector<Shard>& shards, const Whole& whole, Me
     plan.problems.twice = twice.lines();
     plan.problems.beyond = beyond.lines();
     for (std::size_t f = 0; f < whole.frames.frameCount(); ++f)
-        if (plan.source[f].shard == kNone)
+        if (plan.source[f].file == kNone)
             plan.problems.missing.push_back({whole.frames.clip_names[whole.frames.clip[f]], whole.frame_in_clip[f]});
 }
 
@@ -177,7 +179,7 @@ static void describeWhole(const std::vector<Shard>& shards, const MergeOptions& 
     placeFrames(shards, whole, plan);
     header.provenance.options_json = wholeOptions(header.provenance.options_json, choice.told, options);
     if (choice.told.empty() && !options.frames) header.shard.reset();
-    if (plan.source[0].shard < shards.size()) header.provenance.inputs = shards[plan.source[0].shard].inputs;
+    if (plan.source[0].file < shards.size()) header.provenance.inputs = shards[plan.source[0].file].inputs;
 }
 
 MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& options) {
@@ -199,7 +201,9 @@ MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& opti
         }
         if (reader.precision() != plan.precision)
             plan.problems.different.push_back(path.string() + ": coefficients of another precision");
+        plan.frames_of_shard.push_back(std::uint32_t(header.frames.frameCount()));
         if (!sameChoice(*header.shard, *plan.header.shard)) continue;  // its frames have no place
+        plan.is_virtual = plan.is_virtual || reader.isVirtual();
         shards.push_back({path.string(), toldClips(path.string(), header.provenance), header.frames.clip_names,
                           header.frames.clip, header.shard->frame_in_clip, header.frames.time,
                           header.provenance.inputs});
@@ -242,10 +246,10 @@ public:
     }
     VisibilityFrame read(FrameSource source) {
         auto found =
-            std::find_if(open_.begin(), open_.end(), [&](const auto& one) { return one.shard == source.shard; });
+            std::find_if(open_.begin(), open_.end(), [&](const auto& one) { return one.shard == source.file; });
         if (found == open_.end()) {
             if (open_.size() == most_) open_.pop_back();
-            open_.push_front({source.shard, std::make_unique<VisibilityReader>(plan_.shards[source.shard])});
+            open_.push_front({source.file, std::make_unique<VisibilityReader>(plan_.shards[source.file])});
             found = open_.begin();
         }
         open_.splice(open_.begin(), open_, found);
@@ -253,7 +257,7 @@ public:
         if (source.frame >= reader.header().frames.frameCount() ||
             reader.header().mesh.vertexCount() != plan_.header.mesh.vertexCount() ||
             reader.header().order != plan_.header.order)
-            throw IoError(plan_.shards[source.shard].string() + ": was replaced while it was read");
+            throw IoError(plan_.shards[source.file].string() + ": was replaced while it was read");
         return reader.readFrame(source.frame);
     }
 
@@ -277,6 +281,20 @@ void writeMerged(const MergePlan& plan, const fs::path& output, ProgressStyle st
         progress.update(double(f + 1));
     }
     writer.finish();
+}
+
+void writeIndex(const MergePlan& plan, const fs::path& output, int threads) {
+    assert(!plan.problems.any());
+    if (plan.is_virtual) throw UsageError("--virtual: a shard has no frames of its own; give the files that it names");
+    VirtualSources sources{{}, std::vector<std::string>(plan.shards.size()), plan.frames_of_shard, plan.source};
+    const fs::path folder = fs::canonical(fs::absolute(output).parent_path());
+    for (const fs::path& shard : plan.shards)
+        sources.files.push_back(fs::canonical(shard).lexically_relative(folder).string());
+    parallelFor(plan.shards.size(), threads, [&](std::size_t i) {
+        throwIfInterrupted();
+        sources.sha256[i] = sha256OfFile(plan.shards[i]);
+    });
+    writeVirtualVisibility(output, plan.header, plan.precision, sources);
 }
 
 }  // namespace penumbra

@@ -28,13 +28,12 @@ struct MergeProblems {
     std::string sentence() const;  // one line that names them all, at most a dozen ranges of each kind
 };
 
-struct FrameSource {
-    std::uint32_t shard = 0, frame = 0;
-};
 struct MergePlan {
     VisibilityHeader header;  // of the whole
     Precision precision = Precision::kFloat32;
     std::vector<std::filesystem::path> shards;
+    std::vector<std::uint32_t> frames_of_shard;
+    bool is_virtual = false;          // a shard is an index of other files
     std::vector<FrameSource> source;  // [F] of the whole
     MergeProblems problems;           // when there are any, `source` is incomplete
 };
@@ -43,5 +42,9 @@ MergePlan planMerge(const std::vector<std::filesystem::path>& shards, const Merg
 
 // Byte-identical to the unsplit bake. Memory: a few blocks of frames, however many shards. `plan` without problems.
 void writeMerged(const MergePlan& plan, const std::filesystem::path& output, ProgressStyle progress);
+
+// The same frames as an index of the shards, which have to stay where they are, seen from the output. UsageError when a
+// shard is such an index itself.
+void writeIndex(const MergePlan& plan, const std::filesystem::path& output, int threads);
 
 }  // namespace penumbra

@@ -89,6 +89,15 @@ Hdf5Handle halfType();
 // A dataset to be written in parts; shuffle + deflate 1 when `chunk` is not empty. `type` as above or halfType().
 Hdf5Handle createDataset(hid_t file, const std::string& dataset, hid_t type, const std::vector<hsize_t>& shape,
                          const std::vector<hsize_t>& chunk);
+// A dataset whose first axis (frames) is taken from others of the same name: entries from, from + 1, ... of `file` are
+// entries to, to + stride, ... here. Names are relative to the folder of this file. NaN stands for what is missing.
+struct Hdf5Run {
+    std::string file;
+    hsize_t file_frames;  // length of the first axis there
+    hsize_t from, to, count, stride;
+};
+void createVirtualDataset(hid_t file, const std::string& dataset, hid_t type, const std::vector<hsize_t>& shape,
+                          const std::vector<Hdf5Run>& runs);
 void makeGroup(hid_t file, const std::string& path);
 void writeFloats(hid_t file, const std::string& dataset, std::span<const float> values,
                  const std::vector<hsize_t>& shape);

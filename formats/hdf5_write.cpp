@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "formats/errors.h"
@@ -83,6 +84,39 @@ Hdf5Handle createDataset(hid_t file, const std::string& path, hid_t type, const 
         checkHdf5(H5Pset_deflate(creation, 1), what);
     }
     return Hdf5Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose, what);
+}
+
+// In the names of virtual sources HDF5 takes "%b" for a number of a block.
+static std::string escapePercent(const std::string& name) {
+    std::string out;
+    for (char c : name) out += c == '%' ? "%%" : std::string(1, c);
+    return out;
+}
+
+void createVirtualDataset(hid_t file, const std::string& path, hid_t type, const std::vector<hsize_t>& shape,
+                          const std::vector<Hdf5Run>& runs) {
+    const std::string what = targetOf(file);
+    makeGroup(file, path.substr(0, path.rfind('/')));
+    const Hdf5Handle space(H5Screate_simple(int(shape.size()), shape.data(), nullptr), H5Sclose, what);
+    const Hdf5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
+    checkHdf5(H5Pset_obj_track_times(creation, false), what);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    checkHdf5(H5Pset_fill_value(creation, H5T_NATIVE_FLOAT, &nan), what);
+    for (const Hdf5Run& run : runs) {
+        std::vector<hsize_t> source_shape(shape), begin(shape.size(), 0), count(shape), stride(shape.size(), 1);
+        source_shape[0] = run.file_frames;
+        const Hdf5Handle source(H5Screate_simple(int(shape.size()), source_shape.data(), nullptr), H5Sclose, what);
+        count[0] = run.count;
+        begin[0] = run.from;
+        checkHdf5(H5Sselect_hyperslab(source, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr), what);
+        begin[0] = run.to;
+        stride[0] = run.stride;
+        checkHdf5(H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), stride.data(), count.data(), nullptr), what);
+        checkHdf5(H5Pset_virtual(creation, space, escapePercent(run.file).c_str(), path.c_str(), source), what);
+    }
+    checkHdf5(H5Sselect_all(space), what);
+    Hdf5Handle dataset(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose, what);
+    dataset.close(what);
 }
 
 static void writeDataset(hid_t file, const std::string& path, hid_t type, hid_t memory_type, const void* values,

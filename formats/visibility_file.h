@@ -45,6 +45,9 @@ struct VisibilityFrame {
 
 enum class Precision { kFloat32, kFloat16 };
 
+// How many frames the writer collects before it writes them: 64, fewer where they take more than 96 MB.
+std::size_t framesOfBlock(const VisibilityHeader& header);
+
 class VisibilityWriter {
 public:
     VisibilityWriter(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision);
@@ -57,12 +60,29 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+// Where a frame of a whole lies.
+struct FrameSource {
+    std::uint32_t file = 0, frame = 0;
+};
+
+// A file without frames of its own: they stay in others, which its name goes with. Other programs see them through HDF5
+// virtual datasets (NaN where a file is missing); VisibilityReader refuses a file that is missing or has changed.
+struct VirtualSources {
+    std::vector<std::string> files;             // relative to the folder of the virtual file
+    std::vector<std::string> sha256;            // of each
+    std::vector<std::uint32_t> frames_of_file;  // how many frames each has
+    std::vector<FrameSource> source;            // [F]
+};
+void writeVirtualVisibility(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision,
+                            const VirtualSources& sources);
+
 class VisibilityReader {
 public:
     explicit VisibilityReader(const std::filesystem::path& path);  // IoError, InvalidInput
     ~VisibilityReader();
     const VisibilityHeader& header() const;
     Precision precision() const;
+    bool isVirtual() const;
     VisibilityFrame readFrame(std::size_t frame) const;
     // Without coefficients: what a feature or a renderer needs of the pose.
     VisibilityFrame readPose(std::size_t frame) const;

@@ -14,7 +14,7 @@ import tempfile
 import h5py
 import numpy as np
 
-BIN = sys.argv[1]
+BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
 SAMPLES = os.path.join(BIN, "..", "samples")
 MAN = os.path.join(SAMPLES, "capsule_man.glb")
@@ -174,8 +174,74 @@ def check_refusals(folder):
     assert not left, left
 
 
+def same_numbers(a, b):
+    """Every dataset as h5py shows it; the virtual file has /virtual besides."""
+    with h5py.File(a) as f, h5py.File(b) as g:
+        names = []
+        f.visit(names.append)
+        for name in names:
+            if isinstance(f[name], h5py.Dataset):
+                assert np.array_equal(f[name][...], g[name][...]), name
+        assert dict(f.attrs) == dict(g.attrs)
+
+
+def check_virtual(folder):
+    """An index of shards: the same numbers for h5py and for our readers; a shard that is gone or changed is refused."""
+    place = lambda name: os.path.join(folder, name)
+    os.makedirs(place("shards/100%b"))
+    os.makedirs(place("out"))
+    whole = bake(place("whole.vis.h5"), "--precision", "f16")
+    frames = count_frames(whole)
+    # Every 4th frame, so that the list of sources is longer than HDF5's smallest heap; one name that HDF5 would expand.
+    shards = [bake(place(f"shards/100%b/s{i}.vis.h5"), "--precision", "f16", "--frames", f"{i}:{frames}:4") for i in range(4)]
+    index = place("out/index.vis.h5")
+    good("merge", *shards, "-o", "index.vis.h5", "--virtual", "--quiet", cwd=place("out"))
+    first = digest(index)
+    assert os.path.getsize(index) < os.path.getsize(shards[0])
+    same_numbers(whole, index)
+    report = lambda path, *words: good("info", path, "--all", "--report", place("r.json"), *words) and json.load(open(place("r.json")))["figures"]
+    a, b = report(whole), report(index)
+    assert b["virtual"] is True and "virtual" not in a
+    assert all(a[key] == b[key] for key in a if key not in ("file", "bytes")), (a, b)
+    # Merging the index gives the whole; an index of an index is refused.
+    good("merge", index, "-o", place("again.vis.h5"))
+    assert digest(place("again.vis.h5")) == digest(whole)
+    refused([index, "-o", place("x.vis.h5"), "--virtual"], "--virtual", code=1)
+    for name in ("reference", ):
+        good(name, index, "--frame", 3, "--size", "16x12", "--samples", 4, "-o", place("a.png"))
+        good(name, whole, "--frame", 3, "--size", "16x12", "--samples", 4, "-o", place("b.png"))
+        assert digest(place("a.png")) == digest(place("b.png"))
+    # Moved together: still whole.
+    os.rename(place("shards"), place("moved"))
+    result = run("info", index)
+    assert result.returncode == 2 and "s0.vis.h5" in result.stderr and "missing" in result.stderr, result
+    with h5py.File(index) as f:  # what HDF5 does on its own: no error, but no zeros either
+        assert np.isnan(f["visibility/coefficients"][0]).all() and np.isnan(f["frames/positions"][0]).all()
+    os.rename(place("moved"), place("shards"))
+    assert run("info", index).returncode == 0
+    data = bytearray(open(shards[2], "rb").read())
+    data[len(data) // 2] ^= 1
+    open(shards[2], "wb").write(data)
+    result = run("info", index)
+    assert result.returncode == 3 and "s2.vis.h5" in result.stderr and "changed" in result.stderr, result
+    os.remove(shards[2])
+    result = run("merge", index, "-o", place("x.vis.h5"))
+    assert result.returncode == 2 and "s2.vis.h5" in result.stderr and not os.path.exists(place("x.vis.h5")), result
+    # The same index from the same shards.
+    bake(shards[2], "--precision", "f16", "--frames", f"2:{frames}:4")
+    good("merge", *shards, "-o", index, "--virtual", "-q")
+    assert digest(index) == first
+    # An index that somebody edited.
+    for name, value in (("virtual/frame_in_file", 10**6), ("virtual/file_of_frame", 9)):
+        shutil.copy(index, place("out/odd.vis.h5"))
+        with h5py.File(place("out/odd.vis.h5"), "r+") as f:
+            f[name][0] = value
+        result = run("info", place("out/odd.vis.h5"))
+        assert result.returncode == 3 and name in result.stderr, result
+
+
 def main():
-    for check in (check_splits, check_choices, check_refusals):
+    for check in (check_splits, check_choices, check_refusals, check_virtual):
         with tempfile.TemporaryDirectory() as folder:
             check(folder)
             print(f"{check.__name__}: ok")

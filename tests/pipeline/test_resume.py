@@ -14,7 +14,7 @@ import time
 
 import h5py
 
-BIN = sys.argv[1]
+BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
 MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 WORDS = ["--fps", "10", "--rays", "128", "--order", "3"]  # 100 frames, a second

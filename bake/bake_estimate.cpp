@@ -1,0 +1,148 @@
+#include "bake/bake_estimate.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "bake/posed_frame.h"
+#include "formats/parallel_for.h"
+#include "formats/stored_size.h"
+#include "formats/write_file.h"
+
+namespace penumbra {
+using std::chrono::steady_clock;
+
+constexpr double kProbeSeconds = 3;
+constexpr std::size_t kRuns = 4;        // places in the list of frames
+constexpr std::size_t kRunFrames = 16;  // consecutive ones: what deflate looks back over (32 KiB) is fewer
+constexpr std::size_t kTasks = 8;       // blocks of vertices that a chunk keeps together
+
+static double secondsSince(steady_clock::time_point start) {
+    return std::chrono::duration<double>(steady_clock::now() - start).count();
+}
+
+// What was measured, over all frames of the probe.
+struct ProbeSums {
+    double frames = 0, pose_seconds = 0, trace_seconds = 0;  // tracing scaled up to all vertices
+    double store_seconds = 0, stored_bytes = 0, stored_frames = 0;
+};
+
+// Vertices of the probe: kTasks blocks, spread evenly.
+static std::vector<std::size_t> probedTasks(std::size_t tasks) {
+    std::vector<std::size_t> out;
+    const std::size_t count = std::min(tasks, kTasks);
+    for (std::size_t i = 0; i < count; ++i) out.push_back((2 * i + 1) * tasks / (2 * count));
+    return out;
+}
+
+// Frames of the same vertices, one block after the other, as the writer's chunks have them.
+struct RunOfFrames {
+    std::vector<std::vector<float>> coefficients, positions, normals;  // of each probed block of vertices
+    std::size_t frames = 0;
+};
+
+static void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision precision, ProbeSums& sums) {
+    const auto start = steady_clock::now();
+    const std::size_t n2 = plan.header.coefficientCount();
+    double bytes = 0, vertices = 0;
+    for (std::size_t i = 0; i < run.coefficients.size(); ++i) {
+        const std::size_t width = run.positions[i].size() / (3 * run.frames);
+        bytes += storedSize(run.coefficients[i], {run.frames, width, n2}, precision) +
+                 storedSize(run.positions[i], {run.frames, width, 3}, Precision::kFloat32) +
+                 storedSize(run.normals[i], {run.frames, width, 3}, Precision::kFloat32);
+        vertices += double(width);
+    }
+    const double all = double(plan.header.mesh.vertexCount()) / vertices;
+    sums.store_seconds += all * secondsSince(start);
+    sums.stored_bytes += all * bytes;
+    sums.stored_frames += double(run.frames);
+}
+
+static void append(std::span<const float> values, std::vector<float>& out) {
+    out.insert(out.end(), values.begin(), values.end());
+}
+
+static void probeFrame(const BakePlan& plan, const BakeOptions& options, const RayDirections& directions,
+                       std::size_t frame, int threads, RunOfFrames& run, ProbeSums& sums) {
+    auto start = steady_clock::now();
+    PosedFrame posed = poseFrame(plan, frame);
+    sums.pose_seconds += secondsSince(start);
+    const std::size_t vertices = posed.frame.positions.size(), n2 = plan.header.coefficientCount();
+    const std::vector<std::size_t> tasks = probedTasks((vertices + kVerticesPerTask - 1) / kVerticesPerTask);
+    const MomentTracer tracer{posed.scene, directions, posed.scale, float(options.bias), options.ground};
+    const auto span = [&](std::size_t i) {
+        const std::size_t begin = tasks[i] * kVerticesPerTask;
+        return std::pair(begin, std::min(kVerticesPerTask, vertices - begin));
+    };
+    start = steady_clock::now();
+    parallelFor(tasks.size(), threads, [&](std::size_t i) {
+        throwIfInterrupted();
+        const auto [begin, size] = span(i);
+        traceMoments(tracer, std::span(posed.frame.positions).subspan(begin, size),
+                     std::span(posed.frame.normals).subspan(begin, size),
+                     std::span(posed.frame.coefficients).subspan(begin * n2, size * n2));
+    });
+    const double seconds = secondsSince(start);
+    run.coefficients.resize(tasks.size());
+    run.positions.resize(tasks.size());
+    run.normals.resize(tasks.size());
+    double traced = 0;
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+        const auto [begin, size] = span(i);
+        traced += double(size);
+        append(std::span<const float>(posed.frame.coefficients).subspan(begin * n2, size * n2), run.coefficients[i]);
+        append(std::span(&posed.frame.positions[begin].x, 3 * size), run.positions[i]);
+        append(std::span(&posed.frame.normals[begin].x, 3 * size), run.normals[i]);
+    }
+    sums.trace_seconds += seconds * double(vertices) / traced;
+    sums.frames += 1;
+    ++run.frames;
+}
+
+static ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int threads) {
+    const auto start = steady_clock::now();
+    const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
+    const std::size_t frames = plan.header.frames.frameCount();
+    const std::size_t length = std::min({kRunFrames, framesOfBlock(plan.header), frames});
+    const std::size_t runs = std::min(kRuns, frames / length);
+    ProbeSums sums;
+    for (std::size_t r = 0; r < runs; ++r) {
+        RunOfFrames run;
+        const std::size_t first = (2 * r + 1) * (frames - length) / (2 * runs);
+        for (std::size_t f = first; f < first + length; ++f) {
+            probeFrame(plan, options, directions, f, threads, run, sums);
+            if (secondsSince(start) > kProbeSeconds * double(r + 1) / double(runs)) break;
+        }
+        storeRun(run, plan, options.precision, sums);
+        if (secondsSince(start) > kProbeSeconds) break;
+    }
+    return sums;
+}
+
+BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int threads) {
+    const auto start = steady_clock::now();
+    const ProbeSums sums = probe(plan, options, threads);
+    const VisibilityHeader& header = plan.header;
+    const double frames = double(header.frames.frameCount()), vertices = double(header.mesh.vertexCount());
+    const double n2 = double(header.coefficientCount()), frame_bytes = 4 * vertices * (6 + n2);
+    const int cores = std::min(threads > 0 ? threads : hardwareThreads(), hardwareThreads());
+    // Writing and posing run beside the tracing, as two of its tasks.
+    const double beside = sums.pose_seconds / sums.frames + sums.store_seconds / sums.stored_frames;
+    BakeEstimate out;
+    out.seconds = frames * (sums.trace_seconds / sums.frames + beside / cores);
+    const double small = plan.bytes(options.precision) -
+                         frames * vertices * (24 + (options.precision == Precision::kFloat16 ? 2 : 4) * n2);
+    out.bytes = frames * sums.stored_bytes / sums.stored_frames + small;
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    // So far: the rig and one frame with its tree. To come: two frames more and the block that is written.
+    const double tree = 150.0 * double(header.mesh.triangles.size());
+    out.memory =
+        1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) + double(framesOfBlock(header)) * frame_bytes;
+    out.journal = frames * vertices * n2 * (options.precision == Precision::kFloat16 ? 2 : 4);
+    out.probe_seconds = secondsSince(start);
+    return out;
+}
+
+}  // namespace penumbra

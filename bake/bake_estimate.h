@@ -1,0 +1,17 @@
+#pragma once
+// What a bake will take, from a short probe: some vertices of some frames are posed, traced and compressed.
+#include "bake/bake_visibility.h"
+
+namespace penumbra {
+
+struct BakeEstimate {
+    double seconds = 0;  // with as many threads as the probe
+    double bytes = 0;    // of the output
+    double memory = 0;   // bytes, at most
+    double journal = 0;  // bytes beside the output until it is whole
+    double probe_seconds = 0;
+};
+// Takes about three seconds, more where a single frame does. Writes nothing.
+BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int threads);
+
+}  // namespace penumbra

@@ -1,0 +1,21 @@
+#pragma once
+// One frame of a bake, ready to be traced.
+#include "bake/bake_visibility.h"
+#include "bake/moments.h"
+
+namespace penumbra {
+
+constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the default: 8 threads stay busy on small meshes
+
+// Skinned; the coefficients are there but not traced. InvalidInput when a vertex is not finite.
+VisibilityFrame poseVertices(const BakePlan& plan, std::size_t frame);
+
+// With its acceleration structure.
+struct PosedFrame {
+    VisibilityFrame frame;
+    SceneScale scale;
+    OcclusionScene scene;
+};
+PosedFrame poseFrame(const BakePlan& plan, std::size_t frame);
+
+}  // namespace penumbra

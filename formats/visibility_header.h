@@ -1,0 +1,14 @@
+#pragma once
+// What all frames of x.vis.h5 share. Included by formats/visibility_*.cpp only.
+#include "formats/stage_parts.h"
+#include "formats/visibility_file.h"
+
+namespace penumbra {
+
+constexpr const char* kCoefficients = "/visibility/coefficients";
+
+void writeVisibilityHeader(hid_t file, const VisibilityHeader& header);
+// Without what stands at /frames/pose.
+VisibilityHeader readVisibilityHeader(const Hdf5Reader& in);
+
+}  // namespace penumbra

@@ -1,0 +1,77 @@
+"""kill -9 at random moments: a file under its final name is whole, and what is left over is swept by the next run.
+
+usage: test_kill.py BIN
+"""
+import hashlib
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+BIN = os.path.abspath(sys.argv[1])
+MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+KILLS = 20
+
+
+def digest(path):
+    return hashlib.sha256(open(path, "rb").read()).hexdigest()
+
+
+def check(verb, folder, output, words, seconds, expected, random_moment, again=()):
+    """Kills the program KILLS times before it would end by itself; then it runs to its end, `again` added."""
+    before = set(os.listdir(folder)) - {output}
+    killed = 0
+    for _ in range(KILLS):
+        process = subprocess.Popen(words, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            process.wait(timeout=random_moment(seconds))
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            killed += 1
+        if os.path.exists(os.path.join(folder, output)):
+            assert digest(os.path.join(folder, output)) == expected, f"{verb}: another file under the final name"
+            os.remove(os.path.join(folder, output))
+        left = set(os.listdir(folder)) - before
+        assert all(name.startswith((output + ".part", output + ".journal")) for name in left), (verb, left)
+    result = subprocess.run([*words, *again], cwd=folder, capture_output=True, text=True)
+    assert result.returncode == 0, result
+    assert digest(os.path.join(folder, output)) == expected, f"{verb}: other bytes after kills"
+    assert set(os.listdir(folder)) == before | {output}, (verb, os.listdir(folder))
+    print(f"{verb}: killed {killed} of {KILLS} times within {seconds:.2f} s, whole in the end")
+
+
+def main():
+    chance = random.Random(7)
+    programs = {
+        "bake": ["penumbra-bake", "visibility", MAN, "--fps", "10", "--rays", "32", "--order", "3", "-o", "a.vis.h5"],
+        "resumed bake": ["penumbra-bake", "visibility", MAN, "--fps", "10", "--rays", "32", "--order", "3", "--resume", "-o", "a.vis.h5"],
+        "merge": ["penumbra-bake", "merge", "s0.vis.h5", "s1.vis.h5", "-o", "m.vis.h5"],
+        "fit": ["penumbra-fit", "visibility", "m.vis.h5", "--model", "linear", "--clusters", "8", "--convention", "D3", "-o", "m.model.h5"],
+        "pack": ["penumbra-pack", "asset", "m.model.h5", "-o", "m.pnb"],
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        shard = programs["bake"][:-2]
+        for i, frames in enumerate(("0:50", "50:90")):
+            subprocess.run([os.path.join(BIN, shard[0]), *shard[1:], "--frames", frames, "-o", f"s{i}.vis.h5"], cwd=folder,
+                           check=True, stdout=subprocess.DEVNULL)
+        for verb, words in programs.items():
+            words = [os.path.abspath(os.path.join(BIN, words[0])), *words[1:]]
+            if verb == "merge":
+                words += ["--frames", "0:90"]
+            start = time.monotonic()
+            subprocess.run(words, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+            seconds = time.monotonic() - start
+            expected = digest(os.path.join(folder, words[words.index("-o") + 1]))
+            if verb.endswith("bake"):
+                os.remove(os.path.join(folder, "a.vis.h5"))
+            check(verb, folder, words[words.index("-o") + 1], words, seconds, expected,
+                  lambda most: chance.uniform(0, most), ["--resume"] if verb == "bake" else [])
+            if verb.endswith("bake"):
+                os.remove(os.path.join(folder, "a.vis.h5"))
+
+
+main()
