@@ -160,11 +160,15 @@ float ViewWindow::scale() const {
     return std::clamp(x, 0.5f, 8.0f);
 }
 
-// On some systems screen coordinates are pixels, on others units.
+// On some systems screen coordinates are pixels, on others units. The window may be resized between two questions.
 float ViewWindow::unitScale() const {
-    int window_width = 0, window_height = 0;
-    glfwGetWindowSize(impl_->window, &window_width, &window_height);
-    return window_width > 0 && width() > 0 ? scale() * float(window_width) / float(width()) : 1;
+    int window_width = 0, window_height = 0, pixels = width(), before = -1;
+    while (pixels != before) {
+        before = pixels;
+        glfwGetWindowSize(impl_->window, &window_width, &window_height);
+        pixels = width();
+    }
+    return window_width > 0 && pixels > 0 ? scale() * float(window_width) / float(pixels) : 1;
 }
 
 WindowPlace ViewWindow::place() const {
@@ -181,7 +185,8 @@ const std::string& ViewWindow::description() const { return impl_->context.descr
 bool ViewWindow::software() const { return impl_->context.software; }
 
 // Fonts and margins for the monitor's density; again when the window moved to another one.
-static void styleFor(float unit_scale) {
+// ImGui 1.86 must keep its GL buffers then: it would take new, empty ones for as large as the old.
+static void styleFor(float unit_scale, bool first) {
     constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
     ImGui::GetStyle() = ImGuiStyle();
     ImGui::StyleColorsDark();
@@ -195,12 +200,16 @@ static void styleFor(float unit_scale) {
     config.SizePixels = std::round(13 * unit_scale);
     if (!std::filesystem::exists(kFont) || !fonts.AddFontFromFileTTF(kFont, config.SizePixels))
         fonts.AddFontDefault(&config);
-    ImGui_ImplOpenGL3_DestroyFontsTexture();  // the next frame makes it
-    ImGui_ImplOpenGL3_DestroyDeviceObjects();
+    if (first) return;  // the next frame makes the texture
+    ImGui_ImplOpenGL3_DestroyFontsTexture();
+    ImGui_ImplOpenGL3_CreateFontsTexture();
 }
 
 void ViewWindow::beginPanels() {
-    if (impl_->font_scale != unitScale()) styleFor(impl_->font_scale = unitScale());
+    if (const float scale = unitScale(); impl_->font_scale != scale) {
+        styleFor(scale, impl_->font_scale == 0);
+        impl_->font_scale = scale;
+    }
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
