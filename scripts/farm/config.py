@@ -32,6 +32,10 @@ def one_of(*words):
     return check
 
 
+def either(kind, word):
+    return lambda key, value, folder: value if value == word else kind(key, value, folder)
+
+
 def text(key, value, folder):
     if not isinstance(value, str) or not value:
         raise ConfigError(f"{key}: takes text, not {value!r}")
@@ -109,27 +113,25 @@ def slots(key, value, folder):
 # --- The file ---------------------------------------------------------------------------------------------------------
 
 # Keys of bake, fit, pack, a material and a light are the options of the programs, with _ for -.
-FROM_ALL = dict(
-    clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True),
-    materials=list_of(text), lights=list_of(text),
-    bake=keys(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0),
-              precision=one_of("f32", "f16"), ground=one_of(True, False)),
-    fit=keys(model=one_of("linear", "quadratic", "neural", "additive"), features=one_of("relative-bones", "joint-angles"),
-             clusters=number(1, True), input_variance=number(0), output_variance=number(0), convention=text,
-             seed=number(0, True)),
-    pack=keys(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes_per_vertex=number(0), slot=slots))
+BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
+            ground=one_of(True, False), poses=a_file)
+FIT = dict(model=one_of("linear", "quadratic", "neural", "additive"), features=one_of("relative-bones", "joint-angles"),
+           clusters=either(number(1, True), "auto"), input_variance=either(number(0), "auto"), output_variance=number(0),
+           convention=text, train_frames=a_file)
+PACK = dict(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes_per_vertex=number(0), slot=slots)
+MATERIAL = dict(analytic=text, merl=a_file, table=a_file, material=text, operators=number(1, True), slice_order=number(1, True),
+                view_order=number(1, True))
+LIGHT = dict(analytic=text, layout=one_of("latlong", "angular", "ball", "cube"), order=number(1, True),
+             window=lambda key, value, folder: str(value), lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed"))
+OF_A_RIG = dict(clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True),
+                materials=list_of(text), lights=list_of(text), bake=keys(**BAKE), fit=keys(**FIT), pack=keys(**PACK))
 JOB = keys(threads=number(1, True), memory_mb=number(1, True), minutes=number(1, True))
 RULES = ("bake", "merge", "fit", "brdf", "light", "pack", "truth", "check", "sheet", "index")
-MATERIAL = exactly_one(("analytic", "merl", "table"), keys(
-    analytic=text, merl=a_file, table=a_file, material=text, operators=number(1, True), slice_order=number(1, True),
-    view_order=number(1, True)))
-LIGHT = exactly_one(("picture", "analytic"), keys(
-    picture=a_file, analytic=text, layout=one_of("latlong", "angular", "ball", "cube"), order=number(1, True),
-    window=lambda key, value, folder: str(value), lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed")))
 FARM = keys(
-    output=needed(text), programs=text, defaults=keys(**FROM_ALL),
-    rigs=needed(map_of(keys(files=needed(list_of(a_file)), **FROM_ALL))),
-    materials=needed(map_of(MATERIAL)), lights=needed(map_of(LIGHT)),
+    output=needed(text), programs=text, defaults=keys(**OF_A_RIG),
+    rigs=needed(map_of(keys(files=needed(list_of(a_file)), **OF_A_RIG))),
+    materials=needed(map_of(exactly_one(("analytic", "merl", "table"), keys(**MATERIAL)))),
+    lights=needed(map_of(exactly_one(("picture", "analytic"), keys(picture=a_file, **LIGHT)))),
     pictures=keys(frames=number(1, True), size=number(16, True), camera=text),
     jobs=keys(**{rule: JOB for rule in RULES}))
 

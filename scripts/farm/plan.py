@@ -79,13 +79,14 @@ class Planner:
     def bake(self, name, rig):
         words = [self.program("penumbra-bake"), "visibility", *rig["files"],
                  *options({key: rig[key] for key in ("clips", "fps") if key in rig}), *options(rig["bake"])]
+        files = [*rig["files"], *([rig["bake"]["poses"]] if "poses" in rig["bake"] else [])]
         shards = rig.get("shards", 1)
         if shards == 1:
-            return self.add("bake", {"rig": name}, [*words, "--resume"], sources=rig["files"])
-        frames = self.frames(name, words, rig["files"])
+            return self.add("bake", {"rig": name}, [*words, "--resume"], sources=files)
+        frames = self.frames(name, words, files)
         edges = [frames * i // shards for i in range(shards + 1)]
         parts = [self.add("shard", {"rig": name, "range": f"{a:06}-{b:06}"}, [*words, "--frames", f"{a}:{b}", "--resume"],
-                          sources=rig["files"], temporary=True) for a, b in zip(edges, edges[1:]) if a < b]
+                          sources=files, temporary=True) for a, b in zip(edges, edges[1:]) if a < b]
         return self.add("merge", {"rig": name}, [self.program("penumbra-bake"), "merge", *parts], parts)
 
     def frames(self, name, words, files):
@@ -112,7 +113,8 @@ class Planner:
         bake, fit, pack = (self.program(f"penumbra-{p}") for p in ("bake", "fit", "pack"))
         names, holdout = {"rig": name}, options({"holdout": rig["holdout"]})
         vis = self.bake(name, rig)
-        model = self.add("fit", names, [fit, "visibility", vis, *holdout, *options(rig["fit"])], [vis])
+        train_frames = [rig["fit"]["train_frames"]] if "train_frames" in rig["fit"] else []
+        model = self.add("fit", names, [fit, "visibility", vis, *holdout, *options(rig["fit"])], [vis], train_frames)
         brdfs = [f"materials/{m}.brdf.h5" for m in rig["materials"]]
         lights = [f"lights/{l}.light.h5" for l in rig["lights"]]
         given = {key: value for key, value in rig["pack"].items() if key != "slot"}

@@ -118,7 +118,8 @@ def check_run(template, folder):
     """Eight shards of a rig in a folder with a blank; progress as the specification's regular expressions want it."""
     given = {"Rig": RIG, "Output": os.path.join(folder, "out put.vis.h5"), "Shards": 8, "Options": "--fps 6 --rays 64", "Bake": BAKE}
     values = {f"{kind}.{name}": value for kind in ("Param", "RawParam") for name, value in given.items()}
-    bake, merge = template["steps"]
+    plan, bake, merge = template["steps"]
+    assert " frames x " in run_step(plan, values, folder)
     text = run_step(bake, values, folder)
     progress = [float(value) for value in re.findall(r"^openjd_progress: ([0-9.]+)$", text, re.M)]
     assert len(progress) >= 8 and min(progress) >= 0 and progress.count(100) == 8, progress
@@ -128,7 +129,7 @@ def check_run(template, folder):
     subprocess.run([BAKE, "visibility", RIG, "--fps", "6", "--rays", "64", "-o", whole, "-q"], check=True)
     assert open(whole, "rb").read() == open(given["Output"], "rb").read()
     values["Param.Shards"] = 1000
-    assert "openjd_fail: 1000 shards of " in run_step(bake, values, folder, code=1)
+    assert "openjd_fail: 1000 shards of " in run_step(plan, values, folder, code=1)
 
 
 def main():

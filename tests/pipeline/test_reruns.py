@@ -12,6 +12,7 @@ import time
 from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without, snakemake, write
 
 sys.path.insert(0, SCRIPTS)
+from farm import config
 from farm.config import ConfigError, read_config
 
 BIN = os.path.abspath(sys.argv[1])
@@ -111,6 +112,15 @@ def check_foreign(folder):
     print("a foreign file is named, an unknown one made again")
 
 
+def check_options():
+    """Every key that goes to a program is an option that it has."""
+    for program, verb, keys in (("bake", "visibility", config.BAKE), ("fit", "visibility", config.FIT), ("pack", "asset", config.PACK),
+                                ("fit", "brdf", config.MATERIAL), ("fit", "light", config.LIGHT)):
+        help_text = subprocess.run([os.path.join(BIN, f"penumbra-{program}"), verb, "--help"], capture_output=True, text=True).stdout
+        for key in keys:
+            assert f"  --{key.replace('_', '-')} " in help_text, (program, verb, key)
+
+
 def check_config_errors(folder):
     yaml = os.path.join(folder, "farm.yaml")
     whole = open(yaml).read()
@@ -148,6 +158,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = os.path.join(name, "a farm")
         make_farm(folder, BIN, shards=2)
+        check_options()
         check_config_errors(folder)
         check_first_run(folder)
         check_touch(folder)
