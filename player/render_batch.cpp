@@ -9,8 +9,9 @@ namespace penumbra {
 
 Framing parseFraming(std::string_view word) {
     if (word == "clips") return Framing::kClips;
+    if (word == "clip") return Framing::kClip;
     if (word == "frame") return Framing::kFrame;
-    throw UsageError("--framing is clips or frame, not \"" + std::string(word) + "\"");
+    throw UsageError("--framing is clips, clip or frame, not \"" + std::string(word) + "\"");
 }
 
 static bool showsTruth(const Panel& panel) {
@@ -61,7 +62,9 @@ private:
     std::optional<TruthMean> mean_;
     std::optional<OffscreenRenderer> renderer_;
     FrameView view_;
+    std::optional<std::size_t> framed_clip_;  // of view_, for Framing::kClip
 
+    void frameClips(std::span<const std::size_t> clips);
     void draw(std::size_t index, const BatchSink& sink, FrameRecord& record);
 };
 
@@ -69,11 +72,14 @@ Batch::Batch(const BatchPlan& plan, int threads, BatchResult& result) : plan_(pl
     if (plan.look.truth && plan.relative_error) mean_ = truthMean(frame_);
     result.mean_from_truth = mean_ && mean_->from_truth;
     if (!plan.draws()) return;
-    if (plan.framing == Framing::kClips)
-        view_ = makeSequenceView(plan.options, *plan.look.asset, boundsOfClips(frame_, plan.chosen.clips));
+    if (plan.framing == Framing::kClips) frameClips(plan.chosen.clips);
     renderer_.emplace(plan.options, plan.look);
     result.gl = renderer_->gl();
     result.path = renderer_->path();
+}
+
+void Batch::frameClips(std::span<const std::size_t> clips) {
+    view_ = makeSequenceView(plan_.options, *plan_.look.asset, boundsOfClips(frame_, clips));
 }
 
 void Batch::draw(std::size_t index, const BatchSink& sink, FrameRecord& record) {
@@ -95,6 +101,10 @@ void Batch::draw(std::size_t index, const BatchSink& sink, FrameRecord& record) 
 
 FrameRecord Batch::run(std::size_t index, const BatchSink& sink) {
     FrameRecord record{plan_.chosen.frames[index]};
+    if (renderer_ && plan_.framing == Framing::kClip && framed_clip_ != record.at.clip) {
+        framed_clip_ = record.at.clip;
+        frameClips({&record.at.clip, 1});
+    }
     frame_.pose(record.at.frame, plan_.truth_frames.empty() ? std::nullopt : plan_.truth_frames[index]);
     record.out_of_range = frame_.evaluator().outOfRange();
     if (frame_.hasTruth()) record.errors = errorsOf(frame_, mean_ ? &*mean_ : nullptr);

@@ -10,9 +10,10 @@ namespace penumbra {
 
 enum class Framing {
     kClips,  // one camera for all frames of the chosen clips
+    kClip,   // one for each clip
     kFrame,  // each frame as it is framed alone
 };
-Framing parseFraming(std::string_view word);  // clips | frame; UsageError
+Framing parseFraming(std::string_view word);  // clips | clip | frame; UsageError
 
 struct BatchPlan {
     RenderOptions options;

@@ -21,8 +21,8 @@ static void defineFrames(CLI::App& app, RenderCommand& command) {
                    "A:B or A:B:S, half-open: a sequence of the sampled frames of all chosen clips, counted in order");
     command.picture.push_back(app.add_option(
         "--framing", command.framing_word,
-        "clips: one camera that holds all frames of the chosen clips; frame: each as it is framed alone (default: "
-        "clips for a sequence, frame for one)"));
+        "clips: one camera that holds all frames of the chosen clips; clip: one a clip; frame: each frame as it is "
+        "framed alone (default: clips for -o's sequences, else frame)"));
 }
 
 static void defineShading(CLI::App& app, RenderCommand& command) {
@@ -167,7 +167,7 @@ static void parseFrames(RenderCommand& command) {
     choice.sequence =
         !choice.frame && (choice.frames || many_clips || figures || FramePattern::looksLikeOne(command.output));
     command.batch = choice.sequence || figures;
-    command.framing = choice.sequence ? Framing::kClips : Framing::kFrame;
+    command.framing = choice.sequence && !command.output.empty() ? Framing::kClips : Framing::kFrame;
     if (!command.framing_word.empty()) command.framing = parseFraming(command.framing_word);
 }
 
