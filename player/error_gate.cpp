@@ -63,7 +63,7 @@ GateResult judge(const ErrorGate& gate, std::span<const FrameRecord> records, co
     else if (!gate.over_run && share > gate.percent)
         result.message = head + name + " is above it in " + std::to_string(result.failed.size()) + " of " + all +
                          (gate.percent > 0 ? " (" + shortNumber(gate.percent) + "% may be)" : "") +
-                         worstFrames(gate, records, order, animation);
+                         worstFrames(gate, records, result.failed, animation);
     result.passed = result.message.empty();
     return result;
 }

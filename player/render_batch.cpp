@@ -39,6 +39,7 @@ public:
         : renderer_(renderer), frame_(frame), view_(view) {}
 
     const Image& of(const Panel& panel) {
+        throwIfInterrupted();
         const auto [at, added] = drawn_.try_emplace(panel);
         if (added && (frame_.hasTruth() || !showsTruth(panel))) at->second = renderer_.draw(panel, frame_, view_);
         return at->second;
