@@ -109,12 +109,12 @@ def check_sequence(lengths):
     render("-o", "e.%d.png", "--clip", first, "--frames", "4:5", "--framing", "frame", *SMALL)
     assert read("one.png") == read("e.4.png")
     other = list(lengths)[1]
-    render("-o", "f.%d.png", "--clip", other, "--clip", first, "--frames", f"{lengths[other] - 1}:{lengths[other] + 1}", *SMALL)
+    render("-o", "f.%d.png", "--clip", other, "--clip", first, "--frames", f"{lengths[other]}:{lengths[other] + 3}", *SMALL)
     with_names = ["--clip", other, "--clip", first, "--report", "r.json", *SMALL]
     render("-o", "g.%d.png", *with_names)
     both = [(f["clip"], f["frame"]) for f in figures("r.json")["frames"]]
     assert both == [(c, n) for c in (other, first) for n in range(lengths[c])]
-    for n in (lengths[other] - 1, lengths[other]):
+    for n in range(lengths[other], lengths[other] + 3):
         assert read("f.%d.png" % n) == read("g.%d.png" % n), "the camera does not depend on the slice"
 
 
