@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <span>
 
 #include "formats/fp16.h"
 #include "player/runtime/shade_kernel.h"
@@ -16,9 +17,15 @@ namespace {
 
 constexpr std::size_t kTile = 64;  // numbers; the sums of a tile stay in the first-level cache
 
-void load(const std::int8_t* from, std::span<float> to) { std::copy_n(from, to.size(), to.begin()); }
 void load(const std::uint16_t* from, std::span<float> to) { halfToFloat({from, to.size()}, to); }
 void load(const float* from, std::span<float> to) { std::copy_n(from, to.size(), to.begin()); }
+
+void loadMean(const void* mean, bool is_half, std::size_t at, std::span<float> to) {
+    if (is_half)
+        load(static_cast<const std::uint16_t*>(mean) + at, to);
+    else
+        load(static_cast<const float*>(mean) + at, to);
+}
 
 template <class Stored>
 void combine(const CombineInput& in, float* out) {
@@ -26,10 +33,7 @@ void combine(const CombineInput& in, float* out) {
     for (std::size_t at = 0; at < in.count; at += kTile) {
         const std::size_t n = std::min(kTile, in.count - at);
         const std::span<float> sum(out + at, n), component(buffer.data(), n);
-        if (in.mean_is_half)
-            load(static_cast<const std::uint16_t*>(in.mean) + at, sum);
-        else
-            load(static_cast<const float*>(in.mean) + at, sum);
+        loadMean(in.mean, in.mean_is_half, at, sum);
         for (std::size_t k = 0; k < in.components; ++k) {
             load(static_cast<const Stored*>(in.basis) + k * in.count + at, component);
             for (std::size_t i = 0; i < n; ++i) sum[i] += in.weights[k] * component[i];
@@ -37,10 +41,65 @@ void combine(const CombineInput& in, float* out) {
     }
 }
 
+void combinePairs(const PairInput& in, float* out) {
+    const std::int8_t* bytes = in.bytes;
+    for (std::size_t at = 0; at < in.count; at += kPairTile) {
+        std::array<std::int32_t, kPairTile> sum{};
+        for (std::size_t p = 0; p < in.pairs; ++p, bytes += 2 * kPairTile) {
+            const auto first = std::int16_t(in.weights[p]), second = std::int16_t(in.weights[p] >> 16);
+            for (std::size_t i = 0; i < kPairTile; ++i) sum[i] += first * bytes[2 * i] + second * bytes[2 * i + 1];
+        }
+        const std::size_t n = std::min(kPairTile, in.count - at);
+        loadMean(in.mean, in.mean_is_half, at, {out + at, n});
+        for (std::size_t i = 0; i < n; ++i) out[at + i] += in.unit * float(sum[i]);
+    }
+}
+
+void clampAmbients(const AmbientClamp& clamp, float* numbers, std::size_t vertices) {
+    for (float* v = numbers; v < numbers + vertices * clamp.stride; v += clamp.stride) {
+        float e = 0;
+        for (std::size_t i = 0; i < clamp.stride; ++i) e += clamp.weights[i] * v[i];
+        const float excess = e < 0 ? e : e > 1 ? e - 1 : 0;
+        if (excess == 0) continue;
+        for (std::size_t i = 0; i < clamp.stride; ++i) v[i] -= clamp.weights[i] * (excess / clamp.norm2);
+    }
+}
+
 }  // namespace
 
+std::size_t pairBytes(std::size_t components, std::size_t count) {
+    return (count + kPairTile - 1) / kPairTile * kPairTile * ((components + 1) / 2 * 2);
+}
+
+void appendPairs(const std::int8_t* basis, std::size_t components, std::size_t count, std::vector<std::int8_t>& out) {
+    const std::size_t first = out.size(), pairs = (components + 1) / 2;
+    out.resize(first + pairBytes(components, count));
+    for (std::size_t k = 0; k < components; ++k)
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t tile = i / kPairTile * pairs + k / 2;
+            out[first + 2 * (tile * kPairTile + i % kPairTile) + k % 2] = basis[k * count + i];
+        }
+}
+
+float packWeights(std::span<const float> weights, std::span<std::uint32_t> pairs) {
+    assert(pairs.size() == (weights.size() + 1) / 2);
+    float most = 0, sum = 0;
+    for (float w : weights) {
+        most = std::max(most, std::abs(w));
+        sum += std::abs(w);
+    }
+    constexpr float kMostSum = 16e6f;  // times 128 is below 2^31
+    const float unit = std::max(most / 32767, sum / kMostSum);
+    const auto rounded = [&](std::size_t k) {
+        return k < weights.size() && unit > 0 ? std::uint32_t(std::lrint(weights[k] / unit)) & 0xffffu : 0u;
+    };
+    for (std::size_t p = 0; p < pairs.size(); ++p) pairs[p] = rounded(2 * p) | rounded(2 * p + 1) << 16;
+    return unit;
+}
+
 std::vector<EvaluatorPath> evaluatorPaths() {
-    std::vector<EvaluatorPath> paths = {{"portable", combine<std::int8_t>, combine<std::uint16_t>, combine<float>}};
+    std::vector<EvaluatorPath> paths = {
+        {"portable", combinePairs, combine<std::uint16_t>, combine<float>, clampAmbients}};
     if (kEvaluatorAvx2 && cpuHasAvx2() && !std::getenv("PENUMBRA_NO_SIMD")) paths.push_back(*kEvaluatorAvx2);
     return paths;
 }

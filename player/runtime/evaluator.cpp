@@ -9,30 +9,44 @@
 
 namespace penumbra {
 
-Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), path_(evaluatorPaths().back()) {
-    assert(asset.has_model);
-    std::size_t scores = 0, scratch = 0;
-    const auto regressors = std::make_shared<std::vector<Regressor>>();
-    regressors_ = regressors;
+static bool hasBytes(const ClusterView& cluster) { return cluster.basis.precision == AssetPrecision::kI8; }
+
+std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& asset) {
+    const auto decoded = std::make_shared<Decoded>();
+    Decoded& d = *decoded;
     for (const ClusterView& cluster : asset.model.clusters) {
-        const Regressor& regressor = regressors->emplace_back(asset.model, cluster);
-        first_score_.push_back(scores);
-        scores += regressor.components();
-        scratch = std::max(scratch, regressor.scratchSize());
+        const Regressor& regressor = d.regressors.emplace_back(asset.model, cluster);
+        d.first_score.push_back(d.scores);
+        d.scores += regressor.components();
+        d.scratch = std::max(d.scratch, regressor.scratchSize());
+        d.first_pair_byte.push_back(d.pairs.size());
+        d.first_pair_weight.push_back(d.pair_weights);
+        if (!hasBytes(cluster)) continue;
+        appendPairs(reinterpret_cast<const std::int8_t*>(cluster.basis.data), cluster.components(), cluster.mean.count,
+                    d.pairs);
+        d.pair_weights += (cluster.components() + 1) / 2;
     }
-    std::vector<float> ambient(std::size_t(asset.model.convention.size()));
-    ambientWeights(asset.model.convention, ambient);
-    for (std::size_t i = 0; i < ambient.size(); ++i) {
-        if (ambient[i] != 0) ambient_.push_back({i, ambient[i]});
-        ambient_norm2_ += ambient[i] * ambient[i];
-    }
-    scratch_.resize(scratch);
+    d.pairs.shrink_to_fit();
+    d.ambient_weights.resize(std::size_t(asset.model.stride));
+    ambientWeights(asset.model.convention,
+                   std::span(d.ambient_weights).first(std::size_t(asset.model.convention.size())));
+    for (float weight : d.ambient_weights) d.ambient_norm2 += weight * weight;
+    return decoded;
+}
+
+Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(asset)), path_(evaluatorPaths().back()) {
+    assert(asset.has_model);
+    scratch_.resize(decoded_->scratch);
     bones_.resize(asset.animation.jointCount());
     bone_rotations_.resize(bones_.size());
     rotations_.resize(clusterCount());
     if (asset.model.features == AssetFeatures::kRelativeBones) features_.resize(12 * (bones_.size() - 1));
-    scores_.resize(scores);
-    weights_.resize(scores);
+    scores_.resize(decoded_->scores);
+    std::size_t components = 0;
+    for (const ClusterView& cluster : asset.model.clusters) components = std::max(components, cluster.components());
+    weights_.resize(components);
+    pair_weights_.resize(decoded_->pair_weights);
+    units_.resize(clusterCount());
 }
 
 // M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c (model_file.h). A
@@ -69,26 +83,26 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         rotations_[c] = bone_rotations_[std::size_t(cluster.joint)];
         if (!angles && features_of != cluster.joint) relativeBoneFeatures(std::size_t(cluster.joint));
         features_of = cluster.joint;
-        const std::span<float> y = std::span(scores_).subspan(first_score_[c], cluster.components());
-        out_of_range +=
-            double(cluster.vertex_count) *
-            double((*regressors_)[c].evaluate(angles ? pose : std::span<const float>(features_), scratch_, y));
+        const std::span<float> y = std::span(scores_).subspan(decoded_->first_score[c], cluster.components());
+        const std::span<const float> seen = angles ? pose : std::span<const float>(features_);
+        out_of_range += double(cluster.vertex_count) * double(decoded_->regressors[c].evaluate(seen, scratch_, y));
         setScores(c, y);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
 }
 
 void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
-    const std::span<const float> scale = asset_->model.clusters[cluster].basis.scale;
-    const std::size_t first = first_score_[cluster];
-    for (std::size_t k = 0; k < scores.size(); ++k) {
-        scores_[first + k] = scores[k];
-        weights_[first + k] = scale.empty() ? scores[k] : scores[k] * scale[k];
-    }
+    const ClusterView& view = asset_->model.clusters[cluster];
+    std::copy(scores.begin(), scores.end(), scores_.begin() + std::ptrdiff_t(decoded_->first_score[cluster]));
+    if (!hasBytes(view)) return;
+    for (std::size_t k = 0; k < scores.size(); ++k) weights_[k] = scores[k] * view.basis.scale[k];
+    const std::size_t first = decoded_->first_pair_weight[cluster];
+    units_[cluster] = packWeights(std::span<const float>(weights_).first(scores.size()),
+                                  std::span(pair_weights_).subspan(first, (scores.size() + 1) / 2));
 }
 
 std::span<const float> Evaluator::scores(std::size_t cluster) const {
-    return std::span(scores_).subspan(first_score_[cluster], asset_->model.clusters[cluster].components());
+    return std::span(scores_).subspan(decoded_->first_score[cluster], asset_->model.clusters[cluster].components());
 }
 
 const Mat3& Evaluator::clusterRotation(std::size_t cluster) const { return rotations_[cluster]; }
@@ -97,35 +111,24 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     const ClusterView& view = asset_->model.clusters[cluster];
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(numbers.size() == vertexCount() * stride);
-    const CombineInput input{view.mean.data,    view.mean.precision == AssetPrecision::kF16,
-                             view.basis.data,   weights_.data() + first_score_[cluster],
-                             view.components(), view.mean.count};
     const std::span<float> out = numbers.subspan(view.first_vertex * stride, view.mean.count);
-    switch (view.basis.precision) {
-        case AssetPrecision::kF32:
-            path_.f32(input, out.data());
-            break;
-        case AssetPrecision::kF16:
-            path_.f16(input, out.data());
-            break;
-        case AssetPrecision::kI8:
-            path_.i8(input, out.data());
-            break;
+    const bool half_mean = view.mean.precision == AssetPrecision::kF16;
+    if (hasBytes(view)) {
+        const Decoded& d = *decoded_;
+        const PairInput input{view.mean.data,
+                              half_mean,
+                              d.pairs.data() + d.first_pair_byte[cluster],
+                              pair_weights_.data() + d.first_pair_weight[cluster],
+                              units_[cluster],
+                              (view.components() + 1) / 2,
+                              view.mean.count};
+        path_.i8(input, out.data());
+    } else {
+        const CombineInput input{view.mean.data,         half_mean,         view.basis.data,
+                                 scores(cluster).data(), view.components(), view.mean.count};
+        (view.basis.precision == AssetPrecision::kF16 ? path_.f16 : path_.f32)(input, out.data());
     }
-    clampAmbients(out);
-}
-
-// clampAmbient() (sh/visibility_convention.h) of every vertex, over the few numbers that E depends on.
-void Evaluator::clampAmbients(std::span<float> numbers) const {
-    const std::size_t stride = std::size_t(asset_->model.stride);
-    for (std::size_t first = 0; first < numbers.size(); first += stride) {
-        float e = 0;
-        for (const AmbientTerm& term : ambient_) e += term.weight * numbers[first + term.number];
-        const float excess = e < 0 ? e : e > 1 ? e - 1 : 0;
-        if (excess == 0) continue;
-        for (const AmbientTerm& term : ambient_)
-            numbers[first + term.number] -= term.weight * (excess / ambient_norm2_);
-    }
+    path_.clamp({decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2}, out.data(), view.vertex_count);
 }
 
 static Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affine> bones) {

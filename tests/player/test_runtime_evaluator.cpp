@@ -256,6 +256,65 @@ TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
         }
 }
 
+// Weights of bytes are rounded to 16 bits: at most half a unit, the largest weight / 32767, times 127 a component, and
+// what floats round. An odd count of components, and clusters that end within a tile.
+TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
+    const Packed packed =
+        pack(tubeModel({.rings = 9, .segments = 7, .clusters = 4, .components = 9}), AssetPrecision::kI8);
+    const AssetView asset = openAsset(packed.bytes);
+    Evaluator evaluator(asset);
+    const std::size_t stride = std::size_t(asset.model.stride), size = std::size_t(asset.model.convention.size());
+    std::vector<float> weights(stride);
+    ambientWeights(asset.model.convention, std::span(weights).first(size));
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        evaluator.usePath(path);
+        const std::vector<float> numbers = evaluate(evaluator, 1);
+        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
+            const ClusterView& cluster = asset.model.clusters[c];
+            const std::span<const float> y = evaluator.scores(c);
+            std::vector<float> mean(cluster.mean.count), basis(cluster.basis.count);
+            decode(cluster.mean, mean);
+            decode(cluster.basis, basis);
+            float most = 0;
+            for (std::size_t k = 0; k < y.size(); ++k) most = std::max(most, std::abs(y[k] * cluster.basis.scale[k]));
+            const double bound = 0.5 * most / 32767 * 127 * double(y.size()) + 2e-6;
+            for (std::size_t v = 0; v < cluster.vertex_count; ++v) {
+                std::vector<double> exact(stride);
+                double e = 0;
+                for (std::size_t i = 0; i < stride; ++i) {
+                    exact[i] = mean[v * stride + i];
+                    for (std::size_t k = 0; k < y.size(); ++k)
+                        exact[i] += double(y[k]) * basis[k * mean.size() + v * stride + i];
+                    e += weights[i] * exact[i];
+                }
+                if (e < 0.001 || e > 0.999) continue;  // clamped
+                for (std::size_t i = 0; i < stride; ++i)
+                    EXPECT_NEAR(numbers[(cluster.first_vertex + v) * stride + i], exact[i], bound) << path.name;
+            }
+        }
+    }
+}
+
+// Whatever the weights, sums of 127 times them stay within 32 bits.
+TEST(PackWeights, KeepsSumsWithin32Bits) {
+    for (std::size_t components : {1u, 2u, 7u, 500u, 5000u}) {
+        std::vector<float> weights(components);
+        for (std::size_t k = 0; k < components; ++k) weights[k] = k % 3 == 0 ? -2.5f : 2.5f;
+        std::vector<std::uint32_t> pairs((components + 1) / 2);
+        const float unit = packWeights(weights, pairs);
+        double sum = 0;
+        for (std::size_t k = 0; k < components; ++k) {
+            const auto packed = std::int16_t(k % 2 == 0 ? pairs[k / 2] : pairs[k / 2] >> 16);
+            EXPECT_NEAR(packed * double(unit), weights[k], 0.5001 * unit);
+            sum += 127.0 * std::abs(packed);
+        }
+        EXPECT_LT(sum, 2147483648.0) << components;
+    }
+    std::vector<std::uint32_t> pairs(1, 7);
+    EXPECT_EQ(packWeights(std::vector<float>(2), pairs), 0);
+    EXPECT_EQ(pairs[0], 0u);
+}
+
 TEST(Evaluator, NoSimdInTheEnvironmentLeavesThePortablePath) {
     ::setenv("PENUMBRA_NO_SIMD", "1", 1);
     EXPECT_EQ(evaluatorPaths().size(), 1u);
