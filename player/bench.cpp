@@ -63,12 +63,13 @@ double pathDifference(const Image& a, const Image& b) {
     return std::sqrt(sum / double(std::max<std::size_t>(covered, 1)));
 }
 
-void benchModelPainter(Subject& subject, const OffscreenTarget& target, const ValuePainter& value_painter, int runs,
-                       GlBench& bench) {
+void benchModelPainter(Subject& subject, const OffscreenTarget& target, const ValuePainter& value_painter,
+                       bool software, int runs, GlBench& bench) {
     const AnimationView& animation = subject.asset->animation;
     Evaluator evaluator(*subject.asset);
     const Clock::time_point start = Clock::now();
-    ModelPainter painter(std::make_shared<GlAsset>(*subject.asset, subject.shading), 1);
+    const auto asset = std::make_shared<GlAsset>(*subject.asset, subject.shading);
+    ModelPainter painter(asset, 1);
     const PosedCharacter character{&evaluator, {}, subject.shading};
     const auto draw = [&](std::size_t run, const FrameView& view) {
         const std::size_t frame = run % animation.frameCount();
@@ -81,6 +82,7 @@ void benchModelPainter(Subject& subject, const OffscreenTarget& target, const Va
     draw(0, subject.view);  // drivers compile at the first draw
     bench.first_frame = millisecondsSince(start);
     bench.draw_model = timeRuns(runs, [&](std::size_t run) { draw(run, subject.view); }).median;
+    bench.model = measureGpuCost(asset, subject.channel, {&character, 1}, subject.view, target, software, runs);
     if (subject.shading)
         bench.switching = timeSwitching(*subject.shading, runs, [&](std::size_t run) { draw(run, subject.view); });
     FrameView shown = subject.view;
@@ -107,7 +109,7 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
         gl::Finish();
     };
     bench.draw_values = timeRuns(runs, draw_values).median;
-    benchModelPainter(subject, target, value_painter, runs, bench);
+    benchModelPainter(subject, target, value_painter, context->software, runs, bench);
     return bench;
 }
 

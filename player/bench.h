@@ -4,6 +4,7 @@
 
 #include "formats/asset_file.h"
 #include "player/bench_cpu.h"
+#include "player/gpu_cost.h"
 #include "player/render_options.h"
 
 namespace penumbra {
@@ -12,7 +13,8 @@ namespace penumbra {
 struct GlBench {
     std::string context;
     double draw_values = 0;  // upload and drawing of what the CPU made
-    double draw_model = 0;   // upload of the pose, evaluation in the compute shader, drawing
+    double draw_model = 0;   // pose, its upload, evaluation in the compute shader, drawing
+    GpuCost model;           // of it, but for the pose
     double first_frame = 0;  // upload of the asset, compilation of the shaders, first draw
     // Pose, skinning, evaluation, shading, upload, drawing and an 8-bit picture read back, as a window shows it; with
     // one sample a pixel and with as many as asked for.
@@ -35,6 +37,7 @@ struct CharactersCost {
     // What malloc has given out for it: a character is its evaluator and its result arrays (positions, normals,
     // tangents, numbers, radiance). Decoded: what all share beside the mapped asset.
     std::size_t bytes_decoded = 0, bytes_each = 0;
+    GpuCost glsl;  // of the GLSL path, in one dispatch and one draw
 };
 
 struct BenchResult {

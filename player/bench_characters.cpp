@@ -85,6 +85,16 @@ public:
         eye_ = toFloat(cameraPosition(camera));
         view_.display = DisplayTransform();
     }
+    // On the GLSL path; each character looks as the first.
+    GpuCost onGpu(const OffscreenTarget& target, bool software, int runs) const {
+        std::vector<PosedCharacter> posed;
+        for (const Character& c : characters_) posed.push_back({&c.evaluator, c.offset, shading_});
+        const Channel channel = shading_ ? Channel::kShaded : Channel::kAmbient;
+        FrameView view = view_;
+        view.eye = eye_;
+        return measureGpuCost(std::make_shared<GlAsset>(*asset_, shading_), channel, posed, view, target, software,
+                              runs);
+    }
     void draw(const ValuePainter& painter) const {
         for (const Character& c : characters_) {
             FrameView view = view_;
@@ -105,26 +115,22 @@ private:
     Vec3 eye_;
 };
 
-CharactersCost costOf(const RenderOptions& options, const Shot& shot, ShadingSet* shading, const Evaluator& first,
-                      int count, int runs, int threads) {
-    CharactersCost cost;
-    cost.count = count;
-    const std::size_t before = allocatedBytes();
-    Crowd crowd(shot, shading, first, count, threads);
-    cost.bytes_each = (allocatedBytes() - before) / std::size_t(count);
-    crowd.lookAt(options);
-    const int some = std::max(3, runs / count);
-    cost.pose_skin = timeRuns(some, [&](std::size_t run) { crowd.poseAndSkin(run); }).median;
-    cost.evaluate = timeRuns(some, [&](std::size_t) { crowd.evaluate(); }).median;
-    cost.shade = timeRuns(some, [&](std::size_t) { crowd.shade(); }).median;
+void measureCpu(Crowd& crowd, int runs, CharactersCost& cost) {
+    cost.pose_skin = timeRuns(runs, [&](std::size_t run) { crowd.poseAndSkin(run); }).median;
+    cost.evaluate = timeRuns(runs, [&](std::size_t) { crowd.evaluate(); }).median;
+    cost.shade = timeRuns(runs, [&](std::size_t) { crowd.shade(); }).median;
+}
+
+void measureGl(const RenderOptions& options, const Crowd& crowd, const AssetView& asset, bool software, int runs,
+               CharactersCost& cost) {
     const OffscreenTarget target(options.width, options.height, options.samples, GL_RGBA8);
-    const ValuePainter painter(shot.asset->mesh.triangles, Channel::kShaded);
-    cost.draw = timeRuns(std::max(3, some / 4), [&](std::size_t) {
+    const ValuePainter painter(asset.mesh.triangles, Channel::kShaded);
+    cost.draw = timeRuns(runs, [&](std::size_t) {
                     target.begin();
                     crowd.draw(painter);
                     gl::Finish();
                 }).median;
-    return cost;
+    cost.glsl = crowd.onGpu(target, software, runs);
 }
 
 }  // namespace
@@ -138,8 +144,16 @@ std::vector<CharactersCost> benchCharacters(const RenderOptions& options, const 
     const std::unique_ptr<GlContext> context = createGlContext(options.backend);
     std::vector<CharactersCost> costs;
     for (int count : counts) {
-        costs.push_back(costOf(options, shot, shading, first, count, runs, threads));
-        costs.back().bytes_decoded = decoded;
+        CharactersCost& cost = costs.emplace_back();
+        cost.count = count;
+        cost.bytes_decoded = decoded;
+        const std::size_t without = allocatedBytes();
+        Crowd crowd(shot, shading, first, count, threads);
+        cost.bytes_each = (allocatedBytes() - without) / std::size_t(count);
+        crowd.lookAt(options);
+        const int some = std::max(3, runs / count);
+        measureCpu(crowd, some, cost);
+        measureGl(options, crowd, *shot.asset, context->software, std::max(3, some / 4), cost);
     }
     return costs;
 }

@@ -37,6 +37,27 @@ static void printSwitching(const char* what, const Switching& s) {
                 s.switched_worst, s.steady, s.steady_worst, s.switched / s.steady, s.switched_worst / s.steady_worst);
 }
 
+// "0.034", or "-" where it is not known
+static std::string orDash(const std::optional<double>& milliseconds) {
+    if (!milliseconds) return "-";
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3f", *milliseconds);
+    return text;
+}
+
+static void printGpuCost(const GpuCost& c) {
+    std::printf("%-10zu %9.3f %9.3f %13s %9s %11.1f %15.1f %20.1f\n", c.characters, c.evaluate, c.draw,
+                orDash(c.gpu_evaluate).c_str(), orDash(c.gpu_draw).c_str(), double(c.bytes_shared) * 1e-3,
+                double(c.bytes_each) * 1e-3, double(c.bytes_uploaded) * 1e-3);
+}
+
+static void printGpuTable(const BenchResult& r) {
+    std::printf("%-10s %9s %9s %13s %9s %11s %15s %20s\n", "GLSL path", "evaluate", "draw, ms", "GPU: evaluate",
+                "draw, ms", "shared, KB", "KB a character", "KB uploaded for each");
+    if (r.characters.empty()) printGpuCost(r.gl.model);
+    for (const CharactersCost& c : r.characters) printGpuCost(c.glsl);
+}
+
 static void printGl(const GlBench& gl) {
     for (const GlBench::WholeFrame& f : gl.whole_frames) {
         const std::string what = "whole frame, CPU path, --aa " + std::to_string(f.samples);
@@ -82,6 +103,7 @@ void printBench(const BenchResult& r) {
     printSwitching("CPU shade, switched", r.cpu.switching);
     printGl(r.gl);
     printCharacters(r.characters);
+    printGpuTable(r);
     std::printf("the asset's frames are out of the training range by %.4f on average, at most %.4f\n",
                 r.cpu.out_of_range_mean, r.cpu.out_of_range_max);
 }
@@ -119,6 +141,19 @@ static Json figuresOf(const Switching& s) {
             {"steady_worst_ms", s.steady_worst}};
 }
 
+static Json figuresOf(const GpuCost& c) {
+    const auto orNull = [](const std::optional<double>& milliseconds) {
+        return milliseconds ? Json(*milliseconds) : Json();
+    };
+    return {{"evaluate_ms", c.evaluate},
+            {"draw_ms", c.draw},
+            {"gpu_evaluate_ms", orNull(c.gpu_evaluate)},
+            {"gpu_draw_ms", orNull(c.gpu_draw)},
+            {"gl_bytes_shared", c.bytes_shared},
+            {"gl_bytes_each", c.bytes_each},
+            {"bytes_uploaded_each", c.bytes_uploaded}};
+}
+
 static Json figuresOf(const GlBench& gl) {
     Json frames = Json::array();
     for (const GlBench::WholeFrame& f : gl.whole_frames) {
@@ -131,6 +166,7 @@ static Json figuresOf(const GlBench& gl) {
             {"whole_frames", frames},
             {"draw_values_ms", gl.draw_values},
             {"draw_model_ms", gl.draw_model},
+            {"glsl", figuresOf(gl.model)},
             {"first_frame_ms", gl.first_frame},
             {"path_difference_8bit", gl.path_difference},
             {"switching", figuresOf(gl.switching)}};
@@ -148,7 +184,8 @@ static Json figuresOf(const std::vector<CharactersCost>& characters) {
                        {"cpu_linearity", linearity(characters[0].cpu(), characters[0], c.cpu(), c)},
                        {"draw_linearity", linearity(characters[0].draw, characters[0], c.draw, c)},
                        {"bytes_decoded_shared", c.bytes_decoded},
-                       {"bytes_each", c.bytes_each}});
+                       {"bytes_each", c.bytes_each},
+                       {"glsl", figuresOf(c.glsl)}});
     return all;
 }
 

@@ -144,7 +144,8 @@ void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& 
     if (figures.software)
         ImGui::Text("path %s, software GL", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL");
     else
-        ImGui::Text("path %s, GPU %.2f", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL", figures.gpu);
+        ImGui::Text("path %s, GPU %.2f: %.2f + %.2f", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL",
+                    figures.gpu, figures.paint.gpu_evaluate, figures.paint.gpu_draw);
     const Character& character = *scene.characters[state.selected];
     ImGui::TextDisabled("Frame");
     ImGui::Text("out of range %.3f", character.evaluator->outOfRange());

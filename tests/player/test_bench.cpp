@@ -32,6 +32,8 @@ TEST(Bench, TimesEveryStage) {
     EXPECT_EQ(result.gl.whole_frames[0].samples, 1);
     EXPECT_EQ(result.gl.whole_frames[1].samples, 4);
     EXPECT_LT(result.gl.path_difference, 0.5) << "8-bit steps";
+    EXPECT_GT(result.gl.model.evaluate, 0);
+    EXPECT_GT(result.gl.model.bytes_uploaded, 12 * sizeof(float) * data.asset.animation.jointCount());
 }
 
 TEST(Bench, DrawsAmbientWhereThereIsNoMaterial) {
@@ -52,6 +54,11 @@ TEST(Bench, CharactersShareTheModel) {
     for (const CharactersCost& c : result.characters) {
         EXPECT_GT(c.cpu(), 0);
         EXPECT_GT(c.draw, 0);
+        EXPECT_EQ(c.glsl.characters, std::size_t(c.count));
+        EXPECT_GT(c.glsl.evaluate, 0);
+        EXPECT_GT(c.glsl.draw, 0);
+        EXPECT_EQ(c.glsl.bytes_shared, result.characters[0].glsl.bytes_shared);
+        EXPECT_NEAR(double(c.glsl.bytes_each), double(result.characters[0].glsl.bytes_each), 3 * 256);
         if (c.bytes_each == 0) continue;  // another allocator
         EXPECT_GT(c.bytes_each, results);
         EXPECT_LT(c.bytes_each, results + 16384);
