@@ -138,8 +138,9 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     ::getrusage(RUSAGE_SELF, &usage);
     // So far: the rig and one frame with its tree. To come: two frames more and the block that is written.
     const double tree = 150.0 * double(header.mesh.triangles.size());
-    out.memory =
-        1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) + double(framesOfBlock(header)) * frame_bytes;
+    const double halves = options.precision == Precision::kFloat16 ? 2 * vertices * n2 : 0;
+    out.memory = 1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) +
+                 double(framesOfBlock(header)) * (frame_bytes + halves);
     out.journal = frames * vertices * n2 * (options.precision == Precision::kFloat16 ? 2 : 4);
     out.probe_seconds = secondsSince(start);
     return out;

@@ -103,7 +103,8 @@ double BakePlan::bytes(Precision precision) const {
 // Counts rays from many threads; whoever finds the printer free prints.
 class RayCount {
 public:
-    RayCount(ProgressStyle style, double expected) : progress_(style, "tracing", "Mray", expected * 1e-6) {}
+    RayCount(ProgressStyle style, double expected)
+        : expected_(expected * 1e-6), progress_(style, "tracing", "Mray", expected_) {}
     // `traced` rays were shot, `expected` of the planned ones are done.
     void add(std::size_t traced, std::size_t expected) {
         traced_ += traced;
@@ -111,10 +112,12 @@ public:
         if (const std::unique_lock lock(printing_, std::try_to_lock); lock) progress_.update(double(done) * 1e-6);
     }
     double traced() const { return double(traced_); }
+    void finish() { progress_.update(expected_); }
 
 private:
     std::atomic<std::size_t> traced_ = 0, expected_done_ = 0;
     std::mutex printing_;
+    double expected_;  // Mray
     Progress progress_;
 };
 
@@ -174,6 +177,7 @@ BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, cons
         journal.append(frame.coefficients);
         writer.writeFrame(frame);
     });
+    count.finish();
     writer.finish();
     journal.finish();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;

@@ -15,6 +15,8 @@
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/provenance.h"
+#include "formats/sha256.h"
+#include "formats/warning.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
@@ -33,6 +35,7 @@ void Report::phase(const std::string& name) {
     if (!phases.empty()) phases.back().second = duration<double>(now - phase_start).count();
     phases.emplace_back(name, 0.0);
     phase_start = now;
+    if (!log_as.empty() && !name.empty()) logLine(log_as, name);
 }
 
 void Report::willWrite(const std::vector<fs::path>& files) {
@@ -262,6 +265,15 @@ static void writeDepfile(const std::string& path, const std::vector<fs::path>& o
 
 // --- Running --------------------------------------------------------------------------------------------------------
 
+// Of every file read and of the output, by path.
+static nlohmann::ordered_json hashesOf(const Run& run) {
+    std::vector<fs::path> files = run.inputs();
+    for (const fs::path& output : run.outputs()) files.push_back(output);
+    nlohmann::ordered_json hashes = nlohmann::ordered_json::object();
+    for (const fs::path& file : files) hashes[file.string()] = sha256OfFile(file);
+    return hashes;
+}
+
 static void writeReport(Run& run, int exit_code, const std::string& error) {
     if (!run.report_checked || run.common.report.empty() || run.common.dry_run) return;
     nlohmann::ordered_json json;
@@ -280,6 +292,7 @@ static void writeReport(Run& run, int exit_code, const std::string& error) {
         json["outputs"] = nlohmann::ordered_json::array();
         for (const fs::path& output : run.outputs()) json["outputs"].push_back(output.string());
     }
+    if (exit_code == kExitOk) json["sha256"] = hashesOf(run);
     json["seconds"] = duration<double>(steady_clock::now() - run.start).count();
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
@@ -309,8 +322,12 @@ static int runVerb(Run& run) {
         checkFiles(run);
         throwIfInterrupted();
         run.report.check_written = [&run](const std::vector<fs::path>& files) { checkManyWritten(files, run); };
+        if (run.common.verbosity > 0) run.report.log_as = run.program + (" " + run.verb.name);
         run.verb.run(run.common, run.report);
         flushResults();
+        if (run.common.verbosity > 0)
+            logLine(run.report.log_as,
+                    "done after " + std::to_string(duration<double>(steady_clock::now() - run.start).count()) + " s");
         if (!run.common.depfile.empty() && !run.common.dry_run)
             writeDepfile(run.common.depfile, run.outputs(), run.inputs());
         writeReport(run, kExitOk, "");

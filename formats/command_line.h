@@ -34,6 +34,7 @@ struct Report {
     std::function<void(const std::vector<std::filesystem::path>&)> check_written;  // set by runProgram
     std::vector<std::pair<std::string, double>> phases;                            // seconds
     std::chrono::steady_clock::time_point phase_start = std::chrono::steady_clock::now();
+    std::string log_as;  // "penumbra-bake merge": phases are logged with a time stamp under this name; "" = are not
 };
 
 // One verb of a program. `define` adds the verb's own options to its subcommand; `inputs`/`output` are asked for after

@@ -10,4 +10,7 @@ void reportWarning(const char* program, const std::string& message);
 // Line breaks and other control characters as blanks.
 std::string oneLine(std::string text);
 
+// "2026-11-21T22:18:03.123Z program: message" on stderr: for -v.
+void logLine(const std::string& program, const std::string& message);
+
 }  // namespace penumbra

@@ -56,7 +56,7 @@ void keepOnStop(const fs::path& partial) {
         }
 }
 
-// The loops had 0.8 s to see the flag and did not (a library call that cannot be interrupted): stop here.
+// The loops had 0.5 s to see the flag and did not (a library call that cannot be interrupted): stop here.
 static void stopAtOnce(int) {
     for (PartialName& name : partial_names)
         if (name.ready) ::unlink(name.path.data());
@@ -67,7 +67,7 @@ static void stopAtOnce(int) {
 
 static void onSignal(int signal_number) {
     caught_signal = signal_number;
-    const itimerval grace{{0, 0}, {0, 800000}};
+    const itimerval grace{{0, 0}, {0, 500000}};
     ::setitimer(ITIMER_REAL, &grace, nullptr);
 }
 

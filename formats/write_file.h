@@ -30,7 +30,7 @@ void writeWholeFile(const std::filesystem::path& target, std::span<const std::by
 void writeWholeFile(const std::filesystem::path& target, std::string_view text);
 
 // SIGINT and SIGTERM from now on only set a flag; loops call throwIfInterrupted() at least a few times a second, which
-// throws Interrupted, so that destructors remove partial files. Where none does so for 0.8 s (a long library call), the
+// throws Interrupted, so that destructors remove partial files. Where none does so for 0.5 s (a long library call), the
 // partial files are removed and the process exits with kExitFailed. SIGXFSZ and SIGPIPE become errors of write().
 void catchSignals(const char* program);  // the name starts the message in the second case
 bool interrupted() noexcept;

@@ -1,7 +1,9 @@
 # The command line that all programs share: --help, --version, exit codes, one line for an error, and nothing left behind.
 # Usage: test_command_line.py BIN_FOLDER
+import hashlib
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -178,6 +180,15 @@ def test_bake(folder, rig):
     check(entries(folder) == ["a.d", "a.json", "a.vis.h5"], f"bake left {entries(folder)}")
     report = json.loads((folder / "a.json").read_text())
     check(report["exit_code"] == 0 and report["threads"] == 1 and report["phases"], "report of a bake")
+    check(set(report["sha256"]) == {str(rig), "a.vis.h5"}, f"hashes in the report: {report['sha256']}")
+    check(report["sha256"]["a.vis.h5"] == hashlib.sha256((folder / "a.vis.h5").read_bytes()).hexdigest(), "hash of the output")
+    lines = run(bake(rig, "b.vis.h5", "-v", *small), folder).stderr.splitlines()
+    stamp = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z penumbra-bake visibility: "
+    check(len(lines) >= 3 and all(re.match(stamp, line) for line in lines), f"-v: {lines}")
+    for style, pattern in (("openjd", r"openjd_(progress: \d+\.\d|status: .+)"), ("alf", r"ALF_PROGRESS \d+%")):
+        lines = run(bake(rig, "b.vis.h5", "--progress", style, *small), folder).stdout.splitlines()
+        check(len(lines) > 1 and all(re.fullmatch(pattern, line) for line in lines[:-1]), f"--progress {style}: {lines}")
+        check("100" in lines[-2] or "100" in lines[-3], f"--progress {style} does not end at 100: {lines}")
     check((folder / "a.d").read_text().split() == ["a.vis.h5:", "\\", str(rig).replace(" ", "\\ ")], "depfile of a bake")
     result = run(bake(rig, "b.vis.h5", *small), folder, env={"CUE_THREADS": "3", "PENUMBRA_THREADS": "2"})
     check((folder / "a.vis.h5").read_bytes() == (folder / "b.vis.h5").read_bytes(), "other bytes with other threads")

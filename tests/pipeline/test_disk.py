@@ -1,0 +1,96 @@
+"""Full disks, read-only folders, other file systems: a clear error and an old file that is still there, or a whole file.
+
+Mounts small file systems where it may (root), else it skips those parts.
+usage: test_disk.py BIN
+"""
+import contextlib
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+
+BIN = os.path.abspath(sys.argv[1])
+BAKE = os.path.join(BIN, "penumbra-bake")
+MAN = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+SMALL = ["--fps", "4", "--rays", "16", "--order", "4"]
+
+
+def run(*words):
+    return subprocess.run([BAKE, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def digest(path):
+    return hashlib.sha256(open(path, "rb").read()).hexdigest()
+
+
+@contextlib.contextmanager
+def mounted(folder, options):
+    """Whether a tmpfs could be mounted there."""
+    words = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", folder]
+    done = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+    try:
+        yield done
+    finally:
+        if done:
+            subprocess.run(["umount", folder], check=True)
+
+
+def check_full(disk, shards, whole):
+    """Disks of several sizes, from none to almost enough; the journal gives way to the output."""
+    size = os.path.getsize(whole)
+    for room, words in ((16, None), (size // 2048, None), (size // 1024 - 8, None), (size // 2048, shards)):
+        with mounted(disk, f"size={room}k") as done:
+            if not done:
+                return "skipped, cannot mount"
+            out = os.path.join(disk, "a.vis.h5")
+            result = run("merge", *words, "-o", out) if words else run("visibility", MAN, *SMALL, "-o", out, "-q")
+            assert result.returncode == 2 and len(result.stderr.splitlines()) == 1, (room, result)
+            assert "a.vis.h5" in result.stderr and "No space left" in result.stderr, result
+            assert os.listdir(disk) == [], os.listdir(disk)
+    # Room for the output but not for the journal besides.
+    with mounted(disk, f"size={size // 1024 + 64}k"):
+        assert run("visibility", MAN, *SMALL, "-o", os.path.join(disk, "a.vis.h5")).returncode == 0
+        assert digest(os.path.join(disk, "a.vis.h5")) == digest(whole) and os.listdir(disk) == ["a.vis.h5"]
+    # With --resume what was traced stays for a run with more room.
+    with mounted(disk, f"size={size // 2048}k"):
+        out = os.path.join(disk, "a.vis.h5")
+        assert run("visibility", MAN, *SMALL, "-o", out, "--resume").returncode == 2
+        assert os.listdir(disk) == ["a.vis.h5.journal"], os.listdir(disk)
+        subprocess.run(["mount", "-o", "remount,size=16m", disk], check=True)
+        assert "went on after" in run("visibility", MAN, *SMALL, "-o", out, "--resume").stdout
+        assert digest(out) == digest(whole) and os.listdir(disk) == ["a.vis.h5"]
+    return "ok"
+
+
+def check_read_only(disk, shards, whole):
+    with mounted(disk, "size=16m") as done:
+        if not done:
+            return "skipped, cannot mount"
+        out = os.path.join(disk, "a.vis.h5")
+        assert run("merge", *shards, "-o", out).returncode == 0  # another file system than the shards'
+        assert digest(out) == digest(whole)
+        subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
+        for words in (["visibility", MAN, *SMALL], ["merge", *shards], ["visibility", MAN, *SMALL, "--resume", "--seed", "2"]):
+            result = run(*words, "-o", out)
+            assert result.returncode == 2 and len(result.stderr.splitlines()) == 1, result
+            assert "Read-only" in result.stderr and digest(out) == digest(whole), result
+        # Reading needs no writing.
+        assert run("info", out).returncode == 0
+    return "ok"
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        disk, whole = os.path.join(folder, "disk"), os.path.join(folder, "whole.vis.h5")
+        os.mkdir(disk)
+        result = run("visibility", MAN, *SMALL, "-o", whole)
+        frames = int(result.stdout.split(" frames")[0].split()[-1])
+        shards = [os.path.join(folder, f"s{i}.vis.h5") for i in range(2)]
+        for shard, part in zip(shards, (f"0:{frames // 2}", f"{frames // 2}:{frames}")):
+            assert run("visibility", MAN, *SMALL, "--frames", part, "-o", shard).returncode == 0
+        for check in (check_full, check_read_only):
+            print(f"{check.__name__}: {check(disk, shards, whole)}")
+
+
+main()
