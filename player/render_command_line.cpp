@@ -71,8 +71,9 @@ static void definePicture(CLI::App& app, RenderCommand& command) {
     command.picture.insert(command.picture.end(), all.begin(), all.end());
 }
 
+constexpr const char* kGroup = "Errors of many frames";
+
 static void defineErrors(CLI::App& app, RenderCommand& command) {
-    constexpr const char* kGroup = "Errors of many frames";
     app.add_option("--truth", command.truth,
                    "X.truth.pnb: baked frames, for errors, --channel error and --source truth")
         ->group(kGroup);
@@ -80,6 +81,9 @@ static void defineErrors(CLI::App& app, RenderCommand& command) {
         ->type_name("FILE")
         ->group(kGroup);
     app.add_flag("--flip", command.flip, "measure FLIP between pictures of model and truth, too")->group(kGroup);
+}
+
+static void defineSheet(CLI::App& app, RenderCommand& command) {
     app.add_option("--sheet", command.sheet.file, "write all frames on one PNG, each with its figures")
         ->type_name("FILE")
         ->group(kGroup);
@@ -94,6 +98,9 @@ static void defineErrors(CLI::App& app, RenderCommand& command) {
         app.add_option("--shrink", command.sheet.shrink, "pixels of a picture, each way, that make one of --sheet")
             ->check(CLI::Range(1, kMaxSheetSide))
             ->group(kGroup)};
+}
+
+static void defineGate(CLI::App& app, RenderCommand& command) {
     command.fail_option =
         app.add_option("--fail-above", command.fail_above,
                        "exit with 4, after everything is written, when an error is above this or cannot be measured")
@@ -120,6 +127,8 @@ void defineRender(CLI::App& app, RenderCommand& command) {
     defineShading(app, command);
     definePicture(app, command);
     defineErrors(app, command);
+    defineSheet(app, command);
+    defineGate(app, command);
 }
 
 // --- Parsing --------------------------------------------------------------------------------------------------------

@@ -25,9 +25,9 @@ ErrorSums errorsAt(const SyntheticAsset& data, std::size_t frame, const TruthMea
     return errorsOf(posed, mean);
 }
 
-// The truth is unoccluded. Mirrored (D5) that is 1 on the whole sphere, y = sqrt(4 pi) in band 0 alone; the model has it
-// times 0.6 + 0.4 cos v, v counted in each cluster. Then |y' - y|^2 / 4 pi is the square of what is lacking, and
-// |E(y') - E(y)| what is lacking. Measured: 2e-8 and 1e-8.
+// The truth is unoccluded. Mirrored (D5) that is 1 on the whole sphere, y = sqrt(4 pi) in band 0 alone; the model has
+// it times 0.6 + 0.4 cos v, v counted in each cluster. Then |y' - y|^2 / 4 pi is the square of what is lacking, and
+// |E(y') - E(y)| what is lacking. Measured: 2e-10 and 5e-8.
 TEST(FrameErrors, AModelDarkenedByAKnownFactor) {
     const SyntheticAsset data({.basis_size = 0});
     const ErrorSums sums = errorsAt(data, 1, nullptr);
@@ -44,17 +44,18 @@ TEST(FrameErrors, AModelDarkenedByAKnownFactor) {
     EXPECT_TRUE(std::isnan(sums.relativeError())) << "no mean was given";
 }
 
-// Against a mean of 0 the variation is sum |y|^2 = 4 pi a vertex.
+// Against a mean of 0 the variation is sum |y|^2 = 4 pi a vertex. Measured: 8e-4 of some 15,000, and 1.5e-8.
 TEST(FrameErrors, RelativeErrorIsAgainstTheGivenMean) {
     const SyntheticAsset data({.basis_size = 0});
     TruthMean mean;
     mean.numbers.resize(data.asset.mesh.positions.size() * std::size_t(data.asset.model.stride));
     const ErrorSums sums = errorsAt(data, 1, &mean);
-    EXPECT_NEAR(sums.variation, 4 * std::numbers::pi * double(sums.vertices), 1e-3 * sums.variation);
-    EXPECT_NEAR(sums.relativeError(), sums.rmsV(), 1e-4);
+    EXPECT_NEAR(sums.variation, 4 * std::numbers::pi * double(sums.vertices), 0.01);
+    EXPECT_NEAR(sums.relativeError(), sums.rmsV(), 1e-6);
 }
 
-// Every frame's truth is the same, so the mean over training frames is that truth and nothing varies.
+// Every frame's truth is the same, so the mean over training frames is that truth and nothing varies (measured:
+// 9e-12); the stored mean is what a model without components evaluates to (2.4e-7).
 TEST(FrameErrors, TheMeanIsOfTrainingFramesOfTheTruth) {
     SyntheticAsset data({.basis_size = 0});
     Shot look;
@@ -63,13 +64,13 @@ TEST(FrameErrors, TheMeanIsOfTrainingFramesOfTheTruth) {
     PosedFrame posed(look, 1);
     const TruthMean mean = truthMean(posed);
     EXPECT_TRUE(mean.from_truth);
-    EXPECT_LT(errorsAt(data, 0, &mean).variation, 1e-6);
+    EXPECT_LT(errorsAt(data, 0, &mean).variation, 1e-9);
     for (ClipView& clip : data.asset.animation.clips) clip.held_out = true;
     const TruthMean stored = truthMean(posed);
     EXPECT_FALSE(stored.from_truth);
     posed.pose(0, 0);
     const std::span<const float> model = posed.numbers(VisibilitySource::kModel);
-    for (std::size_t i = 0; i < model.size(); ++i) EXPECT_NEAR(stored.numbers[i], double(model[i]), 1e-5) << i;
+    for (std::size_t i = 0; i < model.size(); ++i) EXPECT_NEAR(stored.numbers[i], double(model[i]), 2e-6) << i;
 }
 
 TEST(FrameErrors, SumsOverFramesAreTakenBeforeTheyAreDivided) {
