@@ -47,7 +47,7 @@ def bakes_under(folder):
     return found
 
 
-def wait_for(condition, what, seconds=120):
+def wait_for(condition, what, seconds=300):
     deadline = time.monotonic() + seconds
     while not (result := condition()):
         assert time.monotonic() < deadline, "waited in vain for " + what
@@ -98,9 +98,9 @@ def check_arrays(folder, wanted):
     text = run(*command, cwd=folder)
     assert f"shard: {SHARDS} tasks" in text and "merge: 1 tasks" in text, text
     array = text.split("shard: ")[1].split("array ")[1].split()[0].rstrip(",")
-    kill_one_bake(os.path.join(folder, "out"))
-    wait_for(lambda: "Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder), "a requeued task", 60)
     run("scancel", f"{array}_{SHARDS - 1}", cwd=folder)
+    kill_one_bake(os.path.join(folder, "out"))
+    wait_for(lambda: "Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder), "a requeued task")
     wait_for(queue_is_empty, "the arrays")
     assert not os.path.exists(os.path.join(folder, "out", "index.html"))
     text = run(*command, cwd=folder)
@@ -149,7 +149,7 @@ def main():
     with tempfile.TemporaryDirectory() as top:
         cluster = os.path.join(top, "slurm")
         os.environ["SLURM_CONF"] = os.path.join(cluster, "slurm.conf")
-        run(os.path.join(SLURM, "local_cluster"), "start", cluster, cwd=top)
+        run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", cwd=top)
         pids = daemons(cluster)
         try:
             check_all(top)
