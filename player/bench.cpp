@@ -37,7 +37,7 @@ void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
 
 GlBench::WholeFrame timeWholeFrame(Subject& subject, const RenderOptions& options, int samples, int runs) {
     const OffscreenTarget target(options.width, options.height, samples, GL_RGBA8);
-    const ValuePainter painter(subject.asset->mesh.triangles, subject.channel);
+    ValuePainter painter(subject.asset->mesh.triangles, subject.channel, Sides::kSeen);
     Evaluator evaluator(*subject.asset);
     FrameView view = subject.view;
     view.display = DisplayTransform();
@@ -63,8 +63,8 @@ double pathDifference(const Image& a, const Image& b) {
     return std::sqrt(sum / double(std::max<std::size_t>(covered, 1)));
 }
 
-void benchModelPainter(Subject& subject, const OffscreenTarget& target, const ValuePainter& value_painter,
-                       bool software, int runs, GlBench& bench) {
+void benchModelPainter(Subject& subject, const OffscreenTarget& target, ValuePainter& value_painter, bool software,
+                       int runs, GlBench& bench) {
     const AnimationView& animation = subject.asset->animation;
     Evaluator evaluator(*subject.asset);
     const Clock::time_point start = Clock::now();
@@ -102,7 +102,7 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
     bench.whole_frames.push_back(timeWholeFrame(subject, options, 1, runs));
     if (options.samples > 1) bench.whole_frames.push_back(timeWholeFrame(subject, options, options.samples, runs));
     const OffscreenTarget target(options.width, options.height, options.samples);
-    const ValuePainter value_painter(subject.asset->mesh.triangles, subject.channel);
+    ValuePainter value_painter(subject.asset->mesh.triangles, subject.channel, Sides::kSeen);
     const auto draw_values = [&](std::size_t) {
         target.begin();
         value_painter.draw(subject.view, subject.vertices.positions, subject.values);

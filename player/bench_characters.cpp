@@ -95,7 +95,7 @@ public:
         return measureGpuCost(std::make_shared<GlAsset>(*asset_, shading_), channel, posed, view, target, software,
                               runs);
     }
-    void draw(const ValuePainter& painter) const {
+    void draw(ValuePainter& painter) const {
         for (const Character& c : characters_) {
             FrameView view = view_;
             for (std::size_t row = 0; row < 4; ++row)
@@ -124,7 +124,7 @@ void measureCpu(Crowd& crowd, int runs, CharactersCost& cost) {
 void measureGl(const RenderOptions& options, const Crowd& crowd, const AssetView& asset, bool software, int runs,
                CharactersCost& cost) {
     const OffscreenTarget target(options.width, options.height, options.samples, GL_RGBA8);
-    const ValuePainter painter(asset.mesh.triangles, Channel::kShaded);
+    ValuePainter painter(asset.mesh.triangles, Channel::kShaded, Sides::kSeen);
     cost.draw = timeRuns(runs, [&](std::size_t) {
                     target.begin();
                     crowd.draw(painter);

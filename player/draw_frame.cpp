@@ -19,7 +19,7 @@ void setView(const GlObject& program, const ViewUniforms& at, const FrameView& v
     gl::Uniform1i(at.tone_map, view.display ? int(view.display->tone_map) : -1);
 }
 
-ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel)
+ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides)
     : program_(makeProgram(valueVertexSource(channel), channelFragmentSource(channel))),
       vertex_array_(makeVertexArray()),
       view_(viewUniforms(program_)),
@@ -31,24 +31,35 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
         gl::VertexAttribPointer(location, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
         gl::EnableVertexAttribArray(location++);
     }
-    triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, triangles);
+    if (sides == Sides::kSeen) surfaces_ = findClosedSurfaces(triangles);
+    triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER,
+                            sides == Sides::kSeen ? std::span<const std::uint32_t>(surfaces_.triangles) : triangles);
     checkGl("uploading the mesh");
 }
 
-void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values) const {
+void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values) {
     gl::BindVertexArray(vertex_array_.id());
     replaceBuffer(GL_ARRAY_BUFFER, positions_, std::as_bytes(positions));
     replaceBuffer(GL_ARRAY_BUFFER, values_, std::as_bytes(values));
+    outward_ = allOutward(surfaces_, positions);
 }
 
 void ValuePainter::draw(const FrameView& view) const {
     gl::BindVertexArray(vertex_array_.id());
     setView(program_, view_, view);
-    gl::DrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
+    const GLsizei one_sided = outward_ ? GLsizei(surfaces_.closedIndices()) : 0;
+    if (one_sided > 0) {
+        gl::Enable(GL_CULL_FACE);
+        gl::DrawElements(GL_TRIANGLES, one_sided, GL_UNSIGNED_INT, nullptr);
+        gl::Disable(GL_CULL_FACE);
+    }
+    if (one_sided < index_count_)
+        gl::DrawElements(GL_TRIANGLES, index_count_ - one_sided, GL_UNSIGNED_INT,
+                         reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t(one_sided)));
     checkGl("drawing");
 }
 
-void ValuePainter::draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values) const {
+void ValuePainter::draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values) {
     upload(positions, values);
     draw(view);
 }

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "player/channel.h"
+#include "player/closed_surfaces.h"
 #include "player/gl_objects.h"
 #include "player/view_display.h"
 #include "sh/vec3.h"
@@ -26,18 +27,26 @@ ViewUniforms viewUniforms(const GlObject& program);
 // Puts the program in use and the view into it.
 void setView(const GlObject& program, const ViewUniforms& at, const FrameView& view);
 
+// Which sides of triangles are drawn.
+enum class Sides {
+    kBoth,
+    kSeen,  // closed surfaces (closed_surfaces.h) from their outside alone; the others both
+};
+
 // Draws vertices whose values were computed on the CPU.
 class ValuePainter {
 public:
-    ValuePainter(std::span<const std::uint32_t> triangles, Channel channel);
-    void draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values) const;
+    ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides = Sides::kBoth);
+    void draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values);
     // Its two halves.
-    void upload(std::span<const Vec3> positions, std::span<const Vec3> values) const;
+    void upload(std::span<const Vec3> positions, std::span<const Vec3> values);
     void draw(const FrameView& view) const;
 
 private:
     GlObject program_, vertex_array_, positions_, values_, triangles_;
     ViewUniforms view_;
+    ClosedSurfaces surfaces_;  // of kSeen
+    bool outward_ = false;     // in the uploaded pose
     GLsizei index_count_;
 };
 

@@ -93,7 +93,7 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
 
 void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
     const ClusterView& view = asset_->model.clusters[cluster];
-    std::copy(scores.begin(), scores.end(), scores_.begin() + std::ptrdiff_t(decoded_->first_score[cluster]));
+    for (std::size_t k = 0; k < scores.size(); ++k) scores_[decoded_->first_score[cluster] + k] = scores[k];
     if (!hasBytes(view)) return;
     for (std::size_t k = 0; k < scores.size(); ++k) weights_[k] = scores[k] * view.basis.scale[k];
     const std::size_t first = decoded_->first_pair_weight[cluster];

@@ -88,7 +88,7 @@ struct Crowd {
     }
     Image drawOnCpu() {
         target.begin();
-        const ValuePainter painter(data.asset.mesh.triangles, Channel::kShaded);
+        ValuePainter painter(data.asset.mesh.triangles, Channel::kShaded);
         for (std::size_t i = 0; i < characters.size(); ++i) {
             std::vector<Vec3> radiance, positions = vertices[i].positions;
             shadeFrame(sets[i], vertices[i], view.eye - characters[i].offset, 1, radiance);
