@@ -65,10 +65,9 @@ class Digests:
             self.changed = False
 
 
-def command_text(command, inputs):
-    """The command without what does not change its result: folders of programs and of files from outside."""
-    outside = {path for path in inputs if os.path.isabs(path)}
-    return [word if not os.path.isabs(word) else "FILE" if word in outside else os.path.basename(word) for word in command]
+def label(path):
+    """What stands for a path in a stamp: files from outside may lie in another folder the next time."""
+    return os.path.basename(path) if os.path.isabs(path) else path
 
 
 def tool_version(command, known={}):
@@ -100,10 +99,12 @@ def read_stamp(folder, output):
         return None
 
 
-def write_stamp(folder, output, command, inputs, digests):
+def write_stamp(folder, output, command, inputs, further, digests):
+    """`inputs` in the order of the job; `further` are those that only the command knew."""
     status = os.stat(os.path.join(folder, output))
-    stamp = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "command": command_text(command, inputs),
-             "version": tool_version(command), "inputs": {path: digests.of(path) for path in inputs},
+    stamp = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "command": [label(word) for word in command],
+             "version": tool_version(command), "inputs": [[label(path), digests.of(path)] for path in inputs],
+             "further_inputs": {os.path.relpath(os.path.join(folder, path), folder): digests.of(path) for path in further},
              "output": {"sha256": digests.of(output), "mtime_ns": status.st_mtime_ns}}
     write_whole(os.path.join(folder, output + ".stamp"), json.dumps(stamp, indent=1) + "\n")
 
@@ -139,14 +140,22 @@ def why_stale(folder, output, command, inputs, digests, temporary=False):
         return "is not there"
     if stamp is None:
         return "has no stamp: nobody knows what made it"
-    if stamp["command"] != command_text(command, inputs):
-        return "made with other options: " + changed_words(command_text(command, inputs), stamp["command"])
+    if stamp["command"] != [label(word) for word in command]:
+        return "made with other options: " + changed_words([label(word) for word in command], stamp["command"])
     if stamp["version"] != tool_version(command):
         return f"made by {stamp['version']}, now {tool_version(command)}"
-    for path in [*inputs, *(p for p in stamp["inputs"] if p not in inputs)]:
-        if path not in stamp["inputs"]:
-            return f"made without {path}"
-        if digest_of(folder, path, digests) != stamp["inputs"][path]:
+    return changed_input(folder, inputs, stamp, digests)
+
+
+def changed_input(folder, inputs, stamp, digests):
+    """The first input that is not what the output was made from, as a reason; or ""."""
+    if [label(path) for path in inputs] != [name for name, _ in stamp["inputs"]]:
+        return "made from other files: " + changed_words([label(path) for path in inputs], [name for name, _ in stamp["inputs"]])
+    for path, (name, digest) in zip(inputs, stamp["inputs"]):
+        if digest_of(folder, path, digests) != digest:
+            return f"made from another {name}"
+    for path, digest in stamp["further_inputs"].items():
+        if digest_of(folder, path, digests) != digest:
             return f"made from another {path}"
     return ""
 

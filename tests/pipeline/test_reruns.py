@@ -66,6 +66,9 @@ def check_touch(folder):
     shutil.rmtree(os.path.join(out, ".snakemake"))
     shutil.rmtree(out + ".old")
     expect(folder, set(), "copied without time stamps and without Snakemake's memory")
+    os.rename(folder, folder + " elsewhere")
+    expect(folder + " elsewhere", set(), "everything moved to another folder")
+    os.rename(folder + " elsewhere", folder)
     replace(os.path.join(folder, "farm.yaml"), "output: out\n", "output: out  # a comment\n")
     expect(folder, {"index.html"}, "a comment in the YAML file")
 
@@ -87,7 +90,7 @@ def check_changes(folder):
         file.write(b" " * 4)
     text = snakemake(folder, "-n")
     assert kept(text) == OF_MAN, kept(text)
-    assert "farm: man/man.pnb: follows man/shards/000000-000015.vis.h5: made from another /" in text, text
+    assert "farm: man/man.pnb: follows man/shards/000000-000015.vis.h5: made from another capsule_man.glb" in text, text
     open(man, "wb").write(whole)
     expect(folder, set(), "a rig changed and changed back")
 

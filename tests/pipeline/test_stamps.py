@@ -58,6 +58,24 @@ def check_stamp():
     print("farm_stamp: content decides")
 
 
+def check_order():
+    """Inputs in another order are other inputs, also where their names are the same; folders are not part of a name."""
+    for folder in ("first", "second"):
+        os.mkdir(folder)
+        write(f"{folder}/x.txt", folder)
+    a, b = (os.path.abspath(f"{folder}/x.txt") for folder in ("first", "second"))
+    join = lambda *files: run(STAMP, "joined.txt", *(word for f in files for word in ("-i", f)), "--",
+                              sys.executable, "-c", "import sys; open('joined.txt', 'w').write(open(sys.argv[1]).read())", *files)
+    join(a, b)
+    assert open("joined.txt").read() == "first"
+    join(b, a)
+    assert open("joined.txt").read() == "second"
+    made = os.stat("joined.txt").st_mtime_ns
+    os.rename("second", "third")
+    join(b.replace("second", "third"), a)
+    assert os.stat("joined.txt").st_mtime_ns == made
+
+
 def check_depfile():
     """What only the command knows that it read counts from the second run on; blanks and $ in names are kept."""
     write("a b$.txt", "one")
@@ -153,6 +171,7 @@ def main():
         os.mkdir(os.path.join(top, "stamps"))
         os.chdir(os.path.join(top, "stamps"))
         check_stamp()
+        check_order()
         check_depfile()
         check_build(os.path.join(top, "with $ and blank"), [], ["ninja", "-C", "out"], "no work to do")
         check_build(os.path.join(top, "plain"), ["--make"], ["make", "-C", "out", "-j2"], "is up to date")
