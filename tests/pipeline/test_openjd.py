@@ -122,7 +122,7 @@ def check_run(template, folder):
     assert " frames x " in run_step(plan, values, folder)
     text = run_step(bake, values, folder)
     progress = [float(value) for value in re.findall(r"^openjd_progress: ([0-9.]+)$", text, re.M)]
-    assert len(progress) >= 8 and min(progress) >= 0 and progress.count(100) == 8, progress
+    assert len(progress) >= 8 and min(progress) >= 0 and progress.count(100) >= 8, progress
     assert len(re.findall(r"^openjd_status: .+$", text, re.M)) == len(progress)
     run_step(merge, values, folder)
     whole = os.path.join(folder, "whole.vis.h5")
