@@ -41,7 +41,17 @@ void combine(const CombineInput& in, float* out) {
     }
 }
 
-void combinePairs(const PairInput& in, float* out) {
+void clampAmbients(const AmbientClamp& clamp, float* numbers, std::size_t vertices) {
+    for (float* v = numbers; v < numbers + vertices * clamp.stride; v += clamp.stride) {
+        float e = 0;
+        for (std::size_t i = 0; i < clamp.stride; ++i) e += clamp.weights[i] * v[i];
+        const float excess = e < 0 ? e : e > 1 ? e - 1 : 0;
+        if (excess == 0) continue;
+        for (std::size_t i = 0; i < clamp.stride; ++i) v[i] -= clamp.weights[i] * (excess / clamp.norm2);
+    }
+}
+
+void combinePairs(const PairInput& in, const AmbientClamp& clamp, float* out) {
     const std::int8_t* bytes = in.bytes;
     for (std::size_t at = 0; at < in.count; at += kPairTile) {
         std::array<std::int32_t, kPairTile> sum{};
@@ -53,16 +63,7 @@ void combinePairs(const PairInput& in, float* out) {
         loadMean(in.mean, in.mean_is_half, at, {out + at, n});
         for (std::size_t i = 0; i < n; ++i) out[at + i] += in.unit * float(sum[i]);
     }
-}
-
-void clampAmbients(const AmbientClamp& clamp, float* numbers, std::size_t vertices) {
-    for (float* v = numbers; v < numbers + vertices * clamp.stride; v += clamp.stride) {
-        float e = 0;
-        for (std::size_t i = 0; i < clamp.stride; ++i) e += clamp.weights[i] * v[i];
-        const float excess = e < 0 ? e : e > 1 ? e - 1 : 0;
-        if (excess == 0) continue;
-        for (std::size_t i = 0; i < clamp.stride; ++i) v[i] -= clamp.weights[i] * (excess / clamp.norm2);
-    }
+    clampAmbients(clamp, out, in.count / clamp.stride);
 }
 
 }  // namespace
@@ -101,6 +102,7 @@ std::vector<EvaluatorPath> evaluatorPaths() {
     std::vector<EvaluatorPath> paths = {
         {"portable", combinePairs, combine<std::uint16_t>, combine<float>, clampAmbients}};
     if (kEvaluatorAvx2 && cpuHasAvx2() && !std::getenv("PENUMBRA_NO_SIMD")) paths.push_back(*kEvaluatorAvx2);
+    if (paths.size() > 1 && kEvaluatorVnni && cpuHasVnni()) paths.push_back(*kEvaluatorVnni);
     return paths;
 }
 

@@ -22,7 +22,7 @@ using Combine = void (*)(const CombineInput& input, float* out);
 // floats takes as long as two of those, on processors that can turn 8 a cycle.
 //   bytes: [tile of kPairTile numbers][pair of components][number][2], zeros beyond the last number and component
 //   weights: [pair] the lower half of the first component, the upper of the second, in units of `unit`
-constexpr std::size_t kPairTile = 32;
+constexpr std::size_t kPairTile = 64;
 struct PairInput {
     const void* mean = nullptr;
     bool mean_is_half = false;
@@ -31,7 +31,6 @@ struct PairInput {
     float unit = 0;
     std::size_t pairs = 0, count = 0;
 };
-using CombinePairs = void (*)(const PairInput& input, float* out);
 
 // The layout above of [components, count] bytes, appended to `out`.
 void appendPairs(const std::int8_t* basis, std::size_t components, std::size_t count, std::vector<std::int8_t>& out);
@@ -47,6 +46,8 @@ struct AmbientClamp {
     float norm2 = 0;                 // sum of squared weights
 };
 using ClampAmbients = void (*)(const AmbientClamp& clamp, float* numbers, std::size_t vertices);
+// Clamps what it has combined; count is a multiple of the stride.
+using CombinePairs = void (*)(const PairInput& input, const AmbientClamp& clamp, float* out);
 
 struct EvaluatorPath {
     const char* name = "";
@@ -59,7 +60,9 @@ struct EvaluatorPath {
 // environment there is only the portable one.
 std::vector<EvaluatorPath> evaluatorPaths();
 
-// evaluator_avx2.cpp: AVX2, FMA and F16C. Null where the compiler has no such target.
+// evaluator_avx2.cpp: AVX2, FMA and F16C; evaluator_vnni.cpp: with AVX-512 VNNI and VL. Null where the compiler has no
+// such target.
 extern const EvaluatorPath* const kEvaluatorAvx2;
+extern const EvaluatorPath* const kEvaluatorVnni;
 
 }  // namespace penumbra

@@ -113,8 +113,9 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     assert(numbers.size() == vertexCount() * stride);
     const std::span<float> out = numbers.subspan(view.first_vertex * stride, view.mean.count);
     const bool half_mean = view.mean.precision == AssetPrecision::kF16;
+    const Decoded& d = *decoded_;
+    const AmbientClamp clamp{d.ambient_weights.data(), stride, d.ambient_norm2};
     if (hasBytes(view)) {
-        const Decoded& d = *decoded_;
         const PairInput input{view.mean.data,
                               half_mean,
                               d.pairs.data() + d.first_pair_byte[cluster],
@@ -122,13 +123,13 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
                               units_[cluster],
                               (view.components() + 1) / 2,
                               view.mean.count};
-        path_.i8(input, out.data());
-    } else {
-        const CombineInput input{view.mean.data,         half_mean,         view.basis.data,
-                                 scores(cluster).data(), view.components(), view.mean.count};
-        (view.basis.precision == AssetPrecision::kF16 ? path_.f16 : path_.f32)(input, out.data());
+        path_.i8(input, clamp, out.data());
+        return;
     }
-    path_.clamp({decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2}, out.data(), view.vertex_count);
+    const CombineInput input{view.mean.data,         half_mean,         view.basis.data,
+                             scores(cluster).data(), view.components(), view.mean.count};
+    (view.basis.precision == AssetPrecision::kF16 ? path_.f16 : path_.f32)(input, out.data());
+    path_.clamp(clamp, out.data(), view.vertex_count);
 }
 
 static Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affine> bones) {

@@ -13,6 +13,14 @@ bool cpuHasAvx2() {
 #endif
 }
 
+bool cpuHasVnni() {
+#ifdef __x86_64__
+    return cpuHasAvx2() && __builtin_cpu_supports("avx512vnni") && __builtin_cpu_supports("avx512vl");
+#else
+    return false;
+#endif
+}
+
 std::vector<ShadePath> shadePaths() {
     std::vector<ShadePath> paths = {{"portable", shadeLanes}};
     if (kShadeAvx2 && cpuHasAvx2() && !std::getenv("PENUMBRA_NO_SIMD")) paths.push_back(*kShadeAvx2);

@@ -102,9 +102,9 @@ TEST(CApi, EveryReflectanceLightFormAndPathIsThatOfTheClasses) {
                 ShadingSet set(view, {Reflectance(reflectance), forms[form]});
                 if (reflectance == 1) set.setMaterial(1);  // "lambert" has no operators
                 if (form == 2) set.setLight(1);            // "uniform" has no lobes
-                const std::size_t path = simd == PENUMBRA_SIMD_PORTABLE ? 0 : evaluatorPaths().size() - 1;
-                evaluator.usePath(evaluatorPaths()[path]);
-                set.usePath(shadePaths()[path]);
+                const bool portable = simd == PENUMBRA_SIMD_PORTABLE;
+                evaluator.usePath(portable ? evaluatorPaths().front() : evaluatorPaths().back());
+                set.usePath(portable ? shadePaths().front() : shadePaths().back());
                 Frame frame(info);
                 penumbra_character_set_frame(character.get(), 1, nullptr);
                 EXPECT_EQ(frame.evaluate(character.get(), info), PENUMBRA_OK);

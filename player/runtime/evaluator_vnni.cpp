@@ -1,0 +1,19 @@
+// Compiled with AVX-512 VNNI and VL on top of AVX2, FMA and F16C, called only where the processor has them: vpdpwssd
+// multiplies pairs and adds them in one instruction, and the registers are twice as many. They stay 256 bits wide.
+#include "player/runtime/combine.h"
+
+#ifdef __AVX512VNNI__
+#include "player/runtime/combine_x86.h"
+
+namespace penumbra {
+static const EvaluatorPath kPath{"avx2-vnni", combinePairs, combine<Half>, combine<Float>, clampAmbients};
+const EvaluatorPath* const kEvaluatorVnni = &kPath;
+}  // namespace penumbra
+
+#else
+
+namespace penumbra {
+const EvaluatorPath* const kEvaluatorVnni = nullptr;
+}
+
+#endif
