@@ -31,4 +31,10 @@ std::optional<std::size_t> findTruthFrame(const AssetView& asset, const AssetVie
     return std::nullopt;
 }
 
+bool hasTruthOf(const AssetView& asset, const AssetView& truth, const ClipView& clip) {
+    for (std::size_t number = 0; number < clip.frame_count; ++number)
+        if (findTruthFrame(asset, truth, clip.first_frame + number)) return true;
+    return false;
+}
+
 }  // namespace penumbra

@@ -12,4 +12,7 @@ void checkTruth(const AssetView& asset, const AssetView& truth);
 // baked of some clips only.
 std::optional<std::size_t> findTruthFrame(const AssetView& asset, const AssetView& truth, std::size_t frame);
 
+// Whether it has any of the clip's frames.
+bool hasTruthOf(const AssetView& asset, const AssetView& truth, const ClipView& clip);
+
 }  // namespace penumbra

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdio>
 
+#include "player/truth_frames.h"
 #include "player/view_actions.h"
 #include "player/view_inspect.h"
 #include "player/view_overlays.h"
@@ -137,6 +138,15 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::Checkbox("normals and tangents", &state.frames);
 }
 
+// Poses between sampled frames have no truth, and need no word.
+void truthHint(const Character& character, const ClipView& clip) {
+    if (!character.truth || character.truth_frame) return;
+    if (!hasTruthOf(character.asset, *character.truth, clip))
+        ImGui::TextWrapped("This clip has no baked truth.");
+    else if (character.part == 0)
+        ImGui::TextWrapped("This frame has no baked truth.");
+}
+
 void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& figures) {
     ImGui::TextDisabled("Cost of a frame, ms");
     ImGui::Text("evaluate %.2f  shade %.2f", figures.update.evaluate, figures.update.shade);
@@ -151,7 +161,7 @@ void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& 
     ImGui::Text("out of range %.3f", character.evaluator->outOfRange());
     if (character.channel == Channel::kError)
         ImGui::Text("error: mean %.4f, max %.3f", character.mean_error, character.max_error);
-    if (character.truth && !character.truth_frame) ImGui::TextWrapped("This clip has no baked truth.");
+    truthHint(character, character.asset.animation.clips[state.characters[state.selected].clip]);
     if (!figures.message.empty()) ImGui::TextWrapped("%s", figures.message.c_str());
 }
 

@@ -24,9 +24,9 @@ static void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& a
             asset.lights.push_back({file.light_name, kPictureLightOrder, file.light_sh});
             continue;
         }
-        if (&file == &own)
-            for (std::uint16_t& material : asset.slot_material) material += std::uint16_t(asset.materials.size());
         const AssetView& view = file.asset->view;
+        if (&file == &own && !view.materials.empty())  // of none of its own: the scene's first
+            for (std::uint16_t& material : asset.slot_material) material += std::uint16_t(asset.materials.size());
         asset.materials.insert(asset.materials.end(), view.materials.begin(), view.materials.end());
         asset.lights.insert(asset.lights.end(), view.lights.begin(), view.lights.end());
     }

@@ -73,6 +73,38 @@ TEST_F(ViewFiles, ACharacterKeepsItsMaterialsWhateverTheOrder) {
     EXPECT_LT(scene.characters[0]->offset.x, scene.characters[1]->offset.x);
 }
 
+// A model that brings no materials and no light shows the scene's first, with slots and without, wherever it is named.
+TEST_F(ViewFiles, AModelWithoutMaterialsShowsTheFirst) {
+    Model model = synthetic::tubeModel();
+    const fs::path bare = folder / "bare.pnb", slots = folder / "slots.pnb";
+    writeWholeFile(bare, packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1).bytes);
+    model.mesh.slots = {"skin", "cloth"};
+    for (std::size_t v = 0; v < model.mesh.vertexCount(); ++v)
+        model.mesh.slot_of_vertex.push_back(std::uint16_t(v % 2));
+    writeWholeFile(slots, packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1).bytes);
+    const std::array<std::array<fs::path, 4>, 3> orders = {
+        {{tube, bare, slots, library}, {library, slots, bare, tube}, {bare, library, tube, slots}}};
+    for (const auto& files : orders) {
+        Scene scene = openScene(files, 1);
+        ViewState state = stateFor(scene, {});
+        UpdateCost cost;
+        updateScene(scene, state, {.values = true, .threads = 1}, cost);
+        for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+            const Character& character = *scene.characters[i];
+            const bool own = fs::path(character.asset.name).filename() == tube.filename();
+            ASSERT_EQ(character.asset.materials.size(), 2u);
+            for (const std::size_t material : state.characters[i].material_of_slot)
+                EXPECT_EQ(scene.material_names[material], own ? "grey" : scene.material_names[0]);
+            EXPECT_EQ(character.values[std::size_t(Shown::kModel)].size(), character.asset.mesh.positions.size());
+        }
+    }
+    // By drop: after it was shown alone.
+    const std::array one = {tube};
+    const std::array two = {tube, slots};
+    const ViewState before = stateFor(openScene(one, 1), {});
+    EXPECT_EQ(stateFor(openScene(two, 1), before).characters[1].material_of_slot, (std::vector<std::size_t>{0, 0}));
+}
+
 // A file is mapped once, by whatever name, and its materials and lights are listed once.
 TEST_F(ViewFiles, CharactersOfOneFileShareIt) {
     const fs::path copy = folder / "copy.pnb", link = folder / "link.pnb";

@@ -125,6 +125,12 @@ TEST(TruthFrames, SameClipNumberAndTime) {
     late.animation.times = times;
     EXPECT_TRUE(findTruthFrame(synthetic.asset, late, 0));
     EXPECT_FALSE(findTruthFrame(synthetic.asset, late, 1)) << "sampled at another time";
+    const std::vector<ClipView>& clips = synthetic.asset.animation.clips;
+    EXPECT_FALSE(hasTruthOf(synthetic.asset, partial, clips[0]));
+    EXPECT_TRUE(hasTruthOf(synthetic.asset, partial, clips[1]));
+    times[0] += 0.01;
+    late.animation.times = times;
+    EXPECT_TRUE(hasTruthOf(synthetic.asset, late, clips[0])) << "of its third frame only";
 }
 
 TEST(ViewSettings, AreReadAsTheyWereWritten) {
