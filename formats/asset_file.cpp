@@ -136,7 +136,8 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
     const auto fail = [&](const char* what) {
         return IoError(path.string() + ": cannot " + what + ": " + std::strerror(errno));
     };
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    // Not blocking: to open a pipe would wait for its writer.
+    const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) throw fail("open");
     struct stat status {};
     if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {

@@ -195,6 +195,7 @@ static bool sameFile(const fs::path& first, const fs::path& second) {
 }
 
 static void checkReplaceable(const fs::path& path, const Run& run) {
+    if (path == "-") throw UsageError("-: nothing is written to standard output: name a file (./- is one, too)");
     for (const fs::path& input : run.inputs())
         if (sameFile(input, path)) throw UsageError(path.string() + ": is input and output");
     std::error_code error;

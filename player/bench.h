@@ -49,7 +49,7 @@ struct BenchResult {
 };
 
 // Shades with options.brdf and options.light, or draws E when the asset has none. Medians of `runs`; threads as in
-// parallelFor(). `characters`: how many of them, one run each.
+// parallelFor(). `characters`: how many of them (bench_characters.h).
 BenchResult benchAsset(const RenderOptions& options, const AssetView& asset, int runs, int threads,
                        const std::vector<int>& characters = {});
 

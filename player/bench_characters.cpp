@@ -2,6 +2,7 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -136,7 +137,11 @@ void measureGl(const RenderOptions& options, const Crowd& crowd, const AssetView
 }  // namespace
 
 std::vector<CharactersCost> benchCharacters(const RenderOptions& options, const Shot& shot, ShadingSet* shading,
-                                            std::span<const int> counts, int runs, int threads) {
+                                            std::vector<int> counts, int runs, int threads) {
+    if (counts.empty()) return {};
+    counts.push_back(1);
+    std::sort(counts.begin(), counts.end());
+    counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
     if (threads <= 0) threads = hardwareThreads();
     const std::size_t before = allocatedBytes();
     const Evaluator first(*shot.asset);

@@ -1,13 +1,14 @@
 #pragma once
 // Many characters that share an asset: what each costs in time and memory.
-#include <span>
+#include <vector>
 
 #include "player/bench.h"
 
 namespace penumbra {
 
-// In the order of `counts`. `shading` may be null: E is not drawn then, but black.
+// Nothing without `counts`, else one of 1, which the others are compared with, and one of each other count, ascending.
+// `shading` may be null: E is not drawn then, but black.
 std::vector<CharactersCost> benchCharacters(const RenderOptions& options, const Shot& shot, ShadingSet* shading,
-                                            std::span<const int> counts, int runs, int threads);
+                                            std::vector<int> counts, int runs, int threads);
 
 }  // namespace penumbra

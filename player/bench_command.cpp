@@ -36,7 +36,8 @@ static void defineBench(CLI::App& app, BenchCommand& command) {
     app.add_option("--runs", command.runs, "frames to time; the median counts")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    app.add_option("--characters", command.characters, "also so many characters of the asset at once: 1,10,100")
+    app.add_option("--characters", command.characters,
+                   "also so many characters of the asset at once, as 10,100; 1 is always measured with them")
         ->delimiter(',')
         ->check(CLI::Range(1, 10000));
     app.add_option("--brdf", command.options.brdf,

@@ -70,7 +70,7 @@ static void printGl(const GlBench& gl) {
     std::printf("%-32s %8.3f of an 8-bit step, root mean square\n", "GLSL path against CPU path", gl.path_difference);
 }
 
-// What one of many costs against one alone.
+// What one of many costs against one alone, which benchCharacters() puts first.
 static double linearity(double first, const CharactersCost& one, double all, const CharactersCost& many) {
     return all / many.count / (first / one.count);
 }
@@ -84,9 +84,8 @@ static void printCharacters(const std::vector<CharactersCost>& characters) {
         std::printf("%-10d %10.3f %9.3f %9.3f %9.3f %9.3f %8.1f %12.3f %12.3f %15.1f\n", c.count, c.pose_skin,
                     c.evaluate, c.shade, c.draw, c.total(), hertz(c.total()), linearity(one.cpu(), one, c.cpu(), c),
                     linearity(one.draw, one, c.draw, c), double(c.bytes_each) * 1e-3);
-    std::printf(
-        "linear: cost of one of many / cost of the first row's; shared: the mapped asset and %.1f KB decoded of it\n",
-        double(one.bytes_decoded) * 1e-3);
+    std::printf("linear: cost of one of many / cost of one alone; shared: the mapped asset and %.1f KB decoded of it\n",
+                double(one.bytes_decoded) * 1e-3);
 }
 
 void printBench(const BenchResult& r) {

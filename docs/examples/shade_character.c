@@ -66,7 +66,10 @@ int main(int argc, char** argv) {
     penumbra_asset_info info;
     penumbra_clip clip;
     check(penumbra_asset_get_info(asset, &info));
-    check(penumbra_asset_get_clip(asset, argc > 3 ? penumbra_asset_find_clip(asset, argv[3]) : 0, &clip));
+    if (penumbra_asset_get_clip(asset, argc > 3 ? penumbra_asset_find_clip(asset, argv[3]) : 0, &clip) != PENUMBRA_OK)
+        return fprintf(stderr, "shade_character: %s has no clip %s\n", argv[1], argc > 3 ? argv[3] : "at all"), 1;
+    FILE* out = fopen(argv[2], "wb");
+    if (!out) return perror(argv[2]), 2;
     const size_t n = info.vertex_count;
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *radiance = floats(3 * n);
     float *numbers = floats(n * info.stride), *ambient = floats(n), center[3] = {0, 0, 0};
@@ -84,16 +87,13 @@ int main(int argc, char** argv) {
                penumbra_character_out_of_range(character));
     }
     for (size_t i = 0; i < 3 * n; ++i) center[i % 3] += positions[i] / (float)n;
-    unsigned char* rgb = calloc(SIZE * SIZE, 3);
-    if (!rgb) return 4;
-    float* depth = floats(SIZE * SIZE);
+    static unsigned char rgb[3 * SIZE * SIZE];
+    static float depth[SIZE * SIZE];
     for (size_t i = 0; i < SIZE * SIZE; ++i) depth[i] = -1e30f;
     draw(positions, radiance, info.triangles, info.triangle_count, center, 2.2f, rgb, depth);
-    FILE* out = fopen(argv[2], "wb");
-    if (!out || fprintf(out, "P6 %d %d 255\n", SIZE, SIZE) < 0 || fwrite(rgb, SIZE * SIZE, 3, out) != 3) return 2;
-    fclose(out);
-    free(positions), free(normals), free(tangents), free(radiance), free(numbers), free(ambient), free(rgb),
-        free(depth);
+    fprintf(out, "P6 %d %d 255\n", SIZE, SIZE), fwrite(rgb, SIZE * SIZE, 3, out);
+    if (ferror(out) || fclose(out)) return perror(argv[2]), 2;
+    free(positions), free(normals), free(tangents), free(radiance), free(numbers), free(ambient);
     penumbra_shading_destroy(shading), penumbra_character_destroy(character), penumbra_asset_close(asset);
     return 0;
 }

@@ -1,6 +1,7 @@
 // Every wrong call gets its status and a sentence, and changes nothing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -61,7 +62,8 @@ TEST(CApiErrors, Opening) {
     EXPECT_EQ(file(missing), "PENUMBRA_IO_ERROR: " + missing + ": cannot open: No such file or directory");
     EXPECT_THAT(file(folder), HasSubstr("PENUMBRA_IO_ERROR: " + folder.string() + ": not a regular file"));
     std::ofstream(folder / "empty.pnb").flush();
-    EXPECT_THAT(file(folder / "empty.pnb"), HasSubstr("PENUMBRA_INVALID_ASSET: "));
+    EXPECT_EQ(file(folder / "empty.pnb"), "PENUMBRA_INVALID_ASSET: " + (folder / "empty.pnb").string() +
+                                              ": not a Penumbra asset (PNB1), or cut short");
     std::ofstream(folder / "text.pnb") << "this is no asset, though it has more than a few bytes";
     EXPECT_THAT(file(folder / "text.pnb"), HasSubstr("text.pnb: not a Penumbra asset (PNB1), or cut short"));
     EXPECT_THAT(file(folder / std::string(2000, 'x')), HasSubstr("PENUMBRA_IO_ERROR"));  // the message is cut
@@ -74,6 +76,23 @@ TEST(CApiErrors, Opening) {
         .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     EXPECT_EQ(file(folder / "good.pnb"), "PENUMBRA_OK: ");
     penumbra_asset_close(asset);
+    std::filesystem::remove_all(folder);
+}
+
+// At once: to open a pipe would wait for its writer, and a device has no end.
+TEST(CApiErrors, OpeningWhatIsNoFile) {
+    const std::filesystem::path folder = testing::TempDir() + "capi_opening_no_file";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    ASSERT_EQ(::mkfifo((folder / "pipe.pnb").c_str(), 0600), 0);
+    std::filesystem::create_symlink("pipe.pnb", folder / "link.pnb");
+    Said said;
+    penumbra_asset* asset = nullptr;
+    for (const std::string& path :
+         {(folder / "pipe.pnb").string(), (folder / "link.pnb").string(), folder.string(), std::string("/dev/zero")})
+        EXPECT_EQ(said.after(penumbra_asset_open_file(path.c_str(), &asset, &said.error)),
+                  "PENUMBRA_IO_ERROR: " + path + ": not a regular file");
+    EXPECT_EQ(asset, nullptr);
     std::filesystem::remove_all(folder);
 }
 

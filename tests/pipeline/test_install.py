@@ -96,6 +96,11 @@ target_link_libraries(static PRIVATE penumbra::penumbra_static m)
     expected = check_runs("project/build/shared", "shared.ppm")
     for program, more in (("project/build/static", {}), ("./by_pkg_config", library), ("./by_pkg_config_static", {})):
         assert check_runs(program, "other.ppm", **more) == expected, program
+    for arguments, says in ((["x.pnb", "no.ppm", "moonwalk"], "shade_character: x.pnb has no clip moonwalk\n"),
+                            (["none.pnb", "no.ppm"], "none.pnb: cannot open"), (["x.pnb", "no_folder/no.ppm"], "no_folder/no.ppm: ")):
+        result = subprocess.run(["project/build/static", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert result.returncode in (1, 2) and says in result.stderr and not result.stdout, (arguments, result)
+        assert not os.path.exists("no.ppm")
     print("the example in C by find_package and by pkg-config, shared and static: the same figures and picture")
     print("\n".join(expected[0][:2]))
 

@@ -333,6 +333,8 @@ def check_errors():
     fails(1, "--sheet", "no.2.png", *many, says="no.2.png: written twice")
     fails(1, *gate, "--depfile", "no.d", says="--depfile")
     fails(2, "--csv", "no_folder/no.csv", says="no_folder")
+    for words in (["--csv", "-"], ["--csv", "no.csv", "--report", "-"]):
+        fails(1, *words, says="-: nothing is written to standard output: name a file")
     fails(2, "-o", "no_folder/no.%d.png", says="no_folder")
     fails(2, "--csv", "no.csv", "--truth", "none.pnb", says="none.pnb")
     fails(3, "--csv", "no.csv", "--truth", "x.pnb", says="x.pnb: holds no baked frames")
