@@ -25,11 +25,10 @@ struct StageTime {
     double median = 0, best = 0;
 };
 
-// Of what `body(run)` takes in so many runs; prepare(run) comes before each and is not timed. One run before the first
-// that counts.
+// Collects what `body(run)` takes in so many runs; prepare(run) comes before each and is not timed. One run before the
+// first that counts.
 template <class Prepare, class Body>
-StageTime timeRuns(int runs, const Prepare& prepare, const Body& body) {
-    std::vector<double> times;
+void collectRuns(int runs, const Prepare& prepare, const Body& body, std::vector<double>& times) {
     for (int run = -1; run < runs; ++run) {
         throwIfInterrupted();
         prepare(std::size_t(run + 1));
@@ -37,7 +36,17 @@ StageTime timeRuns(int runs, const Prepare& prepare, const Body& body) {
         body(std::size_t(run + 1));
         if (run >= 0) times.push_back(millisecondsSince(start));
     }
+}
+
+inline StageTime summaryOf(const std::vector<double>& times) {
     return {median(times), *std::min_element(times.begin(), times.end())};
+}
+
+template <class Prepare, class Body>
+StageTime timeRuns(int runs, const Prepare& prepare, const Body& body) {
+    std::vector<double> times;
+    collectRuns(runs, prepare, body, times);
+    return summaryOf(times);
 }
 
 template <class Body>
