@@ -12,7 +12,7 @@ from html import escape
 from urllib.parse import quote
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from farm.config import ConfigError, read_config
+from farm.config import ConfigError, exit_code, read_config
 from farm.plan import make_plan, report_of
 from farm.stamps import write_whole
 
@@ -150,7 +150,8 @@ def main():
     try:
         page = Page(read_config(arguments.farm)).html()
     except ConfigError as error:
-        sys.exit(f"farm_index.py: {error}")
+        print(f"farm_index.py: {error}", file=sys.stderr)
+        sys.exit(exit_code(error))
     write_whole(arguments.output, page)
     if arguments.report:
         write_whole(arguments.report, json.dumps({"schema": "penumbra.report", "schema_version": 1, "tool": "farm_index.py",

@@ -13,6 +13,15 @@ class ConfigError(Exception):
     """One sentence that names the key, what it takes and what was given."""
 
 
+class Unreadable(ConfigError):
+    """A file that is not there or cannot be read."""
+
+
+def exit_code(error):
+    """As our programs: 2 cannot read or write, 3 input invalid."""
+    return 2 if isinstance(error, (Unreadable, OSError)) else 3
+
+
 # --- Kinds of values: each takes (key, value, folder of the YAML file) and returns the value to use -------------------
 
 def number(least, whole=False):
@@ -45,7 +54,7 @@ def text(key, value, folder):
 def a_file(key, value, folder):
     path = os.path.normpath(os.path.join(folder, os.path.expanduser(text(key, value, folder))))
     if not os.path.isfile(path):
-        raise ConfigError(f"{key}: no such file: {path}")
+        raise Unreadable(f"{key}: no such file: {path}")
     return path
 
 
@@ -206,10 +215,10 @@ def read_config(path):
         with open(path) as file:
             content = yaml.safe_load(file)
     except OSError as error:
-        raise ConfigError(f"{path}: cannot read: {error.strerror}") from None
+        raise Unreadable(f"{path}: cannot read: {error.strerror}") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
     try:
         return check_config(content, path)
     except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
+        raise type(error)(f"{path}: {error}") from None

@@ -7,9 +7,10 @@ import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
+from urllib.parse import unquote
 
 from farm.config import ROOT, ConfigError
-from farm.stamps import Digests, write_whole
+from farm.stamps import Digests, label, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
 
@@ -55,6 +56,19 @@ def report_of(output):
     return output if output.endswith("check.json") else f"reports/{output.replace('/', '.')}.json"
 
 
+def buffers_of(path):
+    """The files that a .gltf names; --dry-run of the bake, which knows them too, writes no --depfile."""
+    if not path.lower().endswith(".gltf"):
+        return []
+    try:
+        with open(path) as file:
+            names = [buffer.get("uri", "data:") for buffer in json.load(file).get("buffers", [])]
+    except (ValueError, AttributeError):  # the bake says what is wrong with it
+        return []
+    found = [os.path.join(os.path.dirname(path), unquote(name)) for name in names if not name.startswith("data:")]
+    return [file for file in found if os.path.isfile(file)]
+
+
 class Planner:
     def __init__(self, farm):
         self.farm = farm
@@ -90,10 +104,11 @@ class Planner:
         return self.add("merge", {"rig": name}, [self.program("penumbra-bake"), "merge", *parts], parts)
 
     def frames(self, name, words, files):
-        """How many frames a bake has: asked of the program once, and remembered by content of its files."""
+        """How many frames a bake has: asked of the program once, and remembered by its version and the content of its files."""
         memory = os.path.join(self.farm.output, ".farm", "frames.json")
         digests = Digests(self.farm.output)
-        key = json.dumps([words[1:], [digests.of(f) for f in files]])
+        read = [*files, *(buffer for file in files for buffer in buffers_of(file))]
+        key = json.dumps([tool_version(words), [label(word) for word in words[1:]], [digests.of(file) for file in read]])
         digests.save()
         known = {}
         if os.path.exists(memory):

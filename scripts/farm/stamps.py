@@ -3,7 +3,9 @@ input and of OUT itself. Whether OUT must be made again is decided by that conte
 import hashlib
 import json
 import os
+import secrets
 import shlex
+import socket
 import subprocess
 
 SCHEMA, SCHEMA_VERSION = "penumbra.stamp", 1
@@ -14,14 +16,26 @@ class ForeignFile(Exception):
 
 
 def write_whole(path, content):
-    """A name that exists is a whole file."""
+    """A name that exists is a whole file. Process ids repeat on other hosts and in containers, so the partial name is random too."""
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-    partial = f"{path}.part{os.getpid()}"
-    with open(partial, "w") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
+    partial = f"{path}.part-{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
+    try:
+        with open(partial, "x") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(partial, path)
+    except BaseException:
+        remove(partial)
+        raise
+
+
+def remove(path):
+    """Whether it is there or not."""
+    try:
+        os.remove(path)
+    except FileNotFoundError:
+        pass
 
 
 def sha256(path):
@@ -61,7 +75,10 @@ class Digests:
 
     def save(self):
         if self.changed:
-            write_whole(self.memory, json.dumps(self.known, indent=0))
+            try:
+                write_whole(self.memory, json.dumps(self.known, indent=0))
+            except OSError:  # as above: no job fails for want of a memory
+                pass
             self.changed = False
 
 
@@ -131,10 +148,10 @@ def changed_words(new, old):
     return f"{' '.join(come) or 'less'} instead of {' '.join(lost) or 'nothing'}" if lost or come else "another order of options"
 
 
-def why_stale(folder, output, command, inputs, digests, temporary=False):
+def why_stale(folder, output, command, inputs, digests, temporary=False, give_time_back=True):
     """"" when `output` is what `command` would make of `inputs` now, else the reason; ForeignFile."""
     for path in inputs:
-        check_own(folder, path, digests)
+        check_own(folder, path, digests, give_time_back)
     stamp = check_own(folder, output, digests, give_time_back=False)  # ninja's restat compares it before and after
     if not os.path.exists(os.path.join(folder, output)) and not (temporary and stamp):
         return "is not there"

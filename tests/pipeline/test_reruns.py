@@ -14,6 +14,7 @@ from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without,
 sys.path.insert(0, SCRIPTS)
 from farm import config
 from farm.config import ConfigError, read_config
+from farm.plan import buffers_of
 
 BIN = os.path.abspath(sys.argv[1])
 OF_GOLD = {"materials/gold.brdf.h5", "bend/bend.pnb", "bend/check.json", "bend/sheet.png", "index.html"}
@@ -69,8 +70,82 @@ def check_touch(folder):
     os.rename(folder, folder + " elsewhere")
     expect(folder + " elsewhere", set(), "everything moved to another folder")
     os.rename(folder + " elsewhere", folder)
+    check_elsewhere(folder)
     replace(os.path.join(folder, "farm.yaml"), "output: out\n", "output: out  # a comment\n")
     expect(folder, {"index.html"}, "a comment in the YAML file")
+
+
+def check_elsewhere(folder):
+    """Programs and scripts in other folders, as of another checkout, install path or user: the same jobs."""
+    links = folder + " links"
+    os.mkdir(links)
+    os.symlink(BIN, os.path.join(links, "bin"))
+    shutil.copytree(SCRIPTS, os.path.join(links, "scripts"))
+    environment = {**os.environ, "PENUMBRA_BIN": os.path.join(links, "bin")}
+    text = snakemake(folder, env=environment)
+    assert "Nothing to be done" in text, text
+    words = ["snakemake", "-s", os.path.join(links, "scripts", "Snakefile"), "--configfile", "farm.yaml", "-c2"]
+    text = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True).stderr
+    assert "Nothing to be done" in text, text
+    shutil.rmtree(links)
+    print("programs and scripts in another folder: 0 jobs")
+
+
+def check_buffers(folder):
+    """The files of a .gltf, by whose content the number of frames is remembered."""
+    os.makedirs(folder)
+    write(os.path.join(folder, "a.gltf"), '{"buffers": [{"uri": "a%20b.bin"}, {"uri": "data:x"}, {}, {"uri": "gone.bin"}]}')
+    write(os.path.join(folder, "a b.bin"), "one")
+    write(os.path.join(folder, "bad.gltf"), "[")
+    assert buffers_of(os.path.join(folder, "a.gltf")) == [os.path.join(folder, "a b.bin")]
+    assert buffers_of(os.path.join(folder, "bad.gltf")) == [] and buffers_of(os.path.join(folder, "a b.bin")) == []
+
+
+def check_exit_codes(folder):
+    """2 cannot read, 3 not what it should be, as the programs."""
+    write(os.path.join(folder, "bad.yaml"), "output: [")
+    for script in ("farm_ninja", "slurm/farm_array"):
+        for name, code in (("nobody.yaml", 2), ("bad.yaml", 3)):
+            result = subprocess.run([os.path.join(SCRIPTS, script), name], cwd=folder, capture_output=True, text=True)
+            assert result.returncode == code and name in result.stderr and "Traceback" not in result.stderr, (script, name, result)
+
+
+def check_cluster_status(folder):
+    """A controller that does not answer says nothing about the job; one that does not know the job does."""
+    fake = os.path.join(folder, "fake bin")
+    os.makedirs(fake)
+    write(os.path.join(fake, "sacct"), "#!/bin/sh\nexit 1\n")
+    cases = [("JobId=7 JobState=COMPLETED Reason=None", "success"), ("JobId=7 JobState=PENDING Reason=None", "running"),
+             ("JobId=7 JobState=OUT_OF_MEMORY Reason=None", "failed"),
+             ("slurm_load_jobs error: Invalid job id specified", "failed"),
+             ("slurm_load_jobs error: Unable to contact slurm controller (connect failure)", "running")]
+    for answer, state in cases:
+        write(os.path.join(fake, "scontrol"), f"#!/bin/sh\necho '{answer}'\n")
+        for name in ("scontrol", "sacct"):
+            os.chmod(os.path.join(fake, name), 0o755)
+        found = subprocess.run([os.path.join(SCRIPTS, "slurm", "status"), "7"], capture_output=True, text=True,
+                               env={**os.environ, "PATH": fake + ":" + os.environ["PATH"]}).stdout
+        assert found == state + "\n", (answer, found)
+
+
+def check_array_files(folder):
+    """Lines of a later submission never replace those that queued tasks will read."""
+    fake = os.path.join(folder, "fake sbatch")
+    os.makedirs(fake)
+    write(os.path.join(fake, "sbatch"), "#!/bin/sh\necho 7\n")
+    os.chmod(os.path.join(fake, "sbatch"), 0o755)
+    environment = {**os.environ, "PATH": fake + ":" + os.environ["PATH"]}
+    yaml, arrays = os.path.join(folder, "farm.yaml"), os.path.join(folder, "out", ".farm", "arrays")
+    submit = lambda: subprocess.run([os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, check=True)
+    content = lambda: {name: open(os.path.join(arrays, name)).read() for name in os.listdir(arrays)}
+    submit()
+    before = content()
+    replace(yaml, "alpha=0.4", "alpha=0.7")
+    submit()
+    after = content()
+    assert before.items() <= after.items() and len([name for name in after if name.startswith("brdf.")]) == 2, after.keys()
+    replace(yaml, "alpha=0.7", "alpha=0.4")
+    shutil.rmtree(os.path.join(folder, "out"))
 
 
 def check_changes(folder):
@@ -162,6 +237,10 @@ def main():
         folder = os.path.join(name, "a farm")
         make_farm(folder, BIN, shards=2)
         check_options()
+        check_buffers(os.path.join(name, "gltf"))
+        check_exit_codes(folder)
+        check_cluster_status(folder)
+        check_array_files(folder)
         check_config_errors(folder)
         check_first_run(folder)
         check_touch(folder)

@@ -58,6 +58,40 @@ def check_stamp():
     print("farm_stamp: content decides")
 
 
+def check_killed():
+    """Killed between the output's new name and its stamp: made again, neither foreign nor current."""
+    write("in.txt", "four")
+    assert copy()[0]
+    write("in.txt", "five")
+    die = ("sh", "-c", "cp in.txt out.txt; kill -9 $PPID")
+    assert subprocess.run([STAMP, "out.txt", "-i", "in.txt", "--", *die], capture_output=True).returncode == -9
+    assert open("out.txt").read() == "five" and not os.path.exists("out.txt.stamp")
+    assert copy()[0] and not copy()[0]
+    print("farm_stamp: killed before the stamp, made again")
+
+
+def check_failed_report():
+    """What a failed command wrote to its output (the report of a check) is deleted; the output of an earlier run stays."""
+    fail = ("sh", "-c", "echo failed >out.txt; exit 3")
+    copy(command=fail, code=3)
+    assert not os.path.exists("out.txt") and not os.path.exists("out.txt.stamp")
+    assert copy()[0]
+    copy(command=("sh", "-c", "exit 3"), code=3)
+    assert open("out.txt").read() == "five"
+    assert copy()[0]
+
+
+def check_memory():
+    """No job fails because its digests cannot be remembered."""
+    os.rename(".farm", ".farm.kept")
+    write(".farm", "a file where the folder should be")
+    write("in.txt", "six")
+    assert copy()[0] and not copy()[0]
+    os.remove(".farm")
+    os.rename(".farm.kept", ".farm")
+    assert not [name for name in os.listdir(".") if ".part" in name]
+
+
 def check_order():
     """Inputs in another order are other inputs, also where their names are the same; folders are not part of a name."""
     for folder in ("first", "second"):
@@ -171,6 +205,9 @@ def main():
         os.mkdir(os.path.join(top, "stamps"))
         os.chdir(os.path.join(top, "stamps"))
         check_stamp()
+        check_killed()
+        check_failed_report()
+        check_memory()
         check_order()
         check_depfile()
         check_build(os.path.join(top, "with $ and blank"), [], ["ninja", "-C", "out"], "no work to do")
