@@ -17,6 +17,7 @@ public:
     // Starts anew when it is another animation, truth or clip. Poses a copy of `evaluator`.
     void compute(const Evaluator& evaluator, const AssetView& truth, std::size_t clip, double milliseconds);
     // Of the clip's first frames, as many as are known.
+    std::size_t clip() const { return clip_; }
     std::span<const FrameError> errors() const { return errors_; }
 
 private:

@@ -35,11 +35,14 @@ void Backdrop::drawGround(const Scene& scene, const ViewState& state, const Fram
         if (lit)
             radiance = irradianceFromAbove(shading->asset().lights[shading->light()], lightRotation(state)) /
                        std::numbers::pi_v<float>;
-        const Shape ground = groundPlane(restBounds(scene), radiance);
+        const BoundingBox box = restBounds(scene);
+        ground_height_ = box.low.y;
+        const Shape ground = groundPlane(box, radiance);
         if (!ground_) ground_.emplace(ground.triangles, Channel::kShaded);
         ground_->upload(ground.positions, ground.values);
         ground_made_ = made;
     }
+    if (view.eye.y < ground_height_) return;  // from below it would hide the characters
     FrameView plain = view;
     if (!lit) plain.display = DisplayTransform();
     ground_->draw(plain);

@@ -23,6 +23,7 @@ private:
     std::optional<ValuePainter> sky_, ground_;
     Shape sphere_;
     std::optional<Made> sky_made_, ground_made_;
+    float ground_height_ = 0;
 
     void drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view, double aspect);
     void drawGround(const Scene& scene, const ViewState& state, const FrameView& view);

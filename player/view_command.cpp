@@ -5,23 +5,30 @@
 #include "formats/errors.h"
 #include "player/view_loop.h"
 #include "player/view_scene.h"
+#include "player/window_place.h"
 
 namespace penumbra {
 
 struct ViewCommand {
     std::vector<std::filesystem::path> assets, truths;
     ViewOptions options;
+    bool no_settings = false;
     std::string size, path = "auto", reflectance = "slices", light_form = "auto";
 };
 
+static std::pair<int, int> parseWindowSize(const std::string& text) {
+    int width = 0, height = 0;
+    parseSize(text, width, height);
+    if (width < kLeastWidth || width > kMostWidth || height < kLeastHeight || height > kMostHeight)
+        throw UsageError("--size must be from " + std::to_string(kLeastWidth) + "x" + std::to_string(kLeastHeight) +
+                         " to " + std::to_string(kMostWidth) + "x" + std::to_string(kMostHeight) + ", not " + text);
+    return {width, height};
+}
+
 static void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {
     ViewOptions& options = command.options;
-    RenderOptions limits;  // a window's size has a picture's
-    if (!command.size.empty()) {
-        parseSize(command.size, limits.width, limits.height);
-        if (const std::string problem = findProblem(limits); !problem.empty()) throw UsageError(problem);
-        options.size = {limits.width, limits.height};
-    }
+    if (!command.size.empty()) options.size = parseWindowSize(command.size);
+    options.settings = !command.no_settings;
     options.path = parsePath(command.path);
     options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.files = command.assets;
@@ -48,7 +55,7 @@ static void defineView(CLI::App& app, ViewCommand& command) {
         ->required();
     app.add_option("--truth", command.truths, "X.truth.pnb: baked frames to compare with; any number of them");
     app.add_option("--size", command.size, "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
-    app.add_flag("!--no-settings", command.options.settings, "neither read nor keep what the window was left with");
+    app.add_flag("--no-settings", command.no_settings, "neither read nor keep what the window was left with");
     app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")->capture_default_str();
     app.add_option("--light-form", command.light_form,
                    "as in render: auto (= rotation), lobes, fixed or rotation; V in the window")

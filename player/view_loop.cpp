@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 #include "formats/errors.h"
 #include "formats/write_file.h"
@@ -60,6 +61,7 @@ public:
           scene_(std::make_unique<Scene>(openScene(files_, threads))),
           state_(startState(*scene_, settings_, options)),
           window_("Penumbra: " + options.files.front().filename().string(), placeFor(options, settings_)) {
+        tellSettingsProblem();
         result_.gl = window_.description();
         result_.path = options.path.value_or(window_.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
         figures_.path = result_.path;
@@ -83,6 +85,7 @@ private:
     ViewFigures figures_;
     Clock::time_point last_frame_ = Clock::now(), last_event_ = Clock::now();
 
+    void tellSettingsProblem();
     void handle(const ViewEvents& events);
     void addFiles(const std::vector<std::filesystem::path>& dropped);
     void advanceTime();
@@ -94,6 +97,13 @@ private:
     bool busy() const;
     void keepSettings();
 };
+
+// At the start: a window may stay open for long.
+void ViewLoop::tellSettingsProblem() {
+    if (result_.problem.empty()) return;
+    std::fprintf(stderr, "penumbra-player: %s\n", result_.problem.c_str());
+    figures_.message = std::exchange(result_.problem, {});
+}
 
 // A file that cannot be used changes nothing.
 void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
@@ -203,7 +213,7 @@ void ViewLoop::drawFrame() {
 
 // Whether the picture changes by itself.
 bool ViewLoop::busy() const {
-    return state_.playhead.playing || state_.turntable || state_.sequence.has_value() ||
+    return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited ||
            !stripsAreComplete(*scene_, state_);
 }
 

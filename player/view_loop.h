@@ -22,7 +22,7 @@ struct ViewResult {
     std::string gl;
     EvaluationPath path = EvaluationPath::kCpu;
     std::size_t frames = 0;  // drawn
-    std::string problem;     // with the settings; they are not worth a failure
+    std::string problem;     // with keeping the settings, which is not worth a failure
 };
 
 // Returns when the user quits. One line on stdout per picture that is written, unless quiet: file, clip, frame and what

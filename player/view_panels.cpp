@@ -224,18 +224,33 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     ImGui::End();
 }
 
+// The pointer's way with the button down since the frame before, once it has left where the button was pressed: a
+// motion in the frame of the press is none.
+constexpr float kClick = 3;  // units that the pointer may move in a click
+static ImVec2 takeDrag(ImGuiMouseButton button) {
+    const ImVec2 drag = ImGui::GetMouseDragDelta(button, kClick);
+    if (drag.x != 0 || drag.y != 0) ImGui::ResetMouseDragDelta(button);
+    return drag;
+}
+
+static bool isHeld(ImGuiMouseButton button) {
+    return ImGui::IsMouseDown(button) || ImGui::IsMouseReleased(button);  // the last of its way
+}
+
 void applyMouse(const Scene& scene, ViewState& state, const Rectangle& picture) {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantCaptureMouse) return;
-    const double right = double(io.MouseDelta.x), down = double(io.MouseDelta.y), height = picture.height;
-    const bool left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
-    if (ImGui::IsMouseDown(ImGuiMouseButton_Right) || (left && io.KeyCtrl))
-        dragLight(state, right, down, height);
-    else if (ImGui::IsMouseDown(ImGuiMouseButton_Middle) || (left && io.KeyShift))
-        pan(state.camera, right, down, height);
-    else if (left)
-        orbit(state.camera, right, down, height);
-    constexpr float kClick = 3;  // pixels that the pointer may move
+    const bool left = isHeld(ImGuiMouseButton_Left), right = isHeld(ImGuiMouseButton_Right);
+    const ImVec2 drag = takeDrag(left    ? ImGuiMouseButton_Left
+                                 : right ? ImGuiMouseButton_Right
+                                         : ImGuiMouseButton_Middle);
+    const double across = double(drag.x), down = double(drag.y), height = picture.height;
+    if (left ? io.KeyCtrl : right)
+        dragLight(state, across, down, height);
+    else if (left && !io.KeyShift)
+        orbit(state.camera, across, down, height);
+    else
+        pan(state.camera, across, down, height);
     if (ImGui::IsMouseReleased(ImGuiMouseButton_Left) && !io.KeyCtrl && !io.KeyShift &&
         io.MouseDragMaxDistanceSqr[ImGuiMouseButton_Left] < kClick * kClick)
         state.picked = pick(scene, state, picture, double(io.MousePos.x), double(io.MousePos.y));

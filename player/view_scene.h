@@ -20,7 +20,7 @@ constexpr std::size_t kShownCount = 3;
 
 // Milliseconds of one update.
 struct UpdateCost {
-    double evaluate = 0;  // pose, skinning, visibility
+    double evaluate = 0;  // pose, skinning, visibility; of the last update that had any to compute
     double shade = 0;     // what every vertex shows
 };
 

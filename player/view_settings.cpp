@@ -20,28 +20,61 @@ std::filesystem::path settingsPath() {
     return {};
 }
 
-static double numberWithin(const Json& json, const char* name, double low, double high) {
-    const double value = json.at(name).get<double>();
-    if (!(value >= low && value <= high)) throw std::runtime_error(std::string(name) + " is out of range");
-    return value;
-}
+// A field that is absent leaves its value as it was; so does one that is of no use, which is told.
+class FieldReader {
+public:
+    explicit FieldReader(std::string& problem) : problem_(&problem) {}
 
-static int integerWithin(const Json& json, const char* name, int low, int high) {
-    return int(numberWithin(json, name, low, high));
-}
+    template <class T>
+    void number(const Json& json, const char* name, double low, double high, T& value) {
+        const Json* field = find(json, name);
+        if (!field) return;
+        if (!field->is_number()) return refuse(name, "is not a number");
+        const double read = field->get<double>();
+        if (!(read >= low && read <= high)) return refuse(name, "is out of range");
+        value = T(read);
+    }
+    void flag(const Json& json, const char* name, bool& value) {
+        const Json* field = find(json, name);
+        if (field && !field->is_boolean()) return refuse(name, "is neither true nor false");
+        if (field) value = field->get<bool>();
+    }
+    const Json* object(const Json& json, const char* name) {
+        const Json* field = find(json, name);
+        if (!field || field->is_object()) return field;
+        refuse(name, "is not an object");
+        return nullptr;
+    }
 
-static ViewSettings parseSettings(const Json& json) {
+private:
+    std::string* problem_;
+
+    static const Json* find(const Json& json, const char* name) {
+        const auto found = json.find(name);
+        return found == json.end() ? nullptr : &*found;
+    }
+    void refuse(const char* name, const char* reason) {
+        *problem_ += (problem_->empty() ? "" : ", ") + std::string(name) + " " + reason;
+    }
+};
+
+static ViewSettings parseSettings(const Json& json, std::string& problem) {
+    if (!json.is_object()) throw std::runtime_error("not a JSON object");
     ViewSettings settings;
-    const Json& window = json.at("window");
-    settings.window = {integerWithin(window, "width", 100, 16384), integerWithin(window, "height", 100, 16384),
-                       integerWithin(window, "x", -1, 32767), integerWithin(window, "y", -1, 32767)};
-    settings.display = {float(numberWithin(json, "exposure", 1 / 64.0, 64)),
-                        ToneMap(integerWithin(json, "tone_map", 0, 2))};
-    settings.speed = numberWithin(json, "speed", 0.125, 8);
-    settings.error_max = float(numberWithin(json, "error_max", 1e-3, 1));
-    settings.background = json.at("background").get<bool>();
-    settings.ground = json.at("ground").get<bool>();
-    settings.panels = json.at("panels").get<bool>();
+    FieldReader read(problem);
+    if (const Json* window = read.object(json, "window")) {
+        read.number(*window, "width", kLeastWidth, kMostWidth, settings.window.width);
+        read.number(*window, "height", kLeastHeight, kMostHeight, settings.window.height);
+        read.number(*window, "x", -32768, 32767, settings.window.x);  // what X11 has
+        read.number(*window, "y", -32768, 32767, settings.window.y);
+    }
+    read.number(json, "exposure", 1 / 64.0, 64, settings.display.exposure);
+    read.number(json, "tone_map", 0, 2, settings.display.tone_map);
+    read.number(json, "speed", 0.125, 8, settings.speed);
+    read.number(json, "error_max", 1e-3, 1, settings.error_max);
+    read.flag(json, "background", settings.background);
+    read.flag(json, "ground", settings.ground);
+    read.flag(json, "panels", settings.panels);
     return settings;
 }
 
@@ -49,7 +82,10 @@ ViewSettings readSettings(const std::filesystem::path& path, std::string& proble
     if (path.empty() || !std::filesystem::exists(path)) return {};
     try {
         std::ifstream file(path);
-        return parseSettings(Json::parse(file));
+        std::string fields;
+        const ViewSettings settings = parseSettings(Json::parse(file), fields);
+        if (!fields.empty()) problem = path.string() + ": " + fields + "; everything else is used";
+        return settings;
     } catch (const std::exception& error) {
         problem = path.string() + " is not used: " + error.what();
         return {};
@@ -60,10 +96,9 @@ void writeSettings(const std::filesystem::path& path, const ViewSettings& settin
     Json json;
     json["schema"] = "penumbra.view";
     json["schema_version"] = 1;
-    json["window"] = {{"width", settings.window.width},
-                      {"height", settings.window.height},
-                      {"x", settings.window.x},
-                      {"y", settings.window.y}};
+    json["window"] = {{"width", settings.window.width}, {"height", settings.window.height}};
+    if (settings.window.x) json["window"]["x"] = *settings.window.x;
+    if (settings.window.y) json["window"]["y"] = *settings.window.y;
     json["exposure"] = settings.display.exposure;
     json["tone_map"] = int(settings.display.tone_map);
     json["speed"] = settings.speed;

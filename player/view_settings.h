@@ -19,7 +19,8 @@ struct ViewSettings {
 
 // Empty when the environment names no home.
 std::filesystem::path settingsPath();
-// The defaults where there is no file. A file that is broken or out of range is like none: `problem` says so.
+// The defaults where there is no file, or none that is JSON, and for each field that is absent or out of range:
+// `problem` says so of what is there and not used.
 ViewSettings readSettings(const std::filesystem::path& path, std::string& problem);
 void writeSettings(const std::filesystem::path& path, const ViewSettings& settings);  // IoError
 

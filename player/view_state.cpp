@@ -36,20 +36,42 @@ static void showFrame(ViewState& state, const ViewContents& contents, std::size_
         frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number);
 }
 
-// Where the largest figure is; the figures may still be those of a clip that was on before.
+// Where the largest figure is. The figures may still be those of a clip that was on before: none then. How many are
+// known.
 template <class Figures, class Projection>
-static void showLargest(ViewState& state, const ViewContents& contents, const Figures& figures, Projection projection) {
+static std::size_t showLargest(ViewState& state, const ViewContents& contents, const Figures& figures,
+                               Projection projection) {
     if (figures.empty() || contents.characters[state.selected].strip_clip != state.characters[state.selected].clip)
-        return;
+        return 0;
     showFrame(state, contents, std::size_t(std::ranges::max_element(figures, {}, projection) - figures.begin()));
+    return figures.size();
 }
 
-void showWorstError(ViewState& state, const ViewContents& contents) {
-    showLargest(state, contents, contents.characters[state.selected].errors, &FrameError::mean);
+static void showWorst(ViewState& state, const ViewContents& contents, bool out_of_range) {
+    const CharacterContents& character = contents.characters[state.selected];
+    state.awaited.reset();
+    if (!out_of_range && !character.has_truth) return;
+    state.playhead.playing = false;
+    const std::size_t known = out_of_range ? showLargest(state, contents, character.out_of_range, std::identity())
+                                           : showLargest(state, contents, character.errors, &FrameError::mean);
+    if (known < selectedClip(state, contents).frame_count)
+        state.awaited =
+            AwaitedWorst{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
 }
 
-void showWorstRange(ViewState& state, const ViewContents& contents) {
-    showLargest(state, contents, contents.characters[state.selected].out_of_range, std::identity());
+void showWorstError(ViewState& state, const ViewContents& contents) { showWorst(state, contents, false); }
+void showWorstRange(ViewState& state, const ViewContents& contents) { showWorst(state, contents, true); }
+
+static void showAwaited(ViewState& state, const ViewContents& contents) {
+    if (!state.awaited) return;
+    const bool out_of_range = state.awaited->out_of_range;
+    const AwaitedWorst here{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
+    const CharacterContents& character = contents.characters[state.selected];
+    const std::size_t known = out_of_range ? character.out_of_range.size() : character.errors.size();
+    if (state.playhead.playing || *state.awaited != here)
+        state.awaited.reset();
+    else if (known >= selectedClip(state, contents).frame_count)
+        showWorst(state, contents, out_of_range);
 }
 
 ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character) {
@@ -119,6 +141,7 @@ Mat3 lightRotation(const ViewState& state) {
 }
 
 void advanceView(ViewState& state, const ViewContents& contents, double seconds) {
+    showAwaited(state, contents);
     state.playhead.smooth = !snapsToFrames(state);
     advance(state.playhead, *contents.characters[state.selected].animation, selectedClip(state, contents), seconds);
 }

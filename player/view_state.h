@@ -39,11 +39,21 @@ struct ScoreEdit {
     bool operator==(const ScoreEdit&) const = default;
 };
 
+// The worst frame was asked for before every frame's figure was known: it is shown again when they are, if the user has
+// stayed there.
+struct AwaitedWorst {
+    bool out_of_range = false;
+    std::size_t character = 0, clip = 0;
+    double time = 0;  // Playhead::time
+    bool operator==(const AwaitedWorst&) const = default;
+};
+
 struct ViewState {
     std::vector<CharacterChoice> characters;
     std::size_t selected = 0;  // the character that clips and materials are chosen for
     std::size_t slot = 0;      // that a material is chosen for; as many as there are slots: all of them
     Playhead playhead;
+    std::optional<AwaitedWorst> awaited;
     bool smooth = true;  // poses between sampled frames, where no truth is shown
     Camera camera;
     bool turntable = false;
@@ -84,7 +94,7 @@ struct ViewContents {
 
 const ClipView& selectedClip(const ViewState& state, const ViewContents& contents);
 // To the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range; as far
-// as they are known.
+// as they are known, and again by advanceView() when all of them are.
 void showWorstError(ViewState& state, const ViewContents& contents);
 void showWorstRange(ViewState& state, const ViewContents& contents);
 // Whether only sampled frames are shown: as chosen, or because truth is, which there is of no others.

@@ -92,6 +92,30 @@ static GLFWwindow* makeWindow(const std::string& title, const WindowPlace& place
     return window;
 }
 
+// `window` has just been made of `place`, scaled to its monitor.
+static void limitSize(GLFWwindow* window, const WindowPlace& place) {
+    int width = 0, height = 0;
+    glfwGetWindowSize(window, &width, &height);
+    const auto scaled = [](int least, int size, int of) { return int(std::lround(double(least) * size / of)); };
+    glfwSetWindowSizeLimits(window, scaled(kLeastWidth, width, place.width), scaled(kLeastHeight, height, place.height),
+                            GLFW_DONT_CARE, GLFW_DONT_CARE);
+}
+
+// Where it was left, unless the monitor that it was on is gone.
+static void moveTo(GLFWwindow* window, const WindowPlace& place) {
+    if (!place.x || !place.y) return;
+    std::vector<ScreenArea> areas;
+    int count = 0;
+    GLFWmonitor** monitors = glfwGetMonitors(&count);
+    for (int i = 0; i < count; ++i) {
+        ScreenArea& area = areas.emplace_back();
+        glfwGetMonitorWorkarea(monitors[i], &area.x, &area.y, &area.width, &area.height);
+    }
+    ScreenArea there{*place.x, *place.y, 0, 0};
+    glfwGetWindowSize(window, &there.width, &there.height);
+    if (isReachable(there, areas)) glfwSetWindowPos(window, there.x, there.y);
+}
+
 void ViewWindow::Impl::load() {
     if (const char* missing = gl::loadFunctions(glfwGetProcAddress))
         throw Unsupported(std::string("this OpenGL has no ") + missing);
@@ -110,7 +134,8 @@ void ViewWindow::Impl::open(const std::string& title, const WindowPlace& place) 
         window = makeWindow(title, place, 4);
         load();
     }
-    if (place.x >= 0 && place.y >= 0) glfwSetWindowPos(window, place.x, place.y);
+    limitSize(window, place);
+    moveTo(window, place);
     glfwShowWindow(window);
     glfwSwapInterval(1);
 }
@@ -174,10 +199,13 @@ float ViewWindow::unitScale() const {
 WindowPlace ViewWindow::place() const {
     WindowPlace place;
     glfwGetWindowSize(impl_->window, &place.width, &place.height);
-    glfwGetWindowPos(impl_->window, &place.x, &place.y);
+    int x = 0, y = 0;
+    glfwGetWindowPos(impl_->window, &x, &y);
+    place.x = x;
+    place.y = y;
     const float unit = unitScale();  // a new window is scaled to its monitor again
-    place.width = int(std::lround(float(place.width) / unit));
-    place.height = int(std::lround(float(place.height) / unit));
+    place.width = std::clamp(int(std::lround(float(place.width) / unit)), kLeastWidth, kMostWidth);
+    place.height = std::clamp(int(std::lround(float(place.height) / unit)), kLeastHeight, kMostHeight);
     return place;
 }
 

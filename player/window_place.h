@@ -1,10 +1,31 @@
 #pragma once
+#include <algorithm>
+#include <optional>
+#include <span>
 
 namespace penumbra {
 
+// Of a window, units of 1/96 inch. The least leaves the picture 190 x 200 beside the panels.
+constexpr int kLeastWidth = 480, kLeastHeight = 320, kMostWidth = 16384, kMostHeight = 16384;
+
 struct WindowPlace {
     int width = 1280, height = 800;  // units of 1/96 inch
-    int x = -1, y = -1;              // screen coordinates; -1: where the system puts it
+    std::optional<int> x, y;         // screen coordinates, below 0 left of or above the first monitor; unset: where
+                                     // the system puts it
 };
+
+// In screen coordinates.
+struct ScreenArea {
+    int x = 0, y = 0, width = 0, height = 0;
+};
+
+// Whether enough of the window's upper edge is on a monitor to be taken hold of.
+inline bool isReachable(const ScreenArea& window, std::span<const ScreenArea> monitors) {
+    constexpr int kHold = 64;
+    return std::ranges::any_of(monitors, [&](const ScreenArea& monitor) {
+        const int across = std::min(window.x + window.width, monitor.x + monitor.width) - std::max(window.x, monitor.x);
+        return across >= kHold && window.y >= monitor.y - kHold && window.y + kHold <= monitor.y + monitor.height;
+    });
+}
 
 }  // namespace penumbra

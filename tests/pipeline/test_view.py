@@ -271,6 +271,11 @@ def check_truth(view, first):
 
 
 def check_camera(view, first):
+    view.move(320, 40)
+    before = view.shot("x")
+    view.tool("mousemove", "--window", view.window, 760, 60, "click", 1)  # in one frame, past the figure
+    time.sleep(0.3)
+    assert difference(view.shot("x"), before) == 0, "a click turns nothing"
     view.drag(1, (500, 250), (600, 250))
     orbited = view.shot()
     assert difference(orbited, first) > 1
@@ -404,7 +409,10 @@ def check_window(view):
     sky = view.shot("b")
     assert sky.picture[20].mean() > shown.picture[20].mean() + 20, "the light behind the figure"
     assert difference(view.shot("b", "g"), shown) > 2, "ground"
-    view.keys("g")
+    view.drag(1, (500, 350), (500, 200))  # the camera goes below it
+    below = view.shot()
+    assert difference(view.shot("g"), below) == 0, "no ground between the camera and the figure"
+    view.drag(1, (500, 200), (500, 350))
 
 
 def cpu_seconds(view):
@@ -532,7 +540,7 @@ def check_settings():
         err = view.process.communicate()[1]
         assert view.process.returncode == 0 and says in err, err
     with open("penumbra/view.json", "w") as file:
-        json.dump({**kept, "exposure": 4}, file)
+        json.dump({**kept, "exposure": 4, "window": {**kept["window"], "x": -60, "y": -20}}, file)
     view = View("x.pnb")
     bright = view.shot()
     view.close()
@@ -571,7 +579,7 @@ def check_errors():
     good("player", "render", "x.pnb", "--size", "32x32", "-o", "still.png")
     os.environ["DISPLAY"] = display
     for code, words, says in ((3, ["x.truth.pnb"], "holds no model"), (2, ["none.pnb"], "none.pnb"),
-                              (1, ["x.pnb", "--size", "9"], "--size"), (1, ["x.pnb", "--path", "fast"], "--path"),
+                              (1, ["x.pnb", "--size", "9"], "--size"), (1, ["x.pnb", "--size", "5x5"], "480x320"), (1, ["x.pnb", "--path", "fast"], "--path"),
                               (2, ["x.pnb", "--screenshots", "nowhere"], "nowhere"),
                               (3, ["x.pnb", "--truth", "x.vis.h5"], "not a Penumbra asset")):
         result = run("player", "view", *words)

@@ -220,6 +220,18 @@ TEST_F(ViewFiles, FilesWithoutACharacterAreRefused) {
     EXPECT_THROW(openScene(missing, 1), IoError);
 }
 
+// A component is shown in the place of the channel, and without a material.
+TEST_F(ViewFiles, APictureIsDescribedByWhatIsOnIt) {
+    const std::array files = {tube};
+    const Scene scene = openScene(files, 1);
+    ViewState state = stateFor(scene, {});
+    const std::string shaded = describe(scene, state);
+    EXPECT_NE(shaded.find(", frame 0, shaded, model, material grey, light "), std::string::npos) << shaded;
+    chooseComponent(state, contentsOf(scene), 1);
+    const std::string component = describe(scene, state);
+    EXPECT_TRUE(component.ends_with(", frame 0, component 1, model")) << component;
+}
+
 // Nothing is skinned or evaluated again while only the eye, the light or the material changes.
 TEST_F(ViewFiles, AFrameIsEvaluatedOnce) {
     const std::array files = {tube};
@@ -230,10 +242,13 @@ TEST_F(ViewFiles, AFrameIsEvaluatedOnce) {
     Character& character = *scene.characters[0];
     const Vec3 there = character.vertices.positions[0];
     character.vertices.positions[0] = {9, 9, 9};  // stays unless the frame is skinned again
+    const double evaluate = cost.evaluate;
+    EXPECT_GT(evaluate, 0);
     state.light_yaw = 40;
     state.camera.yaw = 1;
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
     EXPECT_EQ(character.vertices.positions[0], (Vec3{9, 9, 9}));
+    EXPECT_EQ(cost.evaluate, evaluate) << "of the last evaluation";
     const ViewContents contents = contentsOf(scene);
     stepFrames(state.playhead, character.asset.animation, selectedClip(state, contents), 1);
     updateScene(scene, state, {.values = true, .threads = 1}, cost);

@@ -155,6 +155,52 @@ TEST(ViewSettings, AreReadAsTheyWereWritten) {
     std::ofstream(path) << R"({"window": {"width": 1e30}})";
     EXPECT_EQ(readSettings(path, problem).window.width, WindowPlace().width);
     EXPECT_NE(problem.find("width"), std::string::npos) << problem;
+    std::filesystem::remove_all(folder);
+}
+
+// Left of the first monitor is a place. What is of no use is told, field by field, and the rest is used.
+TEST(ViewSettings, EachFieldStandsForItself) {
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "each_field.json";
+    std::string problem;
+    ViewSettings settings;
+    EXPECT_FALSE(settings.window.x) << "where the system puts it";
+    settings.window.x = -60;
+    settings.window.y = -1;
+    writeSettings(path, settings);
+    EXPECT_EQ(readSettings(path, problem).window.x, -60);
+    EXPECT_EQ(readSettings(path, problem).window.y, -1);
+    EXPECT_EQ(problem, "");
+    writeSettings(path, ViewSettings());
+    EXPECT_FALSE(readSettings(path, problem).window.x);
+    std::ofstream(path)
+        << R"({"window": {"width": 5, "height": 700, "x": "left"}, "speed": 2, "exposure": -1, "ground": 1})";
+    const ViewSettings read = readSettings(path, problem);
+    EXPECT_EQ(problem, path.string() +
+                           ": width is out of range, x is not a number, exposure is out of range, ground is "
+                           "neither true nor false; everything else is used");
+    EXPECT_EQ(read.window.width, WindowPlace().width);
+    EXPECT_EQ(read.window.height, 700);
+    EXPECT_FALSE(read.window.x);
+    EXPECT_EQ(read.speed, 2);
+    EXPECT_EQ(read.display.exposure, DisplayTransform().exposure);
+    for (const char* text : {"[1]", "{", "3"}) {
+        std::ofstream(path) << text;
+        problem.clear();
+        EXPECT_EQ(readSettings(path, problem).window.width, WindowPlace().width);
+        EXPECT_NE(problem.find("is not used"), std::string::npos) << text;
+    }
+    std::filesystem::remove(path);
+}
+
+TEST(WindowPlace, IsKeptWhereItsUpperEdgeCanBeReached) {
+    const std::array<ScreenArea, 2> two = {{{0, 0, 1920, 1080}, {-1280, 100, 1280, 1024}}};
+    const std::span<const ScreenArea> one = std::span(two).first(1);
+    EXPECT_TRUE(isReachable({-60, -20, 800, 600}, one));
+    EXPECT_FALSE(isReachable({-790, 0, 800, 600}, one));
+    EXPECT_TRUE(isReachable({-790, 100, 800, 600}, two)) << "on the monitor at the left";
+    EXPECT_FALSE(isReachable({100, 1070, 800, 600}, one)) << "below";
+    EXPECT_FALSE(isReachable({100, -500, 800, 600}, one)) << "its upper edge is out of reach";
+    EXPECT_FALSE(isReachable({0, 0, 800, 600}, {}));
 }
 
 TEST(Screenshot, NamesAreFreeAndSafe) {

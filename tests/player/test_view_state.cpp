@@ -106,6 +106,34 @@ TEST(ViewActions, WorstFramesAreFound) {
     EXPECT_EQ(c.state.playhead.time, 0);
 }
 
+// Asked for while figures are still missing: the worst so far, then the worst, unless the user has gone elsewhere.
+TEST(ViewActions, TheWorstFrameIsShownWhenAllAreKnown) {
+    const std::array<FrameError, 3> errors = {{{0.1f, 0.5f, true}, {0.2f, 0.4f, true}, {0.3f, 0.9f, true}}};
+    for (const bool goes_away : {false, true}) {
+        Contents c;
+        c.contents.characters[0].errors = std::span(errors).first(2);
+        c.press('W');
+        EXPECT_EQ(c.frame(), 1u) << "so far";
+        advanceView(c.state, c.contents, 0.1);
+        EXPECT_EQ(c.frame(), 1u);
+        EXPECT_TRUE(c.state.awaited);
+        if (goes_away) c.press(kKeyHome);
+        c.contents.characters[0].errors = errors;
+        advanceView(c.state, c.contents, 0.1);
+        EXPECT_EQ(c.frame(), goes_away ? 0u : 2u);
+        EXPECT_FALSE(c.state.awaited);
+    }
+    Contents c;
+    c.contents.characters[0].has_truth = false;
+    const std::array<float, 3> ranges = {0, 0.7f, 0};
+    c.contents.characters[0].out_of_range = ranges;
+    c.press('W', /*shift=*/true);
+    EXPECT_EQ(c.frame(), 1u);
+    EXPECT_FALSE(c.state.awaited);
+    c.press('W');
+    EXPECT_FALSE(c.state.awaited) << "without truth there are no errors to wait for";
+}
+
 TEST(ViewActions, MaterialsChangeOnTheChosenSlots) {
     Contents c;
     using Slots = std::vector<std::size_t>;
