@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/write_file.h"
@@ -88,9 +89,9 @@ static Row parseRow(const std::string& line, const Rig& rig) {
 }
 
 void applyLimitsFile(const std::filesystem::path& path, const Rig& rig, JointLimits& limits) {
+    checkReadable(path);
     std::ifstream in(path);
     std::error_code error;
-    if (!in || std::filesystem::is_directory(path, error)) throw IoError(path.string() + ": cannot be read");
     if (std::filesystem::file_size(path, error) > kMaxFileBytes)
         throw InvalidInput(path.string() + ": larger than any table of joint limits");
     std::vector<char> given(limits.low.size(), 0);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "formats/brdf_readers.h"
+#include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/warning.h"
 
@@ -15,8 +16,8 @@ namespace penumbra {
 constexpr std::uintmax_t kMostBytes = std::uintmax_t(1) << 30;
 
 static std::string readText(const std::filesystem::path& path) {
+    checkReadable(path);
     std::error_code error;
-    if (std::filesystem::is_directory(path, error)) throw IoError(path.string() + ": cannot read: is a folder");
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
     if (const auto size = std::filesystem::file_size(path, error); !error && size > kMostBytes)

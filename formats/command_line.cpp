@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 
+#include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/provenance.h"
@@ -165,15 +166,6 @@ struct Run {
 };
 
 // --- Files: everything that can fail fails before the work ----------------------------------------------------------
-
-static void checkReadable(const fs::path& path) {
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (fs::is_directory(status)) throw IoError(path.string() + ": is a folder");
-    // To open a pipe would wait for its writer, and a device has no end.
-    if (fs::exists(status) && !fs::is_regular_file(status)) throw IoError(path.string() + ": not a regular file");
-    if (!std::ifstream(path, std::ios::binary)) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
-}
 
 static void checkWritable(const fs::path& path, bool dry_run) {
     if (!dry_run) {

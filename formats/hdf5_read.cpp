@@ -11,6 +11,7 @@
 #include <fstream>
 #include <memory>
 
+#include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/fp16.h"
 #include "formats/hdf5_handle.h"
@@ -45,8 +46,7 @@ static void checkAddresses(const Hdf5Reader& in) {
 Hdf5Reader openHdf5(const fs::path& path) {
     initHdf5();
     std::error_code error;
-    if (fs::is_directory(path, error)) throw IoError(path.string() + ": is a folder");
-    if (!std::ifstream(path, std::ios::binary)) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
+    checkReadable(path);
     const std::uint64_t length = fs::file_size(path, error);
     if (error) throw IoError(path.string() + ": cannot read: " + error.message());
     if (length == 0) throw InvalidInput(path.string() + ": empty file");

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/image_codecs.h"
 #include "formats/write_file.h"
@@ -14,8 +15,7 @@
 namespace penumbra {
 
 static std::vector<std::byte> readBytes(const std::filesystem::path& path) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) throw IoError(path.string() + ": cannot read: is a folder");
+    checkReadable(path);
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
     std::vector<std::byte> bytes;

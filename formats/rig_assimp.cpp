@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 
+#include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/rig_build.h"
 
@@ -235,9 +236,8 @@ static Matrix fbxToModel(const aiScene& scene) {
 }
 
 RigSource readWithAssimp(const std::filesystem::path& path) {
+    checkReadable(path);
     std::error_code error;
-    if (!std::ifstream(path) || !std::filesystem::is_regular_file(path, error))
-        throw IoError("cannot read " + path.string());
     AssimpImport import;
     import.source.file = path;
     import.source.files_read = {path};

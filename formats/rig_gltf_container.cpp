@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/rig_build.h"
 #include "formats/rig_gltf.h"
@@ -34,10 +35,8 @@ struct Loader {
 
 // Plain files only: a buffer's URI may name a device that never ends.
 static Bytes readBytes(const std::filesystem::path& path) {
+    checkReadable(path);
     std::ifstream in(path, std::ios::binary);
-    if (!in) throw IoError("cannot read " + path.string() + ": " + std::strerror(errno));
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) throw IoError("cannot read " + path.string() + ": not a file");
     Bytes bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     if (in.bad()) throw IoError("cannot read " + path.string());
     return bytes;

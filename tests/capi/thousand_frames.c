@@ -37,6 +37,7 @@ static double play(const penumbra_asset* asset) {
     float *positions = floats(3 * n), *normals = floats(3 * n), *tangents = floats(3 * n), *radiance = floats(3 * n);
     float *numbers = floats(n * info.stride), *ambient = floats(n);
     const penumbra_vertices vertices = {positions, normals, tangents, numbers};
+    const size_t materials = penumbra_shading_material_count(shading);
     double sum = 0;
     for (size_t frame = 0; frame < frames; ++frame) {
         check(penumbra_character_set_frame(character, frame % info.frame_count, &error));
@@ -45,7 +46,8 @@ static double play(const penumbra_asset* asset) {
         check(penumbra_character_ambient(character, 0, n, numbers, ambient, &error));
         if (frame % 2) check(penumbra_shading_set_sh_light(shading, light.order, light.sh, &error));
         check(penumbra_shading_set_light_rotation(shading, turn, &error));
-        check(penumbra_shading_set_material(shading, PENUMBRA_ALL_SLOTS, frame % 2, &error));
+        for (size_t slot = 0; slot < penumbra_shading_slot_count(shading); ++slot)
+            check(penumbra_shading_set_material(shading, slot, (frame + slot) % materials, &error));
         check(penumbra_shading_shade(shading, eye, 0, n, &vertices, radiance, &error));
         for (size_t v = 0; v < n; ++v) sum += ambient[v] + radiance[3 * v];
         if (frame % 2 == 0) check(penumbra_shading_set_light(shading, frame % 4 / 2, &error));

@@ -20,11 +20,23 @@ def run(*words, **more):
 
 
 def make_asset():
-    run(BIN + "/penumbra-bake", "visibility", BIN + "/../samples/bend.glb", "-o", "x.vis.h5", "--fps", 4, "--rays", 64)
+    run(BIN + "/penumbra-bake", "visibility", BIN + "/../samples/two_skins.glb", "-o", "x.vis.h5", "--fps", 4, "--rays", 64)
     run(BIN + "/penumbra-fit", "visibility", "x.vis.h5", "-o", "x.model.h5", "--clusters", 3)
-    run(BIN + "/penumbra-fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
-    run(BIN + "/penumbra-fit", "light", "--analytic", "sky:elevation=40,azimuth=30", "-o", "sky.light.h5")
-    run(BIN + "/penumbra-pack", "asset", "x.model.h5", "--brdf", "lambert.brdf.h5", "--light", "sky.light.h5", "-o", "x.pnb")
+    # A material of every slice form; the table has no symmetry, as phi_i alone changes it.
+    with open("skew.table", "w") as f:
+        f.write("penumbra-brdf-table 1\nsymmetry general\ntheta_i 2\nphi_i 8\ntheta_o 2\nphi_o 8\n")
+        f.writelines(f"{0.01 + 0.04 * (i // 16 % 8)} 0.2 0.1\n" for i in range(256))
+    brdfs = []
+    for name, words in (("skew", ["--table", "skew.table"]), ("lambert", ["--analytic", "lambert"]),
+                        ("ward", ["--analytic", "ward-gmd:color=0.5/0.3/0.2"])):
+        run(BIN + "/penumbra-fit", "brdf", *words, "-o", name + ".brdf.h5")
+        brdfs += ["--brdf", name + ".brdf.h5"]
+    run(BIN + "/penumbra-fit", "light", "--analytic", "disc:direction=1/1/0,angle=20,radiance=9/5/1+uniform:radiance=0.1/0.3/0.8",
+        "-o", "rgb.light.h5")
+    run(BIN + "/penumbra-pack", "asset", "x.model.h5", *brdfs, "--light", "rgb.light.h5", "-o", "x.pnb")
+    info = run(BIN + "/penumbra-bake", "info", "x.pnb").stdout
+    assert all("slice_form " + form in info for form in ("general", "orthotropic", "isotropic")), info
+    assert re.search(r"slots +tube/default, sleeve/default, twin/default\n", info), info
 
 
 def allocations(frames, path):
