@@ -162,7 +162,7 @@ def test_names_of_files(folder):
     (folder / "link").symlink_to("pipe")
     # What a file names is no better than what the command line names.
     (folder / "named.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "pipe", "byteLength": 4}]}')
-    expect_error(run(["penumbra-bake", "visibility", "named.gltf", "-o", "out.vis.h5"], folder), 2, "a buffer that is a pipe",
+    expect_error(run([BIN / "penumbra-bake", "visibility", "named.gltf", "-o", "out.vis.h5"], folder), 2, "a buffer that is a pipe",
                  "pipe: not a regular file")
     for verb in VERBS + READERS:
         for name in ("pipe", "link", "/dev/zero"):
