@@ -70,13 +70,13 @@ def check_touch(folder):
     os.rename(folder, folder + " elsewhere")
     expect(folder + " elsewhere", set(), "everything moved to another folder")
     os.rename(folder + " elsewhere", folder)
-    check_elsewhere(folder)
     replace(os.path.join(folder, "farm.yaml"), "output: out\n", "output: out  # a comment\n")
     expect(folder, {"index.html"}, "a comment in the YAML file")
 
 
 def check_elsewhere(folder):
-    """Programs and scripts in other folders, as of another checkout, install path or user: the same jobs."""
+    """Programs, scripts or all in other folders, as of another checkout, install path or user: the same jobs, also for what
+    Snakemake remembers of command lines."""
     links = folder + " links"
     os.mkdir(links)
     os.symlink(BIN, os.path.join(links, "bin"))
@@ -87,6 +87,9 @@ def check_elsewhere(folder):
     words = ["snakemake", "-s", os.path.join(links, "scripts", "Snakefile"), "--configfile", "farm.yaml", "-c2"]
     text = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True).stderr
     assert "Nothing to be done" in text, text
+    os.rename(folder, folder + " elsewhere")
+    assert kept(snakemake(folder + " elsewhere", "-n")) == set()
+    os.rename(folder + " elsewhere", folder)
     shutil.rmtree(links)
     print("programs and scripts in another folder: 0 jobs")
 
@@ -243,6 +246,7 @@ def main():
         check_array_files(folder)
         check_config_errors(folder)
         check_first_run(folder)
+        check_elsewhere(folder)
         check_touch(folder)
         snakemake(folder)
         check_changes(folder)
