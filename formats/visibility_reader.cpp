@@ -61,21 +61,28 @@ static std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHea
 // HDF5 shows other programs the frames of the other files, and fill values without a word where one is missing. We
 // follow our own list instead, and refuse a file that is not what it was.
 
-static void checkSource(const fs::path& file, const std::string& sha256, const std::string& who) {
+// Names the first file in order that is wrong, whichever thread sees it first.
+static void checkSources(const std::vector<fs::path>& files, const std::vector<std::string>& sha256,
+                         const std::string& who) {
     std::error_code error;
-    if (!fs::is_regular_file(file, error))
-        throw IoError(who + ": " + file.string() + " with some of its frames is missing");
-    if (sha256OfFile(file) != sha256)
-        throw InvalidInput(who + ": " + file.string() + " with some of its frames has changed; merge again");
+    for (const fs::path& file : files)
+        if (!fs::is_regular_file(file, error))
+            throw IoError(who + ": " + file.string() + " with some of its frames is missing");
+    std::vector<std::string> found(files.size());
+    parallelFor(files.size(), 0, [&](std::size_t i) { found[i] = sha256OfFile(files[i]); });
+    for (std::size_t i = 0; i < files.size(); ++i)
+        if (found[i] != sha256[i])
+            throw InvalidInput(who + ": " + files[i].string() + " with some of its frames has changed; merge again");
 }
 
 void VisibilityReader::Impl::openSources(const Hdf5Reader& in, const fs::path& path) {
     const std::vector<std::string> names = readStrings(in, "/virtual/files"), sums = readStrings(in, "/virtual/sha256");
     if (names.empty() || sums.size() != names.size()) throw InvalidInput(in.name + ": /virtual/sha256: not one a file");
-    const auto place = [&](std::size_t i) { return path.parent_path() / names[i]; };
-    parallelFor(names.size(), 0, [&](std::size_t i) { checkSource(place(i), sums[i], in.name); });
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        Hdf5Reader shard = openHdf5(place(i));
+    std::vector<fs::path> files;
+    for (const std::string& name : names) files.push_back(path.parent_path() / name);
+    checkSources(files, sums, in.name);
+    for (const fs::path& source_file : files) {
+        Hdf5Reader shard = openHdf5(source_file);
         if (exists(shard, "/virtual")) throw InvalidInput(shard.name + ": is virtual itself");
         stores.push_back(openFrames(std::move(shard), header, 0));
     }

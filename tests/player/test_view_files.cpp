@@ -1,5 +1,6 @@
 // The files of a scene: which of them is a character, what the others bring, what is recomputed.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <filesystem>
@@ -25,7 +26,8 @@ BrdfFile named(const std::string& name, Vec3d color) {
 // A tube of its own material and light, and a file of one material and nothing else.
 class ViewFiles : public testing::Test {
 protected:
-    fs::path folder = fs::path(testing::TempDir()) / "view_files";
+    // Of this process: tests of this suite run side by side.
+    fs::path folder = fs::path(testing::TempDir()) / ("view_files_" + std::to_string(getpid()));
     fs::path tube = folder / "tube.pnb", library = folder / "library.pnb";
 
     void SetUp() override {
