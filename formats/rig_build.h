@@ -77,6 +77,8 @@ struct SourceVertices {
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
 // Fills mesh and the joints and weights of skin; drops triangles without area.
 void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
+// Is the triangle more than a line? By its double area against the square of its longest edge.
+bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
 
 // Control characters become "_": names go into messages of one line and into HDF5, which ends them at a NUL.
 std::string cleanText(std::string text);

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "formats/errors.h"
+#include "formats/frame_sampling.h"
 #include "formats/rig_build.h"
 
 namespace penumbra {
@@ -139,52 +140,19 @@ Rig readRig(const std::vector<std::filesystem::path>& paths) {
     return buildRig(std::move(source));
 }
 
-constexpr double kMaxFrames = 1e7;
-constexpr double kSameKey = 1e-5;  // seconds
-
-static std::vector<double> frameTimes(const Clip& clip, double fps) {
-    std::vector<double> times;
-    if (clip.duration <= 0) return {0.0};
-    if (fps > 0) {
-        if (clip.duration * fps > kMaxFrames)
-            throw UsageError("--fps " + std::to_string(fps) + " gives clip '" + clip.name + "' more than 1e7 frames");
-        for (std::size_t i = 0; double(i) / fps <= clip.duration + 1e-9; ++i) times.push_back(double(i) / fps);
-        return times;
-    }
-    for (const Channel& channel : clip.channels) times.insert(times.end(), channel.times.begin(), channel.times.end());
-    std::sort(times.begin(), times.end());
-    // The same key of two tracks may differ by the rounding of its float.
-    const auto same = [](double a, double b) { return b - a < kSameKey; };
-    times.erase(std::unique(times.begin(), times.end(), same), times.end());
+static ClipTimes timesOf(const Clip& clip) {
+    ClipTimes times{clip.name, 0, clip.duration, {}};
+    for (const Channel& channel : clip.channels)
+        times.keys.insert(times.keys.end(), channel.times.begin(), channel.times.end());
+    std::sort(times.keys.begin(), times.keys.end());
     return times;
 }
 
-static const Clip& findClip(const Rig& rig, const std::string& name) {
-    std::string known;
-    for (const Clip& clip : rig.clips) {
-        if (clip.name == name) return clip;
-        known += (known.empty() ? "" : ", ") + clip.name;
-    }
-    throw UsageError("no clip '" + name + "'; the rig has " + (known.empty() ? "none" : known));
-}
-
 FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, double fps) {
-    if (!std::isfinite(fps) || fps < 0) throw UsageError("frames per second must be 0 or more");
-    std::vector<std::string> chosen = clips;
-    if (chosen.empty())
-        for (const Clip& clip : rig.clips) chosen.push_back(clip.name);
-    if (chosen.empty()) return {{kRestClip}, {0}, {0.0}};
-    FrameList frames;
-    for (const std::string& name : chosen) {
-        if (std::count(chosen.begin(), chosen.end(), name) > 1)
-            throw UsageError("clip '" + name + "' is asked for twice");
-        for (const double t : frameTimes(findClip(rig, name), fps)) {
-            frames.clip.push_back(std::uint16_t(frames.clip_names.size()));
-            frames.time.push_back(t);
-        }
-        frames.clip_names.push_back(name);
-    }
-    return frames;
+    std::vector<ClipTimes> times;
+    for (const Clip& clip : rig.clips) times.push_back(timesOf(clip));
+    const FrameList frames = sampleClips(times, clips, fps, "the rig");
+    return frames.frameCount() > 0 ? frames : FrameList{{kRestClip}, {0}, {0.0}};
 }
 
 }  // namespace penumbra

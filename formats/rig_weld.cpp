@@ -11,6 +11,7 @@ namespace penumbra {
 
 constexpr int kMaxInfluences = 8;
 constexpr double kWeldDistance = 1e-6;  // in diagonals of the rest mesh
+constexpr double kNoArea = 1e-12;       // rounding of collinear float positions stays below this
 constexpr float kWeldWeight = 1e-5f;    // largest difference of two weights that count as equal
 
 namespace {
@@ -175,12 +176,11 @@ private:
 };
 }  // namespace
 
-// The double area against the longest edge: rounding of collinear float positions stays below this.
-static bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
+bool hasArea(const std::vector<Vec3>& positions, const Triangle& t) {
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
     const Vec3d a = toDouble(positions[t[0]]), b = toDouble(positions[t[1]]), c = toDouble(positions[t[2]]);
     const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
-    return length(cross(b - a, c - a)) > 1e-12 * longest;
+    return length(cross(b - a, c - a)) > kNoArea * longest;
 }
 
 void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {

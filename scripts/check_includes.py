@@ -26,6 +26,7 @@ EDGES = {
     r"tbb/|oneapi/": ["formats/parallel_for.cpp", "tests/"],
     r"tiny_gltf\.h": ["formats/rig_gltf"],
     r"assimp/": ["formats/rig_assimp"],
+    r"zlib\.h": ["formats/inflate_index.cpp", "formats/zip_archive.cpp", "tests/"],
     r"meshoptimizer\.h": ["formats/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image_"],
     r"png\.h": ["formats/image_", "tests/formats/test_image_file.cpp"],

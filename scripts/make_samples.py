@@ -5,6 +5,7 @@ import sys
 import numpy as np
 
 from samples.capsule_man import capsule_man
+from samples.flapping_sheet import write_sheets
 from samples.gltf import Gltf, primitive
 from samples.shapes import box, compose, rotation, translation_to, tube, turn, two_bone_weights
 from samples.text_formats import Bones, write_dae, write_fbx, write_x
@@ -238,6 +239,7 @@ def main():
         sample().save(path + ".part")
         os.replace(path + ".part", path)
     swing_in_other_formats(sys.argv[1])
+    write_sheets(sys.argv[1])
 
 
 main()

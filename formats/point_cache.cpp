@@ -1,0 +1,250 @@
+#include "formats/point_cache.h"
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <tuple>
+
+#include "formats/errors.h"
+#include "formats/frame_sampling.h"
+#include "formats/point_cache_build.h"
+#include "formats/rig_build.h"
+
+namespace penumbra {
+
+std::string findProblem(const PointCacheOptions& options) {
+    if (!(options.metres > 0 && options.metres < 1e12))
+        return "--units: metres of a unit must be above 0, not " + std::to_string(options.metres);
+    if (!(options.fps >= 0 && options.fps < 1e6))
+        return "--cache-fps: keys a second must be from 0 to 1e6, not " + std::to_string(options.fps);
+    return {};
+}
+
+double metresOfUnit(const std::string& units) {
+    for (const auto& [name, metres] : {std::pair("m", 1.0), {"cm", 0.01}, {"mm", 0.001}, {"inch", 0.0254}})
+        if (units == name) return metres;
+    double metres = 0;
+    const auto [end, error] = std::from_chars(units.data(), units.data() + units.size(), metres);
+    if (error != std::errc() || end != units.data() + units.size() || !(metres > 0 && metres < 1e12))
+        throw UsageError("--units: m, cm, mm, inch or a number of metres above 0, not '" + units + "'");
+    return metres;
+}
+
+bool upIsZ(const std::string& up) {
+    if (up != "y" && up != "z") throw UsageError("--up: y or z, not '" + up + "'");
+    return up == "z";
+}
+
+std::vector<double> evenTimes(std::size_t keys, double fps) {
+    std::vector<double> times(keys);
+    for (std::size_t i = 0; i < keys; ++i) times[i] = double(i) / fps;
+    return times;
+}
+
+bool isPointCache(const std::filesystem::path& path) { return isExtension(path, ".npz") || isExtension(path, ".npy"); }
+
+static CacheFile readCacheFile(const std::filesystem::path& path, const PointCacheOptions& options) {
+    if (isExtension(path, ".npz")) return readNpzCache(path, options.fps);
+    if (isExtension(path, ".npy")) return readNpyCache(path, options.fps);
+    throw Unsupported(path.string() + ": not a point cache (.npz and .npy are read)");
+}
+
+// --- One cache of several paths -------------------------------------------------------------------------------------
+
+namespace {
+// Where a clip of the cache comes from.
+struct ClipPlace {
+    std::size_t file = 0, clip = 0;
+};
+
+struct Sources {
+    std::vector<CacheFile> files;
+    std::vector<ClipPlace> clips;
+    PointCacheOptions options;
+};
+}  // namespace
+
+static Vec3 placed(const PointCacheOptions& options, Vec3d p) {
+    if (options.z_up) p = {p.x, p.z, -p.y};
+    return toFloat(p * options.metres);
+}
+
+static std::vector<Vec3> placePositions(const PointCacheOptions& options, const std::vector<Vec3d>& positions,
+                                        const std::function<std::string()>& name) {
+    std::vector<Vec3> out(positions.size());
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        out[v] = placed(options, positions[v]);
+        if (!std::isfinite(out[v].x) || !std::isfinite(out[v].y) || !std::isfinite(out[v].z))
+            throw InvalidInput(name() + ": vertex " + std::to_string(v) + " is not at a finite place");
+    }
+    return out;
+}
+
+static std::vector<Vec3> readSource(const Sources& sources, std::size_t clip, std::size_t key) {
+    const ClipPlace& place = sources.clips.at(clip);
+    const CacheFile& file = sources.files[place.file];
+    assert(key < file.clips[place.clip].times.size());
+    return placePositions(sources.options, file.read(place.clip, key),
+                          [&] { return file.frame_name(place.clip, key); });
+}
+
+// The file that brings the faces; all others have the same or none, and as many vertices.
+static const CacheFile& findMesh(const std::vector<CacheFile>& files) {
+    const auto has_faces = [](const CacheFile& file) { return !file.triangles.empty(); };
+    const auto mesh = std::find_if(files.begin(), files.end(), has_faces);
+    if (mesh == files.end()) throw InvalidInput(files[0].file.string() + ": has no faces, and no mesh comes with it");
+    for (const CacheFile& file : files)
+        if (has_faces(file) && file.triangles != mesh->triangles)
+            throw InvalidInput(file.file.string() + ": its faces are not those of " + mesh->file.string());
+    return *mesh;
+}
+
+// Faces alone (an .npy) say only that there are no fewer vertices than they name.
+static void checkVertexCounts(const std::vector<CacheFile>& files) {
+    const auto has_positions = [](const CacheFile& file) { return !file.clips.empty() || !file.rest.empty(); };
+    const auto first = std::find_if(files.begin(), files.end(), has_positions);
+    if (first == files.end()) throw InvalidInput(files[0].file.string() + ": has faces, and no positions come with it");
+    for (const CacheFile& file : files)
+        if (has_positions(file) ? file.vertex_count != first->vertex_count : file.vertex_count > first->vertex_count)
+            throw InvalidInput(file.file.string() + (has_positions(file) ? ": has " : ": names ") +
+                               std::to_string(file.vertex_count) + " vertices, and " + first->file.string() + " has " +
+                               std::to_string(first->vertex_count));
+}
+
+static void joinClips(Sources& sources, PointCache& cache) {
+    std::vector<std::string> names;
+    for (std::size_t f = 0; f < sources.files.size(); ++f)
+        for (std::size_t c = 0; c < sources.files[f].clips.size(); ++c) {
+            sources.clips.push_back({f, c});
+            cache.clips.push_back(sources.files[f].clips[c]);
+            names.push_back(cleanText(cache.clips.back().name));
+        }
+    if (names.empty()) throw InvalidInput(sources.files[0].file.string() + ": is a mesh, and no frames come with it");
+    if (names.size() > 65535) throw Unsupported(sources.files[0].file.string() + ": more than 65535 clips");
+    names = uniqueNames(std::move(names));
+    for (std::size_t i = 0; i < names.size(); ++i) cache.clips[i].name = names[i];
+}
+
+// --- Welding --------------------------------------------------------------------------------------------------------
+
+// Source vertices that have been at one place so far, ascending, two or more.
+using Group = std::vector<std::uint32_t>;
+
+static void splitGroup(Group group, const std::vector<Vec3>& positions, std::vector<Group>& out) {
+    const auto place = [&](std::uint32_t v) { return std::tuple(positions[v].x, positions[v].y, positions[v].z); };
+    std::stable_sort(group.begin(), group.end(), [&](std::uint32_t a, std::uint32_t b) { return place(a) < place(b); });
+    for (auto begin = group.begin(); begin != group.end();) {
+        const auto end = std::find_if(begin, group.end(), [&](std::uint32_t v) { return place(v) != place(*begin); });
+        if (end - begin > 1) out.emplace_back(begin, end);
+        begin = end;
+    }
+}
+
+// Vertices of the source that never part. Reads frames until no group is left, so nothing where no two vertices are at
+// one place at rest.
+static std::vector<Group> findSeams(const Sources& sources, const PointCache& cache, const std::vector<Vec3>& rest) {
+    Group all(rest.size());
+    std::iota(all.begin(), all.end(), 0u);
+    std::vector<Group> groups;
+    splitGroup(std::move(all), rest, groups);
+    for (std::size_t clip = 0; clip < cache.clips.size(); ++clip)
+        for (std::size_t key = 0; key < cache.clips[clip].times.size() && !groups.empty(); ++key) {
+            const std::vector<Vec3> positions = readSource(sources, clip, key);
+            std::vector<Group> left;
+            for (Group& group : groups) splitGroup(std::move(group), positions, left);
+            groups = std::move(left);
+        }
+    return groups;
+}
+
+static void weld(const CacheFile& source, const std::vector<Vec3>& rest, const std::vector<Group>& seams,
+                 PointCache& cache) {
+    std::vector<std::uint32_t> first(rest.size());
+    std::iota(first.begin(), first.end(), 0u);
+    for (const Group& group : seams)
+        for (const std::uint32_t v : group) first[v] = group[0];
+    Mesh& mesh = cache.mesh;
+    mesh.slots = source.slots;
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+        if (first[v] != v) {
+            mesh.source_vertex.push_back(mesh.source_vertex[first[v]]);
+            continue;
+        }
+        mesh.source_vertex.push_back(std::uint32_t(cache.source_of_point.size()));
+        cache.source_of_point.push_back(std::uint32_t(v));
+        mesh.rest_positions.push_back(rest[v]);
+        if (!mesh.slots.empty()) mesh.slot_of_vertex.push_back(source.slot_of_vertex[v]);
+    }
+    for (const Triangle& t : source.triangles) {
+        const Triangle welded{mesh.source_vertex[t[0]], mesh.source_vertex[t[1]], mesh.source_vertex[t[2]]};
+        if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);
+    }
+}
+
+static std::vector<Vec3> restPositions(const Sources& sources) {
+    for (const CacheFile& file : sources.files)
+        if (!file.rest.empty())
+            return placePositions(sources.options, file.rest, [&] { return file.file.string() + ": rest"; });
+    return readSource(sources, 0, 0);
+}
+
+PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {
+    if (paths.empty()) throw UsageError("a point cache is needed");
+    if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+    const auto sources = std::make_shared<Sources>();
+    sources->options = options;
+    PointCache cache;
+    for (const std::filesystem::path& path : paths) {
+        sources->files.push_back(readCacheFile(path, options));
+        const auto& read = sources->files.back().files_read;
+        cache.files_read.insert(cache.files_read.end(), read.begin(), read.end());
+    }
+    const CacheFile& mesh = findMesh(sources->files);
+    checkVertexCounts(sources->files);
+    joinClips(*sources, cache);
+    const std::vector<Vec3> rest = restPositions(*sources);
+    const double diagonal = boxDiagonal(rest);
+    if (!std::isfinite(diagonal) || !(diagonal > 0))
+        throw InvalidInput(mesh.file.string() + ": its vertices are all at one place, or not finite");
+    weld(mesh, rest, findSeams(*sources, cache, rest), cache);
+    if (cache.mesh.triangles.empty()) throw InvalidInput(mesh.file.string() + ": has no triangle with an area");
+    cache.read_source = [sources](std::size_t clip, std::size_t key) { return readSource(*sources, clip, key); };
+    return cache;
+}
+
+// --- Frames ---------------------------------------------------------------------------------------------------------
+
+std::vector<Vec3> readFrame(const PointCache& cache, std::size_t clip, std::size_t key) {
+    const std::vector<Vec3> source = cache.read_source(clip, key);
+    std::vector<Vec3> positions;
+    positions.reserve(cache.source_of_point.size());
+    for (const std::uint32_t v : cache.source_of_point) positions.push_back(source[v]);
+    return positions;
+}
+
+std::vector<Vec3> samplePositions(const PointCache& cache, std::size_t clip, double time) {
+    const std::vector<double>& times = cache.clips.at(clip).times;
+    const std::size_t next = std::size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
+    if (next == 0) return readFrame(cache, clip, 0);
+    if (next == times.size() || times[next - 1] == time) return readFrame(cache, clip, next - 1);
+    const double fraction = (time - times[next - 1]) / (times[next] - times[next - 1]);
+    std::vector<Vec3> positions = readFrame(cache, clip, next - 1);
+    const std::vector<Vec3> to = readFrame(cache, clip, next);
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        const Vec3d from = toDouble(positions[v]);
+        positions[v] = toFloat(from + fraction * (toDouble(to[v]) - from));
+    }
+    return positions;
+}
+
+FrameList sampleFrames(const PointCache& cache, const std::vector<std::string>& clips, double fps) {
+    std::vector<ClipTimes> times;
+    for (const PointCacheClip& clip : cache.clips)
+        times.push_back({clip.name, clip.times.front(), clip.times.back(), clip.times});
+    return sampleClips(times, clips, fps, "the cache");
+}
+
+}  // namespace penumbra

@@ -1,0 +1,189 @@
+// Point caches: every format gives the flapping sheet of scripts/samples/flapping_sheet.py, known by formula.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "formats/errors.h"
+#include "formats/parallel_for.h"
+#include "formats/point_cache.h"
+#include "formats/random_bytes.h"
+#include "formats/zip_archive.h"
+#include "tests/formats/flapping_sheet.h"
+#include "tests/formats/rig_samples.h"
+
+namespace penumbra {
+namespace {
+
+using samples::kSheetFrames;
+using samples::sheetFrame;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::filesystem::path sample(const std::string& name) {
+    return std::filesystem::path(PENUMBRA_BINARY_DIR) / ".." / "samples" / name;
+}
+
+std::filesystem::path scratch(const std::string& name) {
+    return std::filesystem::path(testing::TempDir()) / ("penumbra_cache_" + name);
+}
+
+double distanceToSheet(const PointCache& cache, const std::vector<Vec3>& positions, double frame) {
+    const std::vector<Vec3d> expected = sheetFrame(frame);
+    EXPECT_EQ(positions.size(), cache.mesh.vertexCount());
+    double worst = 0;
+    for (std::size_t v = 0; v < expected.size(); ++v)
+        worst = std::max(worst, length(toDouble(positions[cache.mesh.source_vertex[v]]) - expected[v]));
+    return worst;
+}
+
+void expectSheet(const PointCache& cache, double tolerance) {
+    ASSERT_EQ(cache.clips.size(), 1u);
+    ASSERT_EQ(cache.clips[0].times.size(), kSheetFrames);
+    ASSERT_EQ(cache.mesh.source_vertex.size(), samples::kSheetVertices);
+    for (std::size_t f = 0; f < kSheetFrames; ++f)
+        EXPECT_LE(distanceToSheet(cache, readFrame(cache, 0, f), double(f)), tolerance) << "frame " << f;
+    std::vector<Triangle> triangles;
+    for (const auto& q : samples::sheetQuads())
+        for (const Triangle& t : {Triangle{q[0], q[1], q[2]}, Triangle{q[0], q[2], q[3]}})
+            triangles.push_back(
+                {cache.mesh.source_vertex[t[0]], cache.mesh.source_vertex[t[1]], cache.mesh.source_vertex[t[2]]});
+    EXPECT_EQ(cache.mesh.triangles, triangles);
+}
+
+// Rounding of a float of about 1: 6e-8.
+constexpr double kFloat = 2e-7;
+
+TEST(PointCacheNumpy, CompressedFloatsAndQuads) {
+    const PointCache cache = readPointCache({sample("sheet.npz")}, {});
+    expectSheet(cache, kFloat);
+    EXPECT_EQ(cache.clips[0].name, "sheet");
+    EXPECT_DOUBLE_EQ(cache.clips[0].times[12], 1.0);
+    EXPECT_LE(distanceToSheet(cache, cache.mesh.rest_positions, 0), kFloat);
+    EXPECT_THAT(cache.files_read, ElementsAre(sample("sheet.npz")));
+}
+
+TEST(PointCacheNumpy, BigEndianStoredDoublesWithARest) {
+    const PointCache cache = readPointCache({sample("sheet_f64.npz")}, {});
+    expectSheet(cache, kFloat);
+    EXPECT_LE(distanceToSheet(cache, cache.mesh.rest_positions, 6), kFloat);
+    EXPECT_DOUBLE_EQ(cache.clips[0].times[12], 12 / kCacheFps);
+}
+
+// The step is 1.5/65535: half of it, by three coordinates, is 2e-5.
+TEST(PointCacheNumpy, QuantisedWithUnevenTimes) {
+    const PointCache cache = readPointCache({sample("sheet_q.npz")}, {});
+    expectSheet(cache, 2.1e-5);
+    for (std::size_t f = 0; f < kSheetFrames; ++f) EXPECT_DOUBLE_EQ(cache.clips[0].times[f], double(f * f) / 144);
+}
+
+TEST(PointCacheNumpy, UnitsAndUpOfAnArrayWithFacesBeside) {
+    const PointCacheOptions options{.metres = metresOfUnit("cm"), .z_up = upIsZ("z"), .fps = 60};
+    for (const auto& paths : {std::pair("sheet_z_cm.npy", "sheet_faces.npy"), {"sheet_faces.npy", "sheet_z_cm.npy"}}) {
+        const PointCache cache = readPointCache({sample(paths.first), sample(paths.second)}, options);
+        expectSheet(cache, kFloat);
+        EXPECT_EQ(cache.clips[0].name, "sheet_z_cm");
+        EXPECT_DOUBLE_EQ(cache.clips[0].times[12], 0.2);
+        EXPECT_EQ(cache.files_read.size(), 2u);
+    }
+}
+
+// Without the seam's double of each of five rows there are 40 points; the slit's are two places in all but the first.
+TEST(PointCache, WeldsWhatNeverParts) {
+    const PointCache cache = readPointCache({sample("sheet.npz")}, {});
+    EXPECT_EQ(cache.mesh.vertexCount(), samples::kSheetPoints);
+    for (std::uint32_t row = 0; row < 5; ++row) {
+        const auto& point = cache.mesh.source_vertex;
+        EXPECT_EQ(point[35 + row], point[row * 7 + 3]);
+        EXPECT_NE(point[40 + row], point[row * 7 + 5]);
+        EXPECT_EQ(cache.mesh.rest_positions[point[40 + row]], cache.mesh.rest_positions[point[row * 7 + 5]]);
+    }
+}
+
+TEST(PointCache, SamplesBetweenKeysAreLinear) {
+    const PointCache cache = readPointCache({sample("sheet.npz")}, {});
+    const std::vector<Vec3> a = readFrame(cache, 0, 3), b = readFrame(cache, 0, 4);
+    const std::vector<Vec3> quarter = samplePositions(cache, 0, 3.25 / 12);
+    for (std::size_t v = 0; v < a.size(); ++v)
+        EXPECT_LE(length(toDouble(quarter[v]) - (0.75 * toDouble(a[v]) + 0.25 * toDouble(b[v]))), kFloat);
+    EXPECT_EQ(samplePositions(cache, 0, 3.0 / 12), a);
+    EXPECT_EQ(samplePositions(cache, 0, -1), readFrame(cache, 0, 0));
+    EXPECT_EQ(samplePositions(cache, 0, 7), readFrame(cache, 0, 12));
+}
+
+TEST(PointCache, FramesAreTheKeysOrResampled) {
+    const PointCache cache = readPointCache({sample("sheet.npz"), sample("sheet_q.npz")}, {});
+    const FrameList keys = sampleFrames(cache, {}, 0);
+    EXPECT_EQ(keys.frameCount(), 26u);
+    EXPECT_THAT(keys.clip_names, ElementsAre("sheet", "sheet_q"));
+    EXPECT_DOUBLE_EQ(keys.time[13 + 5], 25.0 / 144);
+    const FrameList resampled = sampleFrames(cache, {"sheet_q"}, 4);
+    EXPECT_THAT(resampled.time, ElementsAre(0, 0.25, 0.5, 0.75, 1));
+    try {
+        sampleFrames(cache, {"flag"}, 0);
+        FAIL();
+    } catch (const UsageError& error) {
+        EXPECT_STREQ(error.what(), "no clip 'flag'; the cache has sheet, sheet_q");
+    }
+}
+
+// The seam parts in no clip, the slit in both.
+TEST(PointCache, SeveralFilesAreClipsOfOneMesh) {
+    const PointCache cache = readPointCache({sample("sheet.npz"), sample("sheet.npz")}, {});
+    EXPECT_EQ(cache.mesh.vertexCount(), samples::kSheetPoints);
+    EXPECT_EQ(cache.clips[1].name, "sheet#2");
+    EXPECT_EQ(readFrame(cache, 1, 7), readFrame(cache, 0, 7));
+}
+
+TEST(PointCache, OptionsAreCheckedByName) {
+    EXPECT_DOUBLE_EQ(metresOfUnit("inch"), 0.0254);
+    EXPECT_DOUBLE_EQ(metresOfUnit("2.5e-2"), 0.025);
+    for (const char* units : {"", "km", "0", "-1", "nan", "inf", "1m", " 1"})
+        EXPECT_THROW(metresOfUnit(units), UsageError);
+    EXPECT_THROW(upIsZ("x"), UsageError);
+    EXPECT_THROW(readPointCache({sample("sheet.npz")}, {.metres = -1}), UsageError);
+    EXPECT_THROW(readPointCache({sample("sheet.npz")}, {.fps = -1}), UsageError);
+    EXPECT_THROW(readPointCache({}, {}), UsageError);
+}
+
+// 8 MB of noise, so that the index has several checkpoints: any thread reads any place as if alone.
+TEST(ZipArchive, ManyThreadsReadOneDeflatedMember) {
+    std::mt19937 random(5);
+    std::string data(8 << 20, '\0');
+    for (char& c : data) c = char(random() % 64);
+    samples::writeText(scratch("noise.zip"), samples::zipOf({{.name = "noise", .data = data, .compress = true}}));
+    const RandomBytes bytes = openMember(openZip(scratch("noise.zip")), "noise").value();
+    ASSERT_EQ(bytes.size, data.size());
+    parallelFor(100, 8, [&](std::size_t i) {
+        const std::size_t offset = (i * 7919 * 4099) % data.size(), size = std::min(data.size() - offset, 3 + 251 * i);
+        const std::vector<std::byte> got = readBytes(bytes, offset, size);
+        EXPECT_EQ(std::memcmp(got.data(), data.data() + offset, size), 0) << "offset " << offset;
+    });
+    EXPECT_FALSE(openMember(openZip(scratch("noise.zip")), "silence").has_value());
+}
+
+TEST(ZipArchive, SizesOf64Bits) {
+    samples::ZipEntry verts{.name = "verts.npy", .data = samples::sheetVerts(), .compress = true, .zip64 = true};
+    samples::ZipEntry faces{.name = "faces.npy", .data = samples::sheetFaces(), .zip64 = true};
+    samples::writeText(scratch("zip64.npz"), samples::zipOf({verts, faces}, true));
+    expectSheet(readPointCache({scratch("zip64.npz")}, {}), kFloat);
+}
+
+// Numbers by numpy: d = np.load(...); d['q_lo'] + d['verts_q'][599, 5040] * d['q_step'].
+TEST(PointCacheNumpy, CurtainOfTheDataFolder) {
+    const char* data = std::getenv("PENUMBRA_DATA");
+    if (!data) GTEST_SKIP() << "PENUMBRA_DATA is not set";
+    const PointCache cache = readPointCache({std::filesystem::path(data) / "cloth/curtain_A600.npz"}, {});
+    EXPECT_EQ(cache.mesh.vertexCount(), 5041u);
+    EXPECT_EQ(cache.mesh.triangles.size(), 9800u);
+    ASSERT_EQ(cache.clips[0].times.size(), 600u);
+    EXPECT_DOUBLE_EQ(cache.clips[0].times[599], 599.0 / 30);
+    const Vec3 last = readFrame(cache, 0, 599)[5040];
+    EXPECT_NEAR(last.x, 1.29998474, 1e-7);
+    EXPECT_NEAR(last.y, 0.00001197, 1e-7);
+    EXPECT_NEAR(last.z, 2.79999995, 1e-7);
+}
+
+}  // namespace
+}  // namespace penumbra
