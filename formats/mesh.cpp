@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <span>
 
 namespace penumbra {
 
@@ -42,7 +41,7 @@ void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& r
     }
 }
 
-std::vector<Vec3> vertexNormals(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions) {
+std::vector<Vec3> vertexNormals(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
     std::vector<Vec3d> sum(positions.size());
     Vec3d centroid;
     for (const Triangle& t : triangles) {
@@ -58,6 +57,46 @@ std::vector<Vec3> vertexNormals(const std::vector<Triangle>& triangles, const st
         normals[v] = n == Vec3d{} ? Vec3{0, 1, 0} : toFloat(n);
     }
     return normals;
+}
+
+std::vector<Vec3> meshNormals(const Mesh& mesh, std::span<const Vec3> positions) {
+    assert(positions.size() == mesh.vertexCount());
+    std::vector<Vec3> normals = vertexNormals(mesh.frontTriangles(), positions.first(mesh.frontVertexCount()));
+    if (mesh.two_sided) appendBackNormals(normals);
+    return normals;
+}
+
+template <class T>
+static void appendCopy(std::vector<T>& items) {
+    const std::size_t fronts = items.size();
+    items.reserve(2 * fronts);
+    for (std::size_t i = 0; i < fronts; ++i) items.push_back(items[i]);
+}
+
+void appendBackPositions(std::vector<Vec3>& positions) { appendCopy(positions); }
+
+void appendBackNormals(std::vector<Vec3>& normals) {
+    const std::size_t fronts = normals.size();
+    appendCopy(normals);
+    for (std::size_t v = fronts; v < normals.size(); ++v) normals[v] = -normals[v];
+}
+
+Mesh withBacks(const Mesh& mesh) {
+    assert(!mesh.two_sided);
+    Mesh out = mesh;
+    out.two_sided = true;
+    const auto fronts = std::uint32_t(mesh.vertexCount());
+    for (const Triangle& t : mesh.triangles) out.triangles.push_back({t[0] + fronts, t[2] + fronts, t[1] + fronts});
+    appendBackPositions(out.rest_positions);
+    appendCopy(out.slot_of_vertex);
+    return out;
+}
+
+Skin withBacks(const Skin& skin) {
+    Skin out = skin;
+    appendCopy(out.joints);
+    appendCopy(out.weights);
+    return out;
 }
 
 std::vector<Vec3> jointCenters(const Mesh& mesh, const Skin& skin) {

@@ -2,6 +2,7 @@
 // Plain structs for what several files hold: mesh, skin, sampled animation.
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,17 @@ struct Mesh {
     // one that welds several, the first. Both empty: one part without a name.
     std::vector<std::string> slots;
     std::vector<std::uint16_t> slot_of_vertex;  // [V], < slots
+    // A thin sheet: V = 2 Vs and T = 2 Ts. Vertex Vs + v is the back of v: same position, normal negated, same slot and
+    // skin row. Triangle Ts + t is triangle t from behind: {a, b, c} gives {a, c, b}, each + Vs. source_vertex leads to
+    // fronts.
+    bool two_sided = false;
 
     std::size_t vertexCount() const { return rest_positions.size(); }
+    // Vs and Ts, which come first; V and T of any other mesh.
+    std::size_t frontVertexCount() const { return vertexCount() / (two_sided ? 2 : 1); }
+    std::size_t frontTriangleCount() const { return triangles.size() / (two_sided ? 2 : 1); }
+    // What is traced, and what normals are computed from.
+    std::span<const Triangle> frontTriangles() const { return std::span(triangles).first(frontTriangleCount()); }
 };
 
 struct Skin {
@@ -64,6 +74,17 @@ std::vector<Vec3> jointCenters(const Mesh& mesh, const Skin& skin);
 
 // Area-weighted vertex normals of `positions`; a vertex without area gets a unit normal that points away from the
 // centroid (or +y). Every result is unit.
-std::vector<Vec3> vertexNormals(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions);
+std::vector<Vec3> vertexNormals(std::span<const Triangle> triangles, std::span<const Vec3> positions);
+
+// Of a mesh at `positions` [V]: vertexNormals() of the fronts; backs have the opposite ones. This very rule is what
+// bake, fit and the run-time evaluator agree on where there is no skin.
+std::vector<Vec3> meshNormals(const Mesh& mesh, std::span<const Vec3> positions);
+
+// The same mesh with a back to every vertex. `mesh` is not two-sided yet.
+Mesh withBacks(const Mesh& mesh);
+Skin withBacks(const Skin& skin);
+// Adds what the backs have to what the fronts have: the same positions, the opposite normals.
+void appendBackPositions(std::vector<Vec3>& positions);
+void appendBackNormals(std::vector<Vec3>& normals);
 
 }  // namespace penumbra

@@ -83,6 +83,7 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
     writeVectors(file, "/mesh/rest_positions", mesh.rest_positions);
     writeIndices(file, "/mesh/source_vertex", mesh.source_vertex);
     writeVectors(file, "/mesh/rest_normals", rest_normals);
+    if (mesh.two_sided) writeIntegerAttribute(file, "/", "two_sided", 1);
     if (mesh.slots.empty()) return;
     writeStrings(file, "/mesh/slots", mesh.slots);
     writeIntegers(file, "/mesh/slot_of_vertex",
@@ -103,6 +104,28 @@ static void readSlots(const Hdf5Reader& in, Mesh& mesh) {
     mesh.slot_of_vertex.assign(slots.begin(), slots.end());
 }
 
+// The pairing of fronts and backs is what everything downstream relies on.
+static void checkTwoSided(const Hdf5Reader& in, const Mesh& mesh) {
+    const std::size_t fronts = mesh.frontVertexCount(), triangles = mesh.frontTriangleCount();
+    const auto refuse = [&](const char* dataset, std::size_t at, const char* problem) {
+        throw InvalidInput(in.name + ": " + dataset + ": two-sided, but row " + std::to_string(at) + " " + problem);
+    };
+    if (2 * fronts != mesh.vertexCount() || 2 * triangles != mesh.triangles.size())
+        throw InvalidInput(in.name + ": attribute two_sided: the number of vertices or of triangles is odd");
+    for (std::size_t v = 0; v < fronts; ++v)
+        if (mesh.rest_positions[v] != mesh.rest_positions[fronts + v])
+            refuse("/mesh/rest_positions", fronts + v, "is not at its front");
+    for (std::size_t t = 0; t < triangles; ++t) {
+        const auto [a, b, c] = mesh.triangles[t];
+        const auto back = std::uint32_t(fronts);
+        if (a >= fronts || b >= fronts || c >= fronts) refuse("/mesh/triangles", t, "has a back vertex");
+        if (mesh.triangles[triangles + t] != Triangle{a + back, c + back, b + back})
+            refuse("/mesh/triangles", triangles + t, "is not its front from behind");
+    }
+    for (std::size_t i = 0; i < mesh.source_vertex.size(); ++i)
+        if (mesh.source_vertex[i] >= fronts) refuse("/mesh/source_vertex", i, "is a back vertex");
+}
+
 Mesh readMesh(const Hdf5Reader& in) {
     Mesh mesh;
     mesh.rest_positions = readVectors(in, "/mesh/rest_positions", 0);
@@ -115,6 +138,8 @@ Mesh readMesh(const Hdf5Reader& in) {
     for (std::size_t i = 0; i < corners.size(); ++i) mesh.triangles[i / 3][i % 3] = std::uint32_t(corners[i]);
     mesh.source_vertex = readIndices(in, "/mesh/source_vertex", 0, vertices);
     readSlots(in, mesh);
+    mesh.two_sided = hasAttribute(in, "/", "two_sided") && readIntegerAttribute(in, "/", "two_sided", 0, 1) == 1;
+    if (mesh.two_sided) checkTwoSided(in, mesh);
     return mesh;
 }
 

@@ -24,6 +24,7 @@ void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance&
 // Checks format, version and SH convention; returns the SH order.
 int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
 
+// The root attribute two_sided with it, where it is true.
 void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals);
 Mesh readMesh(const Hdf5Reader& in);
 void writeSkin(hid_t file, const Skin& skin);

@@ -11,6 +11,7 @@
 #include "formats/mesh.h"
 #include "formats/provenance.h"
 #include "formats/visibility_shard.h"
+#include "sh/dihedral_angles.h"
 
 namespace penumbra {
 
@@ -28,8 +29,10 @@ struct VisibilityHeader {
     std::vector<Vec3> rest_normals;  // [V] what skinVertices() turned into the frames' normals (/mesh/rest_normals)
     FrameList frames;
     std::optional<ShardPlace> shard;  // of a bake of some frames
-    int pose_size = 0;                // P
+    int pose_size = 0;                // P, with the inputs
     std::string pose_parameterisation = kJointRotationVectors;
+    std::vector<InnerEdge> edges;          // [E] of the fronts; with kDihedralAngles: P = E + X
+    std::vector<std::string> input_names;  // [X] of the last numbers of the pose: what the mesh does not know
     Provenance provenance;
 
     std::size_t coefficientCount() const { return std::size_t(order) * order; }

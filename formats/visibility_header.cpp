@@ -16,6 +16,12 @@ static void writeShard(hid_t file, const ShardPlace& shard) {
     write("/shard/frame_in_clip", shard.frame_in_clip);
 }
 
+static void writeEdges(hid_t file, const std::vector<InnerEdge>& edges) {
+    std::vector<std::int64_t> vertices;
+    for (const InnerEdge& edge : edges) vertices.insert(vertices.end(), edge.begin(), edge.end());
+    writeIntegers(file, "/mesh/edges", vertices, {edges.size(), 4}, H5T_STD_U32LE);
+}
+
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     writeRoot(file, kVisibilityKind, header.order, header.provenance);
     writeTextAttribute(file, "/", "quantity", header.quantity);
@@ -26,6 +32,8 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     writeIntegerAttribute(file, "/", "bounces", header.bounces);
     if (header.ground_y) writeNumberAttribute(file, "/", "ground_y", *header.ground_y);
     writeMesh(file, header.mesh, header.rest_normals);
+    if (!header.edges.empty()) writeEdges(file, header.edges);
+    if (!header.input_names.empty()) writeStrings(file, "/inputs/names", header.input_names);
     if (header.skin) writeSkin(file, *header.skin);
     writeFrameList(file, header.frames);
     if (header.shard) writeShard(file, *header.shard);
@@ -57,6 +65,38 @@ static ShardPlace readShard(const Hdf5Reader& in, const FrameList& frames) {
     return shard;
 }
 
+static std::vector<InnerEdge> readEdges(const Hdf5Reader& in, const Mesh& mesh) {
+    std::vector<hsize_t> shape{0, 4};
+    const std::vector<std::int64_t> vertices =
+        readIntegers(in, "/mesh/edges", shape, 0, std::int64_t(mesh.frontVertexCount()) - 1);
+    std::vector<InnerEdge> edges(vertices.size() / 4);
+    for (std::size_t i = 0; i < vertices.size(); ++i) edges[i / 4][i % 4] = std::uint32_t(vertices[i]);
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (edges[e][0] >= edges[e][1] ||
+            (e > 0 && std::pair(edges[e][0], edges[e][1]) <= std::pair(edges[e - 1][0], edges[e - 1][1])))
+            throw InvalidInput(in.name + ": /mesh/edges: row " + std::to_string(e) + " is not ascending");
+    return edges;
+}
+
+static std::vector<std::string> readInputNames(const Hdf5Reader& in) {
+    const std::vector<std::string> names = readStrings(in, "/inputs/names");
+    if (names.empty() || names.size() > 65535)
+        throw InvalidInput(in.name + ": /inputs/names: " + std::to_string(names.size()) + " inputs");
+    checkUnique(in, "/inputs/names", names);
+    return names;
+}
+
+void checkPose(const std::string& name, const VisibilityHeader& header) {
+    const auto fail = [&](std::size_t expected, const char* what) {
+        throw InvalidInput(name + ": /frames/pose: " + std::to_string(header.pose_size) + " numbers a frame, not " +
+                           std::to_string(expected) + what);
+    };
+    const std::size_t inputs = header.input_names.size(), size = std::size_t(header.pose_size);
+    if (size < inputs) fail(inputs, " or more, as /inputs/names has");
+    if (size > 0 && header.pose_parameterisation == kDihedralAngles && size != header.edges.size() + inputs)
+        fail(header.edges.size() + inputs, ", as /mesh/edges and /inputs/names have");
+}
+
 VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     VisibilityHeader header;
     header.order = readRoot(in, kVisibilityKind, header.provenance);
@@ -72,9 +112,10 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     header.mesh = readMesh(in);
     const std::size_t vertices = header.mesh.vertexCount();
     // Files of others may lack them: they are not in the published layout.
-    header.rest_normals = exists(in, "/mesh/rest_normals")
-                              ? readVectors(in, "/mesh/rest_normals", vertices)
-                              : vertexNormals(header.mesh.triangles, header.mesh.rest_positions);
+    header.rest_normals = exists(in, "/mesh/rest_normals") ? readVectors(in, "/mesh/rest_normals", vertices)
+                                                           : meshNormals(header.mesh, header.mesh.rest_positions);
+    if (exists(in, "/mesh/edges")) header.edges = readEdges(in, header.mesh);
+    if (exists(in, "/inputs/names")) header.input_names = readInputNames(in);
     if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
     header.frames = readFrameList(in);
     if (exists(in, "/shard")) header.shard = readShard(in, header.frames);

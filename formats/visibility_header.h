@@ -10,5 +10,7 @@ constexpr const char* kCoefficients = "/visibility/coefficients";
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header);
 // Without what stands at /frames/pose.
 VisibilityHeader readVisibilityHeader(const Hdf5Reader& in);
+// InvalidInput, which starts with `name`, unless the length of /frames/pose goes with edges and inputs.
+void checkPose(const std::string& name, const VisibilityHeader& header);
 
 }  // namespace penumbra

@@ -115,6 +115,7 @@ VisibilityReader::VisibilityReader(const fs::path& path) : impl_(std::make_uniqu
             throw InvalidInput(store->in.name + ": /frames/pose: has another size than in other files");
         file.header.pose_size = int(size);
     }
+    checkPose(path.string(), file.header);
 }
 
 VisibilityReader::~VisibilityReader() = default;

@@ -116,6 +116,19 @@ inline VisibilityHeader visibilityHeader(std::uint32_t quads, std::size_t frames
     return header;
 }
 
+// A sheet: no skin, either side of every vertex, dihedral angles and two inputs.
+inline VisibilityHeader sheetHeader(std::uint32_t quads, std::size_t frames) {
+    VisibilityHeader header = visibilityHeader(quads, frames);
+    header.skin.reset();
+    header.edges = innerEdges(header.mesh.triangles);
+    header.mesh = withBacks(header.mesh);
+    appendBackNormals(header.rest_normals);
+    header.input_names = {"ball.x", "wind"};
+    header.pose_size = int(header.edges.size() + 2);
+    header.pose_parameterisation = kDihedralAngles;
+    return header;
+}
+
 inline VisibilityFrame visibilityFrame(const VisibilityHeader& header, std::size_t frame) {
     const std::size_t vertices = header.mesh.vertexCount();
     const double phase = double(frame);

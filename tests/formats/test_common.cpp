@@ -376,13 +376,14 @@ TEST(Mesh, SkinVerticesKeepsRestUnderIdentity) {
 TEST(Mesh, VertexNormalsAreAreaWeightedAtAnyScale) {
     for (float scale : {1e-6f, 1e-3f, 1.0f, 1e6f}) {
         const std::vector<Vec3> corner{{0, 0, 0}, {scale, 0, 0}, {0, scale, 0}, {0, 0, scale}, {9 * scale, 0, 0}};
-        const std::vector<Vec3> normals = vertexNormals({{0, 2, 1}, {0, 3, 2}, {0, 1, 3}}, corner);
+        const std::vector<Triangle> triangles{{0, 2, 1}, {0, 3, 2}, {0, 1, 3}};
+        const std::vector<Vec3> normals = vertexNormals(triangles, corner);
         const float third = -1 / std::sqrt(3.0f);
         EXPECT_LT(length(normals[0] - Vec3{third, third, third}), 1e-6f) << scale;
         for (Vec3 n : normals) EXPECT_NEAR(length(n), 1, 1e-6f) << scale;
         EXPECT_GT(normals[4].x, 0.9f) << "a vertex without triangles points away from the centroid";
     }
-    EXPECT_EQ(vertexNormals({}, {{1, 2, 3}})[0], (Vec3{0, 1, 0}));
+    EXPECT_EQ(vertexNormals({}, std::vector<Vec3>{{1, 2, 3}})[0], (Vec3{0, 1, 0}));
 }
 
 }  // namespace

@@ -32,6 +32,9 @@ const std::vector<Victim>& victims() {
         {"visibility f16",
          [](const auto& path) { samples::writeVisibility(path, samples::visibilityHeader(3, 2), Precision::kFloat16); },
          readAllOfVisibility},
+        {"sheet",
+         [](const auto& path) { samples::writeVisibility(path, samples::sheetHeader(3, 2), Precision::kFloat32); },
+         readAllOfVisibility},
         {"model", [](const auto& path) { writeModel(path, samples::model(FeatureKind::kRelativeBones)); },
          [](const auto& path) { (void)readModel(path); }},
         {"poses", [](const auto& path) { writePoseFile(path, samples::poseFile()); },
@@ -106,10 +109,11 @@ TEST(HostileFiles, ChangedBytesNeverCrash) {
 }
 
 // Edits one object of a good file with HDF5 itself and expects a refusal that names it.
-void expectRefused(const std::function<void(hid_t)>& edit, const std::string& named) {
+void expectRefused(const std::function<void(hid_t)>& edit, const std::string& named,
+                   const VisibilityHeader& good = samples::visibilityHeader(3, 2)) {
     const samples::Folder folder("edited");
     const std::filesystem::path path = folder.path / "x.vis.h5";
-    samples::writeVisibility(path, samples::visibilityHeader(3, 2), Precision::kFloat32);
+    samples::writeVisibility(path, good, Precision::kFloat32);
     {
         const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, "test");
         edit(file);
@@ -193,6 +197,29 @@ TEST(HostileFiles, WrongTypesAndShapesAreNamed) {
     expectRefused(replaced("/skin/parents", H5T_STD_I32LE, {3}), "/skin/parents");
     expectRefused(replaced("/clips/names", H5T_STD_I32LE, {2}), "/clips/names");
     expectRefused(replaced("/mesh", H5T_STD_I32LE, {2}), "/mesh");
+}
+
+// Fronts and backs that do not pair, edges and inputs that do not go with the pose.
+TEST(HostileFiles, SheetsAreChecked) {
+    const VisibilityHeader sheet = samples::sheetHeader(3, 2);
+    const auto with = [&](const std::function<void(VisibilityHeader&)>& spoil) {
+        VisibilityHeader header = sheet;
+        spoil(header);
+        return header;
+    };
+    const auto asItIs = [](hid_t) {};
+    expectRefused(asItIs, "/mesh/triangles",
+                  with([](auto& h) { std::swap(h.mesh.triangles[0], h.mesh.triangles[1]); }));
+    expectRefused(asItIs, "/mesh/triangles", with([](auto& h) { h.mesh.triangles[0][0] = 9; }));
+    expectRefused(asItIs, "two_sided", with([](auto& h) { h.mesh.triangles.pop_back(); }));
+    expectRefused(asItIs, "/mesh/rest_positions", with([](auto& h) { h.mesh.rest_positions[9].x += 1; }));
+    expectRefused(asItIs, "/mesh/source_vertex", with([](auto& h) { h.mesh.source_vertex[0] = 8; }));
+    expectRefused(asItIs, "/mesh/edges", with([](auto& h) { std::swap(h.edges[0], h.edges[1]); }));
+    expectRefused(asItIs, "/mesh/edges", with([](auto& h) { h.edges[0][3] = 8; }));
+    expectRefused(asItIs, "/frames/pose", with([](auto& h) { h.edges.pop_back(); }));
+    expectRefused(asItIs, "/inputs/names", with([](auto& h) { h.input_names[1] = h.input_names[0]; }));
+    expectRefused([](hid_t file) { removeLink(file, "/inputs/names"); }, "/frames/pose", sheet);
+    expectRefused([](hid_t file) { removeLink(file, "/mesh/edges"); }, "/frames/pose", sheet);
 }
 
 TEST(HostileFiles, OtherVersionsAndKindsAreNotGuessedAt) {

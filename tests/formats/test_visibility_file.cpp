@@ -20,7 +20,10 @@ void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
     EXPECT_EQ(a.mesh.source_vertex, b.mesh.source_vertex);
     EXPECT_EQ(a.mesh.slots, b.mesh.slots);
     EXPECT_EQ(a.mesh.slot_of_vertex, b.mesh.slot_of_vertex);
+    EXPECT_EQ(a.mesh.two_sided, b.mesh.two_sided);
     EXPECT_EQ(a.rest_normals, b.rest_normals);
+    EXPECT_EQ(a.edges, b.edges);
+    EXPECT_EQ(a.input_names, b.input_names);
     EXPECT_EQ(a.frames.clip_names, b.frames.clip_names);
     EXPECT_EQ(a.frames.clip, b.frames.clip);
     EXPECT_EQ(a.frames.time, b.frames.time);
@@ -117,6 +120,15 @@ TEST(VisibilityFile, WithoutSkinAndPose) {
     header.pose_size = 0;
     header.ground_y.reset();
     header.quantity = "mirrored_visibility";
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    const VisibilityReader reader(folder.path / "x.vis.h5");
+    expectSame(reader.header(), header);
+    expectSame(reader.readFrame(2), samples::visibilityFrame(header, 2));
+}
+
+TEST(VisibilityFile, KeepsATwoSidedSheet) {
+    const samples::Folder folder("vis_sheet");
+    const VisibilityHeader header = samples::sheetHeader(4, 3);
     samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
     const VisibilityReader reader(folder.path / "x.vis.h5");
     expectSame(reader.header(), header);
