@@ -27,7 +27,7 @@ struct VisibilityCommand {
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, once that is known
     std::filesystem::path output;
     BakeOptions options;
-    std::string frames, poses, precision = "f32";
+    std::string frames, poses, precision = "f32", units = "m", up = "y";
     bool resume = false;
     std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused and does not wrap
 };
@@ -59,13 +59,15 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
         throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
     options.seed = std::uint64_t(command.seed);
     refuseTwice(command.rigs);
+    options.cache.metres = metresOfUnit(command.units);
+    options.cache.z_up = upIsZ(command.up);
     options.precision = command.precision == "f16" ? Precision::kFloat16 : Precision::kFloat32;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
 
     report.phase("read");
     const BakePlan plan = planBake(command.rigs, options);
-    command.files_read = plan.rig.files_read;
+    command.files_read = plan.source.filesRead();
     reportPlan(plan, options, report);
     if (common.dry_run) {
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
@@ -101,11 +103,17 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
 
 static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     BakeOptions& options = command.options;
-    app.add_option("rig", command.rigs, "rig; further files may bring clips only")->required();
+    app.add_option("rig", command.rigs, "rig or point cache; further files may bring clips only")->required();
     app.add_option("-o,--output", command.output, "X.vis.h5")->required();
     addNameListOption(app, "--clips", options.clips, "names of the clips to bake (default: all)");
     app.add_option("--fps", options.fps, "samples a second (default: the clips' own keys)");
     app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all chosen clips");
+    app.add_option("--blocks", options.blocks,
+                   "cut every clip into this many blocks of equal length, clips NAME#1, NAME#2, ... (to hold one out)");
+    app.add_option("--units", command.units, "of a point cache: m, cm, mm, inch or metres (default: m)");
+    app.add_option("--up", command.up, "of a point cache: y or z (default: y)");
+    app.add_option("--cache-fps", options.cache.fps,
+                   "keys a second of a point cache (default: as its file says, else 24)");
     app.add_option("--poses", command.poses,
                    "X.poses.h5 of `penumbra-bake poses`: these frames, then those of --clips");
     app.add_option("--order", options.order, "SH bands, 1..8");
@@ -138,7 +146,7 @@ static Verb visibilityVerb() {
 
 int main(int argc, char** argv) {
     using namespace penumbra;
-    return runProgram("penumbra-bake", "Ray-traced visibility of animated characters.",
+    return runProgram("penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
                       "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1, "
                       "penumbra.asset 3",
                       {visibilityVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);

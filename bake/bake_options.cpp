@@ -19,6 +19,9 @@ std::string findProblem(const BakeOptions& options) {
     if (!(options.fps >= 0 && options.fps <= 1000)) return outOfRange("--fps", "0..1000 samples a second", options.fps);
     if (options.poses && options.fps > 0 && options.clips.empty())
         return "--fps goes with --clips when there is --poses, which has times of its own";
+    if (options.blocks < 1 || options.blocks > 10000)
+        return outOfRange("--blocks", "1..10000 blocks of every clip", options.blocks);
+    if (const std::string problem = findProblem(options.cache); !problem.empty()) return problem;
     if (options.order < 1 || options.order > kMaxOrder) return outOfRange("--order", "1..8 bands", options.order);
     if (options.rays < 16 || options.rays > 1 << 16)
         return outOfRange("--rays", "16..65536 directions above the horizon", options.rays);

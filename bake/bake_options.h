@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "formats/frame_range.h"
+#include "formats/point_cache.h"
 #include "formats/visibility_file.h"
 
 namespace penumbra {
@@ -17,7 +18,9 @@ struct BakeOptions {
     double fps = 0;                                   // samples a second, 0..1000; 0 = the clips' own key times
     std::optional<FrameRange> frames = {};            // nothing = all
     std::optional<std::filesystem::path> poses = {};  // x.poses.h5: these frames, then those of `clips`
-    int order = 5;                                    // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
+    int blocks = 1;  // contiguous blocks of equal length that every clip is cut into, each a clip of its own, 1..10000
+    PointCacheOptions cache = {};
+    int order = 5;           // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex
     int rays = 1024;         // directions above the horizon (the set over the sphere has twice as many), 16..2^16
     std::uint64_t seed = 1;  // 1: the plain set of directions; others turn it
     double bias = 1e-4;      // start of a ray above the surface, in diagonals of the rest pose, 1e-7..1e-1

@@ -6,99 +6,15 @@
 #include <cmath>
 #include <functional>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "bake/bake_journal.h"
-#include "bake/frame_choice.h"
 #include "bake/posed_frame.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
-
-// Every option that changes the result, defaults included.
-static std::string optionsJson(const BakeOptions& options) {
-    nlohmann::ordered_json json;
-    json["clips"] = options.clips;
-    json["fps"] = options.fps;
-    if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
-    json["order"] = options.order;
-    json["rays"] = options.rays;
-    json["seed"] = options.seed;
-    json["bias"] = options.bias;
-    json["ground"] = options.ground;
-    json["precision"] = options.precision == Precision::kFloat16 ? "f16" : "f32";
-    return json.dump();
-}
-
-// All frames of the chosen clips; --frames slices them.
-static FrameList listFrames(Rig& rig, const BakeOptions& options) {
-    FrameList frames;
-    if (!options.poses) {
-        frames = sampleFrames(rig, options.clips, options.fps);
-    } else {
-        frames = readPoseFrames(*options.poses, rig);
-        rig.files_read.push_back(*options.poses);
-        if (!options.clips.empty()) appendFrames(sampleFrames(rig, options.clips, options.fps), frames);
-    }
-    return frames;
-}
-
-static void chooseFrames(Rig& rig, const BakeOptions& options, VisibilityHeader& header) {
-    const FrameList all = listFrames(rig, options);
-    header.frames = options.frames ? sliceFrames(all, *options.frames) : all;
-    if (options.clips.empty() && !options.frames) return;
-    const FrameList known = options.poses ? all : sampleFrames(rig, {}, options.fps);
-    header.shard = ShardPlace{known.clip_names, framesOfClips(known), numberInClip(all)};
-    if (!options.frames) return;
-    header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
-}
-
-BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOptions& options) {
-    BakePlan plan;
-    plan.rig = readRig(rigs);
-    const std::string rig_name = rigs.front().string();
-    VisibilityHeader& header = plan.header;
-    chooseFrames(plan.rig, options, header);
-    plan.rig_clip = clipIndices(plan.rig, header.frames.clip_names);
-
-    std::vector<Vec3> positions, normals;
-    const RigPose rest = evaluatePose(plan.rig, -1, 0);
-    skinVertices(plan.rig.mesh, plan.rig.skin, plan.rig.rest_normals, rest.bones, positions, normals);
-    plan.rest_diagonal = boxDiagonal(positions);
-    if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
-        throw InvalidInput(rig_name + ": the rest pose has no extent");
-
-    header.order = options.order;
-    header.rays = options.rays;
-    header.seed = options.seed;
-    if (options.ground) {
-        const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
-        header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
-    }
-    header.mesh = plan.rig.mesh;
-    header.skin = plan.rig.skin;
-    header.rest_normals = plan.rig.rest_normals;
-    header.pose_size = int(rest.pose.size());
-    header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.rig.files_read);
-    return plan;
-}
-
-double BakePlan::rays() const {
-    return double(header.frames.frameCount()) * double(header.mesh.vertexCount()) * header.rays;
-}
-
-double BakePlan::bytes(Precision precision) const {
-    const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
-    const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
-    const double frame = vertices * (24 + coefficient * double(header.coefficientCount())) +
-                         48.0 * double(header.skin->jointCount()) + 4.0 * header.pose_size + 10;
-    const double mesh = 12.0 * double(header.mesh.triangles.size()) + 4.0 * double(header.mesh.source_vertex.size()) +
-                        vertices * (24 + 6.0 * header.skin->influences);
-    return mesh + frames * frame;
-}
 
 // Counts rays from many threads; whoever finds the printer free prints.
 class RayCount {

@@ -1,26 +1,28 @@
 #pragma once
-// The stage: rig in, x.vis.h5 out, one frame after the other in bounded memory.
+// The stage: rig or point cache in, x.vis.h5 out, one frame after the other in bounded memory.
 #include <filesystem>
 #include <vector>
 
 #include "bake/bake_options.h"
+#include "bake/bake_source.h"
+#include "bake/continuous_angles.h"
 #include "formats/progress.h"
-#include "formats/rig_file.h"
 
 namespace penumbra {
 
 // What a bake will do, known before any ray is traced.
 struct BakePlan {
-    Rig rig;
+    BakeSource source;
     double rest_diagonal = 0;  // of the rest pose in the model frame: the unit of `bias`
     VisibilityHeader header;
-    std::vector<int> rig_clip;  // [C] index into rig.clips of each of header.frames' clips; -1 = rest pose
+    std::vector<int> source_clip;               // [C] the source's clip of each of header.frames' clips; -1 = at rest
+    std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache
 
     double rays() const;            // upper bound: every direction above the horizon of every vertex and frame
     double bytes(Precision) const;  // of the output before compression
 };
-// Reads the rig and chooses the frames. UsageError, IoError, InvalidInput.
-BakePlan planBake(const std::vector<std::filesystem::path>& rigs, const BakeOptions& options);
+// Reads the source and chooses the frames. UsageError, IoError, InvalidInput.
+BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options);
 
 struct BakeTarget {
     std::filesystem::path output;

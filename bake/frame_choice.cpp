@@ -21,6 +21,24 @@ FrameList sliceFrames(const FrameList& all, const FrameRange& range) {
     return {all.clip_names, slice(all.clip, range), slice(all.time, range)};
 }
 
+FrameList cutIntoBlocks(const FrameList& frames, int blocks) {
+    if (blocks == 1) return frames;
+    FrameList out{{}, {}, frames.time};
+    const std::vector<std::uint32_t> counts = framesOfClips(frames);
+    for (std::size_t c = 0; c < counts.size(); ++c) {
+        const std::uint64_t count = std::min<std::uint64_t>(std::uint64_t(blocks), counts[c]);
+        for (std::uint64_t b = 0; b < count; ++b) {
+            const std::uint64_t begin = b * counts[c] / count, end = (b + 1) * counts[c] / count;
+            out.clip.insert(out.clip.end(), end - begin, std::uint16_t(out.clip_names.size()));
+            out.clip_names.push_back(frames.clip_names[c] + "#" + std::to_string(b + 1));
+        }
+        if (out.clip_names.size() > 65535) throw UsageError("--blocks: more than 65535 clips");
+    }
+    return out;
+}
+
+std::string clipOfBlock(const std::string& name) { return name.substr(0, name.rfind('#')); }
+
 void appendFrames(const FrameList& more, FrameList& frames) {
     for (const std::string& name : more.clip_names)
         if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) != frames.clip_names.end())

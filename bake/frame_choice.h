@@ -24,6 +24,12 @@ std::vector<T> slice(const std::vector<T>& all, const FrameRange& range) {
 // UsageError when the range ends beyond the list.
 FrameList sliceFrames(const FrameList& all, const FrameRange& range);
 
+// Every clip cut into min(blocks, its frames) contiguous blocks whose lengths differ by one at most, which become clips
+// "NAME#1", "NAME#2", ...; times stay. `blocks` 1: the list as it is. UsageError when there would be too many clips.
+FrameList cutIntoBlocks(const FrameList& frames, int blocks);
+// "NAME" of "NAME#3".
+std::string clipOfBlock(const std::string& name);
+
 // Adds the clips of `more` behind those of `frames`. UsageError for a clip that is in both.
 void appendFrames(const FrameList& more, FrameList& frames);
 

@@ -58,8 +58,10 @@ static std::vector<std::string> differencesOf(const VisibilityHeader& other, con
     check(a.triangles == b.triangles && a.rest_positions == b.rest_positions && a.source_vertex == b.source_vertex &&
               a.slots == b.slots && a.slot_of_vertex == b.slot_of_vertex && other.rest_normals == expected.rest_normals,
           "another mesh");
+    check(a.two_sided == b.two_sided, "another attribute two_sided");
     check(sameSkin(other.skin, expected.skin), "another skin");
-    check(other.pose_size == expected.pose_size && other.pose_parameterisation == expected.pose_parameterisation,
+    check(other.pose_size == expected.pose_size && other.pose_parameterisation == expected.pose_parameterisation &&
+              other.edges == expected.edges && other.input_names == expected.input_names,
           "another /frames/pose");
     check(sameChoice(*other.shard, *expected.shard), "another list of clips to choose from");
     return out;
@@ -101,11 +103,24 @@ struct ClipChoice {
     std::vector<std::string> told, names;
 };
 
+// The clips as the frames have them: with --blocks a clip is its blocks.
+static std::vector<std::string> namesOfClips(const std::vector<std::string>& clips, const ShardPlace& place) {
+    std::vector<std::string> names;
+    for (const std::string& clip : clips) {
+        const std::size_t before = names.size();
+        if (place.clipNamed(clip) < 0)
+            std::copy_if(place.clip_names.begin(), place.clip_names.end(), std::back_inserter(names),
+                         [&](const std::string& name) { return clipOfBlock(name) == clip; });
+        if (names.size() == before) names.push_back(clip);
+    }
+    return names;
+}
+
 static ClipChoice clipsOfWhole(const std::vector<Shard>& shards, const ShardPlace& place, const MergeOptions& options) {
     const std::vector<std::string>& told = options.clips.empty() ? shards[0].told_clips : options.clips;
     if (std::all_of(shards.begin(), shards.end(), [&](const Shard& shard) { return shard.told_clips == told; }))
         return {told, shards[0].clip_names};
-    return {options.clips, options.clips.empty() ? place.clip_names : options.clips};
+    return {options.clips, options.clips.empty() ? place.clip_names : namesOfClips(options.clips, place)};
 }
 
 // Frames of the whole with their times still to come from the shards.

@@ -7,7 +7,7 @@ namespace penumbra {
 
 constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the default: 8 threads stay busy on small meshes
 
-// Skinned; the coefficients are there but not traced. InvalidInput when a vertex is not finite.
+// Posed; the coefficients are there but not traced. InvalidInput when a vertex is not finite.
 VisibilityFrame poseVertices(const BakePlan& plan, std::size_t frame);
 
 // With its acceleration structure.

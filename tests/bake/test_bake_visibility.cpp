@@ -99,7 +99,7 @@ TEST_F(BakeVisibility, HalfPrecisionIsCloseToSingle) {
 TEST_F(BakeVisibility, PoseThatIsNotFiniteIsAnErrorThatNamesTheFrame) {
     const BakeOptions options{.clips = {"bend"}, .fps = 1, .rays = 64};
     BakePlan plan = planBake({sample("bend.glb")}, options);
-    plan.rig.mesh.rest_positions[5].x = std::nanf("");
+    plan.source.rig->mesh.rest_positions[5].x = std::nanf("");
     try {
         bakeVisibility(plan, options, {out("x.vis.h5")}, 2, ProgressStyle::kNone);
         FAIL() << "no error";

@@ -215,9 +215,9 @@ TEST_F(PoseFiles, BakesOfTheListAndOfTheRigHaveThePosesOfTheSource) {
     };
     for (std::size_t f = 0; f < 9; ++f) {
         const FrameList& frames = from_list.header.frames;
-        const int clip = from_list.rig_clip[frames.clip[f]];
-        const std::vector<Vec3> a = positions(from_list.rig, clip, frames.time[f]),
-                                b = positions(from_rig.rig, 0, double(f));
+        const int clip = from_list.source_clip[frames.clip[f]];
+        const std::vector<Vec3> a = positions(*from_list.source.rig, clip, frames.time[f]),
+                                b = positions(*from_rig.source.rig, 0, double(f));
         double worst = 0;
         for (std::size_t v = 0; v < a.size(); ++v) worst = std::max(worst, double(length(a[v] - b[v])));
         EXPECT_LT(worst, 1e-5 * from_list.rest_diagonal) << f;  // 2e-7 measured

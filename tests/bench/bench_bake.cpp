@@ -74,11 +74,10 @@ Case bumpySphere(int rings) {
 Case middleFrame(const BakePlan& plan, const std::string& name) {
     const std::size_t f = plan.header.frames.frameCount() / 2;
     const FrameList& frames = plan.header.frames;
-    const RigPose pose = evaluatePose(plan.rig, plan.rig_clip[frames.clip[f]], frames.time[f]);
-    Case c{name, {}, {}, {}, plan.rig.mesh.triangles};
-    std::vector<Vec3> positions;
-    skinVertices(plan.rig.mesh, plan.rig.skin, plan.rig.rest_normals, pose.bones, positions, c.normals);
-    finish(c, positions, plan.rest_diagonal);
+    const SourcePose pose = poseSource(plan.source, plan.source_clip[frames.clip[f]], frames.time[f]);
+    Case c{name, {}, {}, {}, plan.source.mesh().triangles};
+    c.normals = pose.normals;
+    finish(c, pose.positions, plan.rest_diagonal);
     return c;
 }
 

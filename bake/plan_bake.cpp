@@ -1,0 +1,118 @@
+// Which frames of what a bake will trace: everything that is known before the first ray.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "bake/bake_visibility.h"
+#include "bake/frame_choice.h"
+#include "formats/errors.h"
+
+namespace penumbra {
+
+// Every option that changes the result; what came later than 0.1.0 only where it is used, so that older bakes stay what
+// they are.
+static std::string optionsJson(const BakeOptions& options) {
+    nlohmann::ordered_json json;
+    json["clips"] = options.clips;
+    json["fps"] = options.fps;
+    if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
+    json["order"] = options.order;
+    json["rays"] = options.rays;
+    json["seed"] = options.seed;
+    json["bias"] = options.bias;
+    json["ground"] = options.ground;
+    json["precision"] = options.precision == Precision::kFloat16 ? "f16" : "f32";
+    if (options.blocks > 1) json["blocks"] = options.blocks;
+    if (options.cache.metres != 1) json["metres"] = options.cache.metres;
+    if (options.cache.z_up) json["up"] = "z";
+    if (options.cache.fps > 0) json["cache_fps"] = options.cache.fps;
+    return json.dump();
+}
+
+// All frames of the chosen clips; --frames slices them.
+static FrameList listFrames(BakeSource& source, const BakeOptions& options) {
+    if (!options.poses) return sampleFrames(source, options.clips, options.fps);
+    if (!source.rig) throw UsageError("--poses lists frames of a rig, not of a point cache");
+    FrameList frames = readPoseFrames(*options.poses, *source.rig);
+    source.filesRead().push_back(*options.poses);
+    if (!options.clips.empty()) appendFrames(sampleFrames(source, options.clips, options.fps), frames);
+    return frames;
+}
+
+static void chooseFrames(BakePlan& plan, const BakeOptions& options) {
+    VisibilityHeader& header = plan.header;
+    const FrameList listed = listFrames(plan.source, options);
+    const FrameList all = cutIntoBlocks(listed, options.blocks);
+    std::vector<std::size_t> chosen(all.frameCount());
+    std::iota(chosen.begin(), chosen.end(), std::size_t(0));
+    header.frames = all;
+    if (options.frames) {
+        header.frames = sliceFrames(all, *options.frames);
+        chosen = slice(chosen, *options.frames);
+    }
+    for (const std::string& name : header.frames.clip_names)
+        plan.source_clip.push_back(clipIndices(plan.source, {options.blocks > 1 ? clipOfBlock(name) : name}).front());
+    if (plan.source.cache) plan.turns = continuousTurns(plan.source, header.edges, listed, chosen);
+    if (options.clips.empty() && !options.frames) return;
+    const FrameList known =
+        options.poses ? all : cutIntoBlocks(sampleFrames(plan.source, {}, options.fps), options.blocks);
+    header.shard = ShardPlace{known.clip_names, framesOfClips(known), numberInClip(all)};
+    if (options.frames) header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
+}
+
+// What describes a pose. Before the frames are chosen: their angles need the edges.
+static void describePose(const BakeSource& source, VisibilityHeader& header) {
+    if (source.rig) {
+        header.skin = source.rig->skin;
+        header.rest_normals = source.rig->rest_normals;
+        header.pose_size = int(3 * source.rig->skin.jointCount());
+        return;
+    }
+    header.rest_normals = meshNormals(header.mesh, header.mesh.rest_positions);
+    header.edges = innerEdges(header.mesh.triangles);
+    header.pose_parameterisation = kDihedralAngles;
+    header.pose_size = int(header.edges.size());
+}
+
+BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
+    BakePlan plan;
+    plan.source = readSource(paths, options.cache);
+    VisibilityHeader& header = plan.header;
+    header.mesh = plan.source.mesh();
+    describePose(plan.source, header);
+    chooseFrames(plan, options);
+
+    const std::vector<Vec3> positions = sourcePositions(plan.source, -1, 0);
+    plan.rest_diagonal = boxDiagonal(positions);
+    if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
+        throw InvalidInput(paths.front().string() + ": the rest pose has no extent");
+
+    header.order = options.order;
+    header.rays = options.rays;
+    header.seed = options.seed;
+    if (options.ground) {
+        const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
+        header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
+    }
+    header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.source.filesRead());
+    return plan;
+}
+
+double BakePlan::rays() const {
+    return double(header.frames.frameCount()) * double(header.mesh.vertexCount()) * header.rays;
+}
+
+double BakePlan::bytes(Precision precision) const {
+    const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
+    const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
+    const double joints = header.skin ? double(header.skin->jointCount()) : 0;
+    const double influences = header.skin ? double(header.skin->influences) : 0;
+    const double frame =
+        vertices * (24 + coefficient * double(header.coefficientCount())) + 48.0 * joints + 4.0 * header.pose_size + 10;
+    const double mesh = 12.0 * double(header.mesh.triangles.size()) + 4.0 * double(header.mesh.source_vertex.size()) +
+                        16.0 * double(header.edges.size()) + vertices * (24 + 6.0 * influences);
+    return mesh + frames * frame;
+}
+
+}  // namespace penumbra
