@@ -79,7 +79,7 @@ std::vector<Convention> parseConventions(const std::vector<std::string>& words, 
 CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions& common, int file_order) {
     CompareOptions options;
     options.models = parseKinds("--models", command.models, kModelKinds);
-    options.features = parseKinds("--features", command.features, kFeatureKinds);
+    if (!command.features.empty()) options.features = parseKinds("--features", command.features, kFeatureKinds);
     if (!command.clusters.empty()) {
         options.clusters.clear();
         for (double n : parseNumbers("--clusters", command.clusters, 1, 1e6)) {

@@ -12,7 +12,7 @@ namespace penumbra {
 // first convention.
 struct CompareOptions {
     std::vector<ModelKind> models{kModelKinds.begin(), kModelKinds.end()};
-    std::vector<FeatureKind> features{kFeatureKinds.begin(), kFeatureKinds.end()};
+    std::vector<FeatureKind> features{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
     std::vector<int> clusters{8, 16, 32, 64};                    // ascending
     std::vector<double> output_variances{0.8, 0.9, 0.95, 0.99};  // ascending
     std::vector<Convention> conventions;                         // the papers' A4, and D5

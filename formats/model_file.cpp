@@ -7,13 +7,14 @@
 #include <stdexcept>
 
 #include "formats/errors.h"
+#include "formats/model_deforming.h"
 #include "formats/stage_parts.h"
 #include "formats/write_file.h"
 #include "sh/pose_inputs.h"
 
 namespace penumbra {
 
-constexpr FileKind kKind{"penumbra.model", kModelVersion, kModelVersion};
+constexpr FileKind kKind{"penumbra.model", kModelVersion, kSkinnedModelVersion};
 
 static std::string clusterGroup(std::size_t index) {
     char name[32];
@@ -36,11 +37,20 @@ const char* nameOf(ModelKind kind) {
 }
 
 const char* nameOf(FeatureKind features) {
-    return features == FeatureKind::kJointAngles ? "joint-angles" : "relative-bones";
+    switch (features) {
+        case FeatureKind::kJointAngles:
+            return "joint-angles";
+        case FeatureKind::kRelativeBones:
+            return "relative-bones";
+        case FeatureKind::kDihedrals:
+            return "dihedral-angles";
+    }
+    return "";
 }
 
 std::size_t groupInputs(FeatureKind features) {
-    return features == FeatureKind::kJointAngles ? 3 : std::size_t(kBoneInputs);
+    if (features == FeatureKind::kRelativeBones) return std::size_t(kBoneInputs);
+    return features == FeatureKind::kJointAngles ? 3 : 1;
 }
 
 // --- Writing --------------------------------------------------------------------------------------------------------
@@ -95,7 +105,8 @@ static void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
 }
 
 static void writeModelRoot(hid_t file, const Model& model) {
-    writeRoot(file, kKind, model.convention.order, model.provenance);
+    writeRoot(file, {kKind.format, usesVersion3(model) ? kModelVersion : kSkinnedModelVersion}, model.convention.order,
+              model.provenance);
     writeTextAttribute(file, "/", "convention", model.convention.name());
     writeTextAttribute(file, "/", "model", nameOf(model.kind));
     writeTextAttribute(file, "/", "features", nameOf(model.features));
@@ -116,6 +127,8 @@ void writeModel(const std::filesystem::path& path, const Model& model) {
     writeFrameList(file, model.frames);
     writeFloats(file, "/frames/bones", floatsOf(model.bones), {frames, joints, 3, 4});
     writeFloats(file, "/frames/pose", model.pose, {frames, hsize_t(model.pose_size)});
+    writeModelInputs(file, model);
+    writeDeforming(file, model);
     writeVectors(file, "/model/joint_centers", model.joint_centers);
     writeFloats(file, "/model/joint_spreads", floatsOf(model.joint_spreads), {joints, 3, 3});
     writeIndices(file, "/model/cluster_of_vertex", model.cluster_of_vertex);
@@ -147,10 +160,15 @@ static void readModelRoot(const Hdf5Reader& in, Model& model) {
     if (known == kModelKinds.end()) throw Unsupported(in.name + ": attribute model: \"" + kind + "\" is unknown");
     model.kind = *known;
     const std::string features = readTextAttribute(in, "/", "features");
-    model.features =
-        features == nameOf(FeatureKind::kJointAngles) ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
-    if (features != nameOf(model.features))
+    const auto known_features =
+        std::find_if(kFeatureKinds.begin(), kFeatureKinds.end(), [&](FeatureKind f) { return features == nameOf(f); });
+    if (known_features == kFeatureKinds.end())
         throw Unsupported(in.name + ": attribute features: \"" + features + "\" is unknown");
+    model.features = *known_features;
+    model.deforming = hasAttribute(in, "/", "deforming") && readIntegerAttribute(in, "/", "deforming", 0, 1) == 1;
+    if (model.features == (model.deforming ? FeatureKind::kJointAngles : FeatureKind::kDihedrals))
+        throw InvalidInput(in.name + ": attribute features: \"" + features + "\" of a mesh " +
+                           (model.deforming ? "without joints" : "with a skeleton"));
     model.feature_scale = readNumberAttribute(in, "/", "feature_scale");
     if (model.feature_scale <= 0) throw InvalidInput(in.name + ": attribute feature_scale: is not positive");
     model.input_variance = readNumberAttribute(in, "/", "input_variance");
@@ -171,17 +189,8 @@ static void readFrames(const Hdf5Reader& in, Model& model) {
 
 // Numbers that `features` asks for before PCA (model_file.h).
 static std::size_t rawFeatureCount(const Model& model) {
-    return model.features == FeatureKind::kJointAngles ? std::size_t(model.pose_size)
-                                                       : 12 * (model.skin.jointCount() - 1);
-}
-
-// Floats of exactly this shape: zeros count too, where readFloats() would take any size.
-static std::vector<float> readExactly(const Hdf5Reader& in, const std::string& dataset,
-                                      const std::vector<hsize_t>& shape) {
-    std::vector<hsize_t> found = shape;
-    std::vector<float> values = readFloats(in, dataset, found);
-    if (found != shape) throw InvalidInput(in.name + ": " + dataset + ": entries where none belong");
-    return values;
+    return model.features == FeatureKind::kRelativeBones ? 12 * (model.skin.jointCount() - 1)
+                                                         : std::size_t(model.pose_size);
 }
 
 static void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vector<float>& least,
@@ -191,9 +200,9 @@ static void checkRange(const Hdf5Reader& in, const std::string& dataset, const s
 }
 
 static void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
-    const bool angles = model.features == FeatureKind::kJointAngles;
-    const std::size_t joints = angles ? std::size_t(model.pose_size) / 3 : model.skin.jointCount();
+    const bool angles = model.features != FeatureKind::kRelativeBones;
     const hsize_t size = groupInputs(model.features);
+    const std::size_t joints = angles ? std::size_t(model.pose_size) / size : model.skin.jointCount();
     cluster.groups = readIndices(in, name + "/groups", 0, joints);
     const hsize_t groups = cluster.groups.size();
     for (std::size_t g = 0; g < groups; ++g)
@@ -301,6 +310,8 @@ Model readModel(const std::filesystem::path& path) {
     model.rest_tangents = readVectors(in, "/mesh/rest_tangents", vertices);
     model.skin = readSkin(in, vertices);
     readFrames(in, model);
+    readModelInputs(in, model);
+    readDeforming(in, model);
     model.joint_centers = readVectors(in, "/model/joint_centers", model.skin.jointCount());
     model.joint_spreads.resize(model.skin.jointCount());
     const std::vector<float> spreads = readExactly(in, "/model/joint_spreads", {model.skin.jointCount(), 3, 3});

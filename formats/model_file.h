@@ -1,6 +1,6 @@
 #pragma once
-// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", version 2; README.md lists every
-// dataset).
+// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 and 3; README.md lists
+// every dataset).
 #include <array>
 #include <filesystem>
 #include <string>
@@ -13,13 +13,15 @@
 
 namespace penumbra {
 
-constexpr int kModelVersion = 2;
+constexpr int kModelVersion = 3;         // deforming meshes, inputs
+constexpr int kSkinnedModelVersion = 2;  // what is written where nothing of version 3 is there
 
-enum class FeatureKind { kJointAngles, kRelativeBones };
+enum class FeatureKind { kJointAngles, kRelativeBones, kDihedrals };
 enum class ModelKind { kLinear, kQuadratic, kNeural, kAdditive };
 inline constexpr std::array kModelKinds{ModelKind::kLinear, ModelKind::kQuadratic, ModelKind::kNeural,
                                         ModelKind::kAdditive};
-inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
+inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones,
+                                          FeatureKind::kDihedrals};
 // The words of files and command lines.
 const char* nameOf(ModelKind kind);
 const char* nameOf(FeatureKind features);
@@ -28,15 +30,18 @@ const char* nameOf(FeatureKind features);
 //   kJointAngles: the frame's pose vector, P numbers.
 //   kRelativeBones: for every joint j != the cluster's own joint c, ascending, 12 numbers: position of j's centre in
 //   c's rest frame, M_c^-1 M_j centre_j - centre_j, divided by `feature_scale`; then the 9 entries, row-major, of R_c^T
-//   R_j - I, R = nearestRotation(M.linear()). M are the frame's skinning matrices.
+//   R_j - I, R = nearestRotation(M.linear()). M are the frame's skinning matrices. An absolute joint (InputJoint) does
+//   not know the cluster's motion: position (M_j centre_j - centre_j) / feature_scale, and 9 zeros.
+//   kDihedrals: the frame's pose vector, P numbers: angles of a deforming mesh after PCA, then inputs (Model).
 //
 // From these, the inputs x [I] of a cluster:
 //   kLinear, kQuadratic, kNeural: x = input_basis (raw - feature_mean).
 //   kAdditive: the inputs of one group after the other.
 // Groups are what the cluster sees move: kRelativeBones: a joint j != c, D = 13 inputs, boneInputs() (sh/pose_inputs.h)
-// of its raw position + (centre_j - center) / feature_scale, its rotation and joint_spreads[j]. kJointAngles: a joint,
-// D = 3 inputs, its numbers of the pose. Of every model the ranges of the group inputs over training frames are known:
-// out of range^2 = sum over g of group_weight_g |x_g - clamp(x_g)|^2, mean over clusters weighted by their vertices.
+// of its raw position + (centre_j - center) / feature_scale, its rotation and joint_spreads[j]; of an absolute joint
+// its raw position, then zeros. kJointAngles: a joint, D = 3 inputs, its numbers of the pose. kDihedrals: a number
+// of the pose, D = 1. Of every model the ranges of the group inputs over training frames are known: out of range^2 =
+// sum over g of group_weight_g |x_g - clamp(x_g)|^2, mean over clusters weighted by their vertices.
 //
 // Each input is clamped to its range over training frames, widened by kRangeMargin of it at both ends (a group's: not
 // widened): no pose can make the result explode. The units h [H] of a cluster:
@@ -51,7 +56,7 @@ struct ClusterModel {
     std::vector<float> feature_mean;          // [N]; empty for kAdditive
     std::vector<float> input_basis;           // [I, N] row-major (rows: PCA directions); empty for kAdditive
     std::vector<float> input_min, input_max;  // [I], range of x over training frames; empty for kAdditive
-    std::vector<std::uint32_t> groups;        // [G] ascending joints
+    std::vector<std::uint32_t> groups;        // [G] ascending joints; kDihedrals: numbers of the pose
     std::vector<float> group_weight;          // [G], >= 0, how much the group matters; sum 1 over all groups there are
     std::vector<float> group_min, group_max;  // [G, D], range of the group's inputs over training frames
     std::vector<float> hidden;                // kNeural: [H, I + 1]; kAdditive: [H, D], D inputs of a group
@@ -84,6 +89,21 @@ struct ClipError {
     double relative_error = 0, rms_v = 0, ambient_error = 0;  // docs/formulas.md section 5
 };
 
+// A joint that moves no vertex but stands for inputs, numbers that are no part of the mesh (the centre of a ball). Its
+// bone is a translation (inputBone(), sh/rigid_fit.h).
+struct InputJoint {
+    std::uint32_t joint = 0;
+    std::uint32_t column = 0;     // the first, of the X inputs
+    std::uint32_t columns = 3;    // 3: a point of the model frame; 1: any number
+    float offset = 0, scale = 1;  // of a number: moved by ((x - offset) scale, 0, 0); of a point 0 and 1
+
+    bool absolute() const { return columns == 1; }
+    bool operator==(const InputJoint&) const = default;
+};
+
+// A deforming mesh has no skeleton: its vertices are given in every frame. Its joints are near-rigid parts (influences
+// = 1), whose bones are fitted to the vertices (partMotions(), sh/rigid_fit.h), then the input joints; normals are
+// those of the front triangles (vertexNormals()).
 struct Model {
     Mesh mesh;
     Skin skin;
@@ -92,7 +112,15 @@ struct Model {
     FrameList frames;                 // all frames of the visibility file, training and held out
     std::vector<Affine> bones;        // [F, J]
     int pose_size = 0;
-    std::vector<float> pose;  // [F, P]
+    // [F, P]. Of a deforming mesh: kDihedrals: pose_basis (angles - pose_mean), the angles of its E edges
+    // (sh/dihedral_angles.h) turned to within pi of their means, then the X inputs; kRelativeBones: the inputs alone.
+    std::vector<float> pose;
+    bool deforming = false;
+    std::vector<Vec3> positions;           // [F, Vs] of the fronts; empty unless deforming
+    std::vector<std::string> input_names;  // [X], the last numbers of the pose
+    std::vector<InputJoint> input_joints;  // the last joints, ascending
+    std::vector<float> pose_mean;          // [E], kDihedrals
+    std::vector<float> pose_basis;         // [P - X, E]
     std::vector<std::string> holdout_clips;
 
     Convention convention;

@@ -74,6 +74,13 @@ void writeIndices(hid_t file, const std::string& dataset, std::span<const std::u
                   H5T_STD_U32LE);
 }
 
+std::vector<float> readExactly(const Hdf5Reader& in, const std::string& dataset, const std::vector<hsize_t>& shape) {
+    std::vector<hsize_t> found = shape;
+    std::vector<float> values = readFloats(in, dataset, found);
+    if (found != shape) throw InvalidInput(in.name + ": " + dataset + ": entries where none belong");
+    return values;
+}
+
 // --- /mesh ----------------------------------------------------------------------------------------------------------
 
 void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals) {

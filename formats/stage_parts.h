@@ -40,6 +40,9 @@ std::vector<std::uint32_t> readIndices(const Hdf5Reader& in, const std::string& 
                                        std::size_t limit);  // u32[n], each < limit; n 0: any number
 void writeIndices(hid_t file, const std::string& dataset, std::span<const std::uint32_t> indices);
 
+// Floats of exactly this shape: zeros count too, where readFloats() would take any size.
+std::vector<float> readExactly(const Hdf5Reader& in, const std::string& dataset, const std::vector<hsize_t>& shape);
+
 // Vec3 and Affine are their floats.
 template <class T>
 std::span<const float> floatsOf(const std::vector<T>& items) {

@@ -206,6 +206,51 @@ inline Model model(FeatureKind features) {
     return out;
 }
 
+// Of a strip in two parts with fronts and backs, a ball's centre and a number; two edges.
+inline Model deformingModel(FeatureKind features) {
+    Model out = model(features == FeatureKind::kDihedrals ? FeatureKind::kJointAngles : features);
+    const auto fronts = std::uint32_t(out.mesh.vertexCount()), triangles = std::uint32_t(out.mesh.triangles.size());
+    out.mesh.two_sided = out.deforming = true;
+    for (std::uint32_t v = 0; v < fronts; ++v) {
+        out.mesh.rest_positions.push_back(out.mesh.rest_positions[v]);
+        out.mesh.slot_of_vertex.push_back(out.mesh.slot_of_vertex[v]);
+        out.rest_normals.push_back(-out.rest_normals[v]);
+        out.rest_tangents.push_back(out.rest_tangents[v]);
+        ClusterModel& cluster = out.clusters[v % 2];
+        cluster.vertices.push_back(v + fronts);
+        out.cluster_of_vertex.push_back(v % 2);
+    }
+    for (std::uint32_t t = 0; t < triangles; ++t) {
+        const auto [a, b, c] = out.mesh.triangles[t];
+        out.mesh.triangles.push_back({a + fronts, c + fronts, b + fronts});
+    }
+    out.skin = {{"part0", "part1", "ball", "wind"}, {-1, -1, -1, -1}, 1, {}, {}, {}, {}};
+    for (std::uint32_t v = 0; v < 2 * fronts; ++v) out.skin.joints.push_back(std::uint16_t(v % fronts >= 4));
+    out.skin.weights.assign(2 * fronts, 1);
+    const std::size_t frames = out.frames.frameCount();
+    out.bones = bones(frames * 4, 1);
+    out.joint_centers = vectors(4, 3);
+    out.joint_spreads.resize(4);
+    out.positions = vectors(frames * fronts, 9);
+    out.input_names = {"ball.x", "ball.y", "ball.z", "wind"};
+    out.input_joints = {{2, 0, 3, 0, 1}, {3, 3, 1, 0.5f, 4}};
+    out.features = features;
+    const bool angles = features == FeatureKind::kDihedrals;
+    out.pose_size = angles ? 6 : 4;
+    out.pose = numbers(frames * std::size_t(out.pose_size), 2);
+    if (angles) out.pose_mean = numbers(5, 3), out.pose_basis = numbers(2 * 5, 4);
+    for (ClusterModel& cluster : out.clusters) {
+        const std::size_t raw = angles ? 6 : 36, inputs = cluster.input_min.size();
+        cluster.feature_mean = numbers(raw, 1);
+        cluster.input_basis = numbers(inputs * raw, 2);
+        cluster.group_min.assign(groupInputs(features), -0.25f);
+        cluster.group_max.assign(groupInputs(features), 0.75f);
+        cluster.mean = numbers(cluster.vertices.size() * 15, 7);
+        cluster.basis = numbers(cluster.components() * cluster.vertices.size() * 15, 8);
+    }
+    return out;
+}
+
 inline LightFile sampleLight() {
     LightFile light;
     light.name = "sky.exr";

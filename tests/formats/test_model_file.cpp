@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "formats/errors.h"
 #include "formats/hdf5_handle.h"
 #include "formats/model_file.h"
@@ -89,6 +91,35 @@ TEST(ModelFile, RoundTripOfQuadraticAndNeural) {
     }
 }
 
+TEST(ModelFile, RoundTripOfADeformingMesh) {
+    const samples::Folder folder("model_deforming");
+    for (FeatureKind features : {FeatureKind::kRelativeBones, FeatureKind::kDihedrals}) {
+        const Model written = samples::deformingModel(features);
+        writeModel(folder.path / "x.model.h5", written);
+        const Model read = readModel(folder.path / "x.model.h5");
+        EXPECT_TRUE(read.mesh.two_sided);
+        EXPECT_TRUE(read.deforming);
+        EXPECT_EQ(read.features, features);
+        EXPECT_EQ(read.mesh.triangles, written.mesh.triangles);
+        EXPECT_EQ(read.positions, written.positions);
+        EXPECT_EQ(read.input_names, written.input_names);
+        EXPECT_EQ(read.input_joints, written.input_joints);
+        EXPECT_EQ(read.pose_mean, written.pose_mean);
+        EXPECT_EQ(read.pose_basis, written.pose_basis);
+        EXPECT_EQ(read.pose, written.pose);
+        for (std::size_t c = 0; c < 2; ++c) expectSame(read.clusters[c], written.clusters[c]);
+    }
+}
+
+// Programs that know no deforming meshes go on reading the models of characters.
+TEST(ModelFile, VersionIsThatOfWhatIsThere) {
+    const samples::Folder folder("model_version");
+    writeModel(folder.path / "skinned", samples::model(FeatureKind::kRelativeBones));
+    writeModel(folder.path / "deforming", samples::deformingModel(FeatureKind::kRelativeBones));
+    EXPECT_EQ(readIntegerAttribute(openHdf5(folder.path / "skinned"), "/", "format_version", 0, 9), 2);
+    EXPECT_EQ(readIntegerAttribute(openHdf5(folder.path / "deforming"), "/", "format_version", 0, 9), 3);
+}
+
 TEST(ModelFile, SameBytesOnARerun) {
     const samples::Folder folder("model_rerun");
     writeModel(folder.path / "a", samples::model(FeatureKind::kRelativeBones));
@@ -107,6 +138,30 @@ void expectRefused(const Model& model, const std::string& field) {
         EXPECT_NE(std::string(error.what()).find("x.model.h5"), std::string::npos) << error.what();
         EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
     }
+}
+
+TEST(ModelFile, RefusesDeformingMeshesThatDoNotFitTogether) {
+    const Model good = samples::deformingModel(FeatureKind::kDihedrals);
+    const std::size_t fronts = good.mesh.frontVertexCount();
+    const auto refused = [&](const std::string& field, const std::function<void(Model&)>& spoil) {
+        Model bad = good;
+        spoil(bad);
+        expectRefused(bad, field);
+    };
+    refused("/mesh/rest_positions", [&](Model& m) { m.mesh.rest_positions[fronts].x += 1; });
+    refused("/mesh/triangles", [](Model& m) { m.mesh.triangles.back() = m.mesh.triangles.front(); });
+    refused("/mesh/triangles", [&](Model& m) { m.mesh.triangles[0][0] = std::uint32_t(fronts); });
+    refused("/mesh/source_vertex", [&](Model& m) { m.mesh.source_vertex[0] = std::uint32_t(fronts); });
+    refused("two_sided", [](Model& m) { m.mesh.triangles.pop_back(); });
+    refused("/skin/joints", [](Model& m) { m.skin.joints[0] = m.skin.joints[m.skin.joints.size() / 2] = 2; });
+    refused("/skin/joints", [](Model& m) { m.skin.joints[0] = 1; });
+    refused("/inputs/names", [](Model& m) { m.input_names[1] = "wind"; });
+    refused("/inputs/joints", [](Model& m) { m.input_joints[0].columns = 2; });
+    refused("/inputs/joints", [](Model& m) { m.input_joints[1].column = 4; });
+    refused("/inputs/joints", [](Model& m) { m.input_joints[1].joint = 2; });
+    refused("/inputs/joints", [](Model& m) { m.input_joints[1].joint = 4; });
+    refused("features", [](Model& m) { m.features = FeatureKind::kJointAngles; });
+    refused("features", [](Model& m) { m.deforming = false; });
 }
 
 TEST(ModelFile, RefusesWhatDoesNotFitTogether) {
