@@ -24,6 +24,12 @@ static double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Busy for 30 ms: threads that began on one core are on one each after that.
+static void spread() {
+    const auto start = std::chrono::steady_clock::now();
+    while (secondsSince(start) < 0.03) continue;
+}
+
 // The shortest of `runs` times that body(thread) takes on all threads, started together. They spin: waking one up
 // takes longer than some of what is measured.
 template <class Body>
@@ -32,12 +38,14 @@ static double bestTime(int runs, int threads, const Body& body) {
     std::vector<std::thread> helpers;
     for (int t = 1; t < threads; ++t)
         helpers.emplace_back([&, t] {
+            spread();
             for (int run = 1; run <= runs; ++run) {
                 while (begun < run) std::this_thread::yield();
                 body(t);
                 ++ended;
             }
         });
+    if (threads > 1) spread();
     double best = 1e30;
     for (int run = 1; run <= runs; ++run) {
         const auto start = std::chrono::steady_clock::now();

@@ -72,13 +72,14 @@ void requireRange(const char* what, std::size_t first, std::size_t count, std::s
 // UsageError "`name`[i] is not finite".
 void requireFinite(const char* name, std::span<const float> numbers);
 
-// The path that `simd` names among those that this processor has; Unsupported, UsageError.
+// The path that `simd` names among those that this processor has, slowest first: AVX2 follows the portable one.
+// Unsupported, UsageError.
 template <class Path>
 const Path& pathOf(penumbra_simd simd, const std::vector<Path>& paths) {
     if (int(simd) < 0 || int(simd) > PENUMBRA_SIMD_AVX2) throw UsageError("simd is no penumbra_simd");
     if (simd == PENUMBRA_SIMD_AVX2 && paths.size() < 2)
         throw Unsupported("this processor has no AVX2, FMA and F16C, or PENUMBRA_NO_SIMD is set");
-    return simd == PENUMBRA_SIMD_PORTABLE ? paths.front() : paths.back();
+    return simd == PENUMBRA_SIMD_BEST ? paths.back() : paths[simd == PENUMBRA_SIMD_AVX2];
 }
 
 // Vec3 and Affine are plain floats, so that arrays of the caller are used as they are.

@@ -180,9 +180,9 @@ PENUMBRA_API penumbra_status penumbra_asset_get_cluster(const penumbra_asset* as
 /* --- Code for one kind of processor --- */
 
 typedef enum penumbra_simd {
-    PENUMBRA_SIMD_BEST = 0, /* what the processor has; PENUMBRA_NO_SIMD in the environment: portable */
+    PENUMBRA_SIMD_BEST = 0, /* all that the processor has; PENUMBRA_NO_SIMD in the environment: portable */
     PENUMBRA_SIMD_PORTABLE = 1,
-    PENUMBRA_SIMD_AVX2 = 2, /* AVX2, FMA and F16C; AVX-512 VNNI where there is that */
+    PENUMBRA_SIMD_AVX2 = 2, /* AVX2, FMA and F16C, no more */
     PENUMBRA_SIMD_WIDE = 0x7fffffff
 } penumbra_simd;
 PENUMBRA_API int penumbra_has_simd(penumbra_simd simd); /* 1 or 0 */

@@ -103,8 +103,8 @@ TEST(CApi, EveryReflectanceLightFormAndPathIsThatOfTheClasses) {
                 if (reflectance == 1) set.setMaterial(1);  // "lambert" has no operators
                 if (form == 2) set.setLight(1);            // "uniform" has no lobes
                 const bool portable = simd == PENUMBRA_SIMD_PORTABLE;
-                evaluator.usePath(portable ? evaluatorPaths().front() : evaluatorPaths().back());
-                set.usePath(portable ? shadePaths().front() : shadePaths().back());
+                evaluator.usePath(evaluatorPaths()[portable ? 0 : 1]);
+                set.usePath(shadePaths()[portable ? 0 : 1]);
                 Frame frame(info);
                 penumbra_character_set_frame(character.get(), 1, nullptr);
                 EXPECT_EQ(frame.evaluate(character.get(), info), PENUMBRA_OK);

@@ -1,0 +1,232 @@
+"""The window of penumbra-player view under Xvfb: errors, size, idle, dropped files, settings, several assets, displays of
+high density, a window manager.
+
+usage: test_view_window.py BIN
+"""
+import json
+import os
+import subprocess
+import time
+
+import numpy as np
+from PIL import Image
+
+import view_window
+from view_window import PANEL, TIMELINE, Shot, View, cpu_seconds, difference, good, opened, prepared, run
+from x11_events import DragSource, another_window
+
+
+def check_drops(view):
+    """Files that a file manager drops: materials and a light, a picture, and one that is nothing of the kind."""
+    material, light = (view.shot().said.split(word)[1].split(", ")[0] for word in ("material ", "light "))
+    for name, wrong in (("library.pnb", False), ("rays.hdr", False), ("broken.pnb", True)):
+        if name == "rays.hdr":
+            with open(name, "wb") as file:
+                file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + bytes([64, 64, 128, 129]) * 32)
+        if wrong:
+            with open(name, "wb") as file:
+                file.write(b"PNB1 but no more")
+        DragSource(view.window).drop([os.path.abspath(name)])
+        time.sleep(0.5)
+    before = view.shot()
+    assert material in before.said and light in before.said, ("what was on stays on", before.said)
+    green = view.shot("m", "m")
+    assert "material green" in green.said, green.said
+    inside = green.picture[before.mask()].mean(0)
+    assert inside[1] > 1.5 * inside[0], inside
+    assert "light dropped light" in view.shot("m", "l", "l").said
+    blue = view.shot("l")
+    assert "light rays.hdr" in blue.said, blue.said
+    assert light in view.shot("l").said, "three new names at most: the broken file changed nothing"
+
+
+def check_window(view):
+    shown = view.shot(panels=True)
+    view.keys("F1")
+    time.sleep(0.3)  # ImGui needs a frame for its size
+    help_on = view.shot(panels=True)
+    assert difference(shown, help_on) > 5, "F1 covers the picture"
+    view.keys("F1")
+    view.keys("Tab")
+    assert view.shot().picture.shape == (view_window.HEIGHT, view_window.WIDTH, 3), "the picture takes the panels' place"
+    assert view.shot("Tab").picture.shape == shown.picture.shape
+    # Background and ground: the sky is brighter than what lies under the horizon, the ground is chequered.
+    sky = view.shot("b")
+    assert sky.picture[20].mean() > shown.picture[20].mean() + 20, "the light behind the figure"
+    assert difference(view.shot("b", "g"), shown) > 2, "ground"
+    view.drag(1, (500, 350), (500, 200))  # the camera goes below it
+    below = view.shot()
+    assert difference(view.shot("g"), below) == 0, "no ground between the camera and the figure"
+    view.drag(1, (500, 200), (500, 350))
+
+
+def check_idle(view):
+    """Nothing moves: nothing is computed or drawn."""
+    time.sleep(2)  # strips are finished then
+    before = cpu_seconds(view)
+    time.sleep(3)
+    used = (cpu_seconds(view) - before) / 3
+    assert used < 0.02, ("share of a core while idle", used)  # measured: 0.000 to 0.003
+    return used
+
+
+def check_managed():
+    """Under a window manager: sizes, iconify and restore, another window in focus, the place that is remembered."""
+    manager = subprocess.Popen(["openbox", "--sm-disable"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    time.sleep(1)
+    view = View("x.pnb", size="800x600")
+    view.keys("b")
+    first = view.shot("f")
+    for view_window.WIDTH, view_window.HEIGHT in ((640, 500), (1100, 900), (800, 600)):
+        view.tool("windowsize", "--sync", view.window, view_window.WIDTH, view_window.HEIGHT)
+        time.sleep(0.5)
+        shot = view.shot("f", panels=True)
+        assert shot.mask()[:, 5:].sum() > 500, (view_window.WIDTH, view_window.HEIGHT)
+    view.keys("space")
+    view.tool("windowminimize", "--sync", view.window)
+    time.sleep(0.5)
+    before = cpu_seconds(view)
+    time.sleep(2)
+    assert cpu_seconds(view) - before < 0.1, "an icon needs no frames"
+    view.tool("windowmap", "--sync", view.window)
+    view.tool("windowactivate", "--sync", view.window)
+    view.shot("space")
+    assert difference(view.shot("Home"), first) < 0.05, "as before"
+    view.keys("space")
+    other, number = another_window()
+    view.tool("windowfocus", "--sync", number)
+    view.keys("Next")  # goes to the other window
+    time.sleep(1)
+    other.close()
+    view.tool("windowactivate", "--sync", view.window)
+    played = view.shot("space")
+    assert played.frame() > 0 and played.said.split(",")[0] == first.said.split(",")[0], played.said
+    view.tool("windowmove", "--sync", view.window, 300, 200)
+    time.sleep(0.5)
+    view.close()
+    view = View("x.pnb")
+    geometry = subprocess.run(["xdotool", "getwindowgeometry", view.window], stdout=subprocess.PIPE, text=True).stdout
+    view.close()
+    place = [int(n) for n in geometry.split("Position: ")[1].split(" ")[0].split(",")]
+    assert abs(place[0] - 300) < 12 and abs(place[1] - 200) < 40, geometry  # but for the frame around it
+    assert "800x600" in geometry, geometry
+    manager.terminate()
+    manager.wait()
+
+
+def check_resize(view):
+    view.keys("space")
+    for i in range(40):  # while it draws
+        view.tool("windowsize", view.window, 400 + 37 * i % 800, 300 + 53 * i % 700)
+        time.sleep(0.03)
+    view.keys("space")
+    view.tool("windowsize", "--sync", view.window, 640, 500)
+    time.sleep(0.5)
+    view_window.WIDTH, view_window.HEIGHT = 640, 500
+    assert view.shot("f").mask().sum() > 500
+    view.tool("windowunmap", "--sync", view.window)
+    time.sleep(0.5)
+    view.tool("windowmap", "--sync", view.window)
+    view.tool("windowfocus", "--sync", view.window)
+    time.sleep(0.5)
+    assert view.shot().mask().sum() > 500
+    view_window.WIDTH, view_window.HEIGHT = 800, 600
+
+
+def check_high_density():
+    """A display of 192 dots an inch: everything has twice as many pixels, the pointer still finds it."""
+    subprocess.run(["xprop", "-root", "-f", "RESOURCE_MANAGER", "8s", "-set", "RESOURCE_MANAGER", "Xft.dpi: 192"],
+                   check=True)
+    view = View("x.pnb", "--no-settings", size="700x500")
+    assert view.shot().picture.shape == (2 * (500 - TIMELINE), 2 * (700 - PANEL), 3)
+    view.drag(1, (2 * (PANEL + 200), 2 * (500 - TIMELINE + 43)), (2 * 690, 2 * (500 - TIMELINE + 43)))
+    assert view.shot().frame() == 12, "the timeline is where it is seen"
+    view.close()
+    subprocess.run(["xprop", "-root", "-remove", "RESOURCE_MANAGER"], check=True)
+
+
+def check_sequence(view):
+    view.keys("F11")
+    lines = [view.process.stdout.readline() for _ in range(13)]
+    assert [Shot(None, line, False).frame() for line in lines] == list(range(13)), lines
+    pictures = [np.asarray(Image.open("wave_%04d.png" % i), int) for i in range(13)]
+    assert all(np.abs(a - b).mean() > 0.01 for a, b in zip(pictures, pictures[1:]))
+
+
+def check_settings():
+    """What the run before left: its exposure, no background, its window's size."""
+    with open("penumbra/view.json") as file:
+        kept = json.load(file)
+    assert (kept["window"]["width"], kept["background"]) == (640, False), kept
+    for text, says in (("{", "view.json is not used"), (json.dumps({**kept, "exposure": 0}), "exposure is out of range")):
+        with open("penumbra/view.json", "w") as file:
+            file.write(text)
+        view = View("x.pnb")
+        view.keys("q")
+        err = view.process.communicate()[1]
+        assert view.process.returncode == 0 and says in err, err
+    with open("penumbra/view.json", "w") as file:
+        json.dump({**kept, "exposure": 4, "window": {**kept["window"], "x": -60, "y": -20}}, file)
+    view = View("x.pnb")
+    bright = view.shot()
+    view.close()
+    view = View("x.pnb", "--no-settings")
+    plain = view.shot("b")
+    view.close()
+    assert bright.picture.shape[0] == 500 - TIMELINE and plain.picture.shape[0] == 800 - TIMELINE
+    assert bright.picture[bright.mask()].mean() > plain.picture[plain.mask()].mean() + 30
+    with open("penumbra/view.json", "w") as file:
+        json.dump(kept, file)
+
+
+def check_several():
+    """The same file twice, a picture as a light beside the asset's own."""
+    with open("red.hdr", "wb") as file:
+        file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + bytes([128, 64, 64, 129]) * 32)
+    said = run("player", "view", "x.pnb", "x.pnb", "red.hdr", "--dry-run").stdout
+    assert said == "would show 2 characters, 2 materials, 3 lights\n", said
+    view = View("x.pnb", "x.pnb", "red.hdr")
+    two = view.shot()
+    columns = np.flatnonzero(two.mask().any(0))
+    gaps = np.flatnonzero(np.diff(columns) > 5)
+    assert len(gaps) == 1, "two figures with a gap between them"
+    view.keys(*"ll")
+    red = view.shot()
+    assert "red.hdr" in red.said, red.said
+    inside = red.picture[red.mask()].mean(0)
+    assert inside[0] > 1.2 * inside[1], inside
+    view.close()
+
+
+def check_errors():
+    display = os.environ.pop("DISPLAY")
+    result = run("player", "view", "x.pnb")
+    assert result.returncode == 5 and "no window" in result.stderr, result
+    good("player", "render", "x.pnb", "--size", "32x32", "-o", "still.png")
+    os.environ["DISPLAY"] = display
+    for code, words, says in ((3, ["x.truth.pnb"], "holds no model"), (2, ["none.pnb"], "none.pnb"),
+                              (1, ["x.pnb", "--size", "9"], "--size"), (1, ["x.pnb", "--size", "5x5"], "480x320"), (1, ["x.pnb", "--path", "fast"], "--path"),
+                              (2, ["x.pnb", "--screenshots", "nowhere"], "nowhere"),
+                              (3, ["x.pnb", "--truth", "x.vis.h5"], "not a Penumbra asset")):
+        result = run("player", "view", *words)
+        assert result.returncode == code and says in result.stderr, (words, result)
+    said = run("player", "view", "x.pnb", "--dry-run").stdout
+    assert "would show 1 character, 2 materials, 2 lights" in said, said
+
+
+with prepared():
+    check_errors()
+    with opened() as (window, _):
+        check_window(window)
+        check_sequence(window)
+        idle = check_idle(window)
+        check_drops(window)
+        check_resize(window)
+    with open("r.json") as report:
+        figures = json.load(report)["figures"]
+    print("%d frames, %s, path %s; %.3f of a core while idle" % (figures["frames"], figures["gl"], figures["path"], idle))
+    check_settings()
+    check_several()
+    check_high_density()
+    check_managed()  # last: GLFW 3.3 may abort where a window manager has just gone
+print("ok")

@@ -1,0 +1,153 @@
+"""What the tests of penumbra-player view share: an X server, assets, a running window and its screenshots."""
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+from PIL import Image
+
+BIN = os.path.abspath(sys.argv[1])
+RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
+WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 290, 120  # of the panels: player/view_layout.h
+
+
+def run(tool, *words, **options):
+    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, **options)
+
+
+def good(tool, *words):
+    result = run(tool, *words)
+    assert result.returncode == 0, (tool, words, result.stderr)
+
+
+def make_assets():
+    good("bake", "visibility", RIG, "-o", "x.vis.h5", "--fps", 4, "--rays", 64)
+    good("fit", "visibility", "x.vis.h5", "-o", "x.model.h5", "--holdout", "squat", "--clusters", 13)
+    good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
+    good("fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9,color=1/0.6/0.2", "--operators", 8, "-o", "ggx.brdf.h5")
+    good("fit", "light", "--analytic", "sky:turbidity=3", "-o", "sky.light.h5")
+    good("fit", "light", "--analytic", "uniform", "-o", "even.light.h5")
+    good("pack", "asset", "x.model.h5", "--brdf", "lambert.brdf.h5", "--brdf", "ggx.brdf.h5", "--light", "sky.light.h5",
+         "--light", "even.light.h5", "-o", "x.pnb")
+    good("pack", "truth", "x.vis.h5", "-o", "x.truth.pnb")
+    good("fit", "brdf", "--analytic", "lambert:color=0.02/0.6/0.1", "--name", "green", "-o", "green.brdf.h5")
+    good("fit", "light", "--analytic", "uniform", "--name", "dropped light", "-o", "dropped.light.h5")
+    good("pack", "asset", "--brdf", "green.brdf.h5", "--light", "dropped.light.h5", "-o", "library.pnb")
+
+
+class Display:
+    """An X server of its own, on a number that is free."""
+
+    def __enter__(self):
+        read, write = os.pipe()
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x1200x24", "-nolisten", "tcp", "-noreset"],
+                                       pass_fds=[write], stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as numbers:
+            number = numbers.readline().strip()
+        assert number, "Xvfb does not start"
+        os.environ["DISPLAY"] = ":" + number
+        return self
+
+    def __exit__(self, *_):
+        self.server.terminate()
+        self.server.wait()
+
+
+class View:
+    """A running window."""
+
+    def __init__(self, *words, size=""):
+        size = ["--size", size] if size else []  # else what the settings have
+        self.process = subprocess.Popen([os.path.join(BIN, "penumbra-player"), "view", *words, *size], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        found = subprocess.run(["timeout", "60", "xdotool", "search", "--sync", "--onlyvisible", "--pid",
+                                str(self.process.pid)], stdout=subprocess.PIPE, text=True).stdout.split()
+        assert found, "no window: " + self.process.communicate(timeout=5)[1]
+        self.window = found[0]
+        self.tool("windowfocus", "--sync", self.window)
+
+    def tool(self, *words):
+        subprocess.run(["timeout", "60", "xdotool", *map(str, words)], check=True)
+
+    def keys(self, *names):
+        if names:
+            self.tool("key", *names)
+
+    def move(self, x, y):
+        self.tool("mousemove", "--window", self.window, int(x), int(y))
+        time.sleep(0.15)  # ImGui must see the pointer there in a frame of its own
+
+    def drag(self, button, start, end):
+        self.move(*start)
+        self.tool("mousedown", button)
+        time.sleep(0.15)
+        self.move(*end)
+        self.tool("mouseup", button)
+        time.sleep(0.15)
+
+    def shot(self, *names, panels=False):
+        """Presses keys and takes a screenshot: the picture without panels, and the line that says what is on."""
+        self.keys(*names)
+        self.keys("F12" if panels else "shift+F12")
+        line = self.process.stdout.readline()
+        assert line, self.process.communicate()[1]
+        path, said = line.rstrip("\n").split(": ", 1)
+        return Shot(np.asarray(Image.open(path).convert("RGB"), int), said, panels)
+
+    def close(self):
+        self.keys("q")
+        out, err = self.process.communicate(timeout=30)
+        assert self.process.returncode == 0 and err == "", (self.process.returncode, err)
+
+
+class Shot:
+    def __init__(self, pixels, said, panels):
+        self.whole, self.said = pixels, said
+        self.picture = pixels[:HEIGHT - TIMELINE, PANEL:] if panels else pixels
+        assert not panels or pixels.shape == (HEIGHT, WIDTH, 3), pixels.shape
+
+    def frame(self):
+        return float(self.said.split("frame ")[1].split(",")[0])
+
+    def mask(self):
+        """The figure: whatever differs from the background, the colour of the upper right corner."""
+        return np.abs(self.picture - self.picture[20, -1]).max(-1) > 12
+
+
+def difference(a, b):
+    return float(np.abs(a.picture - b.picture).mean())
+
+
+def center(mask):
+    return np.array([axis.mean() for axis in np.nonzero(mask)])
+
+
+def cpu_seconds(view):
+    fields = open("/proc/%d/stat" % view.process.pid).read().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextlib.contextmanager
+def prepared():
+    """A folder with the assets, its own settings, and an X server."""
+    with tempfile.TemporaryDirectory() as folder, Display():
+        os.chdir(folder)
+        os.environ["XDG_CONFIG_HOME"] = folder
+        make_assets()
+        yield
+        os.chdir("/")
+
+
+@contextlib.contextmanager
+def opened():
+    """The window of the character and its truth, and its first picture without the light's background."""
+    window = View("x.pnb", "--truth", "x.truth.pnb", "--report", "r.json", size="800x600")
+    window.keys("b")
+    start = window.shot()
+    assert start.mask().sum() > 2000, start.mask().sum()
+    yield window, start
+    window.close()
