@@ -7,6 +7,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "bake/bake_journal.h"
 #include "bake/posed_frame.h"
