@@ -111,11 +111,11 @@ TEST_F(BakeVisibility, PoseThatIsNotFiniteIsAnErrorThatNamesTheFrame) {
 }
 
 TEST(BakeOptions, ProblemsNameOptionRangeAndValue) {
-    EXPECT_EQ(findProblem({}), "");
-    EXPECT_EQ(findProblem({.order = 9}), "--order must be 1..8 bands, not 9");
-    EXPECT_NE(findProblem({.rays = 15}), "");
-    EXPECT_NE(findProblem({.bias = std::nan("")}), "");
-    EXPECT_NE(findProblem({.fps = -1}), "");
+    EXPECT_EQ(findProblem(BakeOptions{}), "");
+    EXPECT_EQ(findProblem(BakeOptions{.order = 9}), "--order must be 1..8 bands, not 9");
+    EXPECT_NE(findProblem(BakeOptions{.rays = 15}), "");
+    EXPECT_NE(findProblem(BakeOptions{.bias = std::nan("")}), "");
+    EXPECT_NE(findProblem(BakeOptions{.fps = -1}), "");
 }
 
 TEST(BakeOptions, FrameRangeTakesTwoOrThreeNumbers) {
