@@ -10,8 +10,11 @@
 
 #include "formats/errors.h"
 #include "formats/frame_sampling.h"
+#include "formats/mesh_file.h"
+#include "formats/numbered_files.h"
 #include "formats/point_cache_build.h"
 #include "formats/rig_build.h"
+#include "formats/rig_keys.h"
 
 namespace penumbra {
 
@@ -44,12 +47,32 @@ std::vector<double> evenTimes(std::size_t keys, double fps) {
     return times;
 }
 
-bool isPointCache(const std::filesystem::path& path) { return isExtension(path, ".npz") || isExtension(path, ".npy"); }
+static bool isGltf(const std::filesystem::path& path) {
+    return isExtension(path, ".glb") || isExtension(path, ".gltf");
+}
 
-static CacheFile readCacheFile(const std::filesystem::path& path, const PointCacheOptions& options) {
-    if (isExtension(path, ".npz")) return readNpzCache(path, options.fps);
-    if (isExtension(path, ".npy")) return readNpyCache(path, options.fps);
-    throw Unsupported(path.string() + ": not a point cache (.npz and .npy are read)");
+// Positions that need a mesh from elsewhere.
+static bool needsMesh(const std::filesystem::path& path) {
+    return isExtension(path, ".npy") || isExtension(path, ".mdd") || isExtension(path, ".pc2");
+}
+
+bool isPointCache(const std::filesystem::path& path) {
+    if (isExtension(path, ".npz") || needsMesh(path) || isMeshFile(path) || namesSequence(path)) return true;
+    return isGltf(path) && hasOnlyMorphClips(path);
+}
+
+// `beside_positions`: another path needs a mesh.
+static CacheFile readCacheFile(const std::filesystem::path& path, double fps, bool beside_positions) {
+    if (isExtension(path, ".npz")) return readNpzCache(path, fps);
+    if (isExtension(path, ".npy")) return readNpyCache(path, fps);
+    if (isExtension(path, ".mdd")) return readMddCache(path, fps);
+    if (isExtension(path, ".pc2")) return readPc2Cache(path, fps);
+    if (isMeshFile(path) && beside_positions && !namesSequence(path)) return readMeshOfCache(path);
+    if (isMeshFile(path) || namesSequence(path)) return readSequenceCache(path, fps);
+    if (isGltf(path)) return readGltfCache(path, fps);
+    throw Unsupported(path.string() +
+                      ": not a point cache (.npz, .npy, .mdd, .pc2, numbered .obj and .ply files, and "
+                      ".glb and .gltf with morph targets are read)");
 }
 
 // --- One cache of several paths -------------------------------------------------------------------------------------
@@ -89,6 +112,24 @@ static std::vector<Vec3> readSource(const Sources& sources, std::size_t clip, st
     assert(key < file.clips[place.clip].times.size());
     return placePositions(sources.options, file.read(place.clip, key),
                           [&] { return file.frame_name(place.clip, key); });
+}
+
+static std::vector<Vec3> sampleSource(const Sources& sources, std::size_t clip, double time) {
+    const ClipPlace& place = sources.clips.at(clip);
+    const CacheFile& file = sources.files[place.file];
+    const std::vector<double>& times = file.clips[place.clip].times;
+    const KeySpan span = findKeys(times, time);
+    if (span.fraction == 0) return readSource(sources, clip, span.from);
+    if (file.sample)
+        return placePositions(sources.options, file.sample(place.clip, time),
+                              [&] { return file.frame_name(place.clip, span.from) + " and the next"; });
+    std::vector<Vec3> positions = readSource(sources, clip, span.from);
+    const std::vector<Vec3> to = readSource(sources, clip, span.to);
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        const Vec3d from = toDouble(positions[v]);
+        positions[v] = toFloat(from + span.fraction * (toDouble(to[v]) - from));
+    }
+    return positions;
 }
 
 // The file that brings the faces; all others have the same or none, and as many vertices.
@@ -197,8 +238,9 @@ PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const
     const auto sources = std::make_shared<Sources>();
     sources->options = options;
     PointCache cache;
+    const bool beside_positions = std::any_of(paths.begin(), paths.end(), needsMesh);
     for (const std::filesystem::path& path : paths) {
-        sources->files.push_back(readCacheFile(path, options));
+        sources->files.push_back(readCacheFile(path, options.fps, beside_positions));
         const auto& read = sources->files.back().files_read;
         cache.files_read.insert(cache.files_read.end(), read.begin(), read.end());
     }
@@ -212,32 +254,25 @@ PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const
     weld(mesh, rest, findSeams(*sources, cache, rest), cache);
     if (cache.mesh.triangles.empty()) throw InvalidInput(mesh.file.string() + ": has no triangle with an area");
     cache.read_source = [sources](std::size_t clip, std::size_t key) { return readSource(*sources, clip, key); };
+    cache.sample_source = [sources](std::size_t clip, double time) { return sampleSource(*sources, clip, time); };
     return cache;
 }
 
 // --- Frames ---------------------------------------------------------------------------------------------------------
 
-std::vector<Vec3> readFrame(const PointCache& cache, std::size_t clip, std::size_t key) {
-    const std::vector<Vec3> source = cache.read_source(clip, key);
+static std::vector<Vec3> weldedPositions(const PointCache& cache, const std::vector<Vec3>& source) {
     std::vector<Vec3> positions;
     positions.reserve(cache.source_of_point.size());
     for (const std::uint32_t v : cache.source_of_point) positions.push_back(source[v]);
     return positions;
 }
 
+std::vector<Vec3> readFrame(const PointCache& cache, std::size_t clip, std::size_t key) {
+    return weldedPositions(cache, cache.read_source(clip, key));
+}
+
 std::vector<Vec3> samplePositions(const PointCache& cache, std::size_t clip, double time) {
-    const std::vector<double>& times = cache.clips.at(clip).times;
-    const std::size_t next = std::size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
-    if (next == 0) return readFrame(cache, clip, 0);
-    if (next == times.size() || times[next - 1] == time) return readFrame(cache, clip, next - 1);
-    const double fraction = (time - times[next - 1]) / (times[next] - times[next - 1]);
-    std::vector<Vec3> positions = readFrame(cache, clip, next - 1);
-    const std::vector<Vec3> to = readFrame(cache, clip, next);
-    for (std::size_t v = 0; v < positions.size(); ++v) {
-        const Vec3d from = toDouble(positions[v]);
-        positions[v] = toFloat(from + fraction * (toDouble(to[v]) - from));
-    }
-    return positions;
+    return weldedPositions(cache, cache.sample_source(clip, time));
 }
 
 FrameList sampleFrames(const PointCache& cache, const std::vector<std::string>& clips, double fps) {

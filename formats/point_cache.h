@@ -2,11 +2,13 @@
 // Deforming meshes without a skeleton: cloth, simulations, morph targets. One list of faces, and positions for every
 // frame of one or more clips, read one frame at a time.
 //
-// Read here: NumPy .npz (positions, faces, rate) and .npy (positions, with a second .npy of faces). formats/README.md,
-// "Point caches that bakes read", has the keys, units and times of each.
+// Read here: NumPy .npz (positions, faces, rate); NumPy .npy, LightWave .mdd and 3ds Max .pc2 (positions) with a mesh,
+// an .obj or .ply file or an .npy of faces; numbered .obj and .ply files; glTF with animated morph targets.
+// formats/README.md, "Point caches that bakes read", has how a sequence is named, and keys, units and times of each.
 //
-// Several paths are one cache: each brings a clip, named after its file; all must have the same vertices and faces. The
-// mesh is that of the first path that has one.
+// Several paths are one cache: each brings its clips; all must have the same vertices and faces. The mesh is that of
+// the first path that has one. An .obj or .ply file is the mesh of another path where that is an .npy, .mdd or .pc2,
+// and else the first file of a sequence.
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -46,11 +48,13 @@ struct PointCache {
     std::vector<PointCacheClip> clips;
     std::vector<std::filesystem::path> files_read;  // for provenance and depfiles
     std::vector<std::uint32_t> source_of_point;     // [V], the first source vertex of each
-    // Positions [R] of the source's vertices, model frame, metres. Call readFrame() instead.
+    // Positions [R] of the source's vertices, model frame, metres. Call readFrame() and samplePositions() instead.
     std::function<std::vector<Vec3>(std::size_t clip, std::size_t key)> read_source;
+    std::function<std::vector<Vec3>(std::size_t clip, double time)> sample_source;
 };
 
-// Is the path one that readPointCache() reads, by its extension?
+// Is the path one that readPointCache() reads: by its extension, as a folder or pattern of a sequence, or as a glTF
+// with animated morph targets and no skin in use? (A path that cannot be read is what its name says.)
 bool isPointCache(const std::filesystem::path& path);
 
 // Checks everything but the frames' numbers, which are checked when they are read. UsageError (findProblem()), IoError,
@@ -61,7 +65,8 @@ PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const
 // is not at a finite place.
 std::vector<Vec3> readFrame(const PointCache& cache, std::size_t clip, std::size_t key);
 
-// Positions [V] at a time: linear between the keys, before the first and after the last as there.
+// Positions [V] at a time: between the keys linear (glTF: as the file says), before the first and after the last as
+// there.
 std::vector<Vec3> samplePositions(const PointCache& cache, std::size_t clip, double time);
 
 // As sampleFrames() of a rig (rig_file.h); at `fps` a clip starts at its first key.

@@ -15,6 +15,8 @@ struct CacheFile {
     // Positions [R] of a key in the file's own space, and what messages call it ("FILE: frame 3"). For any threads.
     std::function<std::vector<Vec3d>(std::size_t clip, std::size_t key)> read;
     std::function<std::string(std::size_t clip, std::size_t key)> frame_name;
+    // Positions [R] at a time between the keys; empty: linear.
+    std::function<std::vector<Vec3d>(std::size_t clip, double time)> sample;
     std::vector<std::filesystem::path> files_read;
 };
 
@@ -25,6 +27,12 @@ constexpr std::size_t kMaxCacheTriangles = std::size_t(1) << 25;
 // The readers.
 CacheFile readNpzCache(const std::filesystem::path& path, double fps);
 CacheFile readNpyCache(const std::filesystem::path& path, double fps);  // positions [F,V,3], or faces [T,3 or 4]
+
+CacheFile readMddCache(const std::filesystem::path& path, double fps);
+CacheFile readPc2Cache(const std::filesystem::path& path, double fps);
+CacheFile readSequenceCache(const std::filesystem::path& path, double fps);  // of .obj or .ply
+CacheFile readMeshOfCache(const std::filesystem::path& path);                // one .obj or .ply: no clip
+CacheFile readGltfCache(const std::filesystem::path& path, double fps);      // morph targets; UsageError with an fps
 
 // Keys at 0, 1/fps, ...
 std::vector<double> evenTimes(std::size_t keys, double fps);

@@ -28,6 +28,18 @@ struct SourcePart {
     int influences = 0;                 // a vertex; 0 without skin
     std::vector<std::uint32_t> joints;  // [vertices, influences], indices into the skin; free where the weight is 0
     std::vector<double> weights;        // [vertices, influences], not yet normalised
+    // With morph targets only: what each adds to the positions at weight 1 (empty: nothing), and the weights at rest.
+    std::vector<std::vector<Vec3>> targets;
+    std::vector<double> rest_weights;  // one a target
+};
+
+// The weights of a node's morph targets over time; interpolation as in Channel.
+struct MorphChannel {
+    int clip = 0;  // indexes RigSource::clips
+    int node = 0;
+    Interpolation interpolation = Interpolation::kLinear;
+    std::vector<double> times;
+    std::vector<float> values;  // as many a key as the node's mesh has targets; with kCubicSpline three times as many
 };
 
 struct RigSource {
@@ -36,11 +48,15 @@ struct RigSource {
     std::vector<SourceSkin> skins;
     std::vector<SourcePart> parts;
     std::vector<Clip> clips;
+    std::vector<MorphChannel> morphs;  // where they were asked for
     std::vector<std::filesystem::path> files_read;
 };
 
 // The importers. Nodes, clips, indices and numbers are checked; what is drawn may still be empty.
-RigSource readGltf(const std::filesystem::path& path);
+enum class Morphs : std::uint8_t { kIgnored, kRead };
+RigSource readGltf(const std::filesystem::path& path, Morphs morphs = Morphs::kIgnored);
+// Does a glTF file animate morph targets, and have no node with a skin? By its JSON alone; false where that is damaged.
+bool hasOnlyMorphClips(const std::filesystem::path& path);
 RigSource readWithAssimp(const std::filesystem::path& path);
 void collapseFbxPivots(RigSource& source);
 // `extension` in lower case, with its dot; the file's may be in any case.
@@ -74,6 +90,8 @@ struct SourceVertices {
     std::vector<std::string> slots;  // "NODE/MATERIAL", by first use
     std::vector<std::uint16_t> slot_of_vertex;
 };
+// The number of the part's "NODE/MATERIAL" in `slots`, which gets it where it is new.
+std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
 // Fills mesh and the joints and weights of skin; drops triangles without area.
 void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);

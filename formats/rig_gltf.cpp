@@ -1,4 +1,4 @@
-// glTF scene to RigSource. Morph targets are ignored: positions are those of POSITION, whatever the default weights.
+// glTF scene to RigSource. Rigs ignore morph targets: positions are those of POSITION, whatever the default weights.
 #include "formats/rig_gltf.h"
 
 #include <algorithm>
@@ -14,6 +14,8 @@ struct Importer {
     GltfFile file;
     RigSource source;
     std::vector<int> node_of_file_node;  // glTF's node index to ours
+    Morphs morphs = Morphs::kIgnored;
+    std::size_t target_vertices = 0;
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(file.path, problem); }
 };
@@ -218,6 +220,11 @@ static void convertPrimitive(Importer& importer, const tinygltf::Node& node, int
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
+    if (importer.morphs == Morphs::kRead) {
+        const std::vector<double>& of_mesh = importer.file.model.meshes[std::size_t(node.mesh)].weights;
+        readMorphTargets(importer.file, primitive, node.weights.empty() ? of_mesh : node.weights, where,
+                         importer.target_vertices, part);
+    }
     importer.source.parts.push_back(std::move(part));
 }
 
@@ -251,11 +258,40 @@ static Interpolation interpolationOf(const Importer& importer, const std::string
     importer.fail(where + ": unknown interpolation '" + name + "'");
 }
 
-static void checkKeys(const Importer& importer, const Channel& channel, const std::string& where) {
-    if (!(channel.times.front() >= 0)) importer.fail(where + ": has a key before 0 s");
-    for (std::size_t i = 1; i < channel.times.size(); ++i)
-        if (!(channel.times[i] > channel.times[i - 1]))
+namespace {
+struct Sampler {
+    Interpolation interpolation = Interpolation::kLinear;
+    std::vector<double> times;
+    AccessorValues values;
+};
+}  // namespace
+
+static Sampler readSampler(const Importer& importer, const tinygltf::Animation& clip, int index,
+                           const std::string& where) {
+    if (index < 0 || std::size_t(index) >= clip.samplers.size()) importer.fail(where + ": has no sampler");
+    const tinygltf::AnimationSampler& from = clip.samplers[std::size_t(index)];
+    Sampler sampler;
+    sampler.interpolation = interpolationOf(importer, from.interpolation, where);
+    const AccessorValues times = readAccessor(importer.file, from.input, where + " times");
+    if (times.components != 1) importer.fail(where + ": times are not scalars");
+    sampler.times = times.values;
+    sampler.values = readAccessor(importer.file, from.output, where + " values");
+    if (!(sampler.times.front() >= 0)) importer.fail(where + ": has a key before 0 s");
+    for (std::size_t i = 1; i < sampler.times.size(); ++i)
+        if (!(sampler.times[i] > sampler.times[i - 1]))
             importer.fail(where + ": key times do not ascend at key " + std::to_string(i));
+    return sampler;
+}
+
+// Elements of `components` numbers, `elements` of them a key.
+static void checkSize(const Importer& importer, const Sampler& sampler, int components, std::size_t elements,
+                      const std::string& where) {
+    const std::size_t values_a_key = (sampler.interpolation == Interpolation::kCubicSpline ? 3 : 1) * elements;
+    if (sampler.values.components != components || sampler.values.count() != values_a_key * sampler.times.size())
+        importer.fail(where + ": the numbers of times and values do not fit");
+}
+
+static void checkRotations(const Importer& importer, const Channel& channel, const std::string& where) {
     if (channel.path != Channel::Path::kRotation || channel.interpolation == Interpolation::kCubicSpline) return;
     for (std::size_t i = 0; i < channel.values.size(); i += 4)
         if (!normalized({channel.values[i], channel.values[i + 1], channel.values[i + 2], channel.values[i + 3]}))
@@ -263,11 +299,7 @@ static void checkKeys(const Importer& importer, const Channel& channel, const st
 }
 
 static Channel convertChannel(const Importer& importer, const tinygltf::Animation& clip,
-                              const tinygltf::AnimationChannel& from, const std::string& clip_name) {
-    const tinygltf::Model& model = importer.file.model;
-    if (std::size_t(from.target_node) >= model.nodes.size()) importer.fail(clip_name + ": a node does not exist");
-    const std::string where =
-        clip_name + ": node '" + nodeName(model, std::size_t(from.target_node)) + "' " + from.target_path;
+                              const tinygltf::AnimationChannel& from, const std::string& where) {
     Channel channel;
     channel.node = importer.node_of_file_node[std::size_t(from.target_node)];
     if (importer.source.nodes[std::size_t(channel.node)].matrix) importer.fail(where + ": the node has a matrix");
@@ -278,42 +310,64 @@ static Channel convertChannel(const Importer& importer, const tinygltf::Animatio
         channel.path = Channel::Path::kRotation;
     else if (from.target_path != "translation")
         importer.fail(where + ": is no property that can be animated");
-    if (from.sampler < 0 || std::size_t(from.sampler) >= clip.samplers.size())
-        importer.fail(where + ": has no sampler");
-    const tinygltf::AnimationSampler& sampler = clip.samplers[std::size_t(from.sampler)];
-    channel.interpolation = interpolationOf(importer, sampler.interpolation, where);
-    const AccessorValues times = readAccessor(importer.file, sampler.input, where + " times");
-    const AccessorValues values = readAccessor(importer.file, sampler.output, where + " values");
-    const std::size_t values_a_key = channel.interpolation == Interpolation::kCubicSpline ? 3 : 1;
-    if (times.components != 1 || values.components != (rotation ? 4 : 3) ||
-        values.count() != values_a_key * times.count())
-        importer.fail(where + ": the numbers of times and values do not fit");
-    channel.times = times.values;
-    channel.values.assign(values.values.begin(), values.values.end());
-    checkKeys(importer, channel, where);
+    Sampler sampler = readSampler(importer, clip, from.sampler, where);
+    checkSize(importer, sampler, rotation ? 4 : 3, 1, where);
+    channel.interpolation = sampler.interpolation;
+    channel.times = std::move(sampler.times);
+    channel.values.assign(sampler.values.values.begin(), sampler.values.values.end());
+    checkRotations(importer, channel, where);
     return channel;
 }
 
-// Channels of morph weights and without a node are passed over; a clip that has no others is left out.
+// Of a node whose mesh is drawn and has morph targets.
+static void convertWeights(Importer& importer, const tinygltf::Animation& clip, const tinygltf::AnimationChannel& from,
+                           const std::string& where, MorphChannel channel) {
+    const auto drawn = [&](const SourcePart& part) { return part.node == channel.node && !part.targets.empty(); };
+    const auto part = std::find_if(importer.source.parts.begin(), importer.source.parts.end(), drawn);
+    if (part == importer.source.parts.end()) return;
+    Sampler sampler = readSampler(importer, clip, from.sampler, where);
+    checkSize(importer, sampler, 1, part->targets.size(), where);
+    channel.interpolation = sampler.interpolation;
+    channel.times = std::move(sampler.times);
+    channel.values.assign(sampler.values.values.begin(), sampler.values.values.end());
+    importer.source.morphs.push_back(std::move(channel));
+}
+
+// Channels without a node are passed over, those of morph weights where they are not asked for; a clip that has no
+// others is left out.
 static void convertClips(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t a = 0; a < model.animations.size(); ++a) {
         const tinygltf::Animation& from = model.animations[a];
         Clip clip;
         clip.name = from.name.empty() ? "clip" + std::to_string(a) : cleanText(from.name);
-        const std::string where = "clip '" + clip.name + "'";
-        if (from.channels.empty()) importer.fail(where + ": has no keys");
+        if (from.channels.empty()) importer.fail("clip '" + clip.name + "': has no keys");
+        const std::size_t morphs = importer.source.morphs.size();
         for (const tinygltf::AnimationChannel& channel : from.channels) {
-            if (channel.target_node < 0 || channel.target_path == "weights") continue;
-            clip.channels.push_back(convertChannel(importer, from, channel, where));
-            clip.duration = std::max(clip.duration, clip.channels.back().times.back());
+            if (channel.target_node < 0) continue;
+            if (std::size_t(channel.target_node) >= model.nodes.size())
+                importer.fail("clip '" + clip.name + "': a node does not exist");
+            const std::string where = "clip '" + clip.name + "': node '" +
+                                      nodeName(model, std::size_t(channel.target_node)) + "' " + channel.target_path;
+            if (channel.target_path != "weights") {
+                clip.channels.push_back(convertChannel(importer, from, channel, where));
+                clip.duration = std::max(clip.duration, clip.channels.back().times.back());
+            } else if (importer.morphs == Morphs::kRead) {
+                MorphChannel weights;
+                weights.clip = int(importer.source.clips.size());
+                weights.node = importer.node_of_file_node[std::size_t(channel.target_node)];
+                convertWeights(importer, from, channel, where, std::move(weights));
+            }
         }
-        if (!clip.channels.empty()) importer.source.clips.push_back(std::move(clip));
+        for (std::size_t m = morphs; m < importer.source.morphs.size(); ++m)
+            clip.duration = std::max(clip.duration, importer.source.morphs[m].times.back());
+        if (!clip.channels.empty() || importer.source.morphs.size() > morphs)
+            importer.source.clips.push_back(std::move(clip));
     }
 }
 
-RigSource readGltf(const std::filesystem::path& path) {
-    Importer importer{openGltf(path), {}, {}};
+RigSource readGltf(const std::filesystem::path& path, Morphs morphs) {
+    Importer importer{.file = openGltf(path), .source = {}, .node_of_file_node = {}, .morphs = morphs};
     importer.source.file = path;
     importer.source.files_read = importer.file.files_read;
     convertNodes(importer);

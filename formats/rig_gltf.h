@@ -28,4 +28,11 @@ struct AccessorValues {
 // accessor in messages ("mesh 'Body' POSITION").
 AccessorValues readAccessor(const GltfFile& file, int accessor, const std::string& what);
 
+struct SourcePart;
+// The morph targets of a primitive whose positions are there already; `default_weights` of the node or its mesh. Adds
+// their vertices to `total`; Unsupported where that is too many.
+void readMorphTargets(const GltfFile& file, const tinygltf::Primitive& primitive,
+                      const std::vector<double>& default_weights, const std::string& where, std::size_t& total,
+                      SourcePart& part);
+
 }  // namespace penumbra

@@ -269,6 +269,22 @@ static void parseModel(const Loader& loader, const std::string& text, Bytes&& bu
     model.buffers[0].data = std::move(buffer);
 }
 
+bool hasOnlyMorphClips(const std::filesystem::path& path) try {
+    const Json document = readContainer(Loader{path, {path}}).document;
+    for (const Json& node : document.value("nodes", Json::array()))
+        if (node.contains("skin")) return false;
+    for (const Json& clip : document.value("animations", Json::array()))
+        for (const Json& channel : clip.value("channels", Json::array()))
+            if (channel.value("target", Json::object()).value("path", "") == "weights") return true;
+    return false;
+} catch (const Json::exception&) {
+    return false;
+} catch (const InvalidInput&) {
+    return false;
+} catch (const IoError&) {
+    return false;
+}
+
 GltfFile openGltf(const std::filesystem::path& path) {
     Loader loader{path, {path}};
     GltfFile file;

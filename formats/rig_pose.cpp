@@ -4,6 +4,7 @@
 #include <set>
 
 #include "formats/errors.h"
+#include "formats/rig_keys.h"
 #include "formats/rig_matrix.h"
 #include "formats/rig_poses.h"
 
@@ -16,33 +17,7 @@ struct LocalPose {
     std::array<double, 3> scale;
 };
 
-// Where a time lies between keys: `fraction` of the way from key `from` to key `to`.
-struct KeySpan {
-    std::size_t from = 0, to = 0;
-    double fraction = 0, duration = 0;  // seconds between the keys
-};
 }  // namespace
-
-static KeySpan findKeys(const std::vector<double>& times, double time) {
-    if (time <= times.front()) return {};
-    const std::size_t last = times.size() - 1;
-    if (time >= times.back()) return {last, last};
-    const std::size_t to = std::size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
-    const double duration = times[to] - times[to - 1];
-    return {to - 1, to, (time - times[to - 1]) / duration, duration};
-}
-
-// Hermite spline: p(t) = (2t^3-3t^2+1) v0 + d (t^3-2t^2+t) b0 + (3t^2-2t^3) v1 + d (t^3-t^2) a1, with the keys' in-
-// tangent a, value v, out-tangent b and the time d between them.
-template <std::size_t N>
-static std::array<double, N> cubicSpline(const float* from, const float* to, const KeySpan& span) {
-    const double t = span.fraction, t2 = t * t, t3 = t2 * t;
-    std::array<double, N> out;
-    for (std::size_t i = 0; i < N; ++i)
-        out[i] = (2 * t3 - 3 * t2 + 1) * from[N + i] + span.duration * (t3 - 2 * t2 + t) * from[2 * N + i] +
-                 (3 * t2 - 2 * t3) * to[N + i] + span.duration * (t3 - t2) * to[i];
-    return out;
-}
 
 template <std::size_t N>
 static std::array<double, N> keyValue(const float* key) {
@@ -56,7 +31,11 @@ static std::array<double, N> valueAt(const Channel& channel, double time) {
     const KeySpan span = findKeys(channel.times, time);
     const std::size_t stride = channel.interpolation == Interpolation::kCubicSpline ? 3 * N : N;
     const float *from = &channel.values[span.from * stride], *to = &channel.values[span.to * stride];
-    if (channel.interpolation == Interpolation::kCubicSpline) return cubicSpline<N>(from, to, span);
+    if (channel.interpolation == Interpolation::kCubicSpline) {
+        std::array<double, N> out;
+        for (std::size_t i = 0; i < N; ++i) out[i] = cubicSpline(from, to, N, i, span);
+        return out;
+    }
     const std::array<double, N> a = keyValue<N>(from), b = keyValue<N>(to);
     if (channel.interpolation == Interpolation::kStep || span.fraction == 0) return a;
     if constexpr (N == 4) {

@@ -82,7 +82,7 @@ static void packInfluences(const std::vector<std::vector<Influence>>& influences
         }
 }
 
-static std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots) {
+std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots) {
     const std::string name = source.nodes[std::size_t(part.node)].name + "/" + part.material;
     const auto found = std::find(slots.begin(), slots.end(), name);
     if (found != slots.end()) return std::uint16_t(found - slots.begin());

@@ -3,6 +3,8 @@ import os
 
 import numpy as np
 
+from samples.gltf import Gltf, primitive
+
 COLUMNS, ROWS, FRAMES = 7, 5, 13
 SEAM, SLIT = 3, 5  # columns whose vertices are there twice: the seam's stay together, the slit's part
 
@@ -47,3 +49,34 @@ def write_sheets(folder):
     z_up_cm = np.stack([verts[..., 0], -verts[..., 2], verts[..., 1]], 2) * 100
     np.save(path("sheet_z_cm.npy"), z_up_cm)
     np.save(path("sheet_faces.npy"), quads)
+    sheet_morph().save(path("sheet_morph.glb"))
+
+
+def sheet_morph():
+    """The frames as morph targets of a node that turns and moves: "flap", and "lift", which also lifts the node by 1 m.
+
+    Every other target is sparse. Clip "lift" goes from the first frame to the last, both with flat splines."""
+    verts, quads = sheet()
+    triangles = quads[:, [0, 1, 2, 0, 2, 3]]
+    own = np.stack([-verts[..., 2], verts[..., 1] - 0.25, verts[..., 0]], 2) / 2  # before scale 2, 90 degrees about y, shift
+    own = own.astype(np.float32)
+    g = Gltf()
+    shape = primitive(g, own[0], triangles)
+    rows = np.flatnonzero(np.any(own != own[0], axis=(0, 2)))
+    shape["targets"] = [
+        {"POSITION": g.accessor(d) if f % 2 else g.sparse_accessor(None, rows, d[rows])}
+        for f, d in enumerate(own[1:] - own[0])
+    ]
+    holder = g.node("holder", scale=[2, 2, 2])
+    half = float(np.sqrt(0.5))
+    node = g.node("sheet", holder, mesh=g.mesh(shape), translation=[0, 0.125, 0], rotation=[0, half, 0, half])
+    one_hot = np.eye(FRAMES)[:, 1:]
+    g.clip("flap", (node, "weights", np.arange(FRAMES) / 12, one_hot.reshape(-1)))
+    flat = np.zeros((2, 3, FRAMES - 1))
+    flat[:, 1] = one_hot[[0, -1]]
+    g.clip(
+        "lift",
+        (node, "weights", [0, 1], flat.reshape(-1), "CUBICSPLINE"),
+        (node, "translation", [0, 1], np.array([[0, 0.125, 0], [0, 0.625, 0]])),
+    )
+    return g

@@ -12,12 +12,15 @@
 #include "formats/zip_archive.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
+#include "tests/formats/sheet_files.h"
 
 namespace penumbra {
 namespace {
 
+using samples::distanceToSheet;
+using samples::expectSheet;
+using samples::kFloat;
 using samples::kSheetFrames;
-using samples::sheetFrame;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -28,32 +31,6 @@ std::filesystem::path sample(const std::string& name) {
 std::filesystem::path scratch(const std::string& name) {
     return std::filesystem::path(testing::TempDir()) / ("penumbra_cache_" + name);
 }
-
-double distanceToSheet(const PointCache& cache, const std::vector<Vec3>& positions, double frame) {
-    const std::vector<Vec3d> expected = sheetFrame(frame);
-    EXPECT_EQ(positions.size(), cache.mesh.vertexCount());
-    double worst = 0;
-    for (std::size_t v = 0; v < expected.size(); ++v)
-        worst = std::max(worst, length(toDouble(positions[cache.mesh.source_vertex[v]]) - expected[v]));
-    return worst;
-}
-
-void expectSheet(const PointCache& cache, double tolerance) {
-    ASSERT_EQ(cache.clips.size(), 1u);
-    ASSERT_EQ(cache.clips[0].times.size(), kSheetFrames);
-    ASSERT_EQ(cache.mesh.source_vertex.size(), samples::kSheetVertices);
-    for (std::size_t f = 0; f < kSheetFrames; ++f)
-        EXPECT_LE(distanceToSheet(cache, readFrame(cache, 0, f), double(f)), tolerance) << "frame " << f;
-    std::vector<Triangle> triangles;
-    for (const auto& q : samples::sheetQuads())
-        for (const Triangle& t : {Triangle{q[0], q[1], q[2]}, Triangle{q[0], q[2], q[3]}})
-            triangles.push_back(
-                {cache.mesh.source_vertex[t[0]], cache.mesh.source_vertex[t[1]], cache.mesh.source_vertex[t[2]]});
-    EXPECT_EQ(cache.mesh.triangles, triangles);
-}
-
-// Rounding of a float of about 1: 6e-8.
-constexpr double kFloat = 2e-7;
 
 TEST(PointCacheNumpy, CompressedFloatsAndQuads) {
     const PointCache cache = readPointCache({sample("sheet.npz")}, {});

@@ -1,0 +1,22 @@
+#pragma once
+// Files that are numbered one after another: the frames of a sequence.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace penumbra {
+
+struct NumberedFiles {
+    std::string name;  // what stands before the number, without the _, - or . at its end; or the folder's name
+    std::vector<std::filesystem::path> files;  // by ascending number, none missing
+};
+
+// May the path name a sequence of files rather than one: a folder, or a name with one "%d", "%04d", "*" or "####"?
+bool namesSequence(const std::filesystem::path& path);
+
+// The files that `path` names, one of: a pattern, in whose place any digits stand; a folder with one sequence of files
+// of these extensions (lower case, ".obj"); one of the files, which is the first (a name without a number is alone).
+// IoError: the folder cannot be read. InvalidInput: no such file, a number that is missing or there twice (by name).
+NumberedFiles findNumberedFiles(const std::filesystem::path& path, const std::vector<std::string>& extensions);
+
+}  // namespace penumbra
