@@ -63,14 +63,14 @@ static void append(std::span<const float> values, std::vector<float>& out) {
     out.insert(out.end(), values.begin(), values.end());
 }
 
-static void probeFrame(const BakePlan& plan, const BakeOptions& options, const RayDirections& directions,
-                       std::size_t frame, int threads, RunOfFrames& run, ProbeSums& sums) {
+static void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size_t frame, int threads,
+                       RunOfFrames& run, ProbeSums& sums) {
     auto start = steady_clock::now();
     PosedFrame posed = poseFrame(plan, frame);
     sums.pose_seconds += secondsSince(start);
     const std::size_t vertices = posed.frame.positions.size(), n2 = plan.header.coefficientCount();
     const std::vector<std::size_t> tasks = probedTasks((vertices + kVerticesPerTask - 1) / kVerticesPerTask);
-    const MomentTracer tracer{posed.scene, directions, posed.scale, float(options.bias), options.ground};
+    const MomentTracer tracer = tracerOf(plan, posed, directions);
     const auto span = [&](std::size_t i) {
         const std::size_t begin = tasks[i] * kVerticesPerTask;
         return std::pair(begin, std::min(kVerticesPerTask, vertices - begin));
@@ -81,7 +81,7 @@ static void probeFrame(const BakePlan& plan, const BakeOptions& options, const R
         const auto [begin, size] = span(i);
         traceMoments(tracer, std::span(posed.frame.positions).subspan(begin, size),
                      std::span(posed.frame.normals).subspan(begin, size),
-                     std::span(posed.frame.coefficients).subspan(begin * n2, size * n2));
+                     std::span(posed.frame.coefficients).subspan(begin * n2, size * n2), begin);
     });
     const double seconds = secondsSince(start);
     run.coefficients.resize(tasks.size());
@@ -111,7 +111,7 @@ static ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int thr
         RunOfFrames run;
         const std::size_t first = (2 * r + 1) * (frames - length) / (2 * runs);
         for (std::size_t f = first; f < first + length; ++f) {
-            probeFrame(plan, options, directions, f, threads, run, sums);
+            probeFrame(plan, directions, f, threads, run, sums);
             if (secondsSince(start) > kProbeSeconds * double(r + 1) / double(runs)) break;
         }
         storeRun(run, plan, options.precision, sums);
@@ -137,7 +137,7 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
     // So far: the rig and one frame with its tree. To come: two frames more and the block that is written.
-    const double tree = 150.0 * double(header.mesh.triangles.size());
+    const double tree = 150.0 * double(plan.blockers.triangles.size());
     const double halves = options.precision == Precision::kFloat16 ? 2 * vertices * n2 : 0;
     out.memory = 1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) +
                  double(framesOfBlock(header)) * (frame_bytes + halves);

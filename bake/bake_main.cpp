@@ -1,6 +1,8 @@
 // penumbra-bake: ray-traced visibility over an animation, and ray-traced pictures to hold results against.
 #include <sys/resource.h>
 
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 
 #include "bake/bake_estimate.h"
@@ -27,10 +29,25 @@ struct VisibilityCommand {
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, once that is known
     std::filesystem::path output;
     BakeOptions options;
-    std::string frames, poses, precision = "f32", units = "m", up = "y";
+    std::string frames, poses, inputs, ground, precision = "f32", units = "m", up = "y";
+    const CLI::Option* ground_option = nullptr;
     bool resume = false;
     std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused and does not wrap
 };
+
+// `--ground` alone, or with a height.
+static void readGround(VisibilityCommand& command) {
+    BakeOptions& options = command.options;
+    options.ground = command.ground_option->count() > 0;
+    if (command.ground.empty()) return;
+    double height = 0;
+    const char* end = command.ground.data() + command.ground.size();
+    const auto [stop, error] = std::from_chars(command.ground.data(), end, height);
+    if (error != std::errc() || stop != end || !std::isfinite(float(height)))
+        throw UsageError("--ground takes a height in metres or nothing, not '" + command.ground +
+                         "'; put it behind the files where it has no height");
+    options.ground_y = height;
+}
 
 static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report) {
     report.figures["frames"] = plan.header.frames.frameCount();
@@ -61,13 +78,15 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
     refuseTwice(command.rigs);
     options.cache.metres = metresOfUnit(command.units);
     options.cache.z_up = upIsZ(command.up);
+    readGround(command);
+    if (!command.inputs.empty()) options.inputs = command.inputs;
     options.precision = command.precision == "f16" ? Precision::kFloat16 : Precision::kFloat32;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
 
     report.phase("read");
     const BakePlan plan = planBake(command.rigs, options);
-    command.files_read = plan.source.filesRead();
+    command.files_read = plan.files_read;
     reportPlan(plan, options, report);
     if (common.dry_run) {
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
@@ -124,7 +143,18 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
         ->check(CLI::IsMember({"f32", "f16"}));
     app.add_flag("--resume", command.resume,
                  "go on where a killed bake of this output stopped; keep what is done when stopped");
-    app.add_flag("--ground", options.ground, "an infinite floor blocks every direction that points down");
+    command.ground_option =
+        app.add_option("--ground", command.ground,
+                       "an infinite floor blocks every direction that points down; its height (default: the lowest "
+                       "point at rest)")
+            ->expected(0, 1)
+            ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+    app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
+    app.add_option("--occluder", command.options.occluders,
+                   "mesh that blocks rays and has no moments, still or animated; any number of them")
+        ->allow_extra_args(false);
+    app.add_option("--inputs", command.inputs,
+                   "FILE.csv of numbers that join the pose: columns frame or time, and NAME or NAME.x, NAME.y, NAME.z");
 }
 
 static Verb visibilityVerb() {
@@ -135,7 +165,11 @@ static Verb visibilityVerb() {
             [command] {
                 std::vector<std::filesystem::path> inputs =
                     command->files_read.empty() ? command->rigs : command->files_read;
-                if (command->files_read.empty() && !command->poses.empty()) inputs.push_back(command->poses);
+                if (!command->files_read.empty()) return inputs;
+                const std::vector<std::filesystem::path>& occluders = command->options.occluders;
+                inputs.insert(inputs.end(), occluders.begin(), occluders.end());
+                for (const std::string& file : {command->poses, command->inputs})
+                    if (!file.empty()) inputs.push_back(file);
                 return inputs;
             },
             [command] { return command->output; },

@@ -1,5 +1,6 @@
 #include "bake/bake_options.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "formats/errors.h"
@@ -27,6 +28,8 @@ std::string findProblem(const BakeOptions& options) {
         return outOfRange("--rays", "16..65536 directions above the horizon", options.rays);
     if (!(options.bias >= 1e-7 && options.bias <= 0.1))
         return outOfRange("--bias", "1e-7..0.1 diagonals of the rest pose", options.bias);
+    if (options.ground_y && !(std::isfinite(*options.ground_y) && options.ground))
+        return outOfRange("--ground", "a height in metres", *options.ground_y);
     return "";
 }
 

@@ -25,6 +25,10 @@ struct BakeOptions {
     std::uint64_t seed = 1;  // 1: the plain set of directions; others turn it
     double bias = 1e-4;      // start of a ray above the surface, in diagonals of the rest pose, 1e-7..1e-1
     bool ground = false;     // directions that point down are blocked: an infinite floor
+    std::optional<double> ground_y = {};                // its height in metres; nothing = lowest point of the rest pose
+    bool two_sided = false;                             // every vertex has a back (Mesh::two_sided)
+    std::vector<std::filesystem::path> occluders = {};  // meshes that block rays and get no moments (blockers.h)
+    std::optional<std::filesystem::path> inputs = {};   // CSV of numbers that join the pose (input_table.h)
     Precision precision = Precision::kFloat32;
 };
 

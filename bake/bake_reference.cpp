@@ -31,8 +31,11 @@ struct ReferenceScene {
     const ReferenceFrame& input;
     SceneScale scale;
     std::vector<Vec3> positions;
-    OcclusionScene scene;
+    OcclusionScene scene;                   // what the camera sees
+    std::optional<OcclusionScene> shadows;  // what shadow rays meet, where that is more
     std::vector<SampledBrdf> materials;
+
+    const OcclusionScene& blocking() const { return shadows ? *shadows : scene; }
 };
 
 static ReferenceScene makeScene(const ReferenceFrame& input, const std::vector<RgbBrdf>& brdfs, int threads) {
@@ -41,10 +44,16 @@ static ReferenceScene makeScene(const ReferenceFrame& input, const std::vector<R
     const SceneScale scale = sceneScale(model, diagonal > 0 ? diagonal : 1);
     std::vector<Vec3> positions;
     for (Vec3 p : model) positions.push_back(scale.apply(p));
-    OcclusionScene scene(positions, input.mesh.triangles);
+    OcclusionScene scene(positions, input.mesh.frontTriangles());
+    std::optional<OcclusionScene> shadows;
+    if (input.blockers) {
+        std::vector<Vec3> all(positions.begin(), positions.begin() + std::ptrdiff_t(input.mesh.frontVertexCount()));
+        for (Vec3 p : input.occluder_positions) all.push_back(scale.apply(p));
+        shadows.emplace(all, input.blockers->triangles, true);
+    }
     std::vector<SampledBrdf> materials(brdfs.size());
     parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });
-    return {input, scale, std::move(positions), std::move(scene), std::move(materials)};
+    return {input, scale, std::move(positions), std::move(scene), std::move(shadows), std::move(materials)};
 }
 
 struct Corners {
@@ -66,6 +75,17 @@ static Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d 
     return shadingFrame(normal, tangent);
 }
 
+// From a point of a triangle to the `wanted` start of its rays.
+static RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted) {
+    const Vec3d way = wanted - point;
+    if (!scene.input.blockers || !(length(way) > 0)) return {toFloat(wanted), false};
+    const auto fronts = std::uint32_t(scene.input.mesh.frontVertexCount());
+    const Triangle own{corners.vertex[0] % fronts, corners.vertex[1] % fronts, corners.vertex[2] % fronts};
+    return startOfRays(scene.blocking(), *scene.input.blockers,
+                       {toFloat(point), toFloat(normalized(way)), float(length(way)), own,
+                        scene.input.blockers->solid_of_vertex[own[0]]});
+}
+
 // Shading normal, interpolated; shadow rays start on the smooth surface that the normals suggest, not on the flat
 // triangle below it, so that triangles do not shadow themselves (Hanika 2021, "Hacking the shadow terminator").
 static SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye, double bias) {
@@ -81,7 +101,8 @@ static SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& cor
     if (dot(normal, normal) == 0) normal = normalized(cross(p[1] - p[0], p[2] - p[0]));
     Vec3d lifted = point;
     for (std::size_t k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
-    return {toFloat(lifted + normal * bias), frameAt(scene.input, corners, normal), to_eye};
+    const RayStart start = rayStart(scene, corners, point, lifted + normal * bias);
+    return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed};
 }
 
 static std::size_t materialAt(const ReferenceFrame& input, const Corners& corners) {
@@ -90,16 +111,17 @@ static std::size_t materialAt(const ReferenceFrame& input, const Corners& corner
 
 static Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
                    const EnvironmentLight& light, const ReferenceOptions& options, std::uint64_t seed) {
-    const ShadowCaster caster{scene.scene, scene.input.ground};
+    const ShadowCaster caster{scene.blocking(), scene.input.ground};
     const int samples = std::max(4, options.samples / options.camera_rays);
     switch (options.channel) {
         case ReferenceChannel::kNormals:
             return Vec3d{point.frame(2, 0), point.frame(2, 1), point.frame(2, 2)} * 0.5 + Vec3d{0.5, 0.5, 0.5};
         case ReferenceChannel::kAmbient: {
-            const double v = ambientVisibility(caster, point, samples, seed);
+            const double v = point.closed ? 0 : ambientVisibility(caster, point, samples, seed);
             return {v, v, v};
         }
         default:
+            if (point.closed) return {};
             return directLight(caster, point, light, scene.materials[materialAt(scene.input, corners)], samples, seed);
     }
 }
@@ -110,6 +132,14 @@ static double pixelOffset(int i, int n, bool vertical) {
     double inverse = 0.5 / n, digit = 0.5;
     for (int rest = i; rest > 0; rest /= 2, digit /= 2) inverse += (rest % 2) * digit;
     return inverse;
+}
+
+// The corners on the side that a camera ray meets.
+static Corners cornersOf(const Mesh& mesh, const SurfaceHit& hit, Vec3d ray_direction) {
+    Corners corners{mesh.triangles[hit.triangle], {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v}};
+    if (mesh.two_sided && dot(toDouble(hit.normal), ray_direction) > 0)
+        for (std::uint32_t& corner : corners.vertex) corner += std::uint32_t(mesh.frontVertexCount());
+    return corners;
 }
 
 static void renderPixel(const ReferenceScene& scene, const Camera& camera, const EnvironmentLight& light,
@@ -126,8 +156,7 @@ static void renderPixel(const ReferenceScene& scene, const Camera& camera, const
         if (!hit) continue;
         ++covered;
         const std::uint64_t seed = index * std::uint64_t(options.camera_rays) + std::uint64_t(i);
-        const Corners corners{scene.input.mesh.triangles[hit->triangle],
-                              {1.0 - double(hit->u) - double(hit->v), hit->u, hit->v}};
+        const Corners corners = cornersOf(scene.input.mesh, *hit, direction);
         const SurfacePoint point = surfacePoint(scene, corners, -direction, options.bias);
         sum += shade(scene, corners, point, light, options, seed);
     }

@@ -7,6 +7,7 @@
 
 #include "bake/environment_light.h"
 #include "bake/posed_tangents.h"
+#include "bake/ray_start.h"
 #include "formats/progress.h"
 #include "formats/visibility_file.h"
 #include "sh/brdf.h"
@@ -34,6 +35,9 @@ struct ReferenceFrame {
     bool ground = false;
     std::span<const std::uint16_t> brdf_of_vertex = {};  // [V], index into brdfs; empty: all 0
     const PosedTangents* tangents = nullptr;             // x axes of the BRDFs' frames; null: shadingFrame()'s stand-in
+    // Of sheets and with occluders, which are not drawn: rays start by the rules of ray_start.h. Null: at the bias.
+    const Blockers* blockers = nullptr;
+    std::span<const Vec3> occluder_positions = {};  // of the blockers' vertices behind those of the mesh
 };
 // Colours are multiplied by coverage, alpha is coverage. Same options, same pixels, for any number of threads.
 Image renderReference(const ReferenceFrame& frame, const Camera& camera, const EnvironmentLight& light,

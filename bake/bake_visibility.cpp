@@ -49,7 +49,7 @@ static void traceTask(const PosedFrame& posed, const MomentTracer& tracer, std::
         throwIfInterrupted();
         const std::size_t size = std::min(step, end - begin);
         const std::size_t traced = traceMoments(tracer, positions.subspan(begin, size), normals.subspan(begin, size),
-                                                out.subspan(begin * n2, size * n2));
+                                                out.subspan(begin * n2, size * n2), begin);
         count.add(traced, size * std::size_t(tracer.directions.count) / 2);
     }
 }
@@ -65,7 +65,7 @@ static void traceFrames(const BakePlan& plan, const BakeOptions& options, std::s
     std::optional<VisibilityFrame> done;
     std::optional<PosedFrame> current = poseFrame(plan, begin), next;
     for (std::size_t f = begin; f < frame_count; ++f) {
-        const MomentTracer tracer{current->scene, directions, current->scale, float(options.bias), options.ground};
+        const MomentTracer tracer = tracerOf(plan, *current, directions);
         const std::span<float> coefficients(current->frame.coefficients);
         parallelFor(tasks + 2, threads, [&](std::size_t i) {
             if (i == 0 && done) write(*done);

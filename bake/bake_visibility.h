@@ -4,8 +4,9 @@
 #include <vector>
 
 #include "bake/bake_options.h"
-#include "bake/bake_source.h"
+#include "bake/blockers.h"
 #include "bake/continuous_angles.h"
+#include "bake/extra_inputs.h"
 #include "formats/progress.h"
 
 namespace penumbra {
@@ -13,9 +14,16 @@ namespace penumbra {
 // What a bake will do, known before any ray is traced.
 struct BakePlan {
     BakeSource source;
-    double rest_diagonal = 0;  // of the rest pose in the model frame: the unit of `bias`
+    std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
+    double rest_diagonal = 0;                       // of the rest pose in the model frame: the unit of `bias`
     VisibilityHeader header;
-    std::vector<int> source_clip;               // [C] the source's clip of each of header.frames' clips; -1 = at rest
+    std::vector<int> source_clip;  // [C] the source's clip of each of header.frames' clips; -1 = at rest
+    float bias = 1e-4f;
+    // Of a point cache, of a sheet and with occluders rays start by the rules of ray_start.h.
+    bool sheet_rules = false;
+    Blockers blockers;
+    std::vector<Occluder> occluders;  // their clips go with header.frames.clip_names
+    ExtraInputs inputs;
     std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache
 
     double rays() const;            // upper bound: every direction above the horizon of every vertex and frame

@@ -21,9 +21,10 @@ struct ShadowCaster {
 
 // A point of a surface in the ray tracer's frame (SceneScale).
 struct SurfacePoint {
-    Vec3 ray_origin;  // already lifted off the surface
-    Mat3d frame;      // rows: tangent, bitangent, normal; model frame to local frame
-    Vec3d to_eye;     // unit, model frame
+    Vec3 ray_origin;      // already lifted off the surface
+    Mat3d frame;          // rows: tangent, bitangent, normal; model frame to local frame
+    Vec3d to_eye;         // unit, model frame
+    bool closed = false;  // another surface lies on it: no light comes
 };
 
 // Local-frame view direction that BRDFs can take: at least 1e-3 above the horizon, since interpolated normals may face

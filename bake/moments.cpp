@@ -1,20 +1,35 @@
 #include "bake/moments.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace penumbra {
 
+static RayStart startOf(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
+    const Vec3 scaled = tracer.scale.apply(position);
+    if (!tracer.blockers || dot(normal, normal) == 0) return {scaled + normal * tracer.bias, false};
+    const auto front = std::uint32_t(vertex % tracer.mesh->frontVertexCount());
+    return startOfRays(tracer.scene, *tracer.blockers,
+                       {scaled, normal, tracer.bias, {front, front, front}, tracer.blockers->solid_of_vertex[front]});
+}
+
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
-                         std::span<float> coefficients) {
+                         std::span<float> coefficients, std::size_t first_vertex) {
     const RayDirections& directions = tracer.directions;
     const auto size = std::size_t(coefficientCount(directions.order));
     assert(positions.size() == normals.size() && coefficients.size() == positions.size() * size);
     std::vector<LaneWeights> rays(directions.packets.size());
     std::size_t traced = 0;
     for (std::size_t v = 0; v < positions.size(); ++v) {
+        const std::span<float> out = coefficients.subspan(v * size, size);
+        const RayStart start = startOf(tracer, positions[v], normals[v], first_vertex + v);
+        if (start.closed) {
+            std::fill(out.begin(), out.end(), 0.0f);
+            continue;
+        }
         traced += aboveHorizon(directions, normals[v], tracer.ground, rays);
-        tracer.scene.removeOccluded(tracer.scale.apply(positions[v]) + normals[v] * tracer.bias, directions, rays);
-        accumulateMoments(directions, rays, coefficients.subspan(v * size, size));
+        tracer.scene.removeOccluded(start.position, directions, rays);
+        accumulateMoments(directions, rays, out);
     }
     return traced;
 }

@@ -13,19 +13,27 @@ struct SurfaceHit {
     std::uint32_t triangle = 0;
     float u = 0, v = 0;  // the point is (1-u-v) a + u b + v c of the triangle's corners
     float distance = 0;
+    Vec3 normal;  // of the triangle's front, any length
+};
+
+struct Stretch {
+    float from, to;  // along a ray
 };
 
 // A mesh to shoot rays at. Give it positions of a size near 1 and near the origin (SceneScale): Embree tests in float.
 // Triangles with equal corners or no area never block. Every function is safe to call from many threads.
 class OcclusionScene {
 public:
-    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+    // `passing`: nextHit() will be called.
+    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing = false);
     ~OcclusionScene();
     OcclusionScene(OcclusionScene&&) noexcept;
     OcclusionScene& operator=(OcclusionScene&&) noexcept;
 
     bool occluded(Vec3 origin, Vec3 unit_direction, float min_distance) const;
     std::optional<SurfaceHit> closestHit(Vec3 origin, Vec3 unit_direction) const;
+    // The first one on a stretch of the ray, but for triangles with any corner of `passed`.
+    std::optional<SurfaceHit> nextHit(Vec3 origin, Vec3 unit_direction, Stretch stretch, const Triangle& passed) const;
 
     // Rays from `origin` in the directions whose weight is 1: sets the weight of those that hit something to 0.
     // Packets without any such direction are not traced. rays.size() == directions.packets.size().

@@ -55,6 +55,7 @@ static RTCDevice sharedDevice() {
 struct OcclusionScene::Impl {
     RTCDevice device = sharedDevice();
     RTCScene scene = rtcNewScene(device);
+    std::vector<Triangle> triangles;
 
     Impl() = default;
     Impl(const Impl&) = delete;
@@ -69,9 +70,26 @@ static void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat forma
     if (buffer) std::memcpy(buffer, values.data(), values.size_bytes());
 }
 
-OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles)
+// What nextHit() hands to its filter.
+struct PassingContext {
+    RTCIntersectContext context;  // first, so that the filter finds the rest
+    const std::vector<Triangle>* triangles;
+    Triangle passed;
+};
+
+// Embree calls it for single rays that look for the closest hit.
+static void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
+    const auto& passing = *reinterpret_cast<const PassingContext*>(arguments->context);
+    for (const std::uint32_t corner : (*passing.triangles)[RTCHitN_primID(arguments->hit, arguments->N, 0)])
+        for (const std::uint32_t passed : passing.passed)
+            if (corner == passed) arguments->valid[0] = 0;
+}
+
+OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing)
     : impl_(std::make_unique<Impl>()) {
     const FlushDenormals flush;
+    if (passing) rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    impl_->triangles.assign(triangles.begin(), triangles.end());
     RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     fillBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions);
     fillBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles);
@@ -109,6 +127,10 @@ bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distan
     return ray.tfar < 0;
 }
 
+static SurfaceHit surfaceHit(const RTCRayHit& hit) {
+    return {hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar, {hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z}};
+}
+
 std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_direction) const {
     const FlushDenormals flush;
     RTCIntersectContext context;
@@ -118,7 +140,22 @@ std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_dire
     hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(impl_->scene, &context, &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return SurfaceHit{hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar};
+    return surfaceHit(hit);
+}
+
+std::optional<SurfaceHit> OcclusionScene::nextHit(Vec3 origin, Vec3 unit_direction, Stretch stretch,
+                                                  const Triangle& passed) const {
+    const FlushDenormals flush;
+    PassingContext passing{{}, &impl_->triangles, passed};
+    rtcInitIntersectContext(&passing.context);
+    passing.context.filter = passOwnTriangles;
+    RTCRayHit hit{};
+    hit.ray = makeRay(origin, unit_direction, std::max(stretch.from, 0.0f));
+    hit.ray.tfar = stretch.to;
+    hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(impl_->scene, &passing.context, &hit);
+    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return surfaceHit(hit);
 }
 
 void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const {

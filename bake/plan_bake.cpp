@@ -22,11 +22,16 @@ static std::string optionsJson(const BakeOptions& options) {
     json["seed"] = options.seed;
     json["bias"] = options.bias;
     json["ground"] = options.ground;
+    if (options.ground_y) json["ground_y"] = *options.ground_y;
     json["precision"] = options.precision == Precision::kFloat16 ? "f16" : "f32";
     if (options.blocks > 1) json["blocks"] = options.blocks;
     if (options.cache.metres != 1) json["metres"] = options.cache.metres;
     if (options.cache.z_up) json["up"] = "z";
     if (options.cache.fps > 0) json["cache_fps"] = options.cache.fps;
+    if (options.two_sided) json["two_sided"] = true;
+    for (const std::filesystem::path& occluder : options.occluders)
+        json["occluders"].push_back(occluder.filename().string());
+    if (options.inputs) json["inputs"] = options.inputs->filename().string();
     return json.dump();
 }
 
@@ -61,6 +66,38 @@ static void chooseFrames(BakePlan& plan, const BakeOptions& options) {
     if (options.frames) header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
 }
 
+// Everything that the rays of a frame can hit, and the numbers that only other files know.
+static void addSurroundings(BakePlan& plan, const BakeOptions& options) {
+    VisibilityHeader& header = plan.header;
+    std::vector<std::string> clips = header.frames.clip_names;
+    if (options.blocks > 1)
+        for (std::string& clip : clips) clip = clipOfBlock(clip);
+    plan.occluders = readOccluders(options.occluders, options.cache, clips);
+    plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0));
+    for (const Occluder& occluder : plan.occluders)
+        plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
+    plan.sheet_rules = plan.source.cache || options.two_sided || !plan.occluders.empty();
+    if (options.inputs) {
+        plan.inputs = placeInputs(readInputTable(*options.inputs), options.inputs->string(), plan.source);
+        header.input_names = plan.inputs.names;
+        header.pose_size += int(plan.inputs.names.size());
+        for (std::size_t f = 0; f < header.frames.frameCount(); ++f)
+            (void)inputsAt(plan.inputs, plan.source_clip[header.frames.clip[f]], header.frames.time[f]);
+    }
+    if (!options.two_sided) return;
+    header.mesh = withBacks(header.mesh);
+    appendBackNormals(header.rest_normals);
+    if (header.skin) header.skin = withBacks(*header.skin);
+}
+
+static std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const BakeOptions& options) {
+    std::vector<std::filesystem::path> files = plan.source.filesRead();
+    for (const Occluder& occluder : plan.occluders)
+        files.insert(files.end(), occluder.source.filesRead().begin(), occluder.source.filesRead().end());
+    if (options.inputs) files.push_back(*options.inputs);
+    return files;
+}
+
 // What describes a pose. Before the frames are chosen: their angles need the edges.
 static void describePose(const BakeSource& source, VisibilityHeader& header) {
     if (source.rig) {
@@ -88,14 +125,18 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest pose has no extent");
 
+    addSurroundings(plan, options);
+    plan.files_read = filesRead(plan, options);
+    plan.bias = float(options.bias);
     header.order = options.order;
     header.rays = options.rays;
     header.seed = options.seed;
-    if (options.ground) {
+    if (options.ground_y) header.ground_y = float(*options.ground_y);
+    if (options.ground && !options.ground_y) {
         const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
         header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
     }
-    header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.source.filesRead());
+    header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.files_read);
     return plan;
 }
 

@@ -15,6 +15,12 @@ static void checkFinite(const BakePlan& plan, std::size_t f, const SourcePose& p
                                " s): vertex " + std::to_string(v) + " is not finite");
 }
 
+static std::vector<float> inputsOf(const BakePlan& plan, std::size_t f) {
+    if (plan.inputs.names.empty()) return {};
+    const FrameList& frames = plan.header.frames;
+    return inputsAt(plan.inputs, plan.source_clip[frames.clip[f]], frames.time[f]);
+}
+
 VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     const FrameList& frames = plan.header.frames;
     SourcePose pose = poseSource(plan.source, plan.source_clip[frames.clip[f]], frames.time[f]);
@@ -28,10 +34,20 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
 
 PosedFrame poseFrame(const BakePlan& plan, std::size_t f) {
     VisibilityFrame frame = poseVertices(plan, f);
-    std::vector<Vec3> scaled(frame.positions);
+    const FrameList& frames = plan.header.frames;
+    std::vector<Vec3> scaled(frame.positions.begin(),
+                             frame.positions.begin() + std::ptrdiff_t(plan.header.mesh.frontVertexCount()));
     const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
+    for (const Occluder& occluder : plan.occluders) appendPositions(occluder, frames.clip[f], frames.time[f], scaled);
     for (Vec3& p : scaled) p = scale.apply(p);
-    return {std::move(frame), scale, OcclusionScene(scaled, plan.header.mesh.frontTriangles())};
+    return {std::move(frame), scale, OcclusionScene(scaled, plan.blockers.triangles, plan.sheet_rules)};
+}
+
+MomentTracer tracerOf(const BakePlan& plan, const PosedFrame& posed, const RayDirections& directions) {
+    MomentTracer tracer{posed.scene, directions, posed.scale, plan.bias, plan.header.ground_y.has_value()};
+    if (plan.sheet_rules) tracer.blockers = &plan.blockers;
+    tracer.mesh = &plan.header.mesh;
+    return tracer;
 }
 
 }  // namespace penumbra

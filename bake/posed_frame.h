@@ -18,4 +18,7 @@ struct PosedFrame {
 };
 PosedFrame poseFrame(const BakePlan& plan, std::size_t frame);
 
+// Of that frame; it refers to all three.
+MomentTracer tracerOf(const BakePlan& plan, const PosedFrame& posed, const RayDirections& directions);
+
 }  // namespace penumbra

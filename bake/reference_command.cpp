@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "bake/bake_reference.h"
+#include "bake/reference_blockers.h"
 #include "formats/brdf_source.h"
 #include "formats/errors.h"
 #include "formats/slot_choice.h"
@@ -20,6 +21,7 @@ struct ReferenceCommand {
     std::string light, layout;  // a file or analytic lights; "": by the picture's shape
     BrdfSource brdf;
     std::vector<std::string> slots;
+    std::vector<std::filesystem::path> occluders;
     ReferenceOptions options;
     std::int64_t frame = 0;
     std::string light_rotation;
@@ -138,6 +140,8 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--camera: ") + error.what());
     }
+    const ReferenceBlockers blockers =
+        blockersOfFrame(header, std::size_t(command.frame), command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
     const EnvironmentLight light = readLightOf(command);
     if (common.dry_run) {
@@ -152,6 +156,8 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
     ReferenceFrame input{header.mesh, frame, header.ground_y.has_value()};
     if (tangents) input.tangents = &*tangents;
     input.brdf_of_vertex = brdf_of_vertex;
+    if (!blockers.blockers.triangles.empty()) input.blockers = &blockers.blockers;
+    input.occluder_positions = blockers.occluder_positions;
     const Image image = renderReference(input, camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");
@@ -173,6 +179,8 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
            "--slot", command.slots,
            "SLOT=SPEC: the material of a part of the mesh (info lists the slots), an analytic one or the file of "
            "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above")
+        ->allow_extra_args(false);
+    app.add_option("--occluder", command.occluders, "of the bake, each in the order that it had there; not drawn")
         ->allow_extra_args(false);
     app.add_option("--tangents", command.tangents,
                    "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
@@ -205,6 +213,7 @@ Verb referenceVerb() {
                 std::vector<std::filesystem::path> inputs{command->input};
                 if (!command->light.empty() && !isAnalytic(command->light)) inputs.push_back(command->light);
                 if (!command->tangents.empty()) inputs.push_back(command->tangents);
+                inputs.insert(inputs.end(), command->occluders.begin(), command->occluders.end());
                 for (const std::filesystem::path& file : command->brdf.files()) inputs.push_back(file);
                 for (const std::string& slot : command->slots)
                     for (const std::filesystem::path& file : slotSource(parseSlotChoice(slot)).files())

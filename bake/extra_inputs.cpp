@@ -1,0 +1,69 @@
+#include "bake/extra_inputs.h"
+
+#include <algorithm>
+
+#include "formats/errors.h"
+#include "formats/pose_file.h"
+
+namespace penumbra {
+
+static std::size_t clipOfRow(const InputTable& table, std::size_t row, const std::vector<std::string>& clips,
+                             const std::string& where) {
+    if (table.clips.empty()) {
+        if (clips.size() > 1) throw InvalidInput(where + "a column 'clip' is needed: there are several clips");
+        return 0;
+    }
+    const auto found = std::find(clips.begin(), clips.end(), table.clips[row]);
+    if (found == clips.end()) throw InvalidInput(where + "there is no clip '" + table.clips[row] + "'");
+    return std::size_t(found - clips.begin());
+}
+
+static double timeOfRow(const InputTable& table, std::size_t row, const BakeSource& source, std::size_t clip,
+                        const std::string& where) {
+    if (!table.by_frame) return table.keys[row];
+    if (source.rig) throw InvalidInput(where + "a rig has no numbered frames; give a column 'time'");
+    const std::vector<double>& times = source.cache->clips.at(clip).times;
+    if (table.keys[row] >= double(times.size()))
+        throw InvalidInput(where + "frame " + std::to_string(std::int64_t(table.keys[row])) + " of clip '" +
+                           source.cache->clips[clip].name + "', which has " + std::to_string(times.size()));
+    return times[std::size_t(table.keys[row])];
+}
+
+ExtraInputs placeInputs(const InputTable& table, const std::string& file, const BakeSource& source) {
+    const std::vector<std::string> clips = source.clipNames();
+    ExtraInputs out{file, table.names, {}};
+    out.of_clip.resize(std::max<std::size_t>(1, clips.size()));
+    const std::size_t size = table.names.size();
+    for (std::size_t row = 0; row < table.keys.size(); ++row) {
+        const std::string where = file + ": line " + std::to_string(table.lines[row]) + ": ";
+        const std::size_t clip = clipOfRow(table, row, clips, where);
+        ExtraInputs::Rows& rows = out.of_clip[clip];
+        const double time = timeOfRow(table, row, source, clip, where);
+        if (!rows.times.empty() && !(time > rows.times.back()))
+            throw InvalidInput(where + "not after the line before (of its clip)");
+        rows.times.push_back(time);
+        const auto first = table.values.begin() + std::ptrdiff_t(row * size);
+        rows.values.insert(rows.values.end(), first, first + std::ptrdiff_t(size));
+    }
+    return out;
+}
+
+std::vector<float> inputsAt(const ExtraInputs& inputs, int clip, double time) {
+    const std::size_t size = inputs.names.size();
+    const ExtraInputs::Rows& rows = inputs.of_clip[std::size_t(std::max(clip, 0))];
+    const auto value = [&](std::size_t row, std::size_t i) { return rows.values[row * size + i]; };
+    std::vector<float> out(size);
+    const std::size_t next =
+        std::size_t(std::lower_bound(rows.times.begin(), rows.times.end(), time - kSameTime) - rows.times.begin());
+    if (next < rows.times.size() && rows.times[next] <= time + kSameTime) {
+        for (std::size_t i = 0; i < size; ++i) out[i] = float(value(next, i));
+        return out;
+    }
+    if (next == 0 || next == rows.times.size())
+        throw InvalidInput(inputs.file + ": no line for " + std::to_string(time) + " s, nor lines before and after");
+    const double share = (time - rows.times[next - 1]) / (rows.times[next] - rows.times[next - 1]);
+    for (std::size_t i = 0; i < size; ++i) out[i] = float(value(next - 1, i) * (1 - share) + value(next, i) * share);
+    return out;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,71 @@
+#include "bake/reference_blockers.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bake/frame_choice.h"
+#include "formats/errors.h"
+#include "formats/sha256.h"
+
+namespace penumbra {
+
+// What the bake was told. Files of other programs say nothing.
+struct BakeWords {
+    std::vector<std::string> occluders;
+    PointCacheOptions cache;
+    bool blocks = false;
+};
+
+static BakeWords wordsOf(const Provenance& provenance) try {
+    const nlohmann::json options = nlohmann::json::parse(provenance.options_json);
+    BakeWords words;
+    words.occluders = options.value("occluders", words.occluders);
+    words.cache.metres = options.value("metres", words.cache.metres);
+    words.cache.fps = options.value("cache_fps", words.cache.fps);
+    words.cache.z_up = options.value("up", std::string("y")) == "z";
+    words.blocks = options.value("blocks", 1) > 1;
+    return words;
+} catch (const nlohmann::json::exception&) {
+    return {};
+}
+
+static std::string listOf(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    return text;
+}
+
+static void checkGiven(const VisibilityHeader& header, const std::string& name, const BakeWords& words,
+                       const std::vector<std::filesystem::path>& occluders) {
+    if (occluders.size() != words.occluders.size())
+        throw UsageError(name + ": baked " +
+                         (words.occluders.empty() ? "without an occluder"
+                                                  : "with " + listOf(words.occluders) + "; give each with --occluder"));
+    for (const std::filesystem::path& occluder : occluders) {
+        const auto& inputs = header.provenance.inputs;
+        const std::string sum = sha256OfFile(occluder);
+        if (std::none_of(inputs.begin(), inputs.end(), [&](const ProvenanceInput& i) { return i.sha256 == sum; }))
+            throw UsageError("--occluder " + occluder.string() + ": not what " + name + " was baked with (" +
+                             listOf(words.occluders) + ")");
+    }
+}
+
+ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t frame, const std::string& name,
+                                  const std::vector<std::filesystem::path>& occluders) {
+    const BakeWords words = wordsOf(header.provenance);
+    checkGiven(header, name, words, occluders);
+    ReferenceBlockers out;
+    if (header.skin && !header.mesh.two_sided && occluders.empty()) return out;
+    const std::span<const Vec3> rest(header.mesh.rest_positions);
+    out.blockers.add(header.mesh.frontTriangles(), rest.first(header.mesh.frontVertexCount()));
+    std::vector<std::string> clips = header.frames.clip_names;
+    if (words.blocks)
+        for (std::string& clip : clips) clip = clipOfBlock(clip);
+    for (const Occluder& occluder : readOccluders(occluders, words.cache, clips)) {
+        out.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
+        appendPositions(occluder, header.frames.clip[frame], header.frames.time[frame], out.occluder_positions);
+    }
+    return out;
+}
+
+}  // namespace penumbra
