@@ -76,11 +76,16 @@ static Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d 
 }
 
 // From a point of a triangle to the `wanted` start of its rays.
-static RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted) {
-    const Vec3d way = wanted - point;
-    if (!scene.input.blockers || !(length(way) > 0)) return {toFloat(wanted), false};
+static RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted, double bias) {
+    if (!scene.input.blockers) return {toFloat(wanted), false};
     const auto fronts = std::uint32_t(scene.input.mesh.frontVertexCount());
     const Triangle own{corners.vertex[0] % fronts, corners.vertex[1] % fronts, corners.vertex[2] % fronts};
+    // On a crumpled sheet the interpolated normal may point behind the triangle.
+    const Vec3d a = toDouble(scene.positions[own[0]]), b = toDouble(scene.positions[own[1]]),
+                c = toDouble(scene.positions[own[2]]);
+    const Vec3d flat = normalized(cross(b - a, c - a)) * (corners.vertex[0] < fronts ? 1.0 : -1.0);
+    Vec3d way = wanted - point;
+    if (!(dot(way, flat) > 0)) way = flat * std::max(length(way), bias);
     return startOfRays(scene.blocking(), *scene.input.blockers,
                        {toFloat(point), toFloat(normalized(way)), float(length(way)), own,
                         scene.input.blockers->solid_of_vertex[own[0]]});
@@ -101,7 +106,7 @@ static SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& cor
     if (dot(normal, normal) == 0) normal = normalized(cross(p[1] - p[0], p[2] - p[0]));
     Vec3d lifted = point;
     for (std::size_t k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
-    const RayStart start = rayStart(scene, corners, point, lifted + normal * bias);
+    const RayStart start = rayStart(scene, corners, point, lifted + normal * bias, bias);
     return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed};
 }
 

@@ -50,6 +50,7 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
     for (auto& [vertex, part] : parts)
         if (part.open_edges == 0 && part.volume != 0) part.solid = ++solids;
     const bool of_mesh = vertices == 0;
+    if (of_mesh) fans = makeFans(more, rest.size());
     for (const Triangle& t : more) {
         const Part& part = parts[part_of[t[0]]];
         solid.push_back(part.volume < 0 ? -part.solid : part.solid);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/bake_source.h"
+#include "bake/vertex_side.h"
 
 namespace penumbra {
 
@@ -15,6 +16,8 @@ struct Blockers {
     // inwards.
     std::vector<std::int32_t> solid;
     std::vector<std::int32_t> solid_of_vertex;  // [Vs] of the mesh, positive or 0
+
+    VertexFans fans;  // of the mesh
 
     void add(std::span<const Triangle> more, std::span<const Vec3> rest_positions);  // of the next vertices
     std::size_t vertices = 0;

@@ -28,11 +28,13 @@ using Json = nlohmann::ordered_json;
 static Json describe(const Provenance& provenance) { return Json::parse(toJson(provenance)); }
 
 static Json describe(const Mesh& mesh) {
-    return {{"vertices", mesh.vertexCount()},
-            {"source_vertices", mesh.source_vertex.size()},
-            {"triangles", mesh.triangles.size()},
-            {"slots", mesh.slots},
-            {"rest_diagonal", boxDiagonal(mesh.rest_positions)}};
+    Json json{{"vertices", mesh.vertexCount()},
+              {"source_vertices", mesh.source_vertex.size()},
+              {"triangles", mesh.triangles.size()},
+              {"slots", mesh.slots},
+              {"rest_diagonal", boxDiagonal(mesh.rest_positions)}};
+    if (mesh.two_sided) json["two_sided"] = true;
+    return json;
 }
 
 static Json describe(const FrameList& frames) {
@@ -101,6 +103,8 @@ static Json describeVisibility(const fs::path& path, bool all_vertices) {
     json["joints"] = header.skin ? header.skin->jointCount() : 0;
     json["influences"] = header.skin ? header.skin->influences : 0;
     json["pose"] = {{"numbers", header.pose_size}, {"parameterisation", header.pose_parameterisation}};
+    if (!header.edges.empty()) json["edges"] = header.edges.size();
+    if (!header.input_names.empty()) json["inputs"] = header.input_names;
     json["frames"] = header.frames.frameCount();
     json["clips"] = describe(header.frames);
     if (reader.isVirtual()) json["virtual"] = true;

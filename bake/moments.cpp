@@ -8,9 +8,13 @@ namespace penumbra {
 static RayStart startOf(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
     if (!tracer.blockers || dot(normal, normal) == 0) return {scaled + normal * tracer.bias, false};
-    const auto front = std::uint32_t(vertex % tracer.mesh->frontVertexCount());
-    return startOfRays(tracer.scene, *tracer.blockers,
-                       {scaled, normal, tracer.bias, {front, front, front}, tracer.blockers->solid_of_vertex[front]});
+    const std::size_t fronts = tracer.mesh->frontVertexCount();
+    const auto front = std::uint32_t(vertex % fronts);
+    const Vec3 direction =
+        directionToSide(tracer.blockers->fans, tracer.vertices, front, normal, vertex < fronts ? 1 : -1);
+    return startOfRays(
+        tracer.scene, *tracer.blockers,
+        {scaled, direction, tracer.bias, {front, front, front}, tracer.blockers->solid_of_vertex[front]});
 }
 
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,

@@ -13,6 +13,7 @@ struct MomentTracer {
     // Of sheets, whose rays start by the rules of ray_start.h; null: at the bias. `mesh` says which vertex a point is.
     const Blockers* blockers = nullptr;
     const Mesh* mesh = nullptr;
+    std::span<const Vec3> vertices = {};  // [V] of the mesh in the frame
 };
 
 // Moments of each point into coefficients [points][n^2], and the number of rays traced. A point whose normal is zero

@@ -26,6 +26,12 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     SourcePose pose = poseSource(plan.source, plan.source_clip[frames.clip[f]], frames.time[f]);
     checkFinite(plan, f, pose);
     if (plan.source.cache) pose.pose = continuousAngles(plan.header.edges, pose.positions, plan.turns[f]);
+    const std::vector<float> inputs = inputsOf(plan, f);
+    pose.pose.insert(pose.pose.end(), inputs.begin(), inputs.end());
+    if (plan.header.mesh.two_sided) {
+        appendBackPositions(pose.positions);
+        appendBackNormals(pose.normals);
+    }
     VisibilityFrame frame{
         std::move(pose.positions), std::move(pose.normals), std::move(pose.bones), std::move(pose.pose), {}};
     frame.coefficients.resize(frame.positions.size() * plan.header.coefficientCount());
@@ -47,6 +53,7 @@ MomentTracer tracerOf(const BakePlan& plan, const PosedFrame& posed, const RayDi
     MomentTracer tracer{posed.scene, directions, posed.scale, plan.bias, plan.header.ground_y.has_value()};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
     tracer.mesh = &plan.header.mesh;
+    tracer.vertices = posed.frame.positions;
     return tracer;
 }
 

@@ -2,8 +2,8 @@
 // Where the rays of a point of a sheet start, so that they neither jump over a surface that lies on the sheet nor stay
 // inside a body that the sheet has sunk into.
 //
-// A search ray along the normal (of the side) from the point meets the surfaces near it; the point's own triangles do
-// not count. Distances are in rest diagonals.
+// A search ray to the point's own side (along the normal, but see vertex_side.h) meets the surfaces near it; the
+// point's own triangles do not count. Distances are in rest diagonals.
 //   1. Rays start at the bias, but at most half-way to the first surface: nothing lies between the point and the start.
 //   2. Sunk in: a first surface within kSunkIn that is the back of a solid (a closed surface that the point is no part
 //      of) is left: the rays start beyond it, by rule 1 from there. Only on the side whose way out is the shorter: a

@@ -48,6 +48,7 @@ std::vector<float> momentsOf(const Shape& shape, const Shape& occluder, int rays
     MomentTracer tracer{scene, directions, scale, 1e-4f, ground};
     tracer.blockers = &blockers;
     tracer.mesh = &sheet.mesh;
+    tracer.vertices = sheet.positions;
     std::vector<float> b(sheet.positions.size() * kSize);
     traceMoments(tracer, sheet.positions, sheet.normals, b);
     return b;
@@ -231,6 +232,25 @@ TEST(Sheets, GroundBlocksWhatPointsDown) {
     const std::vector<float> upright = momentsOf(wall, {}, 4096, true);
     for (const std::size_t v : {std::size_t(4), std::size_t(13)})  // half of the hemisphere is left
         EXPECT_NEAR(upright[v * kSize], std::sqrt(std::numbers::pi) / 2, 2e-3);
+}
+
+// --- Creases --------------------------------------------------------------------------------------------------------
+
+// A valley of 60 degrees along z. The left slope has most of the area at the crease, so that the normal there, nearly
+// the left slope's, points behind the right slope. The back sees the 60 degrees between the slopes, the front all of
+// its hemisphere: neither sees what is behind the sheet.
+TEST(Sheets, NormalBehindATriangleDoesNotLeak) {
+    const double r = 1000, c = std::cos(std::numbers::pi / 3), s = std::sin(std::numbers::pi / 3);
+    Shape valley;
+    valley.positions = {
+        {0, 0, 0}, toFloat({0, 0, -r}), toFloat({0, 0, r}), toFloat({-40 * r, 0, 0}), toFloat({-r * c, r * s, 0})};
+    valley.triangles = {{0, 2, 3}, {0, 3, 1}, {0, 4, 2}, {0, 1, 4}};  // fronts outside
+    EXPECT_LT(vertexNormals(valley.triangles, valley.positions)[0].y, -0.99);
+    const std::vector<float> b = momentsOf(valley, {}, 4096);
+    const double y0 = std::sqrt(0.25 / std::numbers::pi);
+    const double inside = b[5 * kSize] / y0, outside = b[0] / y0;
+    EXPECT_NEAR(inside, 2 * std::numbers::pi / 3, 0.05);  // a lune of angle a has 2 a steradians
+    EXPECT_NEAR(outside, 2 * std::numbers::pi, 0.05);
 }
 
 // --- Brute force ----------------------------------------------------------------------------------------------------
