@@ -182,6 +182,6 @@ int main(int argc, char** argv) {
     using namespace penumbra;
     return runProgram("penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
                       "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1, "
-                      "penumbra.asset 3",
+                      "penumbra.asset 2..4",
                       {visibilityVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
 }

@@ -9,8 +9,6 @@
 
 namespace penumbra {
 
-namespace {
-
 NumbersView numbersOf(const fbs::Numbers* stored, const Field& at, std::uint64_t rows, std::uint64_t row_length,
                       AssetPrecision coarsest) {
     if (!stored) at.fail("is missing");
@@ -33,6 +31,8 @@ NumbersView numbersOf(const fbs::Numbers* stored, const Field& at, std::uint64_t
         (at / "data").require(finiteHalves(view.data, view.count), "has a number that is not finite");
     return view;
 }
+
+namespace {
 
 void checkWeights(const Field& at, std::span<const float> weights, std::size_t influences) {
     for (std::size_t first = 0; first + influences <= weights.size(); first += influences) {
@@ -85,6 +85,7 @@ MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bo
     mesh.slot_of_vertex = spanOf<std::uint16_t>(stored.slot_of_vertex(), at / "slot_of_vertex");
     checkCount(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.empty() ? 0 : count);
     checkIndices(at / "slot_of_vertex", mesh.slot_of_vertex, mesh.slots.size());
+    setTwoSided(stored, at, mesh);
     return mesh;
 }
 
@@ -132,7 +133,7 @@ AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
     if (stored.clips()) animation.clips = clipsOf(stored, at / "clips", frames);
     (at / "clips").require(stored.clips() || frames == 0, "is missing");
     animation.bones = spanOf<Affine>(stored.bones(), at / "bones");
-    checkCount(at / "bones", animation.bones, std::uint64_t(frames) * joints);
+    if (!animation.bones.empty()) checkCount(at / "bones", animation.bones, std::uint64_t(frames) * joints);
     checkFinite(at / "bones", animation.bones);
     animation.pose_size = stored.pose_size();
     const bool has_pose = stored.pose() && stored.pose()->size() > 0;
@@ -144,24 +145,25 @@ AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
     animation.inverse_bind = spanOf<Affine>(stored.inverse_bind(), at / "inverse_bind");
     checkCount(at / "inverse_bind", animation.inverse_bind, rests);
     checkFinite(at / "inverse_bind", animation.inverse_bind);
+    setInputs(stored, at, animation);
     return animation;
 }
 
 // What a cluster's sizes follow from.
 struct ModelSizes {
-    AssetModel kind;
-    bool angles;
-    std::uint64_t stride, features, joints, group_joints;
+    AssetModel kind = AssetModel::kLinear;
+    bool bones = false;  // a group is another joint, else numbers of the pose
+    std::uint64_t group_size = 0, stride = 0, features = 0, joints = 0, groups = 0;
 };
 
 void setGroups(const fbs::Cluster& stored, const Field& at, const ModelSizes& sizes, ClusterView& cluster) {
-    const std::uint64_t size = sizes.angles ? 3 : std::uint64_t(kBoneInputs);
+    const std::uint64_t size = sizes.group_size;
     cluster.groups = spanOf<std::uint16_t>(stored.groups(), at / "groups");
-    checkIndices(at / "groups", cluster.groups, sizes.group_joints);
+    checkIndices(at / "groups", cluster.groups, sizes.groups);
     for (std::size_t g = 0; g < cluster.groups.size(); ++g) {
         const Field here = (at / "groups")[g];
         here.require(g == 0 || cluster.groups[g] > cluster.groups[g - 1], "is not above the one before");
-        here.require(sizes.angles || int(cluster.groups[g]) != cluster.joint, "is the cluster's own joint");
+        here.require(!sizes.bones || int(cluster.groups[g]) != cluster.joint, "is the cluster's own joint");
     }
     const std::uint64_t groups = cluster.groups.size();
     cluster.group_weight = floatsOf(stored.group_weight(), at / "group_weight", groups);
@@ -187,7 +189,7 @@ void setUnits(const fbs::Cluster& stored, const Field& at, const ModelSizes& siz
     cluster.unit_group = spanOf<std::uint16_t>(stored.unit_group(), at / "unit_group");
     checkIndices(at / "unit_group", cluster.unit_group, cluster.groups.size());
     if (sizes.kind == AssetModel::kAdditive) {
-        width = sizes.angles ? 3 : std::uint64_t(kBoneInputs);
+        width = sizes.group_size;
         cluster.units = cluster.unit_group.size();
     } else {
         checkCount(at / "unit_group", cluster.unit_group, 0);
@@ -227,11 +229,43 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     return cluster;
 }
 
-ModelView modelOf(const fbs::Model& stored, const Field& at, std::size_t vertices, const AnimationView& animation) {
+std::uint64_t groupSizeOf(AssetFeatures features) {
+    switch (features) {
+        case AssetFeatures::kJointAngles:
+            return 3;
+        case AssetFeatures::kRelativeBones:
+            return std::uint64_t(kBoneInputs);
+        case AssetFeatures::kDihedrals:
+            return 1;
+    }
+    return 0;
+}
+
+// Of bones every other joint is a group and 12 features; else the numbers of the pose are the features.
+ModelSizes sizesOf(const ModelView& model, const Field& at, const AnimationView& animation) {
+    const std::uint64_t joints = animation.jointCount(), pose = animation.pose_size;
+    if (model.features == AssetFeatures::kJointAngles && pose != 3 * joints)
+        at.fail("reads joint angles, but animation.pose_size is not 3 for each of the " + std::to_string(joints) +
+                " joints");
+    ModelSizes sizes;
+    sizes.kind = model.kind;
+    sizes.bones = model.features == AssetFeatures::kRelativeBones;
+    sizes.group_size = groupSizeOf(model.features);
+    sizes.stride = std::uint64_t(model.stride);
+    if (model.kind != AssetModel::kAdditive) sizes.features = sizes.bones ? 12 * (joints - 1) : pose;
+    sizes.joints = joints;
+    sizes.groups = sizes.bones ? joints : pose / sizes.group_size;
+    return sizes;
+}
+
+ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& asset) {
+    const Field at = file / "model";
+    const AnimationView& animation = asset.animation;
+    const std::size_t vertices = asset.mesh.positions.size();
     ModelView model;
     checkRange(at / "kind", std::int64_t(stored.kind()), 0, 3);
     model.kind = AssetModel(stored.kind());
-    checkRange(at / "features", std::int64_t(stored.features()), 0, 1);
+    checkRange(at / "features", std::int64_t(stored.features()), 0, 2);
     model.features = AssetFeatures(stored.features());
     try {
         model.convention = parseConvention(textOf(stored.convention()));
@@ -252,14 +286,8 @@ ModelView modelOf(const fbs::Model& stored, const Field& at, std::size_t vertice
     model.quantization_error = stored.quantization_error();
     (at / "quantization_error")
         .require(std::isfinite(model.quantization_error) && model.quantization_error >= 0, "is not a number >= 0");
-    const bool angles = model.features == AssetFeatures::kJointAngles;
-    if (angles && animation.pose_size != 3 * joints)
-        at.fail("reads joint angles, but animation.pose_size is not 3 for each of the " + std::to_string(joints) +
-                " joints");
-    const bool additive = model.kind == AssetModel::kAdditive;
-    const std::uint64_t features = additive ? 0 : angles ? animation.pose_size : 12 * std::uint64_t(joints - 1);
-    const ModelSizes sizes{model.kind, angles, std::uint64_t(model.stride),
-                           features,   joints, angles ? animation.pose_size / 3 : joints};
+    setDeforming(stored, file, asset, model);
+    const ModelSizes sizes = sizesOf(model, at, animation);
     std::uint64_t next = 0;
     if (!stored.clusters()) (at / "clusters").fail("is missing");
     for (const fbs::Cluster* cluster : *stored.clusters()) {
@@ -294,6 +322,8 @@ TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertice
 AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const Field at{file + ": "};
     if (textOf(stored.sh_convention()) != kShConvention) (at / "sh_convention").fail("is not real-orthonormal-cs");
+    at.require(stored.format_version() >= kAssetVersion || !usesVersion4(stored),
+               "format_version is below 4, but something of version 4 is there");
     AssetView asset;
     asset.provenance = textOf(stored.provenance());
     if (stored.animation()) asset.animation = animationOf(*stored.animation(), at / "animation");
@@ -304,7 +334,10 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const std::size_t joints = asset.animation.jointCount();
     if (asset.has_mesh) asset.mesh = meshOf(*stored.mesh(), at / "mesh", joints, asset.has_model);
     const std::size_t vertices = asset.mesh.positions.size();
-    if (asset.has_model) asset.model = modelOf(*stored.model(), at / "model", vertices, asset.animation);
+    if (asset.has_model) asset.model = modelOf(*stored.model(), at, asset);
+    if (!asset.model.deforming)
+        checkCount(at / "animation.bones", asset.animation.bones, asset.animation.frameCount() * std::uint64_t(joints));
+    if (stored.animation()) setPlayback(*stored.animation(), at / "animation", asset, asset.animation.playback);
     if (asset.has_truth) asset.truth = truthOf(*stored.truth(), at / "truth", vertices, asset.animation.frameCount());
     asset.materials = materialsOf(stored, at / "materials");
     asset.lights = lightsOf(stored, at / "lights");

@@ -119,6 +119,14 @@ void readTruth(const AssetView& asset, std::size_t frame, std::size_t shading_po
         halfToFloat({reinterpret_cast<const std::uint16_t*>(asset.truth.data.data()) + first, n}, out);
 }
 
+void readPositions(const AssetView& asset, std::size_t frame, std::span<Vec3> out) {
+    const PlaybackView& playback = asset.animation.playback;
+    assert(!playback.positions.empty() && out.size() == asset.mesh.pointCount());
+    const std::uint16_t* number = playback.positions.data() + 3 * frame * out.size();
+    for (Vec3& p : out)
+        for (int i = 0; i < 3; ++i) p[i] = playback.origin[i] + playback.step * float(*number++);
+}
+
 std::size_t findFrame(const AnimationView& animation, std::string_view clip, std::size_t frame) {
     std::string known;
     for (const ClipView& candidate : animation.clips) {

@@ -17,7 +17,8 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 3;
+constexpr int kAssetVersion = 4;              // deforming and two-sided meshes, inputs
+constexpr int kSkinnedAssetVersion = 3;       // what writers use where nothing of version 4 is there
 constexpr int kOldestAssetVersion = 2;        // without compact slices
 constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // of a light: as many as an exact one needs
 constexpr std::size_t kMaxMaterials = 4096;   // of an asset: a bound on what compact slices unfold to
@@ -25,7 +26,7 @@ constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
 enum class AssetModel : std::uint8_t { kLinear = 0, kQuadratic = 1, kNeural = 2, kAdditive = 3 };
-enum class AssetFeatures : std::uint8_t { kJointAngles = 0, kRelativeBones = 1 };
+enum class AssetFeatures : std::uint8_t { kJointAngles = 0, kRelativeBones = 1, kDihedrals = 2 };
 
 struct NumbersView {
     AssetPrecision precision = AssetPrecision::kF32;
@@ -48,6 +49,22 @@ struct MeshView {
     std::span<const float> skin_weights;            // [V,K]
     std::vector<std::string_view> slots;            // the parts of the mesh that may have a material of their own
     std::span<const std::uint16_t> slot_of_vertex;  // [V], < slots; empty without slots
+    bool two_sided = false;                         // asset.fbs has the rule; then V and T are even
+    // Vs: shading points that are no backs, the first of the bake's order; and their triangles, the first ones here.
+    std::size_t pointCount() const { return positions.size() / (two_sided ? 2 : 1); }
+    std::span<const std::uint32_t> frontTriangles() const {
+        return triangles.first(triangles.size() / (two_sided ? 2 : 1));
+    }
+    // The shading point that has the place of a vertex: of a back its front's.
+    std::uint32_t pointOf(std::size_t vertex) const { return std::uint32_t(shading_point[vertex] % pointCount()); }
+    bool isBack(std::size_t vertex) const { return shading_point[vertex] >= pointCount(); }
+};
+
+// Places of the vertices of a deforming mesh in every frame.
+struct PlaybackView {
+    std::span<const std::uint16_t> positions;  // [F,Vs,3], or empty
+    Vec3 origin;
+    float step = 0, error = 0;  // metres
 };
 
 // Clips follow one another and cover all frames.
@@ -62,17 +79,23 @@ struct AnimationView {
     std::span<const std::int32_t> parents;      // [J], -1 for roots, no cycles
     std::vector<ClipView> clips;
     std::span<const double> times;  // [F]
-    std::span<const Affine> bones;  // [F,J]
+    std::span<const Affine> bones;  // [F,J]; of a deforming mesh or empty
     std::uint32_t pose_size = 0;
     std::span<const float> pose;                            // [F,P] or empty
     std::span<const Affine> rest_transforms, inverse_bind;  // [J], or both empty
+    std::vector<std::string_view> input_names;              // [X]
+    std::span<const float> inputs;                          // [F,X]
+    PlaybackView playback;
     std::size_t jointCount() const { return joint_names.size(); }
     std::size_t frameCount() const { return times.size(); }
     std::span<const Affine> bonesOf(std::size_t frame) const {
-        return bones.subspan(frame * jointCount(), jointCount());
+        return bones.empty() ? bones : bones.subspan(frame * jointCount(), jointCount());
     }
     std::span<const float> poseOf(std::size_t frame) const {
         return pose.empty() ? pose : pose.subspan(frame * pose_size, pose_size);
+    }
+    std::span<const float> inputsOf(std::size_t frame) const {
+        return inputs.subspan(frame * input_names.size(), input_names.size());
     }
 };
 
@@ -97,6 +120,14 @@ struct ClusterView {
     std::size_t components() const { return bias.size(); }
 };
 
+// asset.fbs: a joint that stands for inputs.
+struct InputJointView {
+    int joint = 0;
+    std::size_t column = 0, columns = 1;  // of the inputs; 1 or 3
+    float offset = 0, scale = 1;
+    bool absolute() const { return columns == 1; }
+};
+
 struct ModelView {
     Convention convention;
     int stride = 0;
@@ -107,6 +138,10 @@ struct ModelView {
     std::span<const Mat3> joint_spreads;  // [J]
     std::vector<ClusterView> clusters;
     float quantization_error = 0;
+    bool deforming = false;                    // vertices are given, not skinned
+    std::vector<InputJointView> input_joints;  // ascending joints
+    std::span<const float> pose_mean;          // [E], kDihedrals; else empty
+    NumbersView pose_basis;                    // [P - X, E]
 };
 
 struct TruthView {
@@ -167,6 +202,9 @@ AssetView openAsset(std::span<const std::byte> bytes, std::string_view name = "a
 std::uint64_t assetHash(std::span<const std::byte> bytes, std::size_t hash_offset);
 // Stores the hash in a finished file; false when the verifier refuses it or it has no hash field.
 bool sealAsset(std::span<std::byte> bytes);
+
+// Places of the shading points of a frame, [Vs]; the asset has playback positions.
+void readPositions(const AssetView& asset, std::size_t frame, std::span<Vec3> out);
 
 // The frame of `clip` whose number in the clip is `frame`, or throws UsageError that lists what there is.
 std::size_t findFrame(const AnimationView& animation, std::string_view clip, std::size_t frame);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "sh/vertex_normals.h"
+
 namespace penumbra {
 
 double boxDiagonal(const std::vector<Vec3>& positions) {
@@ -42,20 +44,11 @@ void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& r
 }
 
 std::vector<Vec3> vertexNormals(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
-    std::vector<Vec3d> sum(positions.size());
-    Vec3d centroid;
-    for (const Triangle& t : triangles) {
-        const Vec3d a = toDouble(positions[t[0]]), b = toDouble(positions[t[1]]), c = toDouble(positions[t[2]]);
-        const Vec3d twice_area = cross(b - a, c - a);
-        for (std::uint32_t corner : t) sum[corner] += twice_area;
-    }
-    for (Vec3 p : positions) centroid += toDouble(p) / double(positions.size());
+    std::vector<Vec3d> scratch(positions.size());
     std::vector<Vec3> normals(positions.size());
-    for (std::size_t v = 0; v < positions.size(); ++v) {
-        Vec3d n = normalized(sum[v]);
-        if (n == Vec3d{}) n = normalized(toDouble(positions[v]) - centroid);
-        normals[v] = n == Vec3d{} ? Vec3{0, 1, 0} : toFloat(n);
-    }
+    static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+    const std::uint32_t* corners = triangles.empty() ? nullptr : triangles.data()->data();
+    vertexNormals(std::span(corners, 3 * triangles.size()), positions, scratch, normals);
     return normals;
 }
 

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <limits>
 
+#include "formats/asset_checks.h"
+#include "formats/errors.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -30,7 +34,39 @@ Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh)
         slot_of_vertex = writeVector<std::uint16_t>(builder, mesh.slot_of_vertex);
     }
     return fbs::CreateMesh(builder, positions, normals, tangents, triangles, shading_point, source_vertex,
-                           std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex);
+                           std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex, mesh.two_sided);
+}
+
+// Double arithmetic, then one rounding to what is stored: the error that is measured is the readers'.
+PlaybackSection quantizePositions(std::span<const Vec3> positions) {
+    PlaybackSection playback;
+    if (positions.empty()) return playback;
+    Vec3 low = positions[0], high = positions[0];
+    for (const Vec3& p : positions)
+        for (int i = 0; i < 3; ++i) {
+            if (!std::isfinite(p[i])) throw InvalidInput("positions: a number is not finite");
+            low[i] = std::min(low[i], p[i]);
+            high[i] = std::max(high[i], p[i]);
+        }
+    constexpr double kSteps = 65535;
+    double side = 0;
+    for (int i = 0; i < 3; ++i) side = std::max(side, double(high[i]) - low[i]);
+    playback.origin = low;
+    playback.step = float(side / kSteps);
+    double error = 0;
+    for (const Vec3& p : positions) {
+        double squared = 0;
+        for (int i = 0; i < 3; ++i) {
+            const double steps = playback.step > 0 ? (double(p[i]) - low[i]) / playback.step : 0;
+            const auto number = std::uint16_t(std::clamp(std::round(steps), 0.0, kSteps));
+            playback.positions.push_back(number);
+            const double there = low[i] + playback.step * float(number);  // as readPositions() has it
+            squared += (there - p[i]) * (there - p[i]);
+        }
+        error = std::max(error, squared);
+    }
+    playback.error = std::nextafter(float(std::sqrt(error)), std::numeric_limits<float>::max());
+    return playback;
 }
 
 Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const AnimationSection& animation) {
@@ -49,8 +85,21 @@ Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const Animatio
         rest = writeVector<float>(builder, animation.rest_transforms);
         inverse_bind = writeVector<float>(builder, animation.inverse_bind);
     }
+    Offset<flatbuffers::Vector<Offset<flatbuffers::String>>> input_names;
+    Offset<flatbuffers::Vector<float>> inputs, origin;
+    if (!animation.input_names.empty()) {
+        input_names = builder.CreateVectorOfStrings(animation.input_names);
+        inputs = writeVector<float>(builder, animation.inputs);
+    }
+    Offset<flatbuffers::Vector<std::uint16_t>> positions;
+    const PlaybackSection& playback = animation.playback;
+    if (!playback.positions.empty()) {
+        positions = writeVector<std::uint16_t>(builder, playback.positions);
+        origin = builder.CreateVector(&playback.origin.x, 3);
+    }
     return fbs::CreateAnimation(builder, names, parents, clip_vector, times, bones, std::uint32_t(animation.pose_size),
-                                pose, rest, inverse_bind);
+                                pose, rest, inverse_bind, input_names, inputs, positions, origin, playback.step,
+                                playback.error);
 }
 
 std::vector<ClipView> clipsOf(const FrameList& frames, std::span<const std::string> held_out) {
@@ -74,10 +123,12 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
     constexpr std::uint64_t kPlaceholder = 1;  // not the default: a field that holds its default is not stored
     Offset<flatbuffers::Vector<std::uint16_t>> slot_material;
     if (!sections.slot_material.empty()) slot_material = writeVector<std::uint16_t>(builder, sections.slot_material);
-    const auto asset = fbs::CreateAsset(builder, kAssetVersion, convention, std::uint8_t(sh_order), made_by,
+    const auto asset = fbs::CreateAsset(builder, kSkinnedAssetVersion, convention, std::uint8_t(sh_order), made_by,
                                         kPlaceholder, sections.mesh, sections.animation, sections.model, sections.truth,
                                         materials, lights, slot_material);
     fbs::FinishAssetBuffer(builder, asset);
+    fbs::Asset& finished = *fbs::GetMutableAsset(builder.GetBufferPointer());
+    if (usesVersion4(finished)) finished.mutate_format_version(kAssetVersion);
     const std::span<std::byte> bytes(reinterpret_cast<std::byte*>(builder.GetBufferPointer()), builder.GetSize());
     [[maybe_unused]] const bool sealed = sealAsset(bytes);
     assert(sealed);

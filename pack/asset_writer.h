@@ -39,8 +39,19 @@ struct MeshSection {
     std::vector<float> skin_weights;
     std::vector<std::string> slots;
     std::vector<std::uint16_t> slot_of_vertex;
+    bool two_sided = false;
 };
 Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh);
+
+// Places of every frame of a deforming mesh in 16 bits a coordinate.
+struct PlaybackSection {
+    std::vector<std::uint16_t> positions;  // [F,Vs,3], or empty
+    Vec3 origin;
+    float step = 0, error = 0;  // the error is measured: of every number as readers compute it
+};
+// `positions`: [F,Vs]; InvalidInput where a number is not finite. The box of all frames is cut into 65535 steps of its
+// longest side.
+PlaybackSection quantizePositions(std::span<const Vec3> positions);
 
 struct AnimationSection {
     std::vector<std::string> joint_names;
@@ -51,13 +62,17 @@ struct AnimationSection {
     int pose_size = 0;
     std::vector<float> pose;
     std::vector<Affine> rest_transforms, inverse_bind;  // or empty
+    std::vector<std::string> input_names = {};
+    std::vector<float> inputs = {};
+    PlaybackSection playback = {};
 };
 Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const AnimationSection& animation);
 
 // Clips of a list of frames; the names stay those of `frames`.
 std::vector<ClipView> clipsOf(const FrameList& frames, std::span<const std::string> held_out);
 
-// Ends the asset with its hash; what is not there is a null offset. The builder then owns the finished bytes.
+// Ends the asset with its version, the lowest that has all that is there, and its hash; what is not there is a null
+// offset. The builder then owns the finished bytes.
 struct AssetSections {
     Offset<fbs::Mesh> mesh;
     Offset<fbs::Animation> animation;

@@ -254,13 +254,27 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
     clip.of_cluster[cluster].add(sums);
 }
 
-// Bones of two bakes of one animation are the same numbers; 1e-4 leaves room for another rounding of them.
+InvalidInput otherPose(const std::string& clip, double time) {
+    return InvalidInput("second bake: the pose of clip \"" + clip + "\" at " + std::to_string(time) +
+                        " s is not that of the truth");
+}
+
+// Bones (of a deforming mesh: positions) of two bakes of one animation are the same numbers; 1e-4 leaves room for
+// another rounding of them.
 void checkSamePose(const VisibilityFrame& truth, const VisibilityFrame& second, const std::string& clip, double time) {
     for (std::size_t j = 0; j < truth.bones.size(); ++j)
         for (std::size_t e = 0; e < 12; ++e)
-            if (!(std::abs(truth.bones[j].m[e] - second.bones[j].m[e]) <= 1e-4f))
-                throw InvalidInput("second bake: the pose of clip \"" + clip + "\" at " + std::to_string(time) +
-                                   " s is not that of the truth");
+            if (!(std::abs(truth.bones[j].m[e] - second.bones[j].m[e]) <= 1e-4f)) throw otherPose(clip, time);
+    if (!truth.bones.empty()) return;
+    for (std::size_t v = 0; v < truth.positions.size(); ++v)
+        if (!(length(truth.positions[v] - second.positions[v]) <= 1e-4f)) throw otherPose(clip, time);
+}
+
+// The inputs are the last numbers of a baked pose.
+void poseAs(Evaluator& evaluator, const VisibilityFrame& baked) {
+    if (!evaluator.deformation()) return evaluator.setPose(baked.bones, baked.pose);
+    evaluator.setPositions(std::span(baked.positions).first(evaluator.points().size()),
+                           std::span(baked.pose).last(evaluator.asset().animation.input_names.size()));
 }
 
 void Checker::addFrame(std::size_t frame, int threads) {
@@ -273,8 +287,8 @@ void Checker::addFrame(std::size_t frame, int threads) {
         checkSamePose(baked.truth, baked.second, clip.name, time);
         ++clip.second_frames;
     }
-    evaluator_.setPose(baked.truth.bones, baked.truth.pose);
-    if (unpacked_) unpacked_->setPose(baked.truth.bones, baked.truth.pose);
+    poseAs(evaluator_, baked.truth);
+    if (unpacked_) poseAs(*unpacked_, baked.truth);
     parallelFor(asset_.model.clusters.size(), threads, [&](std::size_t c) { compareCluster(c, baked, clip); });
     ++clip.frames;
     double error = 0;

@@ -10,11 +10,17 @@ namespace penumbra {
 static void checkFits(const AssetView& asset, const VisibilityHeader& header) {
     if (!asset.has_model) throw InvalidInput("the asset has no model to check");
     const MeshView& mesh = asset.mesh;
-    if (!header.skin) throw InvalidInput("has no skin; the asset's model needs one");
+    if (asset.model.deforming && header.skin) throw InvalidInput("has a skin; the asset's mesh is deforming");
+    if (!asset.model.deforming && !header.skin) throw InvalidInput("has no skin; the asset's model needs one");
+    if (header.mesh.two_sided != mesh.two_sided)
+        throw InvalidInput(std::string(mesh.two_sided ? "is not" : "is") + " two-sided, unlike the asset");
     if (header.mesh.vertexCount() != mesh.positions.size())
         throw InvalidInput("has " + std::to_string(header.mesh.vertexCount()) + " vertices, the asset " +
                            std::to_string(mesh.positions.size()));
-    if (header.skin->jointCount() != asset.animation.jointCount())
+    if (!std::equal(header.input_names.begin(), header.input_names.end(), asset.animation.input_names.begin(),
+                    asset.animation.input_names.end()))
+        throw InvalidInput("/inputs/names are not those of the asset");
+    if (header.skin && header.skin->jointCount() != asset.animation.jointCount())
         throw InvalidInput("has " + std::to_string(header.skin->jointCount()) + " joints, the asset " +
                            std::to_string(asset.animation.jointCount()));
     if (header.order < asset.model.convention.order)

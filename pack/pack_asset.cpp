@@ -36,6 +36,7 @@ static MeshSection reorderedMesh(const Model& model, const std::vector<std::uint
     const std::size_t influences = std::size_t(model.skin.influences);
     MeshSection mesh;
     mesh.influences = model.skin.influences;
+    mesh.two_sided = model.mesh.two_sided;
     mesh.shading_point = order;
     mesh.slots = model.mesh.slots;
     std::vector<std::uint32_t> new_of_old(order.size());
@@ -121,6 +122,27 @@ static fbs::ModelKind kindOf(ModelKind kind) {
     return {};
 }
 
+static fbs::FeatureKind featuresOf(FeatureKind features) {
+    switch (features) {
+        case FeatureKind::kJointAngles:
+            return fbs::FeatureKind::JointAngles;
+        case FeatureKind::kRelativeBones:
+            return fbs::FeatureKind::RelativeBones;
+        case FeatureKind::kDihedrals:
+            return fbs::FeatureKind::DihedralAngles;
+    }
+    return {};
+}
+
+static Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> writeInputJoints(FlatBufferBuilder& builder,
+                                                                             const std::vector<InputJoint>& joints) {
+    std::vector<Offset<fbs::InputJoint>> written;
+    for (const InputJoint& input : joints)
+        written.push_back(fbs::CreateInputJoint(builder, std::uint16_t(input.joint), input.column,
+                                                std::uint8_t(input.columns), input.offset, input.scale));
+    return builder.CreateVector(written);
+}
+
 static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
                                             double quantization_error) {
     std::vector<Offset<fbs::Cluster>> clusters;
@@ -133,14 +155,26 @@ static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Mo
     const auto centers = writeVector<float>(builder, model.joint_centers);
     const auto spreads = writeVector<float>(builder, model.joint_spreads);
     const auto cluster_vector = builder.CreateVector(clusters);
-    const auto features =
-        model.features == FeatureKind::kJointAngles ? fbs::FeatureKind::JointAngles : fbs::FeatureKind::RelativeBones;
-    return fbs::CreateModel(builder, kindOf(model.kind), features, convention,
+    Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> input_joints;
+    if (!model.input_joints.empty()) input_joints = writeInputJoints(builder, model.input_joints);
+    Offset<flatbuffers::Vector<float>> pose_mean;
+    Offset<fbs::Numbers> pose_basis;
+    if (model.features == FeatureKind::kDihedrals) {
+        const AssetPrecision fine = precisions.basis == AssetPrecision::kF32 ? precisions.basis : AssetPrecision::kF16;
+        pose_mean = writeVector<float>(builder, model.pose_mean);
+        pose_basis =
+            writeNumbers(builder, quantize(model.pose_basis, model.pose_mean.size(), fine, "model.pose_basis"));
+    }
+    return fbs::CreateModel(builder, kindOf(model.kind), featuresOf(model.features), convention,
                             std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
-                            spreads, cluster_vector, float(quantization_error));
+                            spreads, cluster_vector, float(quantization_error), model.deforming, input_joints,
+                            pose_mean, pose_basis);
 }
 
-static AnimationSection animationOf(const Model& model) {
+// What of the frames is written.
+enum class FramesOf { kAttempt, kPlayback, kNoPlayback };
+
+static AnimationSection animationOf(const Model& model, FramesOf frames) {
     AnimationSection animation{model.skin.joint_names,
                                model.skin.parents,
                                clipsOf(model.frames, model.holdout_clips),
@@ -150,7 +184,16 @@ static AnimationSection animationOf(const Model& model) {
                                {},
                                model.skin.rest_transforms,
                                model.skin.inverse_bind};
-    if (model.features == FeatureKind::kJointAngles) animation.pose = model.pose;
+    if (model.features != FeatureKind::kRelativeBones) animation.pose = model.pose;
+    const std::size_t pose = std::size_t(model.pose_size), inputs = model.input_names.size();
+    animation.input_names = model.input_names;
+    for (std::size_t f = 0; inputs > 0 && f < model.frames.frameCount(); ++f)
+        animation.inputs.insert(animation.inputs.end(), model.pose.begin() + std::ptrdiff_t((f + 1) * pose - inputs),
+                                model.pose.begin() + std::ptrdiff_t((f + 1) * pose));
+    if (!model.deforming || frames == FramesOf::kAttempt) return animation;
+    animation.bones.clear();  // they follow from the positions
+    animation.pose.clear();
+    if (frames == FramesOf::kPlayback) animation.playback = quantizePositions(model.positions);
     return animation;
 }
 
@@ -175,12 +218,12 @@ static Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const Li
 static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
                                        std::span<const LightFile> lights,
                                        const std::vector<std::uint16_t>& slot_material, Precisions precisions,
-                                       double error, const std::string& provenance) {
+                                       double error, FramesOf frames, const std::string& provenance) {
     FlatBufferBuilder builder(1 << 20);
     AssetSections sections;
     sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
     sections.slot_material = slot_material;
-    sections.animation = writeAnimation(builder, animationOf(model));
+    sections.animation = writeAnimation(builder, animationOf(model, frames));
     sections.model = writeModelSection(builder, model, precisions, error);
     for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
     for (const LightFile& light : lights) sections.lights.push_back(writeLightSection(builder, light));
@@ -258,7 +301,7 @@ static AssetPrecision weightPrecision(const Model& model, int threads) {
         if (large(cluster.weights) || large(cluster.hidden)) return AssetPrecision::kF32;
     constexpr double kFelt = 0.02;  // of the signal; rounding the basis to bytes costs as much
     const auto packed = [&](AssetPrecision precision) {
-        return packOnce(model, {}, {}, {}, {precision, precision}, 0, "{}");
+        return packOnce(model, {}, {}, {}, {precision, precision}, 0, FramesOf::kAttempt, "{}");
     };
     const std::vector<std::byte> half = packed(AssetPrecision::kF16), exact = packed(AssetPrecision::kF32);
     const double error = comparePacked(openAsset(half), openAsset(exact), threads).relative();
@@ -272,10 +315,13 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
     const std::vector<std::uint16_t> slot_material = slotMaterials(model.mesh, materials, options.slots);
     const AssetPrecision weights =
         options.precision == AssetPrecision::kF32 ? AssetPrecision::kF32 : weightPrecision(model, threads);
-    const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, double error) {
+    const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, std::optional<double> error) {
         const bool exact = precision == AssetPrecision::kF32;
-        return packOnce(chosen, materials, lights, slot_material, {precision, exact ? precision : weights}, error,
-                        provenance);
+        const FramesOf frames = !error             ? FramesOf::kAttempt
+                                : options.playback ? FramesOf::kPlayback
+                                                   : FramesOf::kNoPlayback;
+        return packOnce(chosen, materials, lights, slot_material, {precision, exact ? precision : weights},
+                        error.value_or(0), frames, provenance);
     };
     return packWithin(model, options, write, threads);
 }
@@ -287,7 +333,8 @@ static std::size_t bytesOf(const NumbersView& numbers) {
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) {
     const MeshView& m = asset.mesh;
     const AnimationView& a = asset.animation;
-    std::size_t visibility = 0, regression = asset.model.joint_centers.size_bytes();
+    std::size_t visibility = 0, regression = asset.model.joint_centers.size_bytes() +
+                                             asset.model.pose_mean.size_bytes() + bytesOf(asset.model.pose_basis);
     for (const ClusterView& c : asset.model.clusters) {
         visibility += bytesOf(c.mean) + bytesOf(c.basis);
         regression += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + bytesOf(c.weights) + bytesOf(c.group_min) +
@@ -305,12 +352,14 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
         {"mesh", m.positions.size_bytes() + m.normals.size_bytes() + m.tangents.size_bytes() +
                      m.triangles.size_bytes() + m.shading_point.size_bytes() + m.source_vertex.size_bytes()},
         {"skin", m.skin_joints.size_bytes() + m.skin_weights.size_bytes()},
-        {"animation", a.times.size_bytes() + a.bones.size_bytes() + a.pose.size_bytes() + a.parents.size_bytes()},
+        {"animation", a.times.size_bytes() + a.bones.size_bytes() + a.pose.size_bytes() + a.parents.size_bytes() +
+                          a.inputs.size_bytes()},
         {"visibility", visibility},
         {"regression", regression},
         {"truth", asset.truth.data.size()},
         {"materials", materials},
         {"lights", lights}};
+    if (asset.model.deforming) sizes.insert(sizes.begin() + 3, {"playback", a.playback.positions.size_bytes()});
     std::size_t sum = 0;
     for (const SizeOf& size : sizes) sum += size.bytes;
     sizes.push_back({"names and layout", file_size - std::min(sum, file_size)});

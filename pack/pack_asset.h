@@ -19,6 +19,7 @@ struct PackOptions {
     std::optional<double> max_error = {};             // bound on Packed::quantization_error, > 0
     std::optional<double> max_bytes_per_vertex = {};  // bound on modelBytes() / V, > 0
     std::vector<SlotChoice> slots = {};               // the others have the first material
+    bool playback = true;                             // the positions of a deforming mesh in every frame
 };
 
 struct Packed {

@@ -38,6 +38,7 @@ struct AssetCommand {
     std::string precision;
     std::optional<double> max_error, max_bytes_per_vertex;
     std::vector<std::string> slots;
+    bool no_playback = false;
 
     std::vector<fs::path> inputs() const {
         std::vector<fs::path> all;
@@ -54,6 +55,7 @@ static std::string provenanceOf(const AssetCommand& command) {
     if (command.max_error) options["max_error"] = *command.max_error;
     if (command.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *command.max_bytes_per_vertex;
     if (!command.slots.empty()) options["slots"] = command.slots;
+    if (command.no_playback) options["playback"] = false;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -67,6 +69,12 @@ static void reportSizes(const Packed& packed, bool quiet, Report& report) {
         if (!quiet)
             std::printf("  %-17s %10zu bytes  %8.1f a vertex\n", size.section.c_str(), size.bytes,
                         double(size.bytes) / vertices);
+    }
+    if (const PlaybackView& playback = asset.animation.playback; !playback.positions.empty()) {
+        report.figures["playback_error"] = playback.error;
+        if (!quiet)
+            std::printf("  playback: %zu frames, every position within %.2e m of where it was\n",
+                        asset.animation.frameCount(), double(playback.error));
     }
     const double all = double(packed.bytes.size());
     report.figures["bytes"]["file"] = packed.bytes.size();
@@ -104,9 +112,12 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
         throw UsageError("--max-bytes-per-vertex must be above 0, not " +
                          std::to_string(*options.max_bytes_per_vertex));
     for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
+    options.playback = !command.no_playback;
     report.phase("read");
     std::optional<Model> model;
     if (!command.model.empty()) model = readModel(command.model);
+    if (command.no_playback && !(model && model->deforming))
+        throw UsageError("--no-playback needs a model of a deforming mesh");
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
@@ -165,6 +176,8 @@ static Verb assetVerb() {
                                "signal: takes the fewest components and the coarsest precision within it");
                 app.add_option("--max-bytes-per-vertex", command->max_bytes_per_vertex,
                                "bound on the visibility model: drops the components that add least to predictions");
+                app.add_flag("--no-playback", command->no_playback,
+                             "leave out the frames of a deforming mesh: for engines that move it themselves");
             },
             [command] { return command->inputs(); },
             [command] { return command->output; },
@@ -403,7 +416,8 @@ static Verb checkVerb() {
 
 int main(int argc, char** argv) {
     using namespace penumbra;
-    return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
-                      "penumbra.asset 3, penumbra.visibility 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1",
-                      {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
+    return runProgram(
+        "penumbra-pack", "The run-time asset: packed, and held against truth.",
+        "penumbra.asset 2..4, penumbra.visibility 1, penumbra.model 2..3, penumbra.brdf 1, penumbra.light 1",
+        {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

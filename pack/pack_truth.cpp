@@ -44,6 +44,7 @@ static MeshSection meshOf(const VisibilityHeader& header) {
     mesh.normals = header.rest_normals;
     mesh.triangles = header.mesh.triangles;
     mesh.source_vertex = header.mesh.source_vertex;
+    mesh.two_sided = header.mesh.two_sided;
     mesh.slots = header.mesh.slots;
     mesh.slot_of_vertex = header.mesh.slot_of_vertex;
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) mesh.shading_point.push_back(v);
@@ -75,6 +76,7 @@ void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const Trut
     builder.ForceVectorAlignment(plan.bytes, 1, 16);
     Offset<flatbuffers::Vector<std::uint8_t>> data = builder.CreateUninitializedVector(plan.bytes, 1, &moments);
     AnimationSection animation;
+    animation.input_names = header.input_names;
     FrameList frames;
     frames.clip_names = header.frames.clip_names;
     if (header.skin) {
@@ -83,16 +85,22 @@ void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const Trut
         animation.rest_transforms = header.skin->rest_transforms;
         animation.inverse_bind = header.skin->inverse_bind;
     }
+    std::vector<Vec3> positions;  // of a deforming mesh
+    const auto fronts = std::ptrdiff_t(header.mesh.frontVertexCount());
     const std::size_t frame_bytes = plan.frames.empty() ? 0 : plan.bytes / plan.frames.size();
     for (std::size_t i = 0; i < plan.frames.size(); ++i) {
         throwIfInterrupted();
         const VisibilityFrame frame = reader.readFrame(plan.frames[i]);
         storeMoments(frame.coefficients, options.precision, moments + i * frame_bytes);
         animation.bones.insert(animation.bones.end(), frame.bones.begin(), frame.bones.end());
+        if (!header.skin) positions.insert(positions.end(), frame.positions.begin(), frame.positions.begin() + fronts);
+        animation.inputs.insert(animation.inputs.end(), frame.pose.end() - std::ptrdiff_t(header.input_names.size()),
+                                frame.pose.end());
         frames.clip.push_back(header.frames.clip[plan.frames[i]]);
         frames.time.push_back(header.frames.time[plan.frames[i]]);
         progress(i + 1);
     }
+    animation.playback = quantizePositions(positions);
     animation.times = frames.time;
     animation.clips = clipsOf(frames, {});
     AssetSections sections;

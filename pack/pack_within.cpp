@@ -52,7 +52,7 @@ class Search {
 public:
     Search(const Model& model, const WriteAsset& write, int threads)
         : whole_(model), ranked_(model), write_(write), threads_(threads) {
-        exact_ = write(model, AssetPrecision::kF32, 0);
+        exact_ = write(model, AssetPrecision::kF32, {});
         for (const ClusterModel& cluster : model.clusters) components_ += cluster.components();
     }
 
@@ -92,7 +92,7 @@ Model Search::chosen(const ComponentChoice& choice) const {
 }
 
 Attempt Search::attempt(const ComponentChoice& choice, AssetPrecision precision) const {
-    const std::vector<std::byte> bytes = write_(chosen(choice), precision, 0);
+    const std::vector<std::byte> bytes = write_(chosen(choice), precision, {});
     const AssetView asset = openAsset(bytes);
     return {choice, double(modelBytes(asset, bytes.size())), comparePacked(asset, openAsset(exact_), threads_)};
 }
@@ -124,7 +124,7 @@ Attempt Search::shrinkToError(const ComponentCosts& costs, Attempt whole, double
 
 std::optional<Packed> Search::within(const PackOptions& options, AssetPrecision precision, std::string& refusal) const {
     const double vertices = double(whole_.mesh.vertexCount());
-    ComponentCosts costs{energies_, componentBytes(openAsset(write_(ranked_, precision, 0)))};
+    ComponentCosts costs{energies_, componentBytes(openAsset(write_(ranked_, precision, {})))};
     Attempt found = attempt(dropForBytes(costs, 0), precision);
     if (options.max_bytes_per_vertex)
         found = shrinkToBytes(costs, found, *options.max_bytes_per_vertex * vertices, precision);
@@ -160,7 +160,7 @@ Packed Search::finish(const Model& model, const Attempt& found, AssetPrecision p
 Packed Search::asItIs(AssetPrecision precision) const {
     Attempt all;
     if (precision != AssetPrecision::kF32) {
-        const std::vector<std::byte> bytes = write_(whole_, precision, 0);
+        const std::vector<std::byte> bytes = write_(whole_, precision, {});
         all.sums = comparePacked(openAsset(bytes), openAsset(exact_), threads_);
     }
     return finish(whole_, all, precision);

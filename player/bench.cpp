@@ -37,7 +37,7 @@ void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
 
 GlBench::WholeFrame timeWholeFrame(Subject& subject, const RenderOptions& options, int samples, int runs) {
     const OffscreenTarget target(options.width, options.height, samples, GL_RGBA8);
-    ValuePainter painter(subject.asset->mesh.triangles, subject.channel, Sides::kSeen);
+    ValuePainter painter(subject.asset->mesh, subject.channel, Sides::kSeen);
     Evaluator evaluator(*subject.asset);
     FrameView view = subject.view;
     view.display = DisplayTransform();
@@ -65,15 +65,14 @@ double pathDifference(const Image& a, const Image& b) {
 
 void benchModelPainter(Subject& subject, const OffscreenTarget& target, ValuePainter& value_painter, bool software,
                        int runs, GlBench& bench) {
-    const AnimationView& animation = subject.asset->animation;
+    const std::size_t frames = subject.asset->animation.frameCount();
     Evaluator evaluator(*subject.asset);
     const Clock::time_point start = Clock::now();
     const auto asset = std::make_shared<GlAsset>(*subject.asset, subject.shading);
     ModelPainter painter(asset, 1);
     const PosedCharacter character{&evaluator, {}, subject.shading};
     const auto draw = [&](std::size_t run, const FrameView& view) {
-        const std::size_t frame = run % animation.frameCount();
-        evaluator.setPose(animation.bonesOf(frame), animation.poseOf(frame));
+        evaluator.setFrame(run % frames);
         target.begin();
         painter.evaluate(subject.channel, {&character, 1}, view.eye);
         painter.draw(view);
@@ -102,7 +101,7 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
     bench.whole_frames.push_back(timeWholeFrame(subject, options, 1, runs));
     if (options.samples > 1) bench.whole_frames.push_back(timeWholeFrame(subject, options, options.samples, runs));
     const OffscreenTarget target(options.width, options.height, options.samples);
-    ValuePainter value_painter(subject.asset->mesh.triangles, subject.channel, Sides::kSeen);
+    ValuePainter value_painter(subject.asset->mesh, subject.channel, Sides::kSeen);
     const auto draw_values = [&](std::size_t) {
         target.begin();
         value_painter.draw(subject.view, subject.vertices.positions, subject.values);

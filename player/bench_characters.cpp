@@ -62,7 +62,7 @@ public:
     void poseAndSkin(std::size_t run) {
         each([&](std::size_t i, Character& c, int threads) {
             const std::size_t frame = (run + 7 * i) % asset_->animation.frameCount();
-            c.evaluator.setPose(asset_->animation.bonesOf(frame), asset_->animation.poseOf(frame));
+            c.evaluator.setFrame(frame);
             skinFrame(c.evaluator, threads, c.vertices);
         });
     }
@@ -125,7 +125,7 @@ void measureCpu(Crowd& crowd, int runs, CharactersCost& cost) {
 void measureGl(const RenderOptions& options, const Crowd& crowd, const AssetView& asset, bool software, int runs,
                CharactersCost& cost) {
     const OffscreenTarget target(options.width, options.height, options.samples, GL_RGBA8);
-    ValuePainter painter(asset.mesh.triangles, Channel::kShaded, Sides::kSeen);
+    ValuePainter painter(asset.mesh, Channel::kShaded, Sides::kSeen);
     cost.draw = timeRuns(runs, [&](std::size_t) {
                     target.begin();
                     crowd.draw(painter);

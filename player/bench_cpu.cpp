@@ -24,7 +24,7 @@ public:
     }
     void pose(std::size_t run) {
         const std::size_t frame = run % asset_->animation.frameCount();
-        evaluator_.setPose(asset_->animation.bonesOf(frame), asset_->animation.poseOf(frame));
+        evaluator_.setFrame(frame);
     }
     void skin() { skinFrame(evaluator_, threads_, vertices_); }
     void evaluate(int threads) { evaluateNumbers(evaluator_, threads, vertices_); }
@@ -52,7 +52,7 @@ void measureRange(const AssetView& asset, CpuBench& bench) {
     Evaluator evaluator(asset);
     const std::size_t frames = asset.animation.frameCount();
     for (std::size_t f = 0; f < frames; ++f) {
-        evaluator.setPose(asset.animation.bonesOf(f), asset.animation.poseOf(f));
+        evaluator.setFrame(f);
         bench.out_of_range_mean += evaluator.outOfRange() / double(frames);
         bench.out_of_range_max = std::max(bench.out_of_range_max, evaluator.outOfRange());
     }

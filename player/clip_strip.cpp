@@ -15,7 +15,7 @@ void ClipStrip::compute(Evaluator& evaluator, std::size_t clip, double milliseco
     while (out_of_range_.size() < view.frame_count &&
            std::chrono::duration<double, std::milli>(Clock::now() - start).count() < milliseconds) {
         const std::size_t frame = view.first_frame + out_of_range_.size();
-        evaluator.setPose(animation.bonesOf(frame), animation.poseOf(frame));
+        evaluator.setFrame(frame);
         out_of_range_.push_back(float(evaluator.outOfRange()));
     }
 }

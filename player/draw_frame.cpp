@@ -23,6 +23,7 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
     : program_(makeProgram(valueVertexSource(channel), channelFragmentSource(channel))),
       vertex_array_(makeVertexArray()),
       view_(viewUniforms(program_)),
+      sides_(sides),
       index_count_(GLsizei(triangles.size())) {
     gl::BindVertexArray(vertex_array_.id());
     GLuint location = 0;
@@ -37,6 +38,9 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
     checkGl("uploading the mesh");
 }
 
+ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides)
+    : ValuePainter(mesh.triangles, channel, mesh.two_sided ? Sides::kFront : sides) {}
+
 void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values) {
     gl::BindVertexArray(vertex_array_.id());
     replaceBuffer(GL_ARRAY_BUFFER, positions_, std::as_bytes(positions));
@@ -47,7 +51,8 @@ void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3>
 void ValuePainter::draw(const FrameView& view) const {
     gl::BindVertexArray(vertex_array_.id());
     setView(program_, view_, view);
-    const GLsizei one_sided = outward_ ? GLsizei(surfaces_.closedIndices()) : 0;
+    const GLsizei closed = outward_ ? GLsizei(surfaces_.closedIndices()) : 0;
+    const GLsizei one_sided = sides_ == Sides::kFront ? index_count_ : closed;
     if (one_sided > 0) {
         gl::Enable(GL_CULL_FACE);
         gl::DrawElements(GL_TRIANGLES, one_sided, GL_UNSIGNED_INT, nullptr);

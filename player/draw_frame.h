@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "formats/asset_file.h"
 #include "player/channel.h"
 #include "player/closed_surfaces.h"
 #include "player/gl_objects.h"
@@ -30,13 +31,16 @@ void setView(const GlObject& program, const ViewUniforms& at, const FrameView& v
 // Which sides of triangles are drawn.
 enum class Sides {
     kBoth,
-    kSeen,  // closed surfaces (closed_surfaces.h) from their outside alone; the others both
+    kSeen,   // closed surfaces (closed_surfaces.h) from their outside alone; the others both
+    kFront,  // all from their front alone: of a two-sided mesh, whose backs have triangles of their own
 };
 
 // Draws vertices whose values were computed on the CPU.
 class ValuePainter {
 public:
     ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides = Sides::kBoth);
+    // Of a mesh that is not two-sided `sides`.
+    ValuePainter(const MeshView& mesh, Channel channel, Sides sides);
     void draw(const FrameView& view, std::span<const Vec3> positions, std::span<const Vec3> values);
     // Its two halves.
     void upload(std::span<const Vec3> positions, std::span<const Vec3> values);
@@ -45,6 +49,7 @@ public:
 private:
     GlObject program_, vertex_array_, positions_, values_, triangles_;
     ViewUniforms view_;
+    Sides sides_;
     ClosedSurfaces surfaces_;  // of kSeen
     bool outward_ = false;     // in the uploaded pose
     GLsizei index_count_;

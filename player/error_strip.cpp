@@ -27,7 +27,7 @@ void ErrorStrip::startFrame(std::size_t frame) {
     truth_frame_ = findTruthFrame(asset, *truth_, frame);
     frame_ = {0, 0, truth_frame_.has_value()};
     sum_ = 0;
-    if (truth_frame_) evaluator_->setPose(asset.animation.bonesOf(frame), asset.animation.poseOf(frame));
+    if (truth_frame_) evaluator_->setFrame(frame);
 }
 
 void ErrorStrip::addCluster() {

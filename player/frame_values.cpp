@@ -43,7 +43,7 @@ void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& ver
 
 void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
                    FrameVertices& vertices) {
-    evaluator.setPose(shot.asset->animation.bonesOf(shot.frame), shot.asset->animation.poseOf(shot.frame));
+    evaluator.setFrame(shot.frame);
     skinFrame(evaluator, threads, vertices);
     if (source == VisibilitySource::kModel)
         evaluateNumbers(evaluator, threads, vertices);

@@ -70,6 +70,7 @@ GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading) : asset_(&as
     recipe_.convention = asset.model.convention;
     recipe_.stride = asset.model.stride;
     recipe_.influences = asset.mesh.influences;
+    recipe_.deforming = asset.model.deforming;
     recipe_.slots = !asset.mesh.slot_of_vertex.empty();
     recipe_.mean = sharedPrecision(asset.model, &ClusterView::mean);
     recipe_.basis = sharedPrecision(asset.model, &ClusterView::basis);

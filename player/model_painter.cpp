@@ -7,7 +7,8 @@
 
 namespace penumbra {
 
-constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4;
+constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4,
+                 kVerticesBinding = 5;
 constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction: what every OpenGL has
 
 ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
@@ -23,7 +24,7 @@ std::size_t ModelPainter::evaluatedBytes() const { return capacity_ * asset_->ve
 
 std::size_t ModelPainter::bytes() const {
     return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) +
-           (true_ambient_ ? true_ambient_->bytes() : 0);
+           (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
 }
 
 // PosePlaces of one character, in order; `out` is written only.
@@ -69,6 +70,24 @@ void ModelPainter::uploadArrays(std::optional<UploadRing>& ring, std::span<const
     }
 }
 
+// Position and normal of every vertex of a deforming mesh; skinned ones need none.
+void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
+    const AssetView& asset = asset_->view();
+    if (!asset.model.deforming) return;
+    if (!vertices_) vertices_.emplace(capacity_ * asset_->vertexCount() * 6);
+    float* at = vertices_->next().data();
+    for (const PosedCharacter& character : characters) {
+        const Evaluator& evaluator = *character.evaluator;
+        for (std::size_t v = 0; v < asset_->vertexCount(); ++v) {
+            const std::size_t point = asset.mesh.pointOf(v);
+            const Vec3 p = evaluator.points()[point], front = evaluator.pointNormals()[point],
+                       n = asset.mesh.isBack(v) ? -front : front;
+            for (const float number : {p.x, p.y, p.z, n.x, n.y, n.z}) *at++ = number;
+        }
+    }
+    vertices_->bind(kVerticesBinding);
+}
+
 void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
     const std::size_t vertices = asset_->vertexCount();
     const auto given = [](const PosedCharacter& character) { return !character.numbers.empty(); };
@@ -89,6 +108,7 @@ void ModelPainter::release() {
     poses_.release();
     if (has_numbers_) numbers_->release();
     if (channel_ == Channel::kError) true_ambient_->release();
+    if (vertices_) vertices_->release();
 }
 
 void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> characters, Vec3 eye) {
@@ -103,6 +123,7 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     gl::Uniform1ui(program.vertex_count, GLuint(vertices));
     asset_->bindArrays();
     uploadPoses(characters);
+    uploadVertices(characters);
     uploadNumbers(characters);
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kEvaluatedBinding, evaluated_.buffer.id());
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // after what the last frame's draws read
@@ -120,7 +141,10 @@ void ModelPainter::draw(const FrameView& view) const {
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());
     asset_->bindTriangles();
+    const bool two_sided = asset_->view().mesh.two_sided;  // a back has triangles of its own
+    if (two_sided) gl::Enable(GL_CULL_FACE);
     gl::DrawElementsInstanced(GL_TRIANGLES, asset_->indexCount(), GL_UNSIGNED_INT, nullptr, GLsizei(count_));
+    if (two_sided) gl::Disable(GL_CULL_FACE);
     checkGl("drawing");
 }
 

@@ -35,7 +35,7 @@ private:
     Channel channel_ = Channel::kShaded;
     bool has_numbers_ = false;  // any of them, given
     UploadRing poses_;
-    std::optional<UploadRing> numbers_, true_ambient_;  // made when they are first needed
+    std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;
@@ -43,6 +43,7 @@ private:
     // `member` of the characters that have it, [of_one] floats each.
     void uploadArrays(std::optional<UploadRing>& ring, std::span<const PosedCharacter> characters,
                       std::span<const float> PosedCharacter::*member, std::size_t of_one);
+    void uploadVertices(std::span<const PosedCharacter> characters);
     void uploadNumbers(std::span<const PosedCharacter> characters);
     void release();
 };

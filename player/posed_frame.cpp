@@ -10,7 +10,7 @@ void PosedFrame::pose(std::size_t frame, std::optional<std::size_t> truth_frame)
     shot_.frame = frame;
     shot_.truth_frame = truth_frame.value_or(0);
     has_truth_ = truth_frame.has_value();
-    evaluator_.setPose(shot_.asset->animation.bonesOf(frame), shot_.asset->animation.poseOf(frame));
+    evaluator_.setFrame(frame);
     skinFrame(evaluator_, threads_, vertices_);
     for (Source& source : sources_) source.known = source.ambient_known = false;
 }

@@ -17,7 +17,7 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
 void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view) {
     auto at = value_painters_.find(panel.channel);
     if (at == value_painters_.end())
-        at = value_painters_.emplace(panel.channel, ValuePainter(asset_->mesh.triangles, panel.channel)).first;
+        at = value_painters_.emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth)).first;
     const std::vector<float>& truth =
         panel.channel == Channel::kError ? frame.ambient(VisibilitySource::kTruth) : kNoTruth;
     const std::vector<Vec3> values = channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr,

@@ -36,7 +36,7 @@ void ScoreRanges::compute(Evaluator& evaluator, double milliseconds) {
     const AnimationView& animation = evaluator.asset().animation;
     while (!complete_ && std::chrono::duration<double, std::milli>(Clock::now() - start).count() < milliseconds) {
         if (isTraining(animation, next_frame_)) {
-            evaluator.setPose(animation.bonesOf(next_frame_), animation.poseOf(next_frame_));
+            evaluator.setFrame(next_frame_);
             add(evaluator);
         }
         complete_ = ++next_frame_ >= animation.frameCount();

@@ -43,6 +43,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
                           places(recipe.asset, recipe.pose) + precisionOf("MEAN", recipe.mean, 6) +
                           precisionOf("BASIS", recipe.basis, 7);
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
+    if (recipe.deforming) defines += "#define DEFORMING\n";
     std::string generated;
     if (recipe.channel != Channel::kNormals && recipe.channel != Channel::kClusters)
         generated = ambientGlsl(recipe.convention);

@@ -14,7 +14,8 @@ struct ShaderRecipe {
     Channel channel = Channel::kShaded;
     Convention convention;
     int stride = 0, influences = 0;
-    bool slots = false;  // the mesh has them
+    bool slots = false;      // the mesh has them
+    bool deforming = false;  // positions and normals are given, not skinned
     // That all clusters have; unset: each its own.
     std::optional<AssetPrecision> mean = {}, basis = {};
     const ShadingLayout* shading = nullptr;  // kShaded only

@@ -78,6 +78,13 @@ static void resolveShading(const RenderOptions& options, const AssetView& asset,
     }
 }
 
+void requireFrames(const AssetView& asset) {
+    if (asset.model.deforming && asset.animation.frameCount() > 0 && asset.animation.playback.positions.empty())
+        throw Unsupported(asset.name +
+                          ": its frames were left out (penumbra-pack asset --no-playback): nothing says "
+                          "where its vertices are");
+}
+
 Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
     if (!asset.has_mesh || !asset.has_model)
         throw InvalidInput(asset.name + ": holds no model; make one with penumbra-pack asset");
@@ -87,6 +94,7 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     Shot shot;
     shot.asset = &asset;
     checkSome(asset, asset.animation.clips, "clip");
+    requireFrames(asset);
     if (truth) checkTruth(asset, *truth);
     shot.truth = truth;
     if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);

@@ -24,6 +24,9 @@ struct Shot {
 // or animation. The views must outlive the shot.
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth);
 
+// Unsupported: a deforming mesh without the positions of its frames.
+void requireFrames(const AssetView& asset);
+
 // The same but for the frames, which stay 0.
 Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth);
 

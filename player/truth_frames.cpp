@@ -13,6 +13,8 @@ void checkTruth(const AssetView& asset, const AssetView& truth) {
     if (truth.mesh.positions.size() != asset.mesh.positions.size())
         throw InvalidInput(truth.name + ": has " + std::to_string(truth.mesh.positions.size()) +
                            " vertices and the asset " + std::to_string(asset.mesh.positions.size()));
+    if (truth.mesh.two_sided != asset.mesh.two_sided)
+        throw InvalidInput(truth.name + (truth.mesh.two_sided ? ": is" : ": is not") + " two-sided, unlike the asset");
     if (truth.truth.order < asset.model.convention.order)
         throw InvalidInput(truth.name + ": SH order " + std::to_string(truth.truth.order) + " is below the model's, " +
                            asset.model.convention.name());

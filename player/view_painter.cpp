@@ -65,8 +65,7 @@ void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye) {
 void ScenePainter::uploadValues(std::size_t index, Shown shown) {
     const Character& character = *scene_->characters[index];
     const Key key{index, shownOf(character, shown), character.channel};
-    const auto at =
-        value_painters_.try_emplace(key, character.asset.mesh.triangles, character.channel, Sides::kSeen).first;
+    const auto at = value_painters_.try_emplace(key, character.asset.mesh, character.channel, Sides::kSeen).first;
     at->second.upload(character.vertices.positions, character.values[std::size_t(key.shown)]);
 }
 

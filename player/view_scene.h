@@ -9,6 +9,7 @@
 #include "player/open_asset.h"
 #include "player/orbit_camera.h"
 #include "player/pose_interpolation.h"
+#include "player/position_interpolation.h"
 #include "player/score_ranges.h"
 #include "player/view_state.h"
 
@@ -31,7 +32,8 @@ struct Character {
     std::unique_ptr<Evaluator> evaluator;
     std::unique_ptr<ShadingSet> shading;  // null without materials or lights
 
-    std::unique_ptr<PoseInterpolation> interpolation;
+    std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
+    std::unique_ptr<PositionInterpolation> position_interpolation;  // null of a skinned one
     std::size_t frame = 0;  // of the animation; the pose is `part` of the way from it to the next
     double part = 0;
     std::optional<std::size_t> truth_frame;  // of sampled frames only

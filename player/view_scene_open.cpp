@@ -59,11 +59,15 @@ static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneF
     character->file_bytes = file.asset->file.bytes().size();
     character->asset = file.asset->view;
     if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
+    requireFrames(character->asset);
     gatherLibrary(scene, file, character->asset);
     character->evaluator =
         like ? std::make_unique<Evaluator>(*like->evaluator) : std::make_unique<Evaluator>(character->asset);
     character->strip_evaluator = std::make_unique<Evaluator>(*character->evaluator);
-    character->interpolation = std::make_unique<PoseInterpolation>(character->asset);
+    if (character->asset.model.deforming)
+        character->position_interpolation = std::make_unique<PositionInterpolation>(character->asset);
+    else
+        character->interpolation = std::make_unique<PoseInterpolation>(character->asset);
     if (!character->asset.materials.empty() && !character->asset.lights.empty())
         character->shading = std::make_unique<ShadingSet>(character->asset);
     return character;

@@ -37,9 +37,14 @@ static bool poseCharacter(Character& character, const ClipView& clip, const Clip
     const std::size_t frame = clip.first_frame + position.frame;
     if (character.posed && character.frame == frame && character.part == position.part && character.edited == edit)
         return false;
-    PoseInterpolation& pose = *character.interpolation;
-    pose.evaluate(frame, clip.first_frame + position.next, position.part);
-    character.evaluator->setPose(pose.bones(), pose.pose());
+    if (PositionInterpolation* positions = character.position_interpolation.get()) {
+        positions->evaluate(frame, clip.first_frame + position.next, position.part);
+        character.evaluator->setPositions(positions->points(), positions->inputs());
+    } else {
+        PoseInterpolation& pose = *character.interpolation;
+        pose.evaluate(frame, clip.first_frame + position.next, position.part);
+        character.evaluator->setPose(pose.bones(), pose.pose());
+    }
     editScores(character, edit);
     skinFrame(*character.evaluator, threads, character.vertices);
     character.frame = frame;

@@ -1,6 +1,7 @@
 #pragma once
 // A bending tube with a made-up linear model: every array has the size and the kind of numbers that a fitted model has.
 // Tests of the asset, the evaluator and the player use it; nothing in it is trained.
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -12,6 +13,9 @@
 #include "sh/reflectance.h"
 
 namespace penumbra::synthetic {
+
+// That a skinned model can have.
+inline constexpr std::array kSkinnedFeatures{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
 
 struct TubeOptions {
     int rings = 6, segments = 5;  // V = rings * segments
@@ -98,12 +102,14 @@ inline void addFrames(Model& model, const TubeOptions& o) {
     }
 }
 
-// Every other joint (of angles: every joint), with ranges that some frames leave; `units` of an additive model.
+// Every other joint (of angles: every joint; of dihedral angles: every number of the pose), with ranges that some
+// frames leave; `units` of an additive model.
 inline void addGroups(ClusterModel& cluster, const Model& model, std::size_t units, Noise& noise) {
-    const bool angles = model.features == FeatureKind::kJointAngles;
+    const bool bones = model.features == FeatureKind::kRelativeBones;
     const std::size_t size = groupInputs(model.features);
-    for (std::uint32_t j = 0; j < model.skin.jointCount(); ++j)
-        if (angles || int(j) != cluster.joint) cluster.groups.push_back(j);
+    const std::size_t numbers = bones ? model.skin.jointCount() : std::size_t(model.pose_size) / size;
+    for (std::uint32_t j = 0; j < numbers; ++j)
+        if (!bones || int(j) != cluster.joint) cluster.groups.push_back(j);
     cluster.group_weight.assign(cluster.groups.size(), 1 / float(cluster.groups.size()));
     cluster.group_min.assign(cluster.groups.size() * size, -0.8f);
     cluster.group_max.assign(cluster.groups.size() * size, 0.7f);
@@ -137,8 +143,8 @@ inline void addClusters(Model& model, const TubeOptions& o) {
         moments[i] = float((i == 0 ? 2 * std::sqrt(std::numbers::pi) : 0) - below[i]);
     std::vector<float> open(size);
     fromMoments(model.convention, moments, open);
-    const bool angles = o.features == FeatureKind::kJointAngles;
-    const std::size_t features = angles ? std::size_t(model.pose_size) : 12 * std::size_t(o.joints - 1);
+    const bool bones = o.features == FeatureKind::kRelativeBones;
+    const std::size_t features = bones ? 12 * (model.skin.jointCount() - 1) : std::size_t(model.pose_size);
     const std::size_t vertices = model.mesh.vertexCount();
     for (int c = 0; c < o.clusters; ++c) {
         ClusterModel cluster;

@@ -17,8 +17,15 @@ inline void useAsset(const AssetView& asset) {
     const std::size_t count = evaluator.vertexCount();
     std::vector<float> numbers(count * std::size_t(asset.model.stride));
     std::vector<Vec3> positions(count), normals(count), tangents(count), radiance(count);
-    if (asset.model.features == AssetFeatures::kJointAngles && asset.animation.pose.empty()) return;
-    evaluator.setPose(asset.animation.bonesOf(0), asset.animation.poseOf(0));
+    if (evaluator.deformation()) {
+        std::vector<Vec3> points(evaluator.points().begin(), evaluator.points().end());
+        if (!asset.animation.playback.positions.empty()) evaluator.setFrame(asset.animation.frameCount() - 1);
+        points[0] += Vec3{0.1f, 0.2f, 0.3f};
+        evaluator.setPositions(points, evaluator.deformation()->restInputs());
+    } else {
+        if (asset.model.features == AssetFeatures::kJointAngles && asset.animation.pose.empty()) return;
+        evaluator.setFrame(0);
+    }
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
     evaluator.skin(0, count, positions, normals, tangents);
     if (asset.materials.empty() || asset.lights.empty()) return;

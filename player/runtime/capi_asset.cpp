@@ -43,7 +43,10 @@ Evaluator AssetData::restPose() const {
         const bool angles = view.model.features == AssetFeatures::kJointAngles;
         const std::vector<float> no_rotation(angles ? view.animation.pose_size : 0);
         Evaluator evaluator(view);
-        evaluator.setPose(std::vector<Affine>(view.animation.jointCount()), no_rotation);
+        if (const Deformation* deformation = evaluator.deformation())
+            evaluator.setPositions(deformation->rest(), deformation->restInputs());
+        else
+            evaluator.setPose(std::vector<Affine>(view.animation.jointCount()), no_rotation);
         rest_ = std::move(evaluator);
     }
     return *rest_;
@@ -51,11 +54,22 @@ Evaluator AssetData::restPose() const {
 
 namespace {
 
+void findPoints(AssetData& data) {
+    const MeshView& mesh = data.view.mesh;
+    data.vertex_of_point.resize(mesh.pointCount());
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+        if (!mesh.isBack(v)) data.vertex_of_point[mesh.shading_point[v]] = std::uint32_t(v);
+    data.source_of_point.resize(mesh.pointCount(), AssetData::kNoSource);
+    for (std::size_t r = mesh.source_vertex.size(); r-- > 0;)
+        data.source_of_point[mesh.pointOf(mesh.source_vertex[r])] = std::uint32_t(r);
+}
+
 // Checks `data`, whose bytes are in place, and hands it out.
 void finishOpening(const std::shared_ptr<AssetData>& data, std::span<const std::byte> bytes, const std::string& name,
                    penumbra_asset** asset) {
     data->view = openAsset(bytes, name);
     if (data->view.has_model) data->convention = data->view.model.convention.name();
+    if (data->view.model.deforming) findPoints(*data);
     *asset = new penumbra_asset{data};
 }
 
@@ -189,6 +203,10 @@ penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_as
     const AssetView& view = asset->data->view;
     *info = {};
     info->has_model = view.has_model;
+    info->deforming = view.model.deforming;
+    info->two_sided = view.mesh.two_sided;
+    info->has_playback = view.model.deforming && !view.animation.playback.positions.empty();
+    info->input_count = view.animation.input_names.size();
     info->provenance = view.provenance.data();
     if (view.has_mesh) fillMesh(view.mesh, *info);
     fillJoints(view.animation, *info);
@@ -211,6 +229,15 @@ const char* penumbra_asset_joint_name(const penumbra_asset* asset, size_t joint)
 const char* penumbra_asset_slot_name(const penumbra_asset* asset, size_t slot) {
     const AssetView* view = viewOf(asset);
     return view && slot < view->mesh.slots.size() ? view->mesh.slots[slot].data() : nullptr;
+}
+
+const char* penumbra_asset_input_name(const penumbra_asset* asset, size_t input) {
+    const AssetView* view = viewOf(asset);
+    return view && input < view->animation.input_names.size() ? view->animation.input_names[input].data() : nullptr;
+}
+
+size_t penumbra_asset_find_input(const penumbra_asset* asset, const char* name) {
+    return asset ? findName(viewOf(asset)->animation.input_names, name) : PENUMBRA_NONE;
 }
 
 size_t penumbra_asset_find_joint(const penumbra_asset* asset, const char* name) {
@@ -244,7 +271,8 @@ penumbra_status penumbra_asset_get_frame(const penumbra_asset* asset, size_t fra
     if (!asset || !out || frame >= viewOf(asset)->animation.frameCount()) return PENUMBRA_INVALID_ARGUMENT;
     const AnimationView& animation = viewOf(asset)->animation;
     const std::span<const Affine> bones = animation.bonesOf(frame);
-    *out = {animation.times[frame], bones.empty() ? nullptr : bones.data()->m.data(), animation.poseOf(frame).data()};
+    *out = {animation.times[frame], bones.empty() ? nullptr : bones.data()->m.data(), animation.poseOf(frame).data(),
+            animation.input_names.empty() ? nullptr : animation.inputsOf(frame).data()};
     return PENUMBRA_OK;
 }
 

@@ -24,6 +24,32 @@ void requirePose(const AssetView& asset, penumbra_matrix_layout layout, const fl
     requireFinite("rotations", {rotations, rotation_count});
 }
 
+void requireSkinned(const AssetView& asset) {
+    if (asset.model.deforming)
+        throw Unsupported(asset.name + ": is a deforming mesh; its pose is penumbra_character_set_positions()");
+}
+
+// Positions in the caller's order to those of the shading points.
+void gatherPoints(const AssetData& data, penumbra_vertex_order order, std::span<const Vec3> positions,
+                  std::span<Vec3> points) {
+    const bool source = order == PENUMBRA_SOURCE_VERTICES;
+    if (!source && order != PENUMBRA_ASSET_VERTICES) throw UsageError("order is no penumbra_vertex_order");
+    const MeshView& mesh = data.view.mesh;
+    const std::size_t expected = source ? mesh.source_vertex.size() : mesh.positions.size();
+    if (positions.size() != expected)
+        throw UsageError("vertex_count is " + std::to_string(positions.size()) + "; the asset has " +
+                         std::to_string(expected) + (source ? " source vertices" : " vertices"));
+    const std::vector<std::uint32_t>& from = source ? data.source_of_point : data.vertex_of_point;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (from[i] == AssetData::kNoSource)
+            throw Unsupported(data.view.name + ": not every vertex has a source vertex; give PENUMBRA_ASSET_VERTICES");
+        points[i] = positions[from[i]];
+        for (int axis = 0; axis < 3; ++axis)
+            if (!std::isfinite(points[i][axis]))
+                throw UsageError("positions[" + std::to_string(3 * from[i] + std::size_t(axis)) + "] is not finite");
+    }
+}
+
 void fromColumns(const float* columns, std::span<Affine> bones) {
     for (std::size_t j = 0; j < bones.size(); ++j)
         for (std::size_t row = 0; row < 3; ++row)
@@ -43,9 +69,9 @@ penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_
         requirePointer(asset, "asset");
         requirePointer(character, "character");
         if (!asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
-        *character = new penumbra_character{asset->data, asset->data->restPose(),
-                                            std::vector<Affine>(asset->data->view.animation.jointCount()),
-                                            JointChain(asset->data->view.animation)};
+        *character = new penumbra_character{
+            asset->data, asset->data->restPose(), std::vector<Affine>(asset->data->view.animation.jointCount()),
+            std::vector<Vec3>(asset->data->vertex_of_point.size()), JointChain(asset->data->view.animation)};
     });
 }
 
@@ -64,6 +90,7 @@ penumbra_status penumbra_character_set_pose(penumbra_character* character, penum
     return guarded(error, [&] {
         requirePointer(character, "character");
         const AssetView& asset = character->asset->view;
+        requireSkinned(asset);
         requirePose(asset, layout, matrices, joint_count, rotations, rotation_count);
         if (layout == PENUMBRA_COLUMNS_4X4)
             fromColumns(matrices, character->bones);
@@ -82,6 +109,7 @@ penumbra_status penumbra_character_set_rotations(penumbra_character* character, 
         requirePointer(rotations, "rotations");
         const AssetView& asset = character->asset->view;
         const std::size_t joints = asset.animation.jointCount();
+        requireSkinned(asset);
         if (!hasRestTransforms(asset.animation))
             throw Unsupported(asset.name + ": has no rest transforms of its joints");
         if (rotation_count != 3 * joints)
@@ -100,6 +128,25 @@ penumbra_status penumbra_character_set_rotations(penumbra_character* character, 
     });
 }
 
+penumbra_status penumbra_character_set_positions(penumbra_character* character, penumbra_vertex_order order,
+                                                 const float* positions, size_t vertex_count, const float* inputs,
+                                                 size_t input_count, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requirePointer(positions, "positions");
+        const AssetView& asset = character->asset->view;
+        if (!asset.model.deforming)
+            throw Unsupported(asset.name + ": is a skinned mesh; its pose is penumbra_character_set_pose()");
+        if (input_count != asset.animation.input_names.size())
+            throw UsageError("input_count is " + std::to_string(input_count) + "; the asset has " +
+                             std::to_string(asset.animation.input_names.size()));
+        if (input_count > 0) requirePointer(inputs, "the model reads inputs: inputs");
+        requireFinite("inputs", {inputs, input_count});
+        gatherPoints(*character->asset, order, vectors(positions, vertex_count), character->points);
+        character->evaluator.setPositions(character->points, {inputs, input_count});
+    });
+}
+
 penumbra_status penumbra_character_set_frame(penumbra_character* character, size_t frame, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(character, "character");
@@ -108,7 +155,9 @@ penumbra_status penumbra_character_set_frame(penumbra_character* character, size
         if (asset.model.features == AssetFeatures::kJointAngles && asset.animation.pose.empty() &&
             asset.animation.pose_size > 0)
             throw Unsupported(asset.name + ": has no rotations of its frames");
-        character->evaluator.setPose(asset.animation.bonesOf(frame), asset.animation.poseOf(frame));
+        if (asset.model.deforming && asset.animation.playback.positions.empty())
+            throw Unsupported(asset.name + ": has no positions of its frames");
+        character->evaluator.setFrame(frame);
     });
 }
 

@@ -28,6 +28,10 @@ struct AssetData {
     std::unique_ptr<std::byte[], Free> copy;  // of PENUMBRA_COPY
     AssetView view;
     std::string convention;
+    // Of a deforming mesh, for each shading point: its vertex, and the first source vertex that is it (kNoSource:
+    // none).
+    std::vector<std::uint32_t> vertex_of_point, source_of_point;
+    static constexpr std::uint32_t kNoSource = 0xffffffff;
 
     // A character in the rest pose, made by the first caller; copies share what was decoded.
     Evaluator restPose() const;
@@ -97,6 +101,7 @@ struct penumbra_character {
     std::shared_ptr<const penumbra::AssetData> asset;
     penumbra::Evaluator evaluator;
     std::vector<penumbra::Affine> bones;  // [J] of a pose that did not come as rows of 3x4
+    std::vector<penumbra::Vec3> points;   // [Vs] of a deforming mesh
     penumbra::JointChain chain;
 };
 

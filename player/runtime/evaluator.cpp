@@ -31,6 +31,10 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     ambientWeights(asset.model.convention,
                    std::span(d.ambient_weights).first(std::size_t(asset.model.convention.size())));
     for (float weight : d.ambient_weights) d.ambient_norm2 += weight * weight;
+    d.absolute.resize(asset.animation.jointCount());
+    for (const InputJointView& input : asset.model.input_joints)
+        d.absolute[std::size_t(input.joint)] = input.absolute();
+    if (asset.model.deforming) d.deformation = std::make_unique<Deformation>(asset);
     return decoded;
 }
 
@@ -47,10 +51,19 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     weights_.resize(components);
     pair_weights_.resize(decoded_->pair_weights);
     units_.resize(clusterCount());
+    if (!decoded_->deformation) return;
+    const std::span<const Vec3> rest = decoded_->deformation->rest();
+    points_.assign(rest.begin(), rest.end());
+    point_normals_.resize(rest.size());
+    fitted_bones_.resize(bones_.size());
+    if (asset.model.features == AssetFeatures::kDihedrals) pose_.resize(asset.animation.pose_size);
+    deformation_scratch_ = decoded_->deformation->scratch();
+    decoded_->deformation->normals(points_, deformation_scratch_, point_normals_);
 }
 
 // M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c (model_file.h). A
-// bone that cannot be inverted (scaled to nothing) sees the others where its rotation alone would put them.
+// bone that cannot be inverted (scaled to nothing) sees the others where its rotation alone would put them. A joint
+// that stands for a number is seen as it is.
 void Evaluator::relativeBoneFeatures(std::size_t joint) {
     const Mat3 linear = bones_[joint].linear(), adjugate = transposed(cofactor(linear));
     const float determinant =
@@ -61,6 +74,12 @@ void Evaluator::relativeBoneFeatures(std::size_t joint) {
     for (std::size_t j = 0; j < bones_.size(); ++j) {
         if (j == joint) continue;
         const Vec3 centre = asset_->model.joint_centers[j];
+        if (decoded_->absolute[j]) {
+            const Vec3 moved = (bones_[j].point(centre) - centre) * scale;
+            for (int i = 0; i < 3; ++i) *out++ = moved[i];
+            out = std::fill_n(out, 9, 0.0f);
+            continue;
+        }
         const Vec3 offset = bones_[j].point(centre) - bones_[joint].translation();
         const Vec3 seen = determinant != 0 ? (adjugate * offset) / determinant : to_rest * offset;
         const Vec3 moved = (seen - centre) * scale;
@@ -72,7 +91,7 @@ void Evaluator::relativeBoneFeatures(std::size_t joint) {
 
 void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> pose) {
     const ModelView& model = asset_->model;
-    const bool angles = model.features == AssetFeatures::kJointAngles;
+    const bool angles = model.features != AssetFeatures::kRelativeBones;
     assert(bones.size() == bones_.size() && (!angles || pose.size() == asset_->animation.pose_size));
     std::copy(bones.begin(), bones.end(), bones_.begin());
     for (std::size_t j = 0; j < bones.size(); ++j) bone_rotations_[j] = nearestRotation(bones[j].linear());
@@ -89,6 +108,23 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         setScores(c, y);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
+}
+
+void Evaluator::setPositions(std::span<const Vec3> points, std::span<const float> inputs) {
+    const Deformation& deformation = *decoded_->deformation;
+    assert(points.size() == points_.size() && inputs.size() == asset_->animation.input_names.size());
+    if (points.data() != points_.data()) std::copy(points.begin(), points.end(), points_.begin());
+    deformation.normals(points_, deformation_scratch_, point_normals_);
+    deformation.bones(points_, inputs, deformation_scratch_, fitted_bones_);
+    if (!pose_.empty()) deformation.pose(points_, inputs, deformation_scratch_, pose_);
+    setPose(fitted_bones_, pose_);
+}
+
+void Evaluator::setFrame(std::size_t frame) {
+    const AnimationView& animation = asset_->animation;
+    if (!deformation()) return setPose(animation.bonesOf(frame), animation.poseOf(frame));
+    readPositions(*asset_, frame, points_);
+    setPositions(points_, animation.inputsOf(frame));
 }
 
 void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
@@ -154,11 +190,18 @@ void Evaluator::skin(std::size_t begin, std::size_t end, std::span<Vec3> positio
     const auto after = std::upper_bound(clusters.begin(), clusters.end(), begin,
                                         [](std::size_t v, const ClusterView& c) { return v < c.first_vertex; });
     std::size_t cluster = std::size_t(after - clusters.begin()) - 1;
+    const bool given = deformation() != nullptr;
     for (std::size_t v = begin; v < end; ++v) {
         if (v >= clusters[cluster].first_vertex + std::size_t(clusters[cluster].vertex_count)) ++cluster;
-        const Affine blend = blendBones(mesh, v, bones_);
-        positions[v] = blend.point(mesh.positions[v]);
-        normals[v] = normalized(cofactor(blend.linear()) * mesh.normals[v]);
+        if (given) {
+            const std::size_t point = mesh.pointOf(v);
+            positions[v] = points_[point];
+            normals[v] = mesh.isBack(v) ? -point_normals_[point] : point_normals_[point];
+        } else {
+            const Affine blend = blendBones(mesh, v, bones_);
+            positions[v] = blend.point(mesh.positions[v]);
+            normals[v] = normalized(cofactor(blend.linear()) * mesh.normals[v]);
+        }
         tangents[v] = tangentOf(normals[v], rotations_[cluster] * mesh.tangents[v]);
     }
 }

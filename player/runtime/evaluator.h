@@ -8,6 +8,7 @@
 
 #include "formats/asset_file.h"
 #include "player/runtime/combine.h"
+#include "player/runtime/deformation.h"
 #include "player/runtime/regressor.h"
 
 namespace penumbra {
@@ -26,8 +27,19 @@ public:
     std::size_t clusterCount() const { return asset_->model.clusters.size(); }
 
     // Features, regression: the scores y of every cluster and each cluster's rotation. `bones` has J skinning matrices;
-    // `pose` P rotation vectors, or empty when the model reads bones only. Allocates nothing.
+    // `pose` P numbers, or empty when the model reads bones only. Vertices of a deforming asset stay where they are.
+    // Allocates nothing.
     void setPose(std::span<const Affine> bones, std::span<const float> pose);
+    // Of an asset whose model is deforming: its vertices. `points`: [Vs] places of the shading points (of a two-sided
+    // mesh the fronts, in the bake's order); `inputs`: [X]. Fits the bones, computes what else the model reads, and
+    // sets that pose. Allocates nothing.
+    void setPositions(std::span<const Vec3> points, std::span<const float> inputs);
+    // A frame of the asset's animation; of a deforming one that has playback positions.
+    void setFrame(std::size_t frame);
+    std::span<const Vec3> points() const { return points_; }               // [Vs], of a deforming asset; else empty
+    std::span<const Vec3> pointNormals() const { return point_normals_; }  // [Vs]
+    const Deformation* deformation() const { return decoded_->deformation.get(); }  // null unless deforming
+
     std::span<const Affine> bones() const { return bones_; }   // [J], of the pose
     std::span<const float> scores(std::size_t cluster) const;  // [K]
     // Other scores in their place until the next pose: what a component does can be looked at. May be scores() itself.
@@ -40,7 +52,8 @@ public:
     // numbers[v * stride + i] for the cluster's vertices; `numbers` is the array of all vertices, V * stride floats.
     void evaluateCluster(std::size_t cluster, std::span<float> numbers) const;
 
-    // Skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
+    // Skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V]. Of a
+    // deforming asset its given positions and the normals of its triangles (sh/vertex_normals.h).
     // tangent = normalised(R_c t0 - N (N . R_c t0)); where that vanishes, any unit vector orthogonal to N.
     // The rule of skinVertices() (formats/mesh.h) in single precision.
     void skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
@@ -56,6 +69,8 @@ private:
         std::vector<std::int8_t> pairs;                               // of clusters with a basis of bytes; combine.h
         std::vector<std::size_t> first_pair_byte, first_pair_weight;  // [cluster]
         std::size_t scores = 0, pair_weights = 0, scratch = 0;
+        std::vector<bool> absolute;                // [J], joints that stand for a number
+        std::unique_ptr<Deformation> deformation;  // of a deforming asset
     };
     const AssetView* asset_;
     std::shared_ptr<const Decoded> decoded_;
@@ -70,6 +85,11 @@ private:
     std::vector<std::uint32_t> pair_weights_;  // of clusters with a basis of bytes
     std::vector<float> units_;                 // [cluster], of its pair weights
     EvaluatorPath path_;
+    // Of a deforming asset; else empty.
+    std::vector<Vec3> points_, point_normals_;  // [Vs]
+    std::vector<Affine> fitted_bones_;          // [J]
+    std::vector<float> pose_;                   // [P], of kDihedrals
+    DeformationScratch deformation_scratch_;
 
     void relativeBoneFeatures(std::size_t joint);
     static std::shared_ptr<const Decoded> decode(const AssetView& asset);

@@ -100,7 +100,12 @@ typedef struct penumbra_asset_info {
     size_t slot_count;              /* named parts of the mesh with a material each; 0: one part without a name */
     const uint16_t* slot_of_vertex; /* [V] */
 
-    size_t joint_count;           /* J */
+    int deforming;    /* 1: vertices are given (penumbra_character_set_positions), not skinned by the caller's bones */
+    int two_sided;    /* 1: a thin sheet; every vertex has a back, every triangle one from behind: cull back faces */
+    int has_playback; /* 1: a deforming mesh with the positions of its frames */
+    size_t input_count; /* X: numbers of a pose that the mesh does not know (penumbra_asset_input_name) */
+
+    size_t joint_count;           /* J; of a deforming mesh its rigid parts and what stands for inputs */
     const int32_t* joint_parents; /* [J] -1 for roots */
     const float* rest_transforms; /* [J,3,4] rows, joint to parent joint (of a root: to the scene) at rest; or NULL */
     const float* inverse_bind;    /* [J,3,4] rows, rest positions to joint; or NULL */
@@ -121,6 +126,8 @@ PENUMBRA_API penumbra_status penumbra_asset_get_info(const penumbra_asset* asset
 PENUMBRA_API const char* penumbra_asset_joint_name(const penumbra_asset* asset,
                                                    size_t joint); /* NULL beyond the last */
 PENUMBRA_API const char* penumbra_asset_slot_name(const penumbra_asset* asset, size_t slot);
+PENUMBRA_API const char* penumbra_asset_input_name(const penumbra_asset* asset, size_t input);
+PENUMBRA_API size_t penumbra_asset_find_input(const penumbra_asset* asset, const char* name);
 PENUMBRA_API size_t penumbra_asset_find_joint(const penumbra_asset* asset, const char* name);
 PENUMBRA_API size_t penumbra_asset_find_slot(const penumbra_asset* asset, const char* name);
 PENUMBRA_API size_t penumbra_asset_find_clip(const penumbra_asset* asset, const char* name);
@@ -137,8 +144,9 @@ PENUMBRA_API penumbra_status penumbra_asset_get_clip(const penumbra_asset* asset
 
 typedef struct penumbra_frame {
     double seconds;         /* in its clip */
-    const float* matrices;  /* [J,3,4] skinning matrices, PENUMBRA_ROWS_3X4 */
+    const float* matrices;  /* [J,3,4] skinning matrices, PENUMBRA_ROWS_3X4; NULL of a deforming mesh */
     const float* rotations; /* [rotation_count], or NULL */
+    const float* inputs;    /* [input_count], or NULL */
 } penumbra_frame;
 PENUMBRA_API penumbra_status penumbra_asset_get_frame(const penumbra_asset* asset, size_t frame, penumbra_frame* out);
 /* The last frame of `clip` that is not after `seconds`, or its first; PENUMBRA_NONE for a clip that is not there or has
@@ -205,7 +213,8 @@ typedef enum penumbra_matrix_layout {
     PENUMBRA_COLUMNS_4X4 = 1, /* 16 floats a joint: columns, as OpenGL and glTF have them; the last row is not read */
     PENUMBRA_MATRIX_LAYOUT_WIDE = 0x7fffffff
 } penumbra_matrix_layout;
-/* `matrices`: J skinning matrices, model space: joint global * inverse bind. `rotations`: [rotation_count], the log of
+/* The two poses of bones are PENUMBRA_UNSUPPORTED for a deforming mesh.
+ * `matrices`: J skinning matrices, model space: joint global * inverse bind. `rotations`: [rotation_count], the log of
  * each joint's rotation relative to rest (penumbra_rotation_vector), radians; needed by models of joint angles only,
  * else ignored and may be NULL. Every number must be finite. */
 PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* character, penumbra_matrix_layout layout,
@@ -219,7 +228,22 @@ PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* cha
 PENUMBRA_API penumbra_status penumbra_character_set_rotations(penumbra_character* character, const float* root,
                                                               const float* rotations, size_t rotation_count,
                                                               penumbra_error* error);
-/* A sampled frame of the asset. PENUMBRA_UNSUPPORTED where it lacks the rotations that the model needs. */
+typedef enum penumbra_vertex_order {
+    PENUMBRA_SOURCE_VERTICES = 0, /* as the source file has them: source_vertex_count */
+    PENUMBRA_ASSET_VERTICES =
+        1, /* as rest_positions has them: vertex_count; the backs of a two-sided mesh are not read */
+    PENUMBRA_VERTEX_ORDER_WIDE = 0x7fffffff
+} penumbra_vertex_order;
+/* A deforming mesh (penumbra_asset_info.deforming): the places of its vertices in the model frame. Motions of its parts
+ * and its normals follow. `positions`: [vertex_count,3]; of source vertices that are one vertex here the first counts.
+ * `inputs`: [input_count], in the order of penumbra_asset_input_name; may be NULL where there are none. Every number
+ * that is read must be finite. PENUMBRA_UNSUPPORTED for a skinned mesh. */
+PENUMBRA_API penumbra_status penumbra_character_set_positions(penumbra_character* character,
+                                                              penumbra_vertex_order order, const float* positions,
+                                                              size_t vertex_count, const float* inputs,
+                                                              size_t input_count, penumbra_error* error);
+/* A sampled frame of the asset. PENUMBRA_UNSUPPORTED where it lacks the rotations that the model needs, or the
+ * positions of a deforming mesh. */
 PENUMBRA_API penumbra_status penumbra_character_set_frame(penumbra_character* character, size_t frame,
                                                           penumbra_error* error);
 /* The log of rest^-1 now in radians, of unit quaternions x, y, z, w that turn a joint's frame into that of its parent
@@ -234,7 +258,8 @@ PENUMBRA_API double penumbra_character_out_of_range(const penumbra_character* ch
  * [V, stride], of all vertices. */
 PENUMBRA_API penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
                                                          size_t cluster_count, float* numbers, penumbra_error* error);
-/* Skinned positions, unit normals and unit tangents of vertices [first, first + count); each array is [V,3]. */
+/* Skinned (of a deforming mesh: given) positions, unit normals and unit tangents of vertices [first, first + count);
+ * each array is [V,3]. */
 PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* character, size_t first_vertex,
                                                      size_t vertex_count, float* positions, float* normals,
                                                      float* tangents, penumbra_error* error);

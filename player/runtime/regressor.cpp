@@ -12,7 +12,17 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kAngleInputs = 3;
+std::size_t groupSizeOf(AssetFeatures features) {
+    switch (features) {
+        case AssetFeatures::kJointAngles:
+            return 3;
+        case AssetFeatures::kRelativeBones:
+            return std::size_t(kBoneInputs);
+        case AssetFeatures::kDihedrals:
+            return 1;
+    }
+    return 0;
+}
 
 std::vector<float> decoded(const NumbersView& numbers) {
     std::vector<float> out(numbers.count);
@@ -39,6 +49,7 @@ std::vector<std::size_t> counting(std::size_t n) {
 Regressor::Regressor(const ModelView& model, const ClusterView& cluster)
     : kind_(model.kind),
       bones_(model.features == AssetFeatures::kRelativeBones),
+      group_size_(groupSizeOf(model.features)),
       inputs_(cluster.inputs()),
       units_(cluster.units),
       bias_(cluster.bias.begin(), cluster.bias.end()) {
@@ -64,12 +75,14 @@ void Regressor::readGroups(const ModelView& model, const ClusterView& cluster) {
     for (std::uint16_t joint : cluster.groups) {
         Group& group = groups_.emplace_back();
         if (!bones_) {
-            group.feature = kAngleInputs * joint;
+            group.feature = group_size_ * joint;
             continue;
         }
         group.feature = 12 * std::size_t(joint - (int(joint) > cluster.joint ? 1 : 0));
         group.rest = (model.joint_centers[joint] - cluster.center) * (1 / model.feature_scale);
         group.spread = model.joint_spreads[joint];
+        for (const InputJointView& input : model.input_joints)
+            if (input.joint == int(joint)) group.absolute = input.absolute();
     }
 }
 
@@ -103,8 +116,10 @@ void Regressor::pcaInputs(std::span<const float> features, std::span<float> x) c
 // Clamped to the training range; returns the square of what was cut off.
 float Regressor::groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const {
     const float* raw = features.data() + group.feature;
-    const std::size_t size = bones_ ? std::size_t(kBoneInputs) : kAngleInputs;
-    if (bones_)
+    const std::size_t size = group_size_;
+    if (group.absolute)
+        std::fill(std::copy_n(raw, 3, x), x + size, 0.0f);
+    else if (bones_)
         boneInputs(group.rest + Vec3{raw[0], raw[1], raw[2]},
                    Mat3{{raw[3], raw[4], raw[5], raw[6], raw[7], raw[8], raw[9], raw[10], raw[11]}}, group.spread, x);
     else

@@ -23,11 +23,12 @@ private:
         std::size_t feature = 0;  // its first raw feature
         Vec3 rest;                // (centre_j - center) / feature_scale
         Mat3 spread;
+        bool absolute = false;                  // stands for a number: position alone
         std::size_t first_unit = 0, units = 0;  // after sorting by group
     };
     AssetModel kind_;
-    bool bones_;  // groups are bones, not joint angles
-    std::size_t inputs_, units_;
+    bool bones_;  // groups are bones, not numbers of the pose
+    std::size_t group_size_, inputs_, units_;
     std::vector<float> basis_, offset_;            // [N, I], [I]: x = basis^T raw - offset
     std::vector<float> input_least_, input_most_;  // [I], margin included
     std::vector<Group> groups_;

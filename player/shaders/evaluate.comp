@@ -15,6 +15,9 @@ layout(std430, binding = 3) readonly buffer Given { vec4 given_numbers[]; };  //
 #if CHANNEL == CHANNEL_ERROR
 layout(std430, binding = 4) readonly buffer TrueAmbient { float true_ambient[]; };  // one a vertex
 #endif
+#ifdef DEFORMING
+layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices[]; };  // position and normal, 6 a vertex
+#endif
 
 uniform vec3 eye;  // in the scene
 uniform uint vertex_count;
@@ -49,7 +52,16 @@ vec3 restVector(uint array) {
 
 uint halfWord(uint array, uint i) { return bitfieldExtract(asset[array + i / 2u], int(16u * (i % 2u)), 16); }
 
-PenumbraSurface skin() {
+#ifdef DEFORMING
+PenumbraSurface surfaceOf(uint character) {
+    uint at = 6u * (character * vertex_count + vertex), turn = pose_begin + POSE_ROTATIONS + 3u * cluster;
+    vec3 position = vec3(given_vertices[at], given_vertices[at + 1u], given_vertices[at + 2u]);
+    vec3 normal = vec3(given_vertices[at + 3u], given_vertices[at + 4u], given_vertices[at + 5u]);
+    return penumbra_surface(vec4(1, 0, 0, 0), vec4(0, 1, 0, 0), vec4(0, 0, 1, 0), position, normal, restVector(TANGENTS),
+                            pose[turn].xyz, pose[turn + 1u].xyz, pose[turn + 2u].xyz);
+}
+#else
+PenumbraSurface surfaceOf(uint character) {
     vec4 row0 = vec4(0.0), row1 = vec4(0.0), row2 = vec4(0.0);
     for (uint i = vertex * INFLUENCES; i < (vertex + 1u) * INFLUENCES; ++i) {
         uint bone = pose_begin + POSE_BONES + 3u * halfWord(SKIN_JOINTS, i);
@@ -62,6 +74,7 @@ PenumbraSurface skin() {
     return penumbra_surface(row0, row1, row2, restVector(POSITIONS), restVector(NORMALS), restVector(TANGENTS),
                             pose[turn].xyz, pose[turn + 1u].xyz, pose[turn + 2u].xyz);
 }
+#endif
 
 #if CHANNEL != CHANNEL_NORMALS && CHANNEL != CHANNEL_CLUSTERS
 void numbersOf(uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
@@ -111,7 +124,7 @@ void main() {
     pose_begin = character * POSE_SIZE;
     cluster = asset[CLUSTER_OF_VERTEX + vertex];
     vec3 offset = pose[pose_begin].xyz;
-    PenumbraSurface s = skin();
+    PenumbraSurface s = surfaceOf(character);
     uint at = 2u * (character * vertex_count + vertex);
     evaluated[at] = vec4(s.position + offset, 1.0);
     evaluated[at + 1u] = vec4(valueOf(s, character, offset), 0.0);

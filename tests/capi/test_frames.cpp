@@ -13,7 +13,7 @@ namespace {
 using namespace capi_test;
 
 TEST(CApiFrames, NothingIsAllocatedPerFrame) {
-    for (const FeatureKind features : kFeatureKinds) {
+    for (const FeatureKind features : synthetic::kSkinnedFeatures) {
         Recipe recipe;
         recipe.tube.features = features;
         const std::vector<std::byte> bytes = packed(recipe);
@@ -51,7 +51,7 @@ TEST(CApiFrames, NothingIsAllocatedPerFrame) {
 // The tube's clips turn joints only, so its frames follow from their rotations.
 TEST(CApiFrames, RotationsAloneMakeTheSamePose) {
     const Model model = synthetic::tubeModel();
-    for (const FeatureKind features : kFeatureKinds) {
+    for (const FeatureKind features : synthetic::kSkinnedFeatures) {
         Recipe recipe;
         recipe.tube.features = features;
         const std::vector<std::byte> bytes = packed(recipe);

@@ -72,7 +72,7 @@ TEST(CApiHostile, TenThousandMutations) {
 // Sizes that a few bytes can ask for without having them in the file: a pose of 2^32 rotations (once 37 s and 16 GB),
 // the squares of more inputs than there are features.
 TEST(CApiHostile, SizesThatTheFileDoesNotHold) {
-    for (const FeatureKind features : kFeatureKinds) {
+    for (const FeatureKind features : synthetic::kSkinnedFeatures) {
         Recipe recipe;
         recipe.tube.kind = ModelKind::kAdditive;
         recipe.tube.features = features;

@@ -56,7 +56,7 @@ TEST(CApi, HeaderMeansTheSameInC) {
 }
 
 TEST(CApi, SameNumbersAsTheClasses) {
-    for (const FeatureKind features : kFeatureKinds)
+    for (const FeatureKind features : synthetic::kSkinnedFeatures)
         for (const ModelKind kind : kModelKinds)
             for (const AssetPrecision precision : {AssetPrecision::kF32, AssetPrecision::kF16, AssetPrecision::kI8}) {
                 Recipe recipe{.precision = precision};

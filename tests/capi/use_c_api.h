@@ -21,6 +21,16 @@ inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_er
     for (std::size_t f = 0; f < frames; ++f) penumbra_character_set_frame(character.get(), f, nullptr);
     const std::vector<float> rotations(3 * info.joint_count, 0.1f);
     penumbra_character_set_rotations(character.get(), nullptr, rotations.data(), rotations.size(), nullptr);
+    for (std::size_t i = 0; i < info.input_count; ++i)
+        penumbra_asset_find_input(asset.get(), penumbra_asset_input_name(asset.get(), i));
+    const std::vector<float> inputs(info.input_count, 0.5f);
+    if (info.deforming)
+        for (const std::size_t count : {info.source_vertex_count, info.vertex_count}) {
+            const std::vector<float> positions(3 * count, 0.2f);
+            const auto order = penumbra_vertex_order(count == info.vertex_count);
+            penumbra_character_set_positions(character.get(), order, positions.data(), count, inputs.data(),
+                                             inputs.size(), nullptr);
+        }
     frame.evaluate(character.get(), info, 2);
     for (const penumbra_shading_options& options : {penumbra_shading_options{PENUMBRA_SLICES, PENUMBRA_ROTATION, 3},
                                                     {PENUMBRA_SLICES, PENUMBRA_FIXED_LOBES, 0},

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "pack/pack_asset.h"
-#include "tests/synthetic_model.h"
+#include "tests/synthetic_cloth.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
@@ -22,7 +22,7 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         brdf.even_index = {0};
         brdf.slices = {1, 1, 1};
         for (const ModelKind kind : kModelKinds)
-            for (const FeatureKind features : kFeatureKinds) {
+            for (const FeatureKind features : synthetic::kSkinnedFeatures) {
                 const Model model = synthetic::tubeModel({.rings = 2,
                                                           .segments = 3,
                                                           .joints = 2,
@@ -34,6 +34,10 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
                                                           .kind = kind});
                 made.push_back(packAsset(model, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
             }
+        for (const FeatureKind features : {FeatureKind::kRelativeBones, FeatureKind::kDihedrals}) {
+            const Model cloth = synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2, .features = features});
+            made.push_back(packAsset(cloth, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
+        }
         return made;
     }();
     return all;

@@ -14,6 +14,7 @@ BIN = os.path.abspath(sys.argv[1])
 BUILD = os.path.dirname(BIN)
 SOURCE = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 EXAMPLE = os.path.join(SOURCE, "docs", "examples", "shade_character.c")
+CLOTH = os.path.join(SOURCE, "docs", "examples", "shade_cloth.c")
 
 
 def run(*words, **more):
@@ -101,13 +102,17 @@ target_link_libraries(static PRIVATE penumbra::penumbra_static m)
         result = subprocess.run(["project/build/static", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         assert result.returncode in (1, 2) and says in result.stderr and not result.stdout, (arguments, result)
         assert not os.path.exists("no.ppm")
+    run("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", CLOTH, *flags, "-lm", "-o", "cloth")
+    result = subprocess.run(["./cloth", "x.pnb"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=library["env"])
+    assert result.returncode == 1 and "shade_cloth: PENUMBRA_UNSUPPORTED: x.pnb: is a skinned mesh" in result.stderr, result
     print("the example in C by find_package and by pkg-config, shared and static: the same figures and picture")
     print("\n".join(expected[0][:2]))
 
 
 def check_example_is_short():
-    lines = len(open(EXAMPLE).readlines())
-    assert lines < 100, lines
+    for example in (EXAMPLE, CLOTH):
+        lines = len(open(example).readlines())
+        assert lines < 100, lines
 
 
 with tempfile.TemporaryDirectory() as folder:

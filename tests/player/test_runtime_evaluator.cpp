@@ -198,7 +198,7 @@ std::pair<double, double> differenceToReference(const Model& model) {
 TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
     double numbers = 0, range = 0;
     for (const char* convention : {"A4", "B3", "D4", "D5", "A8"})
-        for (FeatureKind features : kFeatureKinds)
+        for (FeatureKind features : synthetic::kSkinnedFeatures)
             for (ModelKind kind : kModelKinds) {
                 TubeOptions options{.joints = 5, .clusters = 3, .components = 4, .inputs = 6};
                 options.convention = parseConvention(convention);

@@ -18,7 +18,7 @@ TEST(PickVertex, NearestCornerOfTheNearestTriangle) {
     const std::vector<std::uint32_t> triangles = {0, 1, 2, 3, 4, 5};
     double distance = 0;
     const auto from = [&](Vec3d origin, Vec3d direction) {
-        return pickVertex(positions, triangles, origin, direction, distance);
+        return pickVertex(positions, {.triangles = triangles}, origin, direction, distance);
     };
     EXPECT_EQ(from({0.7, 0.2, 5}, {0, 0, -1}), 4u);
     EXPECT_NEAR(distance, 4, 1e-12);

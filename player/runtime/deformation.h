@@ -1,0 +1,48 @@
+#pragma once
+// From the vertices of a deforming mesh to what its model reads: the motions of near-rigid parts, the joints that stand
+// for inputs, the dihedral angles where the model asks for them, and normals. formats/model_file.h has the rules. All
+// arrays are of shading points, the Vs fronts in the bake's order: so the bits are those of the fit.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/asset_file.h"
+#include "sh/dihedral_angles.h"
+#include "sh/rigid_fit.h"
+
+namespace penumbra {
+
+// What the calls below write on the way.
+struct DeformationScratch {
+    std::vector<PartSums> parts;  // [J]
+    std::vector<Vec3d> normals;   // [Vs]
+    std::vector<float> angles;    // [E]
+};
+
+class Deformation {
+public:
+    // Of an asset whose model is deforming; it outlives this.
+    explicit Deformation(const AssetView& asset);
+
+    std::span<const Vec3> rest() const { return rest_; }  // [Vs]
+    std::vector<float> restInputs() const;                // [X], with which no input joint moves
+    DeformationScratch scratch() const;                   // of the right sizes
+
+    // `points`: [Vs]; `inputs`: [X]. None of these allocates.
+    void normals(std::span<const Vec3> points, DeformationScratch& scratch, std::span<Vec3> normals) const;
+    void bones(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
+               std::span<Affine> bones) const;
+    // The pose of kDihedrals, [P].
+    void pose(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
+              std::span<float> pose) const;
+
+private:
+    const AssetView* asset_;
+    std::vector<Vec3> rest_;
+    std::vector<std::uint16_t> part_of_point_;
+    std::vector<std::uint32_t> triangles_;  // [3Ts] of shading points
+    std::vector<InnerEdge> edges_;          // [E], of kDihedrals
+    std::vector<float> pose_basis_;         // [P - X, E]
+};
+
+}  // namespace penumbra
