@@ -38,11 +38,22 @@ static double regressionFlop(const ModelView& model, const ClusterView& cluster)
     return flop + 2 * units * double(cluster.components());
 }
 
+// partMotions (sh/rigid_fit.h): sums, then differences, a square and an outer product; vertexNormals
+// (sh/vertex_normals.h): two differences, a cross product and three sums a triangle, then a length.
+static void addDeformation(const AssetView& asset, StageWork& work) {
+    const auto points = double(asset.mesh.pointCount()), triangles = double(asset.mesh.frontTriangles().size()) / 3;
+    work.flop += points * (6 + 6 + 5 + 18) + triangles * (6 + 9 + 9) + points * 9;
+    work.read +=
+        asset.mesh.pointCount() * (2 * sizeof(Vec3) + sizeof(std::uint16_t)) + asset.mesh.frontTriangles().size_bytes();
+    work.written += asset.mesh.pointCount() * 2 * sizeof(Vec3);
+}
+
 StageWork poseWork(const AssetView& asset) {
     const ModelView& model = asset.model;
     const std::size_t joints = asset.animation.jointCount();
     StageWork work;
     work.read = joints * sizeof(Affine);
+    if (model.deforming) addDeformation(asset, work);
     int features_of = -1;
     for (const ClusterView& cluster : model.clusters) {
         if (model.features == AssetFeatures::kRelativeBones && cluster.joint != features_of)
@@ -64,6 +75,11 @@ StageWork skinWork(const AssetView& asset) {
     StageWork work;
     work.read = vertices * 3 * sizeof(Vec3) + mesh.skin_joints.size_bytes() + mesh.skin_weights.size_bytes();
     work.written = vertices * 3 * sizeof(Vec3);
+    if (asset.model.deforming) {  // the tangent turned, projected, its length
+        work.read += mesh.shading_point.size_bytes();
+        work.flop = double(vertices) * (15 + 11 + 9);
+        return work;
+    }
     const auto used = std::count_if(mesh.skin_weights.begin(), mesh.skin_weights.end(), [](float w) { return w != 0; });
     // Blending; a point moved, the cofactor and a normal through it, its length; the tangent turned, projected, its
     // length.
