@@ -244,9 +244,10 @@ std::uint64_t groupSizeOf(AssetFeatures features) {
 // Of bones every other joint is a group and 12 features; else the numbers of the pose are the features.
 ModelSizes sizesOf(const ModelView& model, const Field& at, const AnimationView& animation) {
     const std::uint64_t joints = animation.jointCount(), pose = animation.pose_size;
-    if (model.features == AssetFeatures::kJointAngles && pose != 3 * joints)
-        at.fail("reads joint angles, but animation.pose_size is not 3 for each of the " + std::to_string(joints) +
-                " joints");
+    const std::uint64_t own = joints - model.input_joints.size();  // each is another joint
+    if (model.features == AssetFeatures::kJointAngles && pose != 3 * own + animation.input_names.size())
+        at.fail("reads joint angles, but animation.pose_size is not 3 for each of the " + std::to_string(own) +
+                " joints, and the inputs");
     ModelSizes sizes;
     sizes.kind = model.kind;
     sizes.bones = model.features == AssetFeatures::kRelativeBones;

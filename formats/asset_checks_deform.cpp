@@ -9,6 +9,11 @@
 
 namespace penumbra {
 
+static void checkFronts(const Field& at, const MeshView& mesh, std::span<const std::uint32_t> vertices) {
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        if (mesh.isBack(vertices[i])) at[i].fail("is the back of a vertex");
+}
+
 // The pairing is what the run time and the viewers rely on: it computes fronts and turns them round.
 void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh) {
     if (!stored.two_sided()) return;
@@ -26,8 +31,7 @@ void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh) {
         if (mesh.normals[front] != -mesh.normals[back])
             (at / "normals")[back].fail("is not the negated normal of its front");
     }
-    for (std::size_t i = 0; i < 3 * (triangles / 2); ++i)
-        (at / "triangles")[i].require(!mesh.isBack(mesh.triangles[i]), "is the back of a vertex");
+    checkFronts(at / "triangles", mesh, mesh.frontTriangles());
     for (std::size_t t = 0; t < triangles / 2; ++t)
         for (std::size_t corner = 0; corner < 3; ++corner) {
             const std::size_t front = mesh.triangles[3 * t + (3 - corner) % 3];
@@ -35,8 +39,7 @@ void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh) {
             if (mesh.triangles[i] != vertex_of_point[points + mesh.shading_point[front]])
                 (at / "triangles")[i].fail("is not that of triangle " + std::to_string(t) + " from behind");
         }
-    for (std::size_t i = 0; i < mesh.source_vertex.size(); ++i)
-        (at / "source_vertex")[i].require(!mesh.isBack(mesh.source_vertex[i]), "is the back of a vertex");
+    checkFronts(at / "source_vertex", mesh, mesh.source_vertex);
 }
 
 void setInputs(const fbs::Animation& stored, const Field& at, AnimationView& animation) {
@@ -69,10 +72,11 @@ void setPlayback(const fbs::Animation& stored, const Field& at, const AssetView&
     (at / "positions_error").require(bounded(playback.error) && playback.error >= 0, "is not a number of 0..1e30");
 }
 
-static InputJointView inputJointOf(const fbs::InputJoint& stored, const Field& at, const AnimationView& animation) {
+static InputJointView inputJointOf(const fbs::InputJoint& stored, const Field& at, std::int64_t joint,
+                                   const AnimationView& animation) {
     InputJointView input;
     input.joint = stored.joint();
-    checkRange(at / "joint", input.joint, 0, std::int64_t(animation.jointCount()) - 1);
+    checkRange(at / "joint", input.joint, joint, joint);
     input.columns = stored.columns();
     (at / "columns").require(input.columns == 1 || input.columns == 3, "is neither 1 nor 3");
     input.column = stored.column();
@@ -114,28 +118,23 @@ static void setDihedralPose(const fbs::Model& stored, const Field& at, const Ass
 }
 
 // One rigid part a vertex: whole weights, and none on a joint that stands for inputs.
-static void checkParts(const Field& at, const MeshView& mesh, const std::vector<bool>& is_input) {
+static void checkParts(const Field& at, const MeshView& mesh, std::size_t parts) {
     checkRange(at / "mesh.influences", mesh.influences, 1, 1);
-    for (std::size_t v = 0; v < mesh.skin_joints.size(); ++v)
-        (at / "mesh.skin_joints")[v].require(!is_input[mesh.skin_joints[v]],
-                                             "is a joint that stands for inputs, which moves no vertex");
+    checkIndices(at / "mesh.skin_joints", mesh.skin_joints, parts);
 }
 
 void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& asset, ModelView& model) {
     const Field at = file / "model";
     model.deforming = stored.deforming();
-    std::vector<bool> is_input(asset.animation.jointCount());
-    if (stored.input_joints())
-        for (const fbs::InputJoint* input : *stored.input_joints()) {
-            const Field here = (at / "input_joints")[model.input_joints.size()];
-            const InputJointView view = inputJointOf(*input, here, asset.animation);
-            here.require(model.input_joints.empty() || view.joint > model.input_joints.back().joint,
-                         "is not above the joint before");
-            is_input[std::size_t(view.joint)] = true;
-            model.input_joints.push_back(view);
-        }
+    const std::size_t count = stored.input_joints() ? stored.input_joints()->size() : 0;
+    const std::size_t joints = asset.animation.jointCount();
+    checkRange(at / "input_joints", std::int64_t(count), 0, std::int64_t(joints));
+    for (std::size_t i = 0; i < count; ++i)
+        model.input_joints.push_back(inputJointOf(*stored.input_joints()->Get(flatbuffers::uoffset_t(i)),
+                                                  (at / "input_joints")[i], std::int64_t(joints - count + i),
+                                                  asset.animation));
     setDihedralPose(stored, at, asset, model);
-    if (model.deforming) checkParts(file, asset.mesh, is_input);
+    if (model.deforming) checkParts(file, asset.mesh, joints - count);
 }
 
 bool usesVersion4(const fbs::Asset& asset) {

@@ -139,7 +139,7 @@ struct ModelView {
     std::vector<ClusterView> clusters;
     float quantization_error = 0;
     bool deforming = false;                    // vertices are given, not skinned
-    std::vector<InputJointView> input_joints;  // ascending joints
+    std::vector<InputJointView> input_joints;  // of the last joints, in their order
     std::span<const float> pose_mean;          // [E], kDihedrals; else empty
     NumbersView pose_basis;                    // [P - X, E]
 };

@@ -272,9 +272,13 @@ void checkSamePose(const VisibilityFrame& truth, const VisibilityFrame& second, 
 
 // The inputs are the last numbers of a baked pose.
 void poseAs(Evaluator& evaluator, const VisibilityFrame& baked) {
-    if (!evaluator.deformation()) return evaluator.setPose(baked.bones, baked.pose);
-    evaluator.setPositions(std::span(baked.positions).first(evaluator.points().size()),
-                           std::span(baked.pose).last(evaluator.asset().animation.input_names.size()));
+    const AssetView& asset = evaluator.asset();
+    const std::span<const float> inputs = std::span(baked.pose).last(asset.animation.input_names.size());
+    if (evaluator.deformation())
+        return evaluator.setPositions(std::span(baked.positions).first(evaluator.points().size()), inputs);
+    std::vector<Affine> bones = baked.bones;  // the joints that stand for inputs are the last
+    for (const InputJointView& input : asset.model.input_joints) bones.push_back(inputBone(asset, input, inputs));
+    evaluator.setPose(bones, baked.pose);
 }
 
 void Checker::addFrame(std::size_t frame, int threads) {

@@ -20,9 +20,10 @@ static void checkFits(const AssetView& asset, const VisibilityHeader& header) {
     if (!std::equal(header.input_names.begin(), header.input_names.end(), asset.animation.input_names.begin(),
                     asset.animation.input_names.end()))
         throw InvalidInput("/inputs/names are not those of the asset");
-    if (header.skin && header.skin->jointCount() != asset.animation.jointCount())
+    const std::size_t joints = asset.animation.jointCount() - asset.model.input_joints.size();
+    if (header.skin && header.skin->jointCount() != joints)
         throw InvalidInput("has " + std::to_string(header.skin->jointCount()) + " joints, the asset " +
-                           std::to_string(asset.animation.jointCount()));
+                           std::to_string(joints));
     if (header.order < asset.model.convention.order)
         throw InvalidInput("sh_order is " + std::to_string(header.order) + ", the asset needs " +
                            std::to_string(asset.model.convention.order));

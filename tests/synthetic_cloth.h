@@ -16,6 +16,7 @@ struct ClothOptions {
     FeatureKind features = FeatureKind::kRelativeBones;
     ModelKind kind = ModelKind::kAdditive;
     int pose_components = 3;  // of dihedral angles
+    Convention convention{BelowHorizon::kMirrored, 5};
 };
 
 constexpr int kClothParts = 2;
@@ -139,7 +140,7 @@ inline void addClothFrames(Model& model, const ClothOptions& o) {
 inline Model clothModel(const ClothOptions& o = {}) {
     Model model;
     model.deforming = true;
-    TubeOptions clusters{.joints = kClothParts, .features = o.features, .kind = o.kind};
+    TubeOptions clusters{.joints = kClothParts, .convention = o.convention, .features = o.features, .kind = o.kind};
     model.convention = clusters.convention;
     model.features = o.features;
     model.kind = o.kind;

@@ -110,6 +110,9 @@ penumbra_status penumbra_character_set_rotations(penumbra_character* character, 
         const AssetView& asset = character->asset->view;
         const std::size_t joints = asset.animation.jointCount();
         requireSkinned(asset);
+        if (!asset.model.input_joints.empty())
+            throw Unsupported(asset.name +
+                              ": has joints that stand for inputs; its pose is penumbra_character_set_pose()");
         if (!hasRestTransforms(asset.animation))
             throw Unsupported(asset.name + ": has no rest transforms of its joints");
         if (rotation_count != 3 * joints)

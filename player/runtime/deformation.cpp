@@ -17,6 +17,12 @@ static std::vector<Corners> asTriangles(std::span<const std::uint32_t> corners) 
     return triangles;
 }
 
+Affine inputBone(const AssetView& asset, const InputJointView& input, std::span<const float> inputs) {
+    const float* x = inputs.data() + input.column;
+    if (input.columns == 1) return numberBone(x[0], input.offset, input.scale);
+    return pointBone({x[0], x[1], x[2]}, asset.model.joint_centers[std::size_t(input.joint)]);
+}
+
 Deformation::Deformation(const AssetView& asset) : asset_(&asset) {
     assert(asset.model.deforming);
     const MeshView& mesh = asset.mesh;
@@ -56,12 +62,8 @@ void Deformation::normals(std::span<const Vec3> points, DeformationScratch& scra
 void Deformation::bones(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
                         std::span<Affine> bones) const {
     partMotions(rest_, part_of_point_, points, scratch.parts, bones);
-    for (const InputJointView& input : asset_->model.input_joints) {
-        const float* x = inputs.data() + input.column;
-        bones[std::size_t(input.joint)] =
-            input.columns == 3 ? pointBone({x[0], x[1], x[2]}, asset_->model.joint_centers[std::size_t(input.joint)])
-                               : numberBone(x[0], input.offset, input.scale);
-    }
+    for (const InputJointView& input : asset_->model.input_joints)
+        bones[std::size_t(input.joint)] = inputBone(*asset_, input, inputs);
 }
 
 void Deformation::pose(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,

@@ -12,6 +12,9 @@
 
 namespace penumbra {
 
+// The bone of a joint that stands for inputs; `inputs`: [X].
+Affine inputBone(const AssetView& asset, const InputJointView& input, std::span<const float> inputs);
+
 // What the calls below write on the way.
 struct DeformationScratch {
     std::vector<PartSums> parts;  // [J]

@@ -213,7 +213,8 @@ typedef enum penumbra_matrix_layout {
     PENUMBRA_COLUMNS_4X4 = 1, /* 16 floats a joint: columns, as OpenGL and glTF have them; the last row is not read */
     PENUMBRA_MATRIX_LAYOUT_WIDE = 0x7fffffff
 } penumbra_matrix_layout;
-/* The two poses of bones are PENUMBRA_UNSUPPORTED for a deforming mesh.
+/* The two poses of bones are PENUMBRA_UNSUPPORTED for a deforming mesh. Joints that stand for inputs count: their
+ * matrices are translations.
  * `matrices`: J skinning matrices, model space: joint global * inverse bind. `rotations`: [rotation_count], the log of
  * each joint's rotation relative to rest (penumbra_rotation_vector), radians; needed by models of joint angles only,
  * else ignored and may be NULL. Every number must be finite. */

@@ -166,7 +166,7 @@ TEST(DeformingAsset, NamesTheFieldThatIsWrong) {
         return const_cast<fbs::InputJoint*>(a.mutable_model()->mutable_input_joints()->GetMutableObject(i));
     };
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_joint(4); }), "input_joints[0].joint");
-    expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_joint(3); }), "input_joints[1] is not above");
+    expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_joint(3); }), "input_joints[0].joint");
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_column(2); }), "input_joints[0].column");
     expectSays(refusalAfter([&](Asset& a) { input(a, 0)->mutate_columns(2); }), "neither 1 nor 3");
     expectSays(refusalAfter([&](Asset& a) { input(a, 1)->mutate_scale(nan); }), "input_joints[1].scale");
