@@ -10,7 +10,7 @@ CompareCharacter prepareCharacter(const CompareInput& input, const CompareOption
     const VisibilityHeader& header = input.reader.header();
     CompareCharacter character;
     character.clusters =
-        clusterVertices(header.mesh, *header.skin, std::size_t(options.referenceClusters()), options.threads);
+        clustersOf(header.mesh, input.poses, std::size_t(options.referenceClusters()), options.threads);
     character.rest_tangents = restTangents(header.mesh, header.rest_normals, character.clusters, options.threads);
     for (std::size_t f = 0; f < header.frames.frameCount(); ++f) {
         const std::string& clip = header.frames.clip_names[header.frames.clip[f]];

@@ -16,6 +16,7 @@ namespace {
 struct CompareCommand {
     std::string input, output;
     std::vector<std::string> models, features, clusters, output_variances, conventions, holdout;
+    int parts = 0;
 };
 
 void define(CLI::App& app, CompareCommand& command) {
@@ -24,7 +25,10 @@ void define(CLI::App& app, CompareCommand& command) {
         ->required();
     addNameListOption(app, "--holdout", command.holdout, "clips that no fit sees: what the errors are of")->required();
     addNameListOption(app, "--models", command.models, "models to compare [all]");
-    addNameListOption(app, "--features", command.features, "features to compare [joint-angles,relative-bones]");
+    addNameListOption(app, "--features", command.features,
+                      "features to compare [joint-angles, or dihedral-angles without a skeleton, and relative-bones]");
+    app.add_option("--parts", command.parts, "near-rigid parts of a mesh without skeleton [as fit visibility chooses]")
+        ->check(CLI::Range(1, 65000));
     addNameListOption(app, "--clusters", command.clusters, "numbers of clusters [8,16,32,64]");
     addNameListOption(app, "--output-variances", command.output_variances,
                       "shares of the visibility's variance to keep [0.8,0.9,0.95,0.99]");
@@ -76,8 +80,11 @@ std::vector<Convention> parseConventions(const std::vector<std::string>& words, 
     return conventions;
 }
 
-CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions& common, int file_order) {
+CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions& common,
+                              const VisibilityHeader& header) {
     CompareOptions options;
+    if (!header.skin) options.features = {FeatureKind::kDihedrals, FeatureKind::kRelativeBones};
+    options.parts = command.parts;
     options.models = parseKinds("--models", command.models, kModelKinds);
     if (!command.features.empty()) options.features = parseKinds("--features", command.features, kFeatureKinds);
     if (!command.clusters.empty()) {
@@ -89,7 +96,7 @@ CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions
     }
     if (!command.output_variances.empty())
         options.output_variances = parseNumbers("--output-variances", command.output_variances, 1e-3, 1);
-    options.conventions = parseConventions(command.conventions, file_order);
+    options.conventions = parseConventions(command.conventions, header.order);
     options.holdout = command.holdout;
     options.threads = common.threads;
     return options;
@@ -100,6 +107,7 @@ std::string optionsJson(const CompareOptions& options) {
     for (ModelKind model : options.models) json["models"].push_back(nameOf(model));
     for (FeatureKind features : options.features) json["features"].push_back(nameOf(features));
     json["clusters"] = options.clusters;
+    if (options.parts > 0) json["parts"] = options.parts;
     json["output_variances"] = options.output_variances;
     for (const Convention& convention : options.conventions) json["conventions"].push_back(convention.name());
     json["holdout"] = options.holdout;
@@ -135,11 +143,12 @@ void checkOutputs(const OutputFiles& files, const CompareCommand& command, const
     }
 }
 
-CompareSource sourceOf(const VisibilityHeader& header, const CompareOptions& options, const std::string& input) {
+CompareSource sourceOf(const VisibilityHeader& header, const CompareOptions& options, const std::string& input,
+                       const PoseTable& poses) {
     CompareSource source;
     source.file = std::filesystem::path(input).filename().string();
     source.vertices = header.mesh.vertexCount();
-    source.joints = header.skin->jointCount();
+    source.joints = poses.joints;
     for (const std::string& clip : header.frames.clip_names) {
         const bool held = std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end();
         (held ? source.held_out_clips : source.train_clips).push_back(clip);
@@ -202,7 +211,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     checkOutputs(files, command, common);
     const VisibilityReader reader(command.input);
     const int file_order = reader.header().order;
-    Comparison comparison{resolveOptions(command, common, file_order), file_order, {}, {}, {}, {}};
+    Comparison comparison{resolveOptions(command, common, reader.header()), file_order, {}, {}, {}, {}};
     const std::vector<FitOptions> grid = makeGrid(comparison.options, file_order);
     for (const FitOptions& fit : grid) checkFit(reader.header(), command.input, fit);
     if (common.dry_run) {
@@ -212,10 +221,14 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
         return;
     }
     report.phase("poses");
-    const PoseTable poses = readPoses(reader, common.threads);
+    // One table for all fits: with the angles where any of them reads those.
+    PoseRequest request = poseRequest(reader.header(), grid.front());
+    for (const FitOptions& fit : grid)
+        if (fit.features == FeatureKind::kDihedrals) request.angle_variance = inputVariance(fit);
+    const PoseTable poses = readPoses(reader, request);
     measure({reader, poses, command.input}, grid, common, comparison, report);
     report.phase("write");
-    CompareSource source = sourceOf(reader.header(), comparison.options, command.input);
+    CompareSource source = sourceOf(reader.header(), comparison.options, command.input, poses);
     source.train_frames = comparison.fits.front().report.train_frames;
     source.held_out_frames = comparison.fits.front().report.held_out_frames;
     const std::vector<Figure> figures = compareFigures(comparison);

@@ -41,6 +41,7 @@ FitOptions referenceFit(const CompareOptions& options, ModelKind model, FeatureK
     fit.model = model;
     fit.features = features;
     fit.clusters = options.referenceClusters();
+    fit.parts = options.parts;
     fit.output_variance = options.referenceVariance();
     fit.convention = options.referenceConvention();
     fit.holdout = options.holdout;

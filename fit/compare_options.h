@@ -12,7 +12,9 @@ namespace penumbra {
 // first convention.
 struct CompareOptions {
     std::vector<ModelKind> models{kModelKinds.begin(), kModelKinds.end()};
+    // The papers' first: dihedral-angles in place of joint-angles for meshes without a skeleton.
     std::vector<FeatureKind> features{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
+    int parts = 0;                                               // of those; 0: fit/rigid_parts.h chooses
     std::vector<int> clusters{8, 16, 32, 64};                    // ascending
     std::vector<double> output_variances{0.8, 0.9, 0.95, 0.99};  // ascending
     std::vector<Convention> conventions;                         // the papers' A4, and D5

@@ -21,7 +21,7 @@ std::string percent(double share) { return fixedNumber(100 * share, 1) + "%"; }
 
 SeriesStyle styleOf(ModelKind model, FeatureKind features) {
     const auto at = std::find(kModelKinds.begin(), kModelKinds.end(), model) - kModelKinds.begin();
-    return {int(at) % kPlotColours, features == FeatureKind::kJointAngles};
+    return {int(at) % kPlotColours, features != FeatureKind::kRelativeBones};
 }
 
 std::vector<Series> sweepSeries(const Comparison& comparison, const Sweep& sweep, const Measure& measure) {
@@ -50,7 +50,7 @@ Plot variantPlot(const Comparison& comparison, const std::vector<Variant>& varia
     for (ModelKind model : options.models) plot.x.names.push_back(nameOf(model));
     for (std::size_t v = 0; v < variants.size(); ++v)
         for (FeatureKind features : options.features) {
-            const bool hollow = features == FeatureKind::kJointAngles;
+            const bool hollow = features != FeatureKind::kRelativeBones;
             std::string name = std::string(nameOf(features)) + ", " + variants[v].name;
             std::replace(name.begin(), name.end(), '-', ' ');
             Series series{name, {int(v), hollow, false, true}, {}, {}};

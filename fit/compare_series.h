@@ -16,7 +16,7 @@ double trainError(const CompareFit& fit);
 std::string fixedNumber(double value, int digits);  // "-" when not finite
 std::string percent(double share);                  // "12.3%"
 
-// A colour a model; dashed or hollow for joint angles, the papers' features.
+// A colour a model; dashed or hollow for angles, the papers' features.
 SeriesStyle styleOf(ModelKind model, FeatureKind features);
 
 // Fits that differ in one number: fit i stands at x[i].

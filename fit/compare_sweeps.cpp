@@ -55,9 +55,11 @@ Figure clustersFigure(const Comparison& comparison) {
                               " clusters it goes from " + fixedNumber(y.front(), 3) + " to " + fixedNumber(y.back(), 3);
         figure.finding += ".";
     }
-    figure.method = "Output variance " + shortNumber(options.referenceVariance()) + ", convention " +
-                    options.referenceConvention().name() +
-                    ". Clusters are those of mean-shift on the skinning weights, merged or split to the asked number.";
+    figure.method =
+        "Output variance " + shortNumber(options.referenceVariance()) + ", convention " +
+        options.referenceConvention().name() +
+        ". Clusters are those of mean-shift on the skinning weights (of a mesh without skeleton its near-rigid "
+        "parts), merged or split to the asked number.";
     figure.table = sweepTable("clusters", held_out, train, bytes);
     return figure;
 }

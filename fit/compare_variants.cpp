@@ -71,12 +71,12 @@ Table barTable(const std::vector<Plot>& plots) {
     return table;
 }
 
-// The papers have linear, quadratic and neural models of joint angles.
+// The papers have linear, quadratic and neural models of angles.
 const CompareFit* bestOf(const Comparison& comparison, bool papers_only) {
     const CompareFit* best = nullptr;
     for (ModelKind model : comparison.options.models)
         for (FeatureKind features : comparison.options.features) {
-            if (papers_only && (features != FeatureKind::kJointAngles || model == ModelKind::kAdditive)) continue;
+            if (papers_only && (features == FeatureKind::kRelativeBones || model == ModelKind::kAdditive)) continue;
             const CompareFit* fit = findFit(comparison, referenceFit(comparison.options, model, features));
             if (fit && (!best || heldOutError(*fit) < heldOutError(*best))) best = fit;
         }

@@ -42,6 +42,7 @@ std::vector<double> meanShares(const std::vector<std::vector<double>>& of_cluste
     return mean;
 }
 
+// Angles of a deforming mesh are those that its own PCA kept, and the inputs.
 Matrix poseMatrix(const PoseTable& poses) {
     Matrix pose(poses.frameCount(), poses.pose_size);
     std::copy(poses.pose.begin(), poses.pose.end(), pose.values.begin());
@@ -91,14 +92,15 @@ std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const Compar
     std::vector<EigenvalueDecay> decays;
     if (input.poses.pose_size > 0) {
         const Pca pca = principalComponents(centredRows(poseMatrix(input.poses), character.train));
-        decays.push_back({"joint angles", sharesOf(pca.energies)});
+        decays.push_back({input.poses.deforming ? "dihedral angles" : "joint angles", sharesOf(pca.energies)});
     }
-    if (header.skin->jointCount() < 2) return decays;
-    const FeatureRecipe recipe{FeatureKind::kRelativeBones,
-                               boxDiagonal(header.mesh.rest_positions),
-                               jointCenters(header.mesh, *header.skin),
-                               {},
-                               input.poses.pose_size};
+    if (input.poses.joints < 2) return decays;
+    FeatureRecipe recipe{FeatureKind::kRelativeBones,
+                         boxDiagonal(header.mesh.rest_positions),
+                         input.poses.joint_centers,
+                         {},
+                         input.poses.pose_size};
+    recipe.input_joints = input.poses.input_joints;
     std::vector<std::vector<double>> of_cluster;
     for (std::size_t c = 0; c < character.clusters.vertices.size(); ++c) {
         throwIfInterrupted();

@@ -16,9 +16,13 @@ struct FeatureRecipe {
     std::vector<Vec3> joint_centers;  // [J]
     std::vector<Mat3> joint_spreads;  // [J]
     std::size_t pose_size = 0;        // P
+    bool deforming = false;
+    std::vector<InputJoint> input_joints = {};  // the last joints
+    std::size_t input_count = 0;                // X, the last numbers of the pose
 
     std::size_t count() const;   // N: P, or 12 (J - 1)
-    std::size_t groups() const;  // joints that a cluster may see: P / 3, or J (its own never counts)
+    std::size_t groups() const;  // what a cluster may see: joints, P / 3 or J (its own never counts), or P numbers
+    bool absolute(std::size_t joint) const;
 };
 FeatureRecipe recipeOf(const Model& model);
 
@@ -51,7 +55,7 @@ void readGroup(const FeatureRecipe& recipe, const ClusterPlace& place, std::size
                std::span<double> out);
 
 // How much each group matters, [recipe.groups()], sum 1. Relative bones: in proportion to 1 / (0.02 + d^2)^2, d as in
-// featureWeights(), 0 for the cluster's own joint. Joint angles: all the same. With the inputs of boneInputs(), blocked
+// featureWeights(), 0 for the cluster's own joint. Angles: all the same. With the inputs of boneInputs(), blocked
 // cross-validation over the training clips of that character gives 0.520, 0.511, 0.502, 0.500 for exponents 0.5, 1, 2,
 // 2.5 (an additive kernel of unit width, one prior for all components).
 std::vector<double> groupWeights(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,

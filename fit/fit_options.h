@@ -14,7 +14,8 @@ struct FitOptions {
     ModelKind model = ModelKind::kAdditive;
     FeatureKind features = FeatureKind::kRelativeBones;
     int clusters = 0;  // 0: what mean-shift finds, or one for every kAutoClusterSize vertices if more
-    // Of the (weighted) features that PCA keeps, in (0, 1]; 0: 0.9 for joint angles, the papers' value, and 0.99 for
+    int parts = 0;     // near-rigid parts of a deforming mesh; 0: fit/rigid_parts.h chooses
+    // Of the (weighted) features that PCA keeps, in (0, 1]; 0: 0.9 for angles, the papers' value, and 0.99 for
     // relative bones, where blocked cross-validation of the linear model gains from every input (0.716 at 0.9, 0.704 at
     // 0.99) and that of the neural one does not (0.661, 0.654 and 0.659 at 0.9, 0.95, 0.98): 0.95 for it.
     double input_variance = 0;

@@ -69,11 +69,29 @@ Split splitFrames(const FrameList& frames, const FitOptions& options) {
     return split;
 }
 
+// What goes with a skeleton and what with a deforming mesh.
+void checkKind(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
+    if (header.skin) {
+        if (options.features == FeatureKind::kDihedrals)
+            throw UsageError("--features dihedral-angles: " + file +
+                             " has a skeleton; take joint-angles or relative-bones");
+        if (options.parts > 0) throw UsageError("--parts: " + file + " has a skeleton, whose joints are its parts");
+        return;
+    }
+    if (options.features == FeatureKind::kJointAngles)
+        throw UsageError("--features joint-angles: " + file +
+                         " has no skeleton; take relative-bones (of its near-rigid parts) or dihedral-angles");
+    if (options.features == FeatureKind::kDihedrals && header.edges.empty() && header.input_names.empty())
+        throw InvalidInput(file + ": /mesh/edges: empty, but --features dihedral-angles reads it");
+    if (std::size_t(options.parts) > header.mesh.frontVertexCount())
+        throw UsageError("--parts " + std::to_string(options.parts) + " is more than the " +
+                         std::to_string(header.mesh.frontVertexCount()) + " vertices");
+}
+
 void checkInput(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (header.quantity != "hemisphere_visibility")
         throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
-    if (!header.skin)
-        throw Unsupported(file + ": /skin: the file has no skeleton; only skinned characters can be fitted so far");
+    checkKind(header, file, options);
     const int needed = options.convention.order + (options.target == Target::kCosineWeighted ? 1 : 0);
     if (needed > header.order)
         throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
@@ -83,25 +101,45 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
                          std::to_string(header.mesh.vertexCount()) + " vertices");
     if (options.features == FeatureKind::kJointAngles && header.pose_size == 0)
         throw InvalidInput(file + ": /frames/pose: empty, but --features joint-angles reads it");
-    if (options.features == FeatureKind::kRelativeBones && header.skin->jointCount() < 2)
+    if (header.skin && options.features == FeatureKind::kRelativeBones && header.skin->jointCount() < 2)
         throw InvalidInput(file + ": /skin/joint_names: --features relative-bones needs at least two joints");
+}
+
+// The table may have angles that other features do not read.
+void copyPose(const PoseTable& poses, const FitOptions& options, Model& model) {
+    const std::size_t inputs = model.input_names.size();
+    if (!poses.deforming || options.features == FeatureKind::kDihedrals) {
+        model.pose_size = int(poses.pose_size);
+        model.pose = poses.pose;
+        model.pose_mean = poses.pose_mean;
+        model.pose_basis = poses.pose_basis;
+        return;
+    }
+    model.pose_size = int(inputs);
+    for (std::size_t f = 0; f < poses.frameCount(); ++f) {
+        const std::span<const float> pose = poses.poseOf(f).last(inputs);
+        model.pose.insert(model.pose.end(), pose.begin(), pose.end());
+    }
 }
 
 void copyInput(const VisibilityHeader& header, const PoseTable& poses, const FitOptions& options, Model& model) {
     model.mesh = header.mesh;
-    model.skin = *header.skin;
+    model.skin = poses.skin;
     model.rest_normals = header.rest_normals;
     model.frames = header.frames;
     model.bones = poses.bones;
-    model.pose_size = header.pose_size;
-    model.pose = poses.pose;
+    model.deforming = poses.deforming;
+    model.positions = poses.positions;
+    model.input_names = header.input_names;
+    model.input_joints = poses.input_joints;
+    copyPose(poses, options, model);
     model.holdout_clips = options.holdout;
     model.convention = options.convention;
     model.kind = options.model;
     model.features = options.features;
     model.feature_scale = boxDiagonal(header.mesh.rest_positions);
-    model.joint_centers = jointCenters(header.mesh, *header.skin);
-    model.joint_spreads = jointSpreads(header.mesh, *header.skin, model.joint_centers, model.feature_scale);
+    model.joint_centers = poses.joint_centers;
+    model.joint_spreads = jointSpreads(header.mesh, poses.skin, model.joint_centers, model.feature_scale);
     model.input_variance = inputVariance(options);
     model.output_variance = options.output_variance;
 }
@@ -169,6 +207,7 @@ std::vector<float> ambientWeightsOf(const FitOptions& options) {
 
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe = recipeOf(model);
+    const bool dihedrals = model.features == FeatureKind::kDihedrals;
     const std::size_t vertices = model.mesh.vertexCount();
     // Reading and rotating takes about as long as fitting.
     SharedProgress progress(job.observer, 2.0 * double(vertices));
@@ -190,17 +229,11 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
         parallelFor(numbers.size(), job.options.threads, [&, first = begin](std::size_t i) {
             throwIfInterrupted();
             const std::size_t c = first + i;
-            const ClusterProblem problem{job.options.model,
-                                         &recipe,
-                                         &job.poses,
-                                         job.split.train,
-                                         &job.folds,
-                                         ambientWeightsOf(job.options),
-                                         job.options.clamp,
-                                         inputVariance(job.options),
-                                         job.options.output_variance,
-                                         job.clusters.joint[c],
-                                         centerOf(model.mesh, job.clusters.vertices[c])};
+            const ClusterProblem problem{job.options.model, &recipe, &job.poses, job.split.train, &job.folds,
+                                         ambientWeightsOf(job.options), job.options.clamp,
+                                         // The angles went through PCA all together.
+                                         dihedrals ? 1.0 : inputVariance(job.options), job.options.output_variance,
+                                         job.clusters.joint[c], centerOf(model.mesh, job.clusters.vertices[c])};
             fits[c] = fitCluster(problem, numbers[i]);
             fits[c].model.vertices = job.clusters.vertices[c];
             numbers[i] = {};
@@ -283,7 +316,7 @@ FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& error
 
 double inputVariance(const FitOptions& options) {
     if (options.input_variance != 0) return options.input_variance;
-    if (options.features == FeatureKind::kJointAngles) return 0.9;
+    if (options.features != FeatureKind::kRelativeBones) return 0.9;
     return options.model == ModelKind::kNeural ? 0.95 : 0.99;
 }
 
@@ -311,7 +344,12 @@ FitResult fitVisibility(const VisibilityReader& reader, const std::string& file,
                         const FitObserver& observer) {
     checkFit(reader.header(), file, options);
     if (observer.phase) observer.phase("poses");
-    return fitVisibility(reader, readPoses(reader, options.threads), file, options, observer);
+    return fitVisibility(reader, readPoses(reader, poseRequest(reader.header(), options)), file, options, observer);
+}
+
+PoseRequest poseRequest(const VisibilityHeader& header, const FitOptions& options) {
+    const double angles = options.features == FeatureKind::kDihedrals ? inputVariance(options) : 0;
+    return {splitFrames(header.frames, options).train, std::size_t(options.parts), angles, options.threads};
 }
 
 FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, const std::string& file,
@@ -327,8 +365,7 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     Model& model = result.model;
     copyInput(header, poses, options, model);
     phase("clusters");
-    const VertexClusters clusters =
-        clusterVertices(model.mesh, model.skin, std::size_t(options.clusters), options.threads);
+    const VertexClusters clusters = clustersOf(model.mesh, poses, std::size_t(options.clusters), options.threads);
     model.cluster_of_vertex = clusters.cluster_of_vertex;
     model.rest_tangents = restTangents(model.mesh, model.rest_normals, clusters, options.threads);
     phase("fit");

@@ -37,6 +37,8 @@ void checkFit(const VisibilityHeader& header, const std::string& file, const Fit
 // The same errors.
 FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
                         const FitObserver& observer);
+// The request of the poses that such a fit reads.
+PoseRequest poseRequest(const VisibilityHeader& header, const FitOptions& options);
 // The same with what readPoses() gave, for several fits of one file.
 FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, const std::string& file,
                         const FitOptions& options, const FitObserver& observer);

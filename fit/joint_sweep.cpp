@@ -87,7 +87,7 @@ struct Choice {
 // The pair of joint and vertex of the largest score.
 Choice choosePair(const CompareInput& input, const CompareCharacter& character, const AmbientTable& table,
                   std::span<const Vec3d> rotations) {
-    const Skin& skin = *input.reader.header().skin;
+    const Skin& skin = input.poses.skin;
     const std::size_t joints = skin.jointCount();
     const std::vector<std::size_t>& train = character.train;
     Choice best;
@@ -112,7 +112,8 @@ Choice choosePair(const CompareInput& input, const CompareCharacter& character, 
 
 std::optional<JointSweep> findJointSweep(const CompareInput& input, const CompareCharacter& character,
                                          const CompareOptions& options) {
-    const Skin& skin = *input.reader.header().skin;
+    if (input.poses.deforming) return std::nullopt;
+    const Skin& skin = input.poses.skin;
     const std::size_t joints = skin.jointCount(), frames = input.poses.frameCount();
     const AmbientTable table = readAmbient(input, character, options);
     const std::vector<Vec3d> rotations = relativeRotations(input.poses, skin.parents);

@@ -120,16 +120,15 @@ Vec3d principalTurn(std::span<const Vec3d> rotations, std::size_t joints, std::s
 
 JointTurn makeJointTurn(const CompareInput& input, const CompareCharacter& character, int joint) {
     const PoseTable& poses = input.poses;
-    const VisibilityHeader& header = input.reader.header();
     const auto own = std::size_t(joint);
-    const std::vector<Vec3d> rotations = relativeRotations(poses, header.skin->parents);
+    const std::vector<Vec3d> rotations = relativeRotations(poses, poses.skin.parents);
     JointTurn turn;
     turn.joint = joint;
     turn.axis = principalTurn(rotations, poses.joints, own, character.train);
     turn.base_frame = nearestToMeans(rotations, poses.joints, own, character.train);
     turn.base_angle = dot(turn.axis, rotations[turn.base_frame * poses.joints + own]);
-    const Vec3d guess = toDouble(jointCenters(header.mesh, *header.skin)[own]);
-    turn.pivot = fitPivot(poses, character.train, {header.skin->parents[own], joint}, guess);
+    const Vec3d guess = toDouble(poses.joint_centers[own]);
+    turn.pivot = fitPivot(poses, character.train, {poses.skin.parents[own], joint}, guess);
     std::vector<double> angles;
     for (std::size_t f = 0; f < poses.frameCount(); ++f)
         angles.push_back(dot(turn.axis, rotations[f * poses.joints + own]));
@@ -139,7 +138,7 @@ JointTurn makeJointTurn(const CompareInput& input, const CompareCharacter& chara
 
 TurnedPose poseAt(const CompareInput& input, const JointTurn& turn, double angle) {
     const PoseTable& poses = input.poses;
-    const std::vector<std::int32_t>& parents = input.reader.header().skin->parents;
+    const std::vector<std::int32_t>& parents = input.poses.skin.parents;
     const std::size_t f = turn.base_frame;
     const auto joint = std::size_t(turn.joint), parent = std::size_t(parents[joint]);
     const Mat3d rest_to_model = toDouble(poses.rotationsOf(f)[parent]);

@@ -43,6 +43,7 @@ struct Part {
 
 Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {
     Part part;
+    if (!header.skin) return part;
     const std::size_t k = std::size_t(header.skin->influences);
     part.skin.joint_names = header.skin->joint_names;
     part.skin.parents = header.skin->parents;
@@ -72,12 +73,26 @@ struct VertexRange {
     }
 };
 
+// Of the wanted vertices: by skinning, or those of the file; a back has that of its front turned round.
+std::vector<Vec3> normalsOf(const PoseTable& poses, const VertexRange& range, std::size_t frame) {
+    std::vector<Vec3> positions, normals;
+    if (!poses.deforming) {
+        const std::span<const Affine> bones = poses.bonesOf(frame);
+        skinVertices(range.part.mesh, range.part.skin, range.part.rest_normals, {bones.begin(), bones.end()}, positions,
+                     normals);
+        return normals;
+    }
+    const std::size_t fronts = poses.normals.size() / poses.frameCount();
+    for (const Wanted& wanted : range.wanted) {
+        const Vec3 front = poses.normals[frame * fronts + wanted.vertex % fronts];
+        normals.push_back(wanted.vertex < fronts ? front : -front);
+    }
+    return normals;
+}
+
 void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
                        std::size_t frame, std::vector<MatrixF>& out) {
-    std::vector<Vec3> positions, normals;
-    const std::span<const Affine> bones = poses.bonesOf(frame);
-    skinVertices(range.part.mesh, range.part.skin, range.part.rest_normals, {bones.begin(), bones.end()}, positions,
-                 normals);
+    const std::vector<Vec3> normals = normalsOf(poses, range, frame);
     const bool cosine = request.target == Target::kCosineWeighted;
     const int order = request.convention.order + (cosine ? 1 : 0);
     const auto count = std::size_t(coefficientCount(order)), size = std::size_t(request.convention.size());
@@ -113,23 +128,6 @@ void timesZ(int order, std::span<const float> moments, std::span<float> out) {
             out[std::size_t(shIndex(l, m))] =
                 float(below + a(l + 1, m) * double(moments[std::size_t(shIndex(l + 1, m))]));
         }
-}
-
-PoseTable readPoses(const VisibilityReader& reader, int threads) {
-    const VisibilityHeader& header = reader.header();
-    PoseTable poses;
-    poses.joints = header.skin->jointCount();
-    poses.pose_size = std::size_t(header.pose_size);
-    for (std::size_t f = 0; f < header.frames.frameCount(); ++f) {
-        throwIfInterrupted();
-        const VisibilityFrame frame = reader.readPose(f);
-        poses.bones.insert(poses.bones.end(), frame.bones.begin(), frame.bones.end());
-        poses.pose.insert(poses.pose.end(), frame.pose.begin(), frame.pose.end());
-    }
-    poses.rotations.resize(poses.bones.size());
-    parallelFor(poses.bones.size(), threads,
-                [&](std::size_t i) { poses.rotations[i] = nearestRotation(poses.bones[i].linear()); });
-    return poses;
 }
 
 std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,

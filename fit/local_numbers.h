@@ -5,24 +5,11 @@
 #include <vector>
 
 #include "fit/matrix.h"
+#include "fit/pose_table.h"
 #include "formats/visibility_file.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
-
-// The pose of every frame, and what follows from it.
-struct PoseTable {
-    std::size_t joints = 0, pose_size = 0;
-    std::vector<Affine> bones;    // [F, J]
-    std::vector<Mat3> rotations;  // [F, J] nearestRotation of the bones' linear parts
-    std::vector<float> pose;      // [F, P]
-
-    std::size_t frameCount() const { return joints ? bones.size() / joints : 0; }
-    std::span<const Affine> bonesOf(std::size_t f) const { return std::span(bones).subspan(f * joints, joints); }
-    std::span<const Mat3> rotationsOf(std::size_t f) const { return std::span(rotations).subspan(f * joints, joints); }
-    std::span<const float> poseOf(std::size_t f) const { return std::span(pose).subspan(f * pose_size, pose_size); }
-};
-PoseTable readPoses(const VisibilityReader& reader, int threads);
 
 // What the numbers are of. kCosineWeighted: moments of V(s) max(s.N, 0), 0 below the horizon whatever the convention
 // (A or B) says; exact, so it takes moments of one order more.

@@ -62,17 +62,17 @@ double squaredDistance(std::span<const float> a, std::span<const float> b) {
 }
 
 // Moves x to the mode that it climbs to.
-void climb(const WeightBins& bins, double bandwidth, std::span<float> x) {
+void climb(const MatrixF& points, std::span<const double> counts, double bandwidth, std::span<float> x) {
     std::vector<double> mean(x.size());
     for (int step = 0; step < kMaxSteps; ++step) {
         std::fill(mean.begin(), mean.end(), 0.0);
         double total = 0;
-        for (std::size_t b = 0; b < bins.points.rows; ++b) {
-            const double d2 = squaredDistance(bins.points.row(b), x) / (2 * bandwidth * bandwidth);
+        for (std::size_t b = 0; b < points.rows; ++b) {
+            const double d2 = squaredDistance(points.row(b), x) / (2 * bandwidth * bandwidth);
             if (d2 > 20) continue;  // exp(-20) = 2e-9
-            const double w = bins.counts[b] * std::exp(-d2);
+            const double w = counts[b] * std::exp(-d2);
             total += w;
-            for (std::size_t i = 0; i < x.size(); ++i) mean[i] += w * bins.points(b, i);
+            for (std::size_t i = 0; i < x.size(); ++i) mean[i] += w * points(b, i);
         }
         if (total <= 0) return;
         double moved = 0;
@@ -85,11 +85,11 @@ void climb(const WeightBins& bins, double bandwidth, std::span<float> x) {
     }
 }
 
-// Bins in descending count; each joins the first mode within a bandwidth, or founds one.
-std::vector<std::uint32_t> labelModes(const WeightBins& bins, const MatrixF& ends, double bandwidth) {
+// Points in descending count; each joins the first mode within a bandwidth, or founds one.
+std::vector<std::uint32_t> labelModes(std::span<const double> counts, const MatrixF& ends, double bandwidth) {
     std::vector<std::size_t> order(ends.rows), modes;
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return bins.counts[a] > bins.counts[b]; });
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return counts[a] > counts[b]; });
     std::vector<std::uint32_t> label(ends.rows);
     for (std::size_t b : order) {
         std::size_t mode = 0;
@@ -103,15 +103,20 @@ std::vector<std::uint32_t> labelModes(const WeightBins& bins, const MatrixF& end
 
 }  // namespace
 
+std::vector<std::uint32_t> meanShift(const MatrixF& points, std::span<const double> counts, double bandwidth,
+                                     int threads) {
+    MatrixF ends = points;
+    parallelFor(ends.rows, threads, [&](std::size_t p) {
+        throwIfInterrupted();
+        climb(points, counts, bandwidth, ends.row(p));
+    });
+    return labelModes(counts, ends, bandwidth);
+}
+
 std::vector<std::uint32_t> meanShiftSkinWeights(const Skin& skin, double bandwidth, int threads) {
     const WeightBins bins = makeBins(skin);
-    MatrixF ends = bins.points;
-    parallelFor(ends.rows, threads, [&](std::size_t b) {
-        throwIfInterrupted();
-        climb(bins, bandwidth, ends.row(b));
-    });
-    const std::vector<std::uint32_t> mode_of_bin = labelModes(bins, ends, bandwidth);
-    std::vector<std::uint32_t> dense(ends.rows, std::uint32_t(-1)), label;
+    const std::vector<std::uint32_t> mode_of_bin = meanShift(bins.points, bins.counts, bandwidth, threads);
+    std::vector<std::uint32_t> dense(bins.points.rows, std::uint32_t(-1)), label;
     std::uint32_t used = 0;
     for (std::uint32_t bin : bins.of_vertex) {
         std::uint32_t& name = dense[mode_of_bin[bin]];

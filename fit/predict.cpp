@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "fit/deforming_pose.h"
 #include "fit/regressor.h"
 #include "fit/tangent_frames.h"
 #include "formats/errors.h"
@@ -40,10 +41,18 @@ void checkCharacter(const Model& model, const VisibilityHeader& header, const st
     const auto refuse = [&](const char* field) {
         throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
     };
-    if (!header.skin) refuse("/skin");
+    if (header.skin.has_value() == model.deforming) refuse("/skin");
+    if (header.mesh.two_sided != model.mesh.two_sided) refuse("attribute two_sided");
     if (header.mesh.vertexCount() != model.mesh.vertexCount()) refuse("/mesh/rest_positions");
     if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");
-    if (header.skin->joint_names != model.skin.joint_names) refuse("/skin/joint_names");
+    if (header.input_names != model.input_names) refuse("/inputs/names");
+    if (model.deforming) {
+        if (!model.pose_mean.empty() && header.edges.size() != model.pose_mean.size()) refuse("/mesh/edges");
+        return;
+    }
+    const auto own = model.skin.joint_names.begin() + long(model.skin.jointCount() - model.input_joints.size());
+    if (header.skin->joint_names != std::vector<std::string>(model.skin.joint_names.begin(), own))
+        refuse("/skin/joint_names");
     if (header.pose_size != model.pose_size) refuse("/frames/pose");
 }
 
@@ -54,6 +63,27 @@ VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& po
         model.convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
     header.provenance = provenance;
     return header;
+}
+
+// What the model sees of a frame of a file that checkCharacter() let pass.
+struct SeenPose {
+    std::vector<Affine> bones;
+    std::vector<float> pose;
+};
+
+SeenPose seenPose(const Model& model, const VisibilityFrame& frame) {
+    const std::span<const float> inputs = std::span(frame.pose).last(model.input_names.size());
+    const std::size_t own = model.skin.jointCount() - model.input_joints.size();
+    SeenPose seen{frame.bones, frame.pose};
+    if (model.deforming) {
+        seen.bones =
+            partBones(model.mesh, model.skin, own, std::span(frame.positions).first(model.mesh.frontVertexCount()));
+        seen.pose =
+            reducedAngles(model.pose_mean, model.pose_basis, std::span(frame.pose).first(model.pose_mean.size()));
+        seen.pose.insert(seen.pose.end(), inputs.begin(), inputs.end());
+    }
+    appendInputBones(model.input_joints, model.joint_centers, inputs, seen.bones);
+    return seen;
 }
 
 }  // namespace
@@ -112,8 +142,9 @@ PredictReport predictFile(const Model& model, const VisibilityReader& poses, con
     for (std::size_t f = 0; f < report.frames; ++f) {
         throwIfInterrupted();
         VisibilityFrame frame = poses.readPose(f);
-        const Prediction prediction = predictNumbers(model, frame.bones, frame.pose);
-        frame.coefficients = toModelFrame(model, frame.bones, frame.normals, prediction.numbers, threads);
+        const SeenPose seen = seenPose(model, frame);
+        const Prediction prediction = predictNumbers(model, seen.bones, seen.pose);
+        frame.coefficients = toModelFrame(model, seen.bones, frame.normals, prediction.numbers, threads);
         writer.writeFrame(frame);
         report.out_of_range.push_back(prediction.out_of_range);
         if (progress) progress(double(f + 1));

@@ -18,6 +18,9 @@ namespace {
 // regularised orthogonal least squares (Chen, Cowan, Grant 1991), which is a Cholesky factorisation of
 // Phi^T Phi + lambda P whose pivot is the unit that lowers the objective most.
 constexpr std::size_t kCentresPerGroup = 48;
+// Of all groups of a deforming mesh together, which has more parts than a character has bones: training takes time in
+// proportion to their square.
+constexpr std::size_t kDeformingCentres = 1024, kLeastCentresPerGroup = 12;
 constexpr std::size_t kUnitCounts[] = {16, 32, 48, 64, 96, 128};
 constexpr double kLambdas[] = {3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 1.0};
 constexpr double kSelectionLambda = 1e-3;
@@ -70,11 +73,15 @@ Matrix groupRows(const RegressionProblem& problem, std::size_t group) {
 
 Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& model) {
     Candidates all;
+    const std::size_t centres_per_group =
+        problem.recipe.deforming ? std::clamp(kDeformingCentres / std::max<std::size_t>(model.groups.size(), 1),
+                                              kLeastCentresPerGroup, kCentresPerGroup)
+                                 : kCentresPerGroup;
     std::vector<Eigen::VectorXd> columns;
     std::vector<double> centres;
     for (std::size_t g = 0; g < model.groups.size(); ++g) {
         const Matrix x = groupRows(problem, model.groups[g]);
-        const std::vector<std::size_t> rows = farthestRows(x, kCentresPerGroup);
+        const std::vector<std::size_t> rows = farthestRows(x, centres_per_group);
         if (rows.size() == 1) continue;  // it does not move: nothing can be learned from it
         for (std::size_t c : rows) {
             all.group.push_back(g);

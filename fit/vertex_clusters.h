@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/mesh.h"
+#include "fit/pose_table.h"
 
 namespace penumbra {
 
@@ -19,6 +19,12 @@ struct VertexClusters {
 // 3. Too many: the pair whose union raises the sum of squared distances to the mean weights least (Ward) is merged,
 // again and again. 4. Too few: the largest is cut at the median along its longest principal axis.
 // `count` 0: as many as step 2 leaves, or V / kAutoClusterSize rounded up if that is more. 1 <= count <= V otherwise.
+// Parts of a deforming mesh (influences = 1) are clusters from the start, and step 3 merges those whose centres are
+// near (Ward on rest positions). Fronts and backs are never in one cluster: of a two-sided mesh all this is done with
+// the fronts and half the number (rounded up), then each cluster gets one of their backs.
 VertexClusters clusterVertices(const Mesh& mesh, const Skin& skin, std::size_t count, int threads);
+VertexClusters clusterParts(const Mesh& mesh, const Skin& skin, std::size_t count);
+// Either, by what the poses are of.
+VertexClusters clustersOf(const Mesh& mesh, const PoseTable& poses, std::size_t count, int threads);
 
 }  // namespace penumbra

@@ -16,7 +16,7 @@ namespace {
 
 struct VisibilityCommand {
     std::string input, output, train_frames;
-    std::string model = nameOf(FitOptions{}.model), features = "relative-bones", clusters = "auto",
+    std::string model = nameOf(FitOptions{}.model), features = "relative-bones", clusters = "auto", parts = "auto",
                 input_variance = "auto", convention = "D5";
     FitOptions options;
 };
@@ -36,12 +36,15 @@ void define(CLI::App& app, VisibilityCommand& command) {
         ->check(CLI::IsMember(namesOf(kModelKinds)))
         ->capture_default_str();
     app.add_option("--features", command.features, "what the numbers are predicted from")
-        ->check(CLI::IsMember({"joint-angles", "relative-bones"}))
+        ->check(CLI::IsMember(namesOf(kFeatureKinds)))
         ->capture_default_str();
     app.add_option("--clusters", command.clusters, "number of clusters, or auto")->capture_default_str();
+    app.add_option("--parts", command.parts,
+                   "near-rigid parts of a mesh without skeleton, its bones for relative-bones; a number or auto")
+        ->capture_default_str();
     app.add_option("--input-variance", command.input_variance,
                    "share of the features' variance to keep, (0, 1], not used by additive models; auto: 0.9 for "
-                   "joint-angles, 0.99 "
+                   "angles, 0.99 "
                    "for relative-bones, 0.95 for neural models of them")
         ->capture_default_str();
     app.add_option("--output-variance", options.output_variance, "share of the visibility's variance to keep, (0, 1]")
@@ -61,12 +64,12 @@ double parseInputVariance(const std::string& text) {
     return share;
 }
 
-int parseClusters(const std::string& text) {
+int parseCount(const char* option, const std::string& text, long most) {
     if (text == "auto") return 0;
     char* end = nullptr;
     const long count = std::strtol(text.c_str(), &end, 10);
-    if (text.empty() || *end != '\0' || count < 1 || count > 1000000)
-        throw UsageError("--clusters must be auto or 1..1000000, not '" + text + "'");
+    if (text.empty() || *end != '\0' || count < 1 || count > most)
+        throw UsageError(std::string(option) + " must be auto or 1.." + std::to_string(most) + ", not '" + text + "'");
     return int(count);
 }
 
@@ -74,8 +77,10 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
     FitOptions options = command.options;
     options.model = *std::find_if(kModelKinds.begin(), kModelKinds.end(),
                                   [&](ModelKind kind) { return command.model == nameOf(kind); });
-    options.features = command.features == "joint-angles" ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
-    options.clusters = parseClusters(command.clusters);
+    options.features = *std::find_if(kFeatureKinds.begin(), kFeatureKinds.end(),
+                                     [&](FeatureKind kind) { return command.features == nameOf(kind); });
+    options.clusters = parseCount("--clusters", command.clusters, 1000000);
+    options.parts = parseCount("--parts", command.parts, 65000);
     options.input_variance = parseInputVariance(command.input_variance);
     try {
         options.convention = parseConvention(command.convention);
@@ -99,6 +104,7 @@ std::string optionsJson(const VisibilityCommand& command, const FitOptions& opti
     json["model"] = command.model;
     json["features"] = command.features;
     json["clusters"] = command.clusters;
+    if (options.parts > 0) json["parts"] = options.parts;
     json["input_variance"] = inputVariance(options);
     json["output_variance"] = options.output_variance;
     json["holdout"] = options.holdout;
