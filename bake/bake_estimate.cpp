@@ -15,7 +15,7 @@ using std::chrono::steady_clock;
 
 constexpr double kProbeSeconds = 3;
 constexpr std::size_t kRuns = 4;        // places in the list of frames
-constexpr std::size_t kRunFrames = 16;  // consecutive ones: what deflate looks back over (32 KiB) is fewer
+constexpr std::size_t kRunFrames = 64;  // consecutive ones, as in the writer's blocks; fewer when the time is up
 constexpr std::size_t kTasks = 8;       // blocks of vertices that a chunk keeps together
 
 static double secondsSince(steady_clock::time_point start) {
@@ -104,7 +104,8 @@ static ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int thr
     const auto start = steady_clock::now();
     const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
     const std::size_t frames = plan.header.frames.frameCount();
-    const std::size_t length = std::min({kRunFrames, framesOfBlock(plan.header), frames});
+    const std::size_t length =
+        std::min({kRunFrames, framesOfBlock(plan.header), std::max<std::size_t>(1, frames / kRuns)});
     const std::size_t runs = std::min(kRuns, frames / length);
     ProbeSums sums;
     for (std::size_t r = 0; r < runs; ++r) {

@@ -12,6 +12,7 @@
 
 #include "formats/errors.h"
 #include "formats/fp16.h"
+#include "formats/json_depth.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
@@ -111,6 +112,7 @@ void BakeJournal::open(bool resume) {
 
 // Why the journal of another bake cannot be one with this key.
 static std::string whyForeign(const std::string& found, const std::string& key) try {
+    if (nestedTooDeep(found)) return "of another bake";
     const auto parse = [](const std::string& text) {
         return provenanceFromJson(nlohmann::ordered_json::parse(text).at("provenance").dump());
     };

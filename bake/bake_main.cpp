@@ -14,6 +14,7 @@
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/name_list_option.h"
+#include "formats/program_version.h"
 #include "formats/warning.h"
 
 namespace penumbra {
@@ -96,10 +97,12 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
         printEstimate(estimateBake(plan, options, common.threads), common.threads, report);
         return;
     }
-    if (command.resume && isWhole(command.output, plan)) {
+    if (std::string damage; command.resume && isWhole(command.output, plan, damage)) {
         report.figures["already_whole"] = true;
         if (!common.quiet) std::printf("%s: is this bake already, and whole\n", command.output.c_str());
         return;
+    } else if (!damage.empty() && !common.quiet) {
+        reportWarning("penumbra-bake", damage + ": all of it is baked anew");
     }
     report.phase("trace and write");
     const BakeResult result = bakeVisibility(plan, options, {command.output, command.resume}, common.threads, style);
@@ -180,6 +183,7 @@ static Verb visibilityVerb() {
 
 int main(int argc, char** argv) {
     using namespace penumbra;
+    setSourceHash(kSourceHash);
     return runProgram("penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
                       "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1, "
                       "penumbra.asset 2..4",

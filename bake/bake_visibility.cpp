@@ -13,6 +13,7 @@
 #include "bake/posed_frame.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
+#include "formats/visibility_check.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
@@ -102,13 +103,19 @@ BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, cons
             journal.note()};
 }
 
-bool isWhole(const std::filesystem::path& output, const BakePlan& plan) {
+bool isWhole(const std::filesystem::path& output, const BakePlan& plan, std::string& damage) {
     std::error_code error;
     if (!std::filesystem::exists(output, error)) return false;
     try {
-        return toJson(VisibilityReader(output).header().provenance) == toJson(plan.header.provenance);
-    } catch (const std::exception&) {
-        return false;  // whatever it is, the bake replaces it
+        const VisibilityReader reader(output);
+        if (toJson(reader.header().provenance) != toJson(plan.header.provenance)) return false;
+        checkFrames(reader);
+        return true;
+    } catch (const Interrupted&) {
+        throw;
+    } catch (const std::exception& problem) {
+        damage = problem.what();  // whatever it is, the bake replaces it
+        return false;
     }
 }
 

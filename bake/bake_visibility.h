@@ -49,7 +49,8 @@ struct BakeResult {
 BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,
                           ProgressStyle progress);
 
-// Whether the file under this name is what the bake would make: same inputs by content, options and version.
-bool isWhole(const std::filesystem::path& output, const BakePlan& plan);
+// Whether the file under this name is what the bake would make: same inputs by content, options and version, and all
+// of its data right by their checksums, for which it is read through. `damage` says which are not. Throws Interrupted.
+bool isWhole(const std::filesystem::path& output, const BakePlan& plan, std::string& damage);
 
 }  // namespace penumbra

@@ -10,6 +10,7 @@
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/sha256.h"
+#include "formats/visibility_check.h"
 #include "formats/write_file.h"
 
 namespace penumbra {
@@ -309,6 +310,9 @@ void writeIndex(const MergePlan& plan, const fs::path& output, int threads) {
         throwIfInterrupted();
         sources.sha256[i] = sha256OfFile(plan.shards[i]);
     });
+    // After hashing: a shard that is replaced in between is refused by whoever opens the index. One after the other,
+    // since HDF5 takes turns anyway and the first damaged shard is then always the one that is named.
+    for (const fs::path& shard : plan.shards) checkFrames(VisibilityReader(shard));
     writeVirtualVisibility(output, plan.header, plan.precision, sources);
 }
 

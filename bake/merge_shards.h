@@ -43,8 +43,8 @@ MergePlan planMerge(const std::vector<std::filesystem::path>& shards, const Merg
 // Byte-identical to the unsplit bake. Memory: a few blocks of frames, however many shards. `plan` without problems.
 void writeMerged(const MergePlan& plan, const std::filesystem::path& output, ProgressStyle progress);
 
-// The same frames as an index of the shards, which have to stay where they are, seen from the output. UsageError when a
-// shard is such an index itself.
+// The same frames as an index of the shards, which have to stay where they are, seen from the output. Every shard is
+// read through: InvalidInput names one whose data are damaged. UsageError when a shard is such an index itself.
 void writeIndex(const MergePlan& plan, const std::filesystem::path& output, int threads);
 
 }  // namespace penumbra

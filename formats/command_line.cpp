@@ -15,7 +15,7 @@
 #include "formats/check_readable.h"
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
-#include "formats/provenance.h"
+#include "formats/program_version.h"
 #include "formats/sha256.h"
 #include "formats/warning.h"
 #include "formats/write_file.h"
@@ -273,7 +273,7 @@ static void writeReport(Run& run, int exit_code, const std::string& error) {
     json["schema"] = "penumbra.report";
     json["schema_version"] = 1;
     json["tool"] = run.program;
-    json["version"] = penumbraVersion();
+    json["version"] = programVersion();
     json["verb"] = run.verb.name;
     json["exit_code"] = exit_code;
     if (!error.empty()) json["error"] = error;
@@ -338,8 +338,7 @@ static int runVerb(Run& run) {
 int runProgram(const char* program, const char* description, const char* format_versions, std::vector<Verb> verbs,
                int argc, char** argv) try {
     catchSignals(program);
-    const std::string version =
-        std::string(program) + " " + std::string(penumbraVersion()) + "\nformats: " + format_versions;
+    const std::string version = std::string(program) + " " + programVersion() + "\nformats: " + format_versions;
     CommandLine line(description);
     defineCommandLine(line, program, version, verbs);
     if (const std::optional<int> done = parse(line, program, argc, argv)) {

@@ -70,6 +70,14 @@ static std::size_t elementCount(const std::vector<hsize_t>& shape) {
     return product;
 }
 
+// The chunk of a dataset that is not compressed: all of it, but for HDF5's limit of 4 GB a chunk.
+static std::vector<hsize_t> wholeRows(const std::vector<hsize_t>& shape) {
+    constexpr hsize_t kMostEntries = hsize_t(1) << 26;  // of at most 8 bytes; text is shorter than 64 bytes a name
+    std::vector<hsize_t> chunk = shape;
+    chunk[0] = std::clamp<hsize_t>(kMostEntries / std::max<hsize_t>(1, elementCount(shape) / shape[0]), 1, shape[0]);
+    return chunk;
+}
+
 Hdf5Handle createDataset(hid_t file, const std::string& path, hid_t type, const std::vector<hsize_t>& shape,
                          const std::vector<hsize_t>& chunk) {
     const std::string what = targetOf(file);
@@ -78,10 +86,12 @@ Hdf5Handle createDataset(hid_t file, const std::string& path, hid_t type, const 
     const Hdf5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
     checkHdf5(H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER), what);
     checkHdf5(H5Pset_obj_track_times(creation, false), what);
-    if (!chunk.empty() && elementCount(shape) > 0) {
-        checkHdf5(H5Pset_chunk(creation, int(chunk.size()), chunk.data()), what);
-        checkHdf5(H5Pset_shuffle(creation), what);
-        checkHdf5(H5Pset_deflate(creation, 1), what);
+    if (elementCount(shape) > 0) {  // checksums are of chunks
+        const std::vector<hsize_t> rows = chunk.empty() ? wholeRows(shape) : chunk;
+        checkHdf5(H5Pset_chunk(creation, int(rows.size()), rows.data()), what);
+        if (!chunk.empty()) checkHdf5(H5Pset_shuffle(creation), what);
+        if (!chunk.empty()) checkHdf5(H5Pset_deflate(creation, 1), what);
+        checkHdf5(H5Pset_fletcher32(creation), what);  // last: of the bytes as they are stored
     }
     return Hdf5Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose, what);
 }

@@ -5,16 +5,22 @@
 #include <set>
 
 #include "formats/errors.h"
+#include "formats/json_depth.h"
+#include "formats/program_version.h"
 #include "formats/sha256.h"
 
 namespace penumbra {
 using Json = nlohmann::ordered_json;
 
+static std::string program_version = PENUMBRA_VERSION;
+
 std::string_view penumbraVersion() { return PENUMBRA_VERSION; }
+void setSourceHash(std::string_view hash) { program_version = PENUMBRA_VERSION "+" + std::string(hash); }
+std::string programVersion() { return program_version; }
 
 Provenance makeProvenance(std::string tool, std::string options_json,
                           const std::vector<std::filesystem::path>& inputs) {
-    Provenance provenance{std::move(tool), std::string(penumbraVersion()), std::move(options_json), {}};
+    Provenance provenance{std::move(tool), programVersion(), std::move(options_json), {}};
     for (const std::filesystem::path& input : inputs)
         provenance.inputs.push_back({input.filename().string(), sha256OfFile(input)});
     return provenance;
@@ -32,8 +38,7 @@ std::string toJson(const Provenance& provenance) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// nlohmann's parser recurses with the nesting depth; hostile text must not exhaust the stack.
-static bool nestedTooDeep(std::string_view json) {
+bool nestedTooDeep(std::string_view json) {
     int depth = 0;
     for (char c : json) {
         if (c == '[' || c == '{') ++depth;

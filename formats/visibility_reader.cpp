@@ -5,7 +5,9 @@
 #include "formats/errors.h"
 #include "formats/parallel_for.h"
 #include "formats/sha256.h"
+#include "formats/visibility_check.h"
 #include "formats/visibility_header.h"
+#include "formats/write_file.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;
@@ -79,7 +81,8 @@ void VisibilityReader::Impl::openSources(const Hdf5Reader& in, const fs::path& p
     const std::vector<std::string> names = readStrings(in, "/virtual/files"), sums = readStrings(in, "/virtual/sha256");
     if (names.empty() || sums.size() != names.size()) throw InvalidInput(in.name + ": /virtual/sha256: not one a file");
     std::vector<fs::path> files;
-    for (const std::string& name : names) files.push_back(path.parent_path() / name);
+    const fs::path folder = fs::canonical(path).parent_path();  // where a link to the index leads
+    for (const std::string& name : names) files.push_back(folder / name);
     checkSources(files, sums, in.name);
     for (const fs::path& source_file : files) {
         Hdf5Reader shard = openHdf5(source_file);
@@ -183,6 +186,13 @@ void VisibilityReader::readVertices(std::size_t begin, std::size_t end, std::spa
         readPart(store.coefficients, {0, begin, 0}, {store.frames(), end - begin, n2}, part);
         for (std::size_t f = 0; f < impl_->source.size(); ++f)
             if (impl_->source[f].file == s) std::copy_n(&part[impl_->source[f].frame * row], row, &out[f * row]);
+    }
+}
+
+void checkFrames(const VisibilityReader& reader) {
+    for (std::size_t f = 0; f < reader.header().frames.frameCount(); ++f) {
+        throwIfInterrupted();
+        (void)reader.readFrame(f);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/name_list_option.h"
+#include "formats/program_version.h"
 #include "formats/write_file.h"
 #include "pack/check_asset.h"
 #include "pack/error_budget.h"
@@ -416,6 +417,7 @@ static Verb checkVerb() {
 
 int main(int argc, char** argv) {
     using namespace penumbra;
+    setSourceHash(kSourceHash);
     return runProgram(
         "penumbra-pack", "The run-time asset: packed, and held against truth.",
         "penumbra.asset 2..4, penumbra.visibility 1, penumbra.model 2..3, penumbra.brdf 1, penumbra.light 1",

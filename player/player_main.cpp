@@ -1,10 +1,12 @@
 // penumbra-player: an asset as pictures. Links neither HDF5, Embree nor Ceres.
+#include "formats/program_version.h"
 #include "player/bench_command.h"
 #include "player/render_command.h"
 #include "player/view_command.h"
 
 int main(int argc, char** argv) {
     using namespace penumbra;
+    setSourceHash(kSourceHash);
     return runProgram("penumbra-player", "Soft self-shadowed pictures of animated characters from packed assets.",
                       "penumbra.asset 2..4", {viewVerb(), renderVerb(), benchVerb()}, argc, argv);
 }

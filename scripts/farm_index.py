@@ -3,6 +3,7 @@
 
 farm_index.py FARM.yaml -o index.html        run in the farm's output folder"""
 import argparse
+import glob
 import json
 import os
 import pathlib
@@ -14,7 +15,7 @@ from urllib.parse import quote
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from farm.config import ConfigError, exit_code, read_config
 from farm.plan import make_plan, report_of
-from farm.stamps import write_whole
+from farm.stamps import remove, write_whole
 
 STYLE = """
 :root { color-scheme: light dark; --paper: #fff; --ink: #1d2430; --soft: #5c6675; --line: #d9dee6; --link: #0b5cad; }
@@ -140,6 +141,14 @@ class Page:
                "".join(self.rig_section(rig) for rig in self.farm.rigs) + self.looks_section() + "</main></body></html>\n"
 
 
+def remove_vanished(plan):
+    """Reports and stamps of shards that no plan knows any more."""
+    kept = {os.path.normpath(path) for output in plan for path in (report_of(output), output + ".stamp", output + ".d")}
+    for path in [*glob.glob("reports/*.shards.*.vis.h5.json"), *glob.glob("*/shards/*.vis.h5.stamp"), *glob.glob("*/shards/*.vis.h5.d")]:
+        if path not in kept:
+            remove(path)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("farm")
@@ -148,11 +157,13 @@ def main():
     arguments = parser.parse_args()
     start = time.monotonic()
     try:
-        page = Page(read_config(arguments.farm)).html()
+        page = Page(read_config(arguments.farm))
+        remove_vanished(page.plan)
+        text = page.html()
     except ConfigError as error:
         print(f"farm_index.py: {error}", file=sys.stderr)
         sys.exit(exit_code(error))
-    write_whole(arguments.output, page)
+    write_whole(arguments.output, text)
     if arguments.report:
         write_whole(arguments.report, json.dumps({"schema": "penumbra.report", "schema_version": 1, "tool": "farm_index.py",
                     "verb": "index", "exit_code": 0, "output": arguments.output, "seconds": time.monotonic() - start}))

@@ -3,15 +3,21 @@
 
 farm_sheet.py PLAYER BAKE X.pnb X.truth.pnb --light E.light.h5... -o SHEET.png [--frames 3] [--size 320] [--camera ...]"""
 import argparse
+import io
 import json
+import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import time
 
 import h5py
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from farm.stamps import write_whole
 
 BAR = 24  # pixels of a line of text
 GREY = (58, 60, 64, 255)
@@ -90,9 +96,9 @@ def draw_sheet(rows, size, path):
             over = Image.alpha_composite(Image.new("RGBA", image.size, GREY), image).convert("RGB")
             sheet.paste(over, (c * size, r * (size + BAR) + BAR))
             draw.text((c * size + 8, r * (size + BAR) + 4), title, fill=(235, 235, 235), font=font)
-    partial = path.with_name(path.name + ".part")
-    sheet.save(partial, "PNG")
-    partial.replace(path)
+    png = io.BytesIO()
+    sheet.save(png, "PNG")
+    write_whole(str(path), png.getvalue())
 
 
 def main():
@@ -120,7 +126,7 @@ def main():
         report = {"schema": "penumbra.report", "schema_version": 1, "tool": "farm_sheet.py", "verb": "sheet", "exit_code": 0,
                   "output": str(arguments.output), "seconds": time.monotonic() - start,
                   "figures": {"material": materials[0], "light": light, "frames": figures}}
-        arguments.report.write_text(json.dumps(report, indent=1))
+        write_whole(str(arguments.report), json.dumps(report, indent=1))
 
 
 if __name__ == "__main__":

@@ -132,10 +132,10 @@ MATERIAL = dict(analytic=text, merl=a_file, table=a_file, material=text, operato
                 view_order=number(1, True))
 LIGHT = dict(analytic=text, layout=one_of("latlong", "angular", "ball", "cube"), order=number(1, True),
              window=lambda key, value, folder: str(value), lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed"))
-OF_A_RIG = dict(clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True),
+OF_A_RIG = dict(clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True), predict=one_of(True, False),
                 materials=list_of(text), lights=list_of(text), bake=keys(**BAKE), fit=keys(**FIT), pack=keys(**PACK))
 JOB = keys(threads=number(1, True), memory_mb=number(1, True), minutes=number(1, True))
-RULES = ("bake", "merge", "fit", "brdf", "light", "pack", "truth", "check", "sheet", "index")
+RULES = ("bake", "merge", "fit", "predict", "brdf", "light", "pack", "truth", "check", "sheet", "index")
 FARM = keys(
     output=needed(text), programs=text, defaults=keys(**OF_A_RIG),
     rigs=needed(map_of(keys(files=needed(list_of(a_file)), **OF_A_RIG))),
@@ -143,6 +143,9 @@ FARM = keys(
     lights=needed(map_of(exactly_one(("picture", "analytic"), keys(picture=a_file, **LIGHT)))),
     pictures=keys(frames=number(1, True), size=number(16, True), camera=text),
     jobs=keys(**{rule: JOB for rule in RULES}))
+
+
+RESERVED = ("materials", "lights", "reports", "lists")  # folders of the output
 
 
 @dataclass
@@ -167,6 +170,8 @@ def with_defaults(defaults, rig):
 
 def check_rig(name, rig, farm):
     key = f"rigs.{name}"
+    if name.lower() in RESERVED:
+        raise ConfigError(f"{key}: a rig becomes a folder of the output, and {name} is one already: {', '.join(RESERVED)}")
     if not rig.get("holdout"):
         raise ConfigError(f"{key}.holdout: missing: clips that no model may see, to measure it on")
     for clip in rig["holdout"]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from urllib.parse import unquote
 
 from farm.config import ROOT, ConfigError
-from farm.stamps import Digests, label, tool_version, write_whole
+from farm.stamps import Digests, digest_of, label, read_stamp, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
 
@@ -24,6 +24,7 @@ class Job:
     sources: list        # files from outside, absolute
     names: dict          # what the wildcards of PATTERNS stand for
     temporary: bool = False  # not kept once it was read
+    merged: str = ""         # by what a temporary one is read
     depfile: str = ""    # where the command lists further files that it read
 
 
@@ -31,12 +32,12 @@ class Job:
 PATTERNS = {
     "bake": "{rig}/{rig}.vis.h5", "shard": "{rig}/shards/{range}.vis.h5", "merge": "{rig}/{rig}.vis.h5",
     "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5", "light": "lights/{light}.light.h5",
-    "pack": "{rig}/{rig}.pnb", "truth": "{rig}/{rig}.truth.pnb", "check": "{rig}/check.json", "sheet": "{rig}/sheet.png",
+    "predict": "{rig}/{rig}.pred.vis.h5", "pack": "{rig}/{rig}.pnb", "truth": "{rig}/{rig}.truth.pnb", "check": "{rig}/check.json", "sheet": "{rig}/sheet.png",
     "index": "index.html"}
 
 
 # No job reads from one of a later rule.
-ORDER = ("brdf", "light", "bake", "shard", "merge", "fit", "truth", "pack", "check", "sheet", "index")
+ORDER = ("brdf", "light", "bake", "shard", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
 
 
 def options(values):
@@ -69,10 +70,24 @@ def buffers_of(path):
     return [file for file in found if os.path.isfile(file)]
 
 
+WHERE = ("--frames", "-o", "--report", "--depfile")  # options that shards of one bake do not share
+
+
+def same_for_all_shards(command):
+    """A bake's command without its frames and files."""
+    return [word for before, word in zip(["", *command], command) if word not in WHERE and before not in WHERE]
+
+
 class Planner:
     def __init__(self, farm):
         self.farm = farm
         self.jobs = {}  # output -> Job, in an order that can be run
+        self.digests = Digests(farm.output)
+        self.memory = os.path.join(farm.output, ".farm", "asked.json")
+        self.asked = {}
+        if os.path.exists(self.memory):
+            with open(self.memory) as file:
+                self.asked = json.load(file)
 
     def program(self, name):
         return os.path.join(self.farm.programs, name) if self.farm.programs else name
@@ -94,39 +109,70 @@ class Planner:
         words = [self.program("penumbra-bake"), "visibility", *rig["files"],
                  *options({key: rig[key] for key in ("clips", "fps") if key in rig}), *options(rig["bake"])]
         files = [*rig["files"], *([rig["bake"]["poses"]] if "poses" in rig["bake"] else [])]
-        shards = rig.get("shards", 1)
-        if shards == 1:
+        ranges = self.standing_ranges(name, words, files)
+        if ranges is None:
+            ranges = self.new_ranges(name, words, files, rig.get("shards", 1))
+        if not ranges:
             return self.add("bake", {"rig": name}, [*words, "--resume"], sources=files)
-        frames = self.frames(name, words, files)
-        edges = [frames * i // shards for i in range(shards + 1)]
         parts = [self.add("shard", {"rig": name, "range": f"{a:06}-{b:06}"}, [*words, "--frames", f"{a}:{b}", "--resume"],
-                          sources=files, temporary=True) for a, b in zip(edges, edges[1:]) if a < b]
+                          sources=files, temporary=True, merged=PATTERNS["merge"].format(rig=name)) for a, b in ranges]
         return self.add("merge", {"rig": name}, [self.program("penumbra-bake"), "merge", *parts], parts)
 
-    def frames(self, name, words, files):
-        """How many frames a bake has: asked of the program once, and remembered by its version and the content of its files."""
-        memory = os.path.join(self.farm.output, ".farm", "frames.json")
-        digests = Digests(self.farm.output)
+    def new_ranges(self, name, words, files, shards):
+        """First and last frame of every shard; [] for a bake in one piece."""
+        if shards == 1:
+            return []
+        said = self.ask(f"rigs.{name}", [*words, "-o", ".farm/probe.vis.h5", "--dry-run"], files)
+        frames = int(re.match(r"(\d+) frames", said)[1])
+        edges = [frames * i // shards for i in range(shards + 1)]
+        return [(a, b) for a, b in zip(edges, edges[1:]) if a < b]
+
+    def standing_ranges(self, name, words, files):
+        """As new_ranges(), of the bake that lies there, if it is the one that is wanted whatever its shards; else None. Its bytes do
+        not depend on them, so another number of shards waits until something else changes, and nothing is made again for it."""
+        whole = PATTERNS["merge"].format(rig=name)
+        stamp = read_stamp(self.farm.output, whole)
+        if stamp is None or not os.path.exists(os.path.join(self.farm.output, whole)):
+            return None
+        merged = stamp["command"][1:2] == ["merge"]
+        pieces = stamp["inputs"] if merged else [[whole, stamp["output"]["sha256"]]]
+        if not all(self.is_of_bake(piece, digest, words, files) for piece, digest in pieces):
+            return None
+        return [tuple(map(int, re.findall(r"\d+", os.path.basename(piece))[:2])) for piece, _ in pieces] if merged else []
+
+    def is_of_bake(self, piece, digest, words, files):
+        """Was this piece, which need not be there any more, baked by these words from these files?"""
+        stamp = read_stamp(self.farm.output, piece)
+        return stamp is not None and stamp["output"]["sha256"] == digest and stamp["version"] == tool_version(words) and \
+            same_for_all_shards(stamp["command"]) == [label(word) for word in [*words, "--resume"]] and \
+            [found for _, found in stamp["inputs"]] == [self.digests.of(file) for file in files] and \
+            all(digest_of(self.farm.output, path, self.digests) == found for path, found in stamp["further_inputs"].items())
+
+    def ask(self, key, words, files):
+        """The first line of what a program says to --dry-run: asked once, and remembered by its version and the content of its files.
+        ConfigError with its complaint."""
         read = [*files, *(buffer for file in files for buffer in buffers_of(file))]
-        key = json.dumps([tool_version(words), [label(word) for word in words[1:]], [digests.of(file) for file in read]])
-        digests.save()
-        known = {}
-        if os.path.exists(memory):
-            with open(memory) as file:
-                known = json.load(file)
-        if key not in known:
-            result = subprocess.run([*words, "-o", os.path.join(self.farm.output, ".farm", "probe.vis.h5"), "--dry-run"],
-                                    capture_output=True, text=True)
-            found = re.search(r"(\d+) frames", result.stdout)
-            if result.returncode != 0 or not found:
-                raise ConfigError(f"rigs.{name}: {result.stderr.strip() or 'the bake does not say how many frames it has'}")
-            known[key] = int(found[1])
-            write_whole(memory, json.dumps(known, indent=1))
-        return known[key]
+        question = json.dumps([tool_version(words), [label(word) for word in words[1:]], [self.digests.of(file) for file in read]])
+        if question not in self.asked:
+            os.makedirs(os.path.dirname(self.memory), exist_ok=True)
+            result = subprocess.run(words, cwd=self.farm.output, capture_output=True, text=True)
+            if result.returncode != 0:
+                raise ConfigError(f"{key}: {result.stderr.strip()}")
+            self.asked[question] = result.stdout.partition("\n")[0]
+            write_whole(self.memory, json.dumps(self.asked, indent=1))
+        return self.asked[question]
+
+    def check_clips(self, name, rig):
+        """Before any job starts: are the clips there?"""
+        clips = list(dict.fromkeys([*rig.get("clips", []), *rig["holdout"]]))
+        self.ask(f"rigs.{name}.{'clips' if 'clips' in rig else 'holdout'}",
+                 [self.program("penumbra-bake"), "visibility", *rig["files"], *options({"clips": clips}), "--frames", "0:1", "--rays", "16",
+                  "-o", ".farm/probe.vis.h5", "--dry-run"], rig["files"])
 
     def rig(self, name, rig):
         bake, fit, pack = (self.program(f"penumbra-{p}") for p in ("bake", "fit", "pack"))
         names, holdout = {"rig": name}, options({"holdout": rig["holdout"]})
+        self.check_clips(name, rig)
         vis = self.bake(name, rig)
         train_frames = [rig["fit"]["train_frames"]] if "train_frames" in rig["fit"] else []
         model = self.add("fit", names, [fit, "visibility", vis, *holdout, *options(rig["fit"])], [vis], train_frames)
@@ -137,7 +183,11 @@ class Planner:
         looks = [word for kind, files in (("--brdf", brdfs), ("--light", lights)) for f in files for word in (kind, f)]
         asset = self.add("pack", names, [pack, "asset", model, *looks, *options(given), *slots], [model, *brdfs, *lights])
         truth = self.add("truth", names, [pack, "truth", vis, *options({"clips": rig["holdout"]})], [vis])
-        self.add("check", names, [pack, "check", asset, vis, "--model", model], [asset, vis, model])
+        check, read = [pack, "check", asset, vis, "--model", model], [asset, vis, model]
+        if rig.get("predict"):
+            prediction = self.add("predict", names, [fit, "predict", model, vis], [model, vis])
+            check, read = [*check, "--predictions", prediction], [*read, prediction]
+        self.add("check", names, check, read)
         script = os.path.join(SCRIPTS, "farm_sheet.py")
         self.add("sheet", names, [sys.executable, script, self.program("penumbra-player"), bake, asset, truth,
                                   *looks[2 * len(brdfs):], *options(self.farm.pictures)], [asset, truth, *lights], [script])
@@ -146,14 +196,16 @@ class Planner:
 
     def material(self, name, material):
         files = [material[kind] for kind in ("merl", "table") if kind in material]
-        self.add("brdf", {"material": name}, [self.program("penumbra-fit"), "brdf", *options(material), "--name", name],
-                 sources=files)
+        words = [self.program("penumbra-fit"), "brdf", *options(material), "--name", name]
+        self.ask(f"materials.{name}", [*words, "-o", ".farm/probe.brdf.h5", "--dry-run"], files)
+        self.add("brdf", {"material": name}, words, sources=files)
 
     def light(self, name, light):
         picture = [light["picture"]] if "picture" in light else []
         rest = {key: value for key, value in light.items() if key != "picture"}
-        self.add("light", {"light": name}, [self.program("penumbra-fit"), "light", *picture, *options(rest), "--name", name],
-                 sources=picture)
+        words = [self.program("penumbra-fit"), "light", *picture, *options(rest), "--name", name]
+        self.ask(f"lights.{name}", [*words, "-o", ".farm/probe.light.h5", "--dry-run"], picture)
+        self.add("light", {"light": name}, words, sources=picture)
 
 
 def make_plan(farm):
@@ -168,12 +220,19 @@ def make_plan(farm):
     script = os.path.join(SCRIPTS, "farm_index.py")
     kept = [output for output, job in planner.jobs.items() if not job.temporary]
     planner.add("index", {}, [sys.executable, script, farm.file], kept, [script, farm.file])
+    planner.digests.save()
     return planner.jobs
 
 
+def needs_of(farm, rule):
+    """Threads, memory_mb and minutes of a job."""
+    return farm.jobs["bake" if rule == "shard" else rule]
+
+
 def line_of(job):
-    """A job as a line of shell, for queues of commands; a merge deletes its shards, whose stamps stay."""
-    line = shlex.join(stamped(job))
+    """A job as a line of shell, for queues of commands. A merge deletes its shards, whose stamps stay: a shard that was merged is not
+    baked again."""
+    line = shlex.join(stamped(job, *(["--merged", job.merged] if job.merged else [])))
     return line + " && rm -f -- " + shlex.join(job.inputs) if job.rule == "merge" else line
 
 

@@ -20,7 +20,7 @@ def write_whole(path, content):
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
     partial = f"{path}.part-{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
     try:
-        with open(partial, "x") as file:
+        with open(partial, "xb" if isinstance(content, bytes) else "x") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
@@ -87,14 +87,18 @@ def label(path):
     return os.path.basename(path) if os.path.isabs(path) else path
 
 
+PROGRAMS = ("penumbra-bake", "penumbra-fit", "penumbra-pack", "penumbra-player")
+
+
 def tool_version(command, known={}):
-    """What a program of ours says; "" for others, which are inputs of their jobs where they matter."""
-    program = command[0]
-    if not os.path.basename(program).startswith("penumbra-"):
-        return ""
-    if program not in known:
-        known[program] = " ".join(subprocess.run([program, "--version"], capture_output=True, text=True).stdout.split())
-    return known[program]
+    """What the programs of ours in a command say, with the hashes of their sources; "" without one. Scripts are inputs of their jobs."""
+    said = []
+    for program in command[:4]:  # a script of ours takes programs first
+        if os.path.basename(program) in PROGRAMS:
+            if program not in known:
+                known[program] = " ".join(subprocess.run([program, "--version"], capture_output=True, text=True).stdout.split())
+            said.append(known[program])
+    return "; ".join(said)
 
 
 def depfile_inputs(path):

@@ -2,7 +2,8 @@
 
 #include "formats/errors.h"
 #include "formats/fp16.h"
-#include "formats/visibility_file.h"
+#include "formats/hdf5_handle.h"
+#include "formats/visibility_check.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {
@@ -157,6 +158,67 @@ TEST(VisibilityFile, UnfinishedWriterLeavesNothingAndKeepsTheOldFile) {
     const std::string before = samples::bytesOf(folder.path / "x.vis.h5");
     { VisibilityWriter writer(folder.path / "x.vis.h5", header, Precision::kFloat16); }
     EXPECT_EQ(samples::bytesOf(folder.path / "x.vis.h5"), before);
+}
+
+// One bit of every 17th byte in turn: refused, or of no consequence. Text attributes lie in HDF5's global heap, which
+// has no checksums; of them only those that take any text can change unnoticed.
+TEST(VisibilityFile, AFlippedBitIsFound) {
+    const samples::Folder folder("vis_flipped");
+    for (Precision precision : {Precision::kFloat32, Precision::kFloat16}) {
+        samples::writeVisibility(folder.path / "whole", samples::visibilityHeader(9, 3), precision);
+        const std::string whole = samples::bytesOf(folder.path / "whole");
+        const VisibilityReader expected(folder.path / "whole");
+        std::size_t found = 0, tried = 0;
+        for (std::size_t at = 0; at < whole.size(); at += 17, ++tried) {
+            std::string changed = whole;
+            changed[at] ^= char(1u << at % 8);
+            std::ofstream(folder.path / "changed", std::ios::binary) << changed;
+            try {
+                const VisibilityReader reader(folder.path / "changed");
+                checkFrames(reader);
+                VisibilityHeader header = reader.header();
+                header.provenance = expected.header().provenance;
+                header.pose_parameterisation = expected.header().pose_parameterisation;
+                expectSame(header, expected.header());
+                for (std::size_t f = 0; f < 3; ++f) expectSame(reader.readFrame(f), expected.readFrame(f));
+            } catch (const InvalidInput&) {
+                ++found;
+            } catch (const IoError&) {
+                ++found;
+            } catch (const Unsupported&) {
+                ++found;
+            }
+            ASSERT_FALSE(HasFailure()) << "byte " << at;
+        }
+        EXPECT_GT(found, tried / 2);  // the rest is room that nothing lies in, or text
+    }
+}
+
+TEST(VisibilityFile, CheckingNamesTheDataset) {
+    const samples::Folder folder("vis_check");
+    const VisibilityHeader header = samples::visibilityHeader(100, 150);
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    checkFrames(VisibilityReader(folder.path / "x.vis.h5"));
+    haddr_t chunk = 0;
+    {
+        const Hdf5Reader in = openHdf5(folder.path / "x.vis.h5");
+        const Hdf5Handle dataset(H5Dopen2(in.file, "/visibility/coefficients", H5P_DEFAULT), H5Dclose, "test");
+        const Hdf5Handle space(H5Dget_space(dataset), H5Sclose, "test");
+        hsize_t begin[3], size = 0;
+        unsigned filters = 0;
+        checkHdf5(H5Dget_chunk_info(dataset, space, 7, begin, &filters, &chunk, &size), "test");
+    }
+    std::string bytes = samples::bytesOf(folder.path / "x.vis.h5");
+    bytes[chunk + 100] ^= 4;
+    std::ofstream(folder.path / "x.vis.h5", std::ios::binary) << bytes;
+    const VisibilityReader reader(folder.path / "x.vis.h5");
+    try {
+        checkFrames(reader);
+        ADD_FAILURE() << "accepted";
+    } catch (const InvalidInput& error) {
+        EXPECT_NE(std::string(error.what()).find("x.vis.h5: /visibility/coefficients: damaged"), std::string::npos)
+            << error.what();
+    }
 }
 
 TEST(VisibilityFile, MissingFileIsAnIoError) {

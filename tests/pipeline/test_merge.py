@@ -41,6 +41,11 @@ def digest(path):
     return hashlib.sha256(open(path, "rb").read()).hexdigest()
 
 
+def write_bytes(path, content):
+    with open(path, "wb") as file:
+        file.write(content)
+
+
 def refused(words, *parts, code=3):
     result = run("merge", *words)
     assert result.returncode == code and len(result.stderr.splitlines()) == 1, (words, result)
@@ -231,6 +236,17 @@ def check_virtual(folder):
     bake(shards[2], "--precision", "f16", "--frames", f"2:{frames}:4")
     good("merge", *shards, "-o", index, "--virtual", "-q")
     assert digest(index) == first
+    # A shard with a flipped bit, in what all share and in what its frames hold, is refused by name before there is an index.
+    good_shard = open(shards[1], "rb").read()
+    with h5py.File(shards[1]) as f:
+        places = {name: f[name].id.get_chunk_info(0).byte_offset for name in
+                  ("mesh/triangles", "frames/time", "frames/positions", "frames/bones", "frames/pose", "visibility/coefficients")}
+    for name, at in places.items():
+        write_bytes(shards[1], good_shard[:at + 9] + bytes([good_shard[at + 9] ^ 16]) + good_shard[at + 10:])
+        for words in ([], ["--virtual"]):
+            refused([*shards, "-o", place("x.vis.h5"), *words], f"s1.vis.h5: /{name}: damaged")
+            assert not os.path.exists(place("x.vis.h5"))
+    write_bytes(shards[1], good_shard)
     # An index that somebody edited.
     for name, value in (("virtual/frame_in_file", 10**6), ("virtual/file_of_frame", 9)):
         shutil.copy(index, place("out/odd.vis.h5"))

@@ -5,6 +5,7 @@ usage: test_openjd.py BIN
 """
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -115,8 +116,9 @@ def run_step(step, values, folder, code=0):
 
 
 def check_run(template, folder):
-    """Eight shards of a rig in a folder with a blank; progress as the specification's regular expressions want it."""
-    given = {"Rig": RIG, "Output": os.path.join(folder, "out put.vis.h5"), "Shards": 8, "Options": "--fps 6 --rays 64", "Bake": BAKE}
+    """Eight shards of a rig whose folder has every character that means something to a shell; progress as the specification's regular expressions want it."""
+    rig = shutil.copy(RIG, folder)
+    given = {"Rig": rig, "Output": os.path.join(folder, "out put.vis.h5"), "Shards": 8, "Options": '--fps "6" --rays 64', "Bake": BAKE}
     values = {f"{kind}.{name}": value for kind in ("Param", "RawParam") for name, value in given.items()}
     plan, bake, merge = template["steps"]
     assert " frames x " in run_step(plan, values, folder)
@@ -126,7 +128,7 @@ def check_run(template, folder):
     assert len(re.findall(r"^openjd_status: .+$", text, re.M)) == len(progress)
     run_step(merge, values, folder)
     whole = os.path.join(folder, "whole.vis.h5")
-    subprocess.run([BAKE, "visibility", RIG, "--fps", "6", "--rays", "64", "-o", whole, "-q"], check=True)
+    subprocess.run([BAKE, "visibility", rig, "--fps", "6", "--rays", "64", "-o", whole, "-q"], check=True)
     assert open(whole, "rb").read() == open(given["Output"], "rb").read()
     values["Param.Shards"] = 1000
     assert "openjd_fail: 1000 shards of " in run_step(plan, values, folder, code=1)
@@ -137,7 +139,7 @@ def main():
         template = yaml.safe_load(file)
     check_template(template)
     with tempfile.TemporaryDirectory() as top:
-        folder = os.path.join(top, "a b")
+        folder = os.path.join(top, "a b 'c' \"d\" $e `f` \\ g")
         os.mkdir(folder)
         check_run(template, folder)
     print("OpenJD: keys and references as in 2023-09; eight tasks and a merge make the bytes of one bake")

@@ -3,6 +3,7 @@
 usage: test_reruns.py BIN
 """
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without,
 sys.path.insert(0, SCRIPTS)
 from farm import config
 from farm.config import ConfigError, read_config
-from farm.plan import buffers_of
+from farm.plan import buffers_of, make_plan
 
 BIN = os.path.abspath(sys.argv[1])
 OF_GOLD = {"materials/gold.brdf.h5", "bend/bend.pnb", "bend/check.json", "bend/sheet.png", "index.html"}
@@ -147,8 +148,74 @@ def check_array_files(folder):
     submit()
     after = content()
     assert before.items() <= after.items() and len([name for name in after if name.startswith("brdf.")]) == 2, after.keys()
-    replace(yaml, "alpha=0.7", "alpha=0.4")
+    # What waits or runs is not submitted again; with other options it is named.
+    write(os.path.join(fake, "squeue"), "#!/bin/sh\nfor i in 0 1 2 3 4 5 6 7; do echo 7_$i; done\n")
+    os.chmod(os.path.join(fake, "squeue"), 0o755)
+    result = subprocess.run([os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, capture_output=True,
+                            text=True, check=True)
+    assert "jobs are under way: arrays 7" in result.stdout and "tasks" not in result.stdout and content() == after, result
+    replace(yaml, "alpha=0.7", "alpha=0.8")
+    result = subprocess.run([os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml"], cwd=folder, env=environment, capture_output=True,
+                            text=True)
+    assert result.returncode == 3 and "materials/gold.brdf.h5: task 7_1 still makes it with other options" in result.stderr, result
+    replace(yaml, "alpha=0.8", "alpha=0.4")
     shutil.rmtree(os.path.join(folder, "out"))
+
+
+def check_shard_count(folder):
+    """Another number of shards runs nothing: it counts when the bake must run for another reason."""
+    yaml = os.path.join(folder, "farm.yaml")
+    whole = open(yaml).read()
+    for shards in (1, 5):
+        replace(yaml, "shards: 2", f"shards: {shards}")
+        expect(folder, {"index.html"}, f"{shards} shards instead of 2")  # the page follows the file
+        write(yaml, whole)
+    replace(yaml, "shards: 2", "shards: 5")
+    replace(yaml, "holdout: [walk],", "holdout: [walk], bake: {seed: 2},")
+    text = snakemake(folder, "-n")
+    assert kept(text) == OF_MAN and text.count("output: man/shards/") == 5, text
+    write(yaml, whole)
+    expect(folder, set(), "and 2 again")
+
+
+def check_new_program(folder):
+    """A program built from other sources: what it makes, and what follows. One that was built again from the same: nothing."""
+    programs = folder + " programs"
+    os.mkdir(programs)
+    for name in ("bake", "fit", "pack", "player"):
+        os.symlink(os.path.join(BIN, f"penumbra-{name}"), os.path.join(programs, f"penumbra-{name}"))
+    environment = {**os.environ, "PENUMBRA_BIN": programs}
+    fit = os.path.join(programs, "penumbra-fit")
+    os.remove(fit)
+    shutil.copy(os.path.join(BIN, "penumbra-fit"), fit)
+    assert kept(snakemake(folder, "-n", env=environment)) == set()
+    version = subprocess.run([fit, "--version"], capture_output=True, text=True, check=True).stdout
+    found = re.match(r"penumbra-fit \d+\.\d+\.\d+\+([0-9a-f]{16})\n", version)
+    assert found, version
+    data = open(fit, "rb").read()
+    assert data.count(found[1].encode()) == 1
+    other = ("0" if found[1][0] != "0" else "1") + found[1][1:]
+    with open(fit, "wb") as file:
+        file.write(data.replace(found[1].encode(), other.encode()))
+    text = snakemake(folder, "-n", env=environment)
+    wanted = {output for output in OF_GOLD | OF_MAN if not output.endswith((".vis.h5", ".truth.pnb"))}
+    wanted |= {"bend/bend.model.h5", "materials/clay.brdf.h5", "lights/grey.light.h5", "lights/sky.light.h5"}
+    assert kept(text) == wanted, (wanted - kept(text), kept(text) - wanted)
+    assert f"made by penumbra-fit {version.split()[1]}" in text and other in text, text
+    shutil.rmtree(programs)
+    print(f"another penumbra-fit: {len(wanted)} jobs, no bake")
+
+
+def check_vanished_reports(folder):
+    """Of shards that no plan knows any more."""
+    out = os.path.join(folder, "out")
+    old = ["reports/man.shards.000000-000099.vis.h5.json", "man/shards/000000-000099.vis.h5.stamp"]
+    for name in old:
+        write(os.path.join(out, name), "{}")
+    os.remove(os.path.join(out, "index.html"))
+    snakemake(folder)
+    assert not any(os.path.exists(os.path.join(out, name)) for name in old)
+    assert os.path.exists(os.path.join(out, "reports", "man.shards.000000-000015.vis.h5.json"))
 
 
 def check_changes(folder):
@@ -219,11 +286,15 @@ def check_config_errors(folder):
         ("output: out\n", "", "output: missing"),
         ("model: linear", "model: cubic", "defaults.fit.model: takes one of linear, quadratic, neural, additive, not 'cubic'"),
         ("  man:", "  the man:", "rigs: 'the man' cannot be a name"),
+        ("  man:", "  materials:", "rigs.materials: a rig becomes a folder of the output"),
+        ("holdout: [walk]", "holdout: [wolk]", "rigs.man.holdout: penumbra-bake: "),
+        ("ggx:alpha=0.4", "ggx:alfa=0.4", "materials.gold: penumbra-fit: --analytic: BRDF ggx has no 'alfa'"),
+        ("analytic: sky", "analytic: skye", "lights.sky: penumbra-fit: "),
     ]
     for old, new, says in cases:
         replace(yaml, old, new)
         try:
-            read_config(yaml)
+            make_plan(read_config(yaml))
             assert False, ("taken", new)
         except ConfigError as error:
             assert says in str(error), (says, str(error))
@@ -250,6 +321,9 @@ def main():
         check_touch(folder)
         snakemake(folder)
         check_changes(folder)
+        check_shard_count(folder)
+        check_new_program(folder)
+        check_vanished_reports(folder)
         check_foreign(folder)
 
 

@@ -73,6 +73,16 @@ def check_killed(folder, expected):
     before = os.stat(out)
     assert "whole" in run(out, "--resume").stdout
     assert os.stat(out).st_mtime_ns == before.st_mtime_ns and os.stat(out).st_ino == before.st_ino
+    # One with the right provenance and a flipped bit is none.
+    with h5py.File(out) as f:
+        places = [f[name].id.get_chunk_info(0).byte_offset for name in ("skin/weights", "frames/normals", "visibility/coefficients")]
+    for at in places:
+        with open(out, "r+b") as f:
+            f.seek(at + 9)
+            byte = f.read(1)[0]
+            f.seek(at + 9)
+            f.write(bytes([byte ^ 16]))
+        assert "damaged" in run(out, "--resume", "--progress", "none").stderr and digest(out) == expected
 
 
 def check_damage(folder, expected):
@@ -117,6 +127,32 @@ def check_signals(folder, expected):
         os.remove(out)
 
 
+def killed_and_resumed(folder, out, *words):
+    """A bake that was killed after its second frame and went on from there."""
+    for _ in range(10):
+        if stop(out, signal.SIGKILL, 2 * FRAME, "--resume", *words) == -9 and os.path.exists(out + ".journal"):
+            break
+        os.remove(out)  # it was whole before the signal came
+    run(out, "--resume", "--report", os.path.join(folder, "r.json"), *words)
+    assert report(os.path.join(folder, "r.json"))["frames_resumed"] >= 2
+
+
+def check_splits(folder, expected):
+    """1, 2 and 7 shards, 1 and 2 threads, resumed or not: one SHA-256."""
+    merged = os.path.join(folder, "merged.vis.h5")
+    for count in (1, 2, 7):
+        edges = [FRAMES * i // count for i in range(count + 1)]
+        for threads, resumed in ((1, False), (1, True), (2, False), (2, True)):
+            shards = [os.path.join(folder, f"s{i}.vis.h5") for i in range(count)]
+            for shard, first, last in zip(shards, edges, edges[1:]):
+                words = ["--threads", threads, *(["--frames", f"{first}:{last}"] if count > 1 else [])]
+                killed_and_resumed(folder, shard, *words) if resumed else run(shard, *words)
+            subprocess.run([BAKE, "merge", *shards, "-o", merged, "-q", "--threads", str(threads)], check=True)
+            assert digest(merged) == expected, (count, threads, resumed)
+            for name in os.listdir(folder):
+                os.remove(os.path.join(folder, name))
+
+
 def check_two_at_once(folder, expected):
     """Two bakes of one output: both end well, the file is whole; --resume does not share a journal."""
     out = os.path.join(folder, "a.vis.h5")
@@ -132,7 +168,7 @@ def check_two_at_once(folder, expected):
 
 
 def main():
-    global FRAME
+    global FRAME, FRAMES  # bytes of a frame in the journal; how many frames
     with tempfile.TemporaryDirectory() as folder:
         whole = os.path.join(folder, "whole.vis.h5")
         run(whole)
@@ -140,8 +176,8 @@ def main():
         with h5py.File(whole) as f:
             shape = f["visibility/coefficients"].shape
         assert shape[0] >= 90, shape
-        FRAME = 4 * shape[1] * shape[2]
-    for check in (check_killed, check_damage, check_foreign, check_signals, check_two_at_once):
+        FRAMES, FRAME = shape[0], 4 * shape[1] * shape[2]
+    for check in (check_killed, check_damage, check_foreign, check_signals, check_splits, check_two_at_once):
         with tempfile.TemporaryDirectory() as folder:
             check(folder, expected)
             print(f"{check.__name__}: ok")

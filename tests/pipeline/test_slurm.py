@@ -11,7 +11,7 @@ import sys
 import tempfile
 import time
 
-from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without, snakemake
+from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without, snakemake, write
 
 BIN = os.path.abspath(sys.argv[1])
 SHARDS = 8
@@ -98,6 +98,8 @@ def check_arrays(folder, wanted):
     text = run(*command, cwd=folder)
     assert f"shard: {SHARDS} tasks" in text and "merge: 1 tasks" in text, text
     array = text.split("shard: ")[1].split("array ")[1].split()[0].rstrip(",")
+    text = run(*command, cwd=folder)
+    assert "jobs are under way" in text and "tasks" not in text, text
     run("scancel", f"{array}_{SHARDS - 1}", cwd=folder)
     kill_one_bake(os.path.join(folder, "out"))
     wait_for(lambda: "Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder), "a requeued task")
@@ -112,15 +114,24 @@ def check_arrays(folder, wanted):
 
 
 def check_bake_array(folder, wanted):
+    """A task and the first merge are killed: both go back into the queue."""
     make_slow_farm(folder)
     os.makedirs(os.path.join(folder, "out", "man"))
+    programs = os.path.join(folder, "programs")
+    os.mkdir(programs)
+    write(os.path.join(programs, "penumbra-bake"), f"""#!/bin/sh
+if [ "$1" = merge ] && mkdir {programs}/killed 2>/dev/null; then kill -9 $$; fi
+exec {BIN}/penumbra-bake "$@"
+""")
+    os.chmod(os.path.join(programs, "penumbra-bake"), 0o755)
     words = [os.path.join(SLURM, "bake_array"), str(SHARDS), "out/man/man.vis.h5", "capsule_man.glb", "--fps", "3", "--rays", "2048"]
-    text = run(*words, cwd=folder)
+    text = run("env", f"PENUMBRA_BIN={programs}", *words, cwd=folder)
     assert f"{SHARDS} shards" in text, text
     kill_one_bake(folder)
     wait_for(queue_is_empty, "the bake")
+    assert os.path.exists(os.path.join(programs, "killed"))
     assert digests(os.path.join(folder, "out")) == {"man/man.vis.h5": wanted["man/man.vis.h5"]}
-    print("one bake as an array: the same bytes, a killed shard was baked again")
+    print("one bake as an array: the same bytes, a killed shard was baked again, a killed merge merged again")
 
 
 def daemons(folder):
@@ -152,6 +163,8 @@ def main():
         run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", cwd=top)
         pids = daemons(cluster)
         try:
+            assert "export SLURM_CONF=" in run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", cwd=top)
+            assert daemons(cluster) == pids, "a second start started others"
             check_all(top)
         finally:
             run(os.path.join(SLURM, "local_cluster"), "stop", cluster, cwd=top)

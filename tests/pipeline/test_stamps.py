@@ -4,6 +4,7 @@ usage: test_stamps.py BIN
 """
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -158,10 +159,24 @@ def check_build(folder, flags, build, idle):
     ran, text = ran_by(folder, *build)
     assert ran == set() and idle in text, (ran, text)
     replace(os.path.join(folder, "farm.yaml"), "alpha=0.4", "alpha=0.5")
-    run(*generate, cwd=folder)
     ran, _ = ran_by(folder, *build)
     assert ran == {"materials.gold.brdf.h5", "bend.bend.pnb", "bend.sheet.png", "index.html"}, ran
+    check_needs(folder, build[0])
     print(f"{build[0]}: {len(reports(folder))} jobs; touched, none; a material changed, {len(ran)} and the check")
+
+
+def check_needs(folder, program):
+    """Threads and memory of `jobs:` reach the commands, and ninja's pools; the changed YAML file is read without being told."""
+    replace(os.path.join(folder, "farm.yaml"), "pictures:", "jobs: {fit: {threads: 3, memory_mb: 100000000}}\npictures:")
+    plan = "Makefile" if program == "make" else "build.ninja"
+    run(program, "-C", "out", plan, cwd=folder)
+    text = open(os.path.join(folder, "out", plan)).read()
+    of_fit = [line for line in text.split("\n") if "penumbra-fit visibility" in line]
+    assert len(of_fit) == 2 and all("PENUMBRA_THREADS=3 " in line for line in of_fit), of_fit
+    assert text.count("PENUMBRA_THREADS=1 ") == 19, text
+    if program == "ninja":
+        assert "pool of_3_threads_100000000_mb\n  depth = 1\n" in text and text.count("  pool = of_3_threads_100000000_mb\n") == 2, text
+        assert re.search(r"pool of_1_threads_2000_mb\n  depth = [1-9]", text), text
 
 
 def check_lists(folder):
@@ -177,6 +192,12 @@ def check_lists(folder):
     assert os.path.exists(os.path.join(folder, "out", "index.html")) and shards, shards
     assert not [name for name in shards if name.endswith(".vis.h5")], shards
     assert "nothing to do" in run(os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml", cwd=folder)
+    # All lines again: nothing runs. Without the merged file its shards are wanted again.
+    ran, _ = ran_by(folder, "sh", "-c", "set -e\n" + "".join(f"({line.strip()})\n" for line in lines))
+    assert ran == set() and not any(name.endswith(".vis.h5") for name in os.listdir(os.path.join(folder, "out", "man", "shards"))), ran
+    os.remove(os.path.join(folder, "out", "man", "man.vis.h5"))
+    ran, _ = ran_by(folder, "sh", "-c", "set -e\n" + "".join(f"({line.strip()})\n" for line in lines))
+    assert len(ran) == 3 and "man.man.vis.h5" in ran, ran
     print(f"lists: {len(lines)} commands")
 
 

@@ -1,0 +1,140 @@
+// The journal of a killed bake: what it gives back is what was put in, whatever happened to the file.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bake/bake_journal.h"
+#include "formats/errors.h"
+#include "formats/fp16.h"
+#include "tests/formats/stage_samples.h"
+
+namespace penumbra {
+namespace {
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFrames = 5;
+
+VisibilityHeader header() { return samples::visibilityHeader(2, kFrames); }
+
+std::vector<float> coefficients(std::size_t frame) { return samples::visibilityFrame(header(), frame).coefficients; }
+
+// As a bake that was killed after `frames` frames leaves it.
+void leaveJournal(const fs::path& output, std::size_t frames, Precision precision = Precision::kFloat32) {
+    BakeJournal journal(output, header(), precision, true);
+    for (std::size_t f = journal.framesKept(); f < frames; ++f) journal.append(coefficients(f));
+}
+
+// The frames kept, each of which must be the one that was put in.
+std::size_t framesIn(const BakeJournal& journal) {
+    std::vector<float> found(coefficients(0).size());
+    for (std::size_t f = 0; f < journal.framesKept(); ++f) {
+        journal.read(f, found);
+        EXPECT_EQ(found, coefficients(f)) << f;
+    }
+    return journal.framesKept();
+}
+
+std::size_t framesIn(const fs::path& output) {
+    return framesIn(BakeJournal(output, header(), Precision::kFloat32, true));
+}
+
+void write(const fs::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+
+TEST(BakeJournal, GoesOnWhereItStopped) {
+    const samples::Folder folder("journal");
+    const fs::path output = folder.path / "x.vis.h5";
+    leaveJournal(output, 2);
+    EXPECT_EQ(framesIn(output), 2u);
+    leaveJournal(output, 4);
+    BakeJournal journal(output, header(), Precision::kFloat32, true);
+    EXPECT_EQ(framesIn(journal), 4u);
+    EXPECT_EQ(journal.note(), "");
+    journal.finish();
+    EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(BakeJournal, KeepsHalvesAsTheFileWill) {
+    const samples::Folder folder("journal_f16");
+    const fs::path output = folder.path / "x.vis.h5";
+    leaveJournal(output, 3, Precision::kFloat16);
+    const BakeJournal journal(output, header(), Precision::kFloat16, true);
+    ASSERT_EQ(journal.framesKept(), 3u);
+    std::vector<float> found(coefficients(0).size());
+    journal.read(2, found);
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i], halfToFloat(floatToHalf(coefficients(2)[i])));
+}
+
+TEST(BakeJournal, CutAnywhereItKeepsTheWholeFrames) {
+    const samples::Folder folder("journal_cut");
+    const fs::path output = folder.path / "x.vis.h5", path = folder.path / "x.vis.h5.journal";
+    leaveJournal(output, kFrames);
+    const std::string whole = samples::bytesOf(path);
+    const std::size_t record = coefficients(0).size() * 4 + 8, begin = whole.size() - kFrames * record;
+    for (std::size_t size = 0; size <= whole.size(); ++size) {
+        write(path, whole.substr(0, size));
+        EXPECT_EQ(framesIn(output), size < begin ? 0 : (size - begin) / record) << size;
+    }
+}
+
+TEST(BakeJournal, AFlippedBitCostsFramesButIsNeverRead) {
+    const samples::Folder folder("journal_flip");
+    const fs::path output = folder.path / "x.vis.h5", path = folder.path / "x.vis.h5.journal";
+    leaveJournal(output, kFrames);
+    const std::string whole = samples::bytesOf(path);
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+        std::string changed = whole;
+        changed[at] ^= char(1u << at % 8);
+        write(path, changed);
+        EXPECT_LT(framesIn(output), kFrames) << at;
+    }
+}
+
+TEST(BakeJournal, AnotherBakesIsNamedAndNotUsed) {
+    const samples::Folder folder("journal_foreign");
+    const fs::path output = folder.path / "x.vis.h5", path = folder.path / "x.vis.h5.journal";
+    VisibilityHeader other = header();
+    other.provenance.options_json = R"({"order":3,"rays":128})";
+    {
+        BakeJournal journal(output, other, Precision::kFloat32, true);
+        journal.append(coefficients(0));
+    }
+    {
+        const BakeJournal journal(output, header(), Precision::kFloat32, true);
+        EXPECT_EQ(journal.framesKept(), 0u);
+        EXPECT_THAT(journal.note(), HasSubstr("rays 128, not 64"));
+    }
+    write(path, "PNBJRNL2 is of a later day, or of somebody else");
+    EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, true).note(), HasSubstr("is no journal"));
+    leaveJournal(output, 2);
+    EXPECT_THAT(BakeJournal(output, header(), Precision::kFloat32, false).note(), HasSubstr("discarded"));
+    EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(BakeJournal, BelongsToOneBakeAtATime) {
+    const samples::Folder folder("journal_lock");
+    const fs::path output = folder.path / "x.vis.h5";
+    BakeJournal first(output, header(), Precision::kFloat32, true);
+    first.append(coefficients(0));
+    EXPECT_THROW(BakeJournal(output, header(), Precision::kFloat32, true), IoError);
+    const BakeJournal second(output, header(), Precision::kFloat32, false);
+    EXPECT_THAT(second.note(), HasSubstr("another bake"));
+    EXPECT_THROW(BakeJournal(folder.path / "no/x.vis.h5", header(), Precision::kFloat32, false), IoError);
+    fs::create_directory(folder.path / "y.journal");
+    EXPECT_THROW(BakeJournal(folder.path / "y", header(), Precision::kFloat32, true), IoError);
+}
+
+// A key that nests deeper than a stack is long.
+TEST(BakeJournal, ADeepKeyIsOnlyForeign) {
+    const samples::Folder folder("journal_deep");
+    const fs::path output = folder.path / "x.vis.h5";
+    VisibilityHeader deep = header();
+    deep.provenance.options_json = R"({"a":)" + std::string(1000, '[') + std::string(1000, ']') + "}";
+    { BakeJournal(output, deep, Precision::kFloat32, true).append(coefficients(0)); }
+    const BakeJournal journal(output, header(), Precision::kFloat32, true);
+    EXPECT_THAT(journal.note(), AllOf(HasSubstr("of another bake"), Not(HasSubstr("("))));  // nobody looked into it
+}
+
+}  // namespace
+}  // namespace penumbra
