@@ -234,7 +234,7 @@ TEST(HostileFiles, OtherVersionsAndKindsAreNotGuessedAt) {
     {
         const Hdf5Handle old(H5Fopen((folder.path / "x.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, "test");
         checkHdf5(H5Adelete(old, "format_version"), "test");
-        writeIntegerAttribute(old, "/", "format_version", kModelVersion - 1);
+        writeIntegerAttribute(old, "/", "format_version", kSkinnedModelVersion - 1);
     }
     EXPECT_THROW(readModel(folder.path / "x.h5"), Unsupported);
     writeWholeFile(folder.path / "text", "not HDF5 at all");
