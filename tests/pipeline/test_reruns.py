@@ -206,6 +206,16 @@ def check_new_program(folder):
     print(f"another penumbra-fit: {len(wanted)} jobs, no bake")
 
 
+def check_predict(folder):
+    """`predict: true`: the predictions, and the check that reads them."""
+    yaml = os.path.join(folder, "farm.yaml")
+    replace(yaml, "holdout: [walk],", "holdout: [walk], predict: true,")
+    ran = kept(snakemake(folder))
+    assert ran == {"man/man.pred.vis.h5", "man/check.json", "index.html"}, ran
+    replace(yaml, " predict: true,", "")
+    snakemake(folder)
+
+
 def check_vanished_reports(folder):
     """Of shards that no plan knows any more."""
     out = os.path.join(folder, "out")
@@ -323,6 +333,7 @@ def main():
         check_changes(folder)
         check_shard_count(folder)
         check_new_program(folder)
+        check_predict(folder)
         check_vanished_reports(folder)
         check_foreign(folder)
 
