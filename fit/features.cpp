@@ -13,6 +13,7 @@ namespace {
 constexpr double kSingular = 1e-9;
 constexpr double kNearness = 0.02;  // box diagonals squared: keeps the weight of the nearest bones finite
 constexpr double kBoneExponent = 2, kDeformingExponent = 1;
+constexpr double kInputWeight = 3;
 constexpr double kRotationWeight = 0.3;
 constexpr double kNumberDistance = 0.1;  // squared, of what is nowhere: an input that is no point
 
@@ -176,6 +177,7 @@ std::vector<double> groupWeights(const FeatureRecipe& recipe, const ClusterPlace
         const std::vector<double> distances = squaredDistances(recipe, place, raw, rows);
         const double exponent = recipe.deforming ? kDeformingExponent : kBoneExponent;
         for (std::size_t j = 0; j < weights.size(); ++j) weights[j] = std::pow(kNearness + distances[j], -exponent);
+        for (const InputJoint& input : recipe.input_joints) weights[input.joint] *= kInputWeight;
         weights[std::size_t(place.joint)] = 0;
     }
     double sum = 0;

@@ -300,7 +300,7 @@ RigidParts findRigidParts(const DeformingFrames& mesh, std::size_t count, int th
     const std::vector<std::array<std::uint32_t, 2>> pairs = neighbourTriangles(mesh.triangles);
     PieceGraph graph =
         makeGraph(connectedPieces(motions, modesOf(motions, threads), pairs), pairs, mesh.triangles.size());
-    joinTiny(graph, mesh.triangles.size() / 1000);
+    joinTiny(graph, mesh.triangles.size() / 200);
     std::vector<Piece> pieces = mergedDownTo(std::move(graph), count ? count : kMostAutoParts);
     if (count)
         cutUpTo(pieces, count, mesh, motions);

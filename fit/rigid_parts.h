@@ -32,7 +32,7 @@ constexpr std::size_t kAutoPartVertices = 80, kMostAutoParts = 64;
 // 1. Mean-shift (mean_shift.h) over the triangles' sequences of rotations: the rotation of the deformation gradient of
 // edges and normal, in at most 32 of the frames, evenly spread, brought to at most 16 dimensions by PCA. Of a large
 // mesh 2000 triangles, evenly spread, find the modes; the others follow the nearest of them.
-// 2. Connected triangles of one mode are a part. Parts of fewer than Ts/1000 triangles join the neighbour that moves
+// 2. Connected triangles of one mode are a part. Parts of fewer than Ts/200 triangles join the neighbour that moves
 // most like them. 3. Too many: the neighbours whose union raises the sum of squared distances from the mean motion
 // least (Ward) become one, again and again. 4. Too few: the part with the largest such sum is cut at the median along
 // its longest axis. `count` 0: steps 3 and 4 keep to the limits above, and parts whose triangles turn alike within a
