@@ -211,22 +211,37 @@ std::vector<Piece> mergedDownTo(PieceGraph graph, std::size_t count) {
     return pieces;
 }
 
-// Cuts at the median along the longest principal axis of the triangles' centres.
-void cutPiece(std::vector<Piece>& pieces, std::size_t which, const DeformingFrames& mesh, const MatrixF& motions) {
-    std::vector<std::uint32_t> order = pieces[which].triangles;
+// Cut at the median along a principal axis of the triangles' centres; 0: the longest.
+std::array<Piece, 2> halvesOf(const Piece& piece, const DeformingFrames& mesh, const MatrixF& motions,
+                              std::size_t which_axis) {
+    std::vector<std::uint32_t> order = piece.triangles;
     std::vector<Vec3> centres;
     const auto centre = [&](std::uint32_t t) {
         const Triangle& c = mesh.triangles[t];
         return toFloat((toDouble(mesh.rest[c[0]]) + toDouble(mesh.rest[c[1]]) + toDouble(mesh.rest[c[2]])) / 3.0);
     };
     for (std::uint32_t t : order) centres.push_back(centre(t));
-    const Vec3d axis = principalAxes(centres)[0];
+    const Vec3d axis = principalAxes(centres)[which_axis];
     const auto along = [&](std::uint32_t t) { return dot(toDouble(centre(t)), axis); };
     std::sort(order.begin(), order.end(),
               [&](std::uint32_t a, std::uint32_t b) { return std::pair(along(a), a) < std::pair(along(b), b); });
     const auto middle = order.begin() + std::ptrdiff_t(order.size() / 2);
-    pieces[which] = makePiece(motions, {order.begin(), middle});
-    pieces.push_back(makePiece(motions, {middle, order.end()}));
+    return {makePiece(motions, {order.begin(), middle}), makePiece(motions, {middle, order.end()})};
+}
+
+void cutPiece(std::vector<Piece>& pieces, std::size_t which, const DeformingFrames& mesh, const MatrixF& motions) {
+    auto [first, second] = halvesOf(pieces[which], mesh, motions, 0);
+    pieces[which] = std::move(first);
+    pieces.push_back(std::move(second));
+}
+
+// Noise turns every triangle, but the means of halves only where there is a bend between them.
+bool bends(const Piece& piece, const DeformingFrames& mesh, const MatrixF& motions) {
+    for (std::size_t axis : {0, 1}) {
+        const auto [first, second] = halvesOf(piece, mesh, motions, axis);
+        if (squaredDistance(first, second) > kPartBandwidth * kPartBandwidth / 16) return true;
+    }
+    return false;
 }
 
 void cutUpTo(std::vector<Piece>& pieces, std::size_t count, const DeformingFrames& mesh, const MatrixF& motions) {
@@ -244,15 +259,21 @@ void cutUpTo(std::vector<Piece>& pieces, std::size_t count, const DeformingFrame
 // The largest that bends, until all are small or there are enough.
 void cutLarge(std::vector<Piece>& pieces, const DeformingFrames& mesh, const MatrixF& motions) {
     const double per_vertex = double(mesh.triangles.size()) / double(std::max<std::size_t>(mesh.rest.size(), 1));
-    const double most = per_vertex * double(kAutoPartVertices), bent = kPartBandwidth * kPartBandwidth / 16;
-    while (pieces.size() < kMostAutoParts) {
-        std::size_t largest = pieces.size();
-        for (std::size_t p = 0; p < pieces.size(); ++p)
-            if (pieces[p].count() > most && pieces[p].spread() > bent * pieces[p].count() &&
-                (largest == pieces.size() || pieces[p].count() > pieces[largest].count()))
-                largest = p;
-        if (largest == pieces.size()) return;
-        cutPiece(pieces, largest, mesh, motions);
+    const double most = per_vertex * double(kAutoPartVertices);
+    std::vector<std::size_t> large;  // pieces that are still to be looked at
+    const auto smaller = [&](std::size_t a, std::size_t b) {
+        return std::pair(pieces[a].count(), b) < std::pair(pieces[b].count(), a);
+    };
+    for (std::size_t p = 0; p < pieces.size(); ++p)
+        if (pieces[p].count() > most) large.push_back(p);
+    while (pieces.size() < kMostAutoParts && !large.empty()) {
+        const auto largest = std::max_element(large.begin(), large.end(), smaller);
+        const std::size_t p = *largest;
+        large.erase(largest);
+        if (!bends(pieces[p], mesh, motions)) continue;
+        cutPiece(pieces, p, mesh, motions);
+        for (std::size_t half : {p, pieces.size() - 1})
+            if (pieces[half].count() > most) large.push_back(half);
     }
 }
 

@@ -35,9 +35,9 @@ constexpr std::size_t kAutoPartVertices = 80, kMostAutoParts = 64;
 // 2. Connected triangles of one mode are a part. Parts of fewer than Ts/200 triangles join the neighbour that moves
 // most like them. 3. Too many: the neighbours whose union raises the sum of squared distances from the mean motion
 // least (Ward) become one, again and again. 4. Too few: the part with the largest such sum is cut at the median along
-// its longest axis. `count` 0: steps 3 and 4 keep to the limits above, and parts whose triangles turn alike within a
-// quarter of the bandwidth are not cut. 5. A vertex goes with the part that has most of the area around it. The same
-// result for any number of threads.
+// its longest axis. `count` 0: steps 3 and 4 keep to the limits above, and a part is only cut if its halves along one
+// of its two longest axes turn differently, by a quarter of the bandwidth or more. 5. A vertex goes with the part that
+// has most of the area around it. The same result for any number of threads.
 RigidParts findRigidParts(const DeformingFrames& mesh, std::size_t count, int threads);
 
 }  // namespace penumbra
