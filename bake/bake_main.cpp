@@ -1,9 +1,11 @@
 // penumbra-bake: ray-traced visibility over an animation, and ray-traced pictures to hold results against.
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 
 #include "bake/bake_estimate.h"
 #include "bake/frame_choice.h"
@@ -14,6 +16,7 @@
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/name_list_option.h"
+#include "formats/numbered_files.h"
 #include "formats/program_version.h"
 #include "formats/warning.h"
 
@@ -160,21 +163,24 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
                    "FILE.csv of numbers that join the pose: columns frame or time, and NAME or NAME.x, NAME.y, NAME.z");
 }
 
+// The files that were read; before that, those that the command names, but for patterns and folders of numbered ones.
+static std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
+    if (!command.files_read.empty()) return command.files_read;
+    std::vector<std::filesystem::path> inputs;
+    for (const auto* meshes : {&command.rigs, &command.options.occluders})
+        std::copy_if(meshes->begin(), meshes->end(), std::back_inserter(inputs),
+                     [](const std::filesystem::path& mesh) { return !namesSequence(mesh); });
+    for (const std::string& file : {command.poses, command.inputs})
+        if (!file.empty()) inputs.push_back(file);
+    return inputs;
+}
+
 static Verb visibilityVerb() {
     const auto command = std::make_shared<VisibilityCommand>();
     return {"visibility",
             "Ray-trace per-vertex SH visibility over an animation.",
             [command](CLI::App& app) { defineVisibility(app, *command); },
-            [command] {
-                std::vector<std::filesystem::path> inputs =
-                    command->files_read.empty() ? command->rigs : command->files_read;
-                if (!command->files_read.empty()) return inputs;
-                const std::vector<std::filesystem::path>& occluders = command->options.occluders;
-                inputs.insert(inputs.end(), occluders.begin(), occluders.end());
-                for (const std::string& file : {command->poses, command->inputs})
-                    if (!file.empty()) inputs.push_back(file);
-                return inputs;
-            },
+            [command] { return inputsOf(*command); },
             [command] { return command->output; },
             [command](const CommonOptions& common, Report& report) { runVisibility(*command, common, report); }};
 }
@@ -184,8 +190,9 @@ static Verb visibilityVerb() {
 int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
-    return runProgram("penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
-                      "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2, penumbra.brdf 1, penumbra.light 1, "
-                      "penumbra.asset 2..4",
-                      {visibilityVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
+    return runProgram(
+        "penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
+        "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2..3, penumbra.brdf 1, penumbra.light 1, "
+        "penumbra.asset 2..4",
+        {visibilityVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
 }

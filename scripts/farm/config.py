@@ -1,5 +1,6 @@
 """The farm's YAML file: what may stand in it, checked before any job starts. docs/farm.md shows one."""
 import difflib
+import glob
 import os
 import re
 import shutil
@@ -41,8 +42,9 @@ def one_of(*words):
     return check
 
 
-def either(kind, word):
-    return lambda key, value, folder: value if value == word else kind(key, value, folder)
+def either(kind, *words):
+    return lambda key, value, folder: value if any(value is word or isinstance(word, str) and value == word for word in words) else \
+        kind(key, value, folder)
 
 
 def text(key, value, folder):
@@ -56,6 +58,26 @@ def a_file(key, value, folder):
     if not os.path.isfile(path):
         raise Unreadable(f"{key}: no such file: {path}")
     return path
+
+
+def a_mesh(key, value, folder):
+    """A file; or numbered ones, by a folder or by a pattern with %d, %04d, * or #### for the number."""
+    path = os.path.normpath(os.path.join(folder, os.path.expanduser(text(key, value, folder))))
+    if not files_of(path):
+        raise Unreadable(f"{key}: no such file, and no numbered files: {path}")
+    return path
+
+
+def files_of(path):
+    """The files that a path of a_mesh() names."""
+    if os.path.isfile(path):
+        return [path]
+    if os.path.isdir(path):
+        found = [os.path.join(path, name) for name in os.listdir(path)]
+    else:
+        parent, name = os.path.split(path)
+        found = glob.glob(os.path.join(glob.escape(parent), re.sub(r"%\d*d|#+|\*", "*", name)))
+    return sorted(file for file in found if os.path.isfile(file))
 
 
 def list_of(kind):
@@ -123,8 +145,10 @@ def slots(key, value, folder):
 
 # Keys of bake, fit, pack, a material and a light are the options of the programs, with _ for -.
 BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
-            ground=one_of(True, False), poses=a_file)
-FIT = dict(model=one_of("linear", "quadratic", "neural", "additive"), features=one_of("relative-bones", "joint-angles"),
+            ground=either(number(-1e9), True, False), poses=a_file, units=lambda key, value, folder: str(value), up=one_of("y", "z"),
+            cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(a_mesh), inputs=a_file)
+FIT = dict(model=one_of("linear", "quadratic", "neural", "additive"), parts=either(number(1, True), "auto"),
+           features=one_of("relative-bones", "joint-angles", "dihedral-angles"),
            clusters=either(number(1, True), "auto"), input_variance=either(number(0), "auto"), output_variance=number(0),
            convention=text, train_frames=a_file)
 PACK = dict(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes_per_vertex=number(0), slot=slots)
@@ -138,7 +162,7 @@ JOB = keys(threads=number(1, True), memory_mb=number(1, True), minutes=number(1,
 RULES = ("bake", "merge", "fit", "predict", "brdf", "light", "pack", "truth", "check", "sheet", "index")
 FARM = keys(
     output=needed(text), programs=text, defaults=keys(**OF_A_RIG),
-    rigs=needed(map_of(keys(files=needed(list_of(a_file)), **OF_A_RIG))),
+    rigs=needed(map_of(keys(files=needed(list_of(a_mesh)), **OF_A_RIG))),
     materials=needed(map_of(exactly_one(("analytic", "merl", "table"), keys(**MATERIAL)))),
     lights=needed(map_of(exactly_one(("picture", "analytic"), keys(picture=a_file, **LIGHT)))),
     pictures=keys(frames=number(1, True), size=number(16, True), camera=text),
@@ -168,13 +192,18 @@ def with_defaults(defaults, rig):
     return merged
 
 
+def clip_of_block(name):
+    """The clip that --blocks cut this one from: flag of flag#5."""
+    return name.rpartition("#")[0] or name
+
+
 def check_rig(name, rig, farm):
     key = f"rigs.{name}"
     if name.lower() in RESERVED:
         raise ConfigError(f"{key}: a rig becomes a folder of the output, and {name} is one already: {', '.join(RESERVED)}")
     if not rig.get("holdout"):
         raise ConfigError(f"{key}.holdout: missing: clips that no model may see, to measure it on")
-    for clip in rig["holdout"]:
+    for clip in map(clip_of_block if "blocks" in rig["bake"] else str, rig["holdout"]):
         if "clips" in rig and clip not in rig["clips"]:
             raise ConfigError(f"{key}.holdout: {clip} is not among its clips: {', '.join(rig['clips'])}")
     for part, known in (("materials", farm["materials"]), ("lights", farm["lights"])):

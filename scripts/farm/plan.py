@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from farm.config import ROOT, ConfigError
+from farm.config import ROOT, ConfigError, clip_of_block, files_of
 from farm.stamps import Digests, digest_of, label, read_stamp, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
@@ -46,10 +46,21 @@ def options(values):
     for key, value in values.items():
         if value is False:
             continue
-        words.append("--" + key.replace("_", "-"))
-        if value is not True:
-            words.append(",".join(value) if isinstance(value, list) else str(value))
+        name = "--" + key.replace("_", "-")
+        if key == "ground" and value is not True:
+            words.append(f"{name}={value}")  # its value is optional
+        elif key == "occluder":
+            words += [word for mesh in value for word in (name, mesh)]
+        else:
+            words += [name] if value is True else [name, ",".join(value) if isinstance(value, list) else str(value)]
     return words
+
+
+def read_by_bake(rig):
+    """The files that a rig and the options of its bake name."""
+    bake = rig["bake"]
+    meshes = [file for path in [*rig["files"], *bake.get("occluder", [])] for file in files_of(path)]
+    return [*meshes, *(bake[key] for key in ("poses", "inputs") if key in bake)]
 
 
 def report_of(output):
@@ -108,7 +119,7 @@ class Planner:
     def bake(self, name, rig):
         words = [self.program("penumbra-bake"), "visibility", *rig["files"],
                  *options({key: rig[key] for key in ("clips", "fps") if key in rig}), *options(rig["bake"])]
-        files = [*rig["files"], *([rig["bake"]["poses"]] if "poses" in rig["bake"] else [])]
+        files = read_by_bake(rig)
         ranges = self.standing_ranges(name, words, files)
         if ranges is None:
             ranges = self.new_ranges(name, words, files, rig.get("shards", 1))
@@ -164,10 +175,12 @@ class Planner:
 
     def check_clips(self, name, rig):
         """Before any job starts: are the clips there?"""
-        clips = list(dict.fromkeys([*rig.get("clips", []), *rig["holdout"]]))
+        blocks = rig["bake"].get("blocks", 1)
+        held = rig["holdout"] if blocks == 1 else map(clip_of_block, rig["holdout"])
+        clips = list(dict.fromkeys([*rig.get("clips", []), *held]))
         self.ask(f"rigs.{name}.{'clips' if 'clips' in rig else 'holdout'}",
                  [self.program("penumbra-bake"), "visibility", *rig["files"], *options({"clips": clips}), "--frames", "0:1", "--rays", "16",
-                  "-o", ".farm/probe.vis.h5", "--dry-run"], rig["files"])
+                  "-o", ".farm/probe.vis.h5", "--dry-run"], [file for path in rig["files"] for file in files_of(path)])
 
     def rig(self, name, rig):
         bake, fit, pack = (self.program(f"penumbra-{p}") for p in ("bake", "fit", "pack"))
