@@ -43,12 +43,12 @@ struct VisibilityCommand {
 static void readGround(VisibilityCommand& command) {
     BakeOptions& options = command.options;
     options.ground = command.ground_option->count() > 0;
-    if (command.ground.empty()) return;
+    if (!options.ground || command.ground == "rest") return;
     double height = 0;
     const char* end = command.ground.data() + command.ground.size();
     const auto [stop, error] = std::from_chars(command.ground.data(), end, height);
     if (error != std::errc() || stop != end || !std::isfinite(float(height)))
-        throw UsageError("--ground takes a height in metres or nothing, not '" + command.ground +
+        throw UsageError("--ground takes a height in metres, rest or nothing, not '" + command.ground +
                          "'; put it behind the files where it has no height");
     options.ground_y = height;
 }
@@ -151,9 +151,10 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
                  "go on where a killed bake of this output stopped; keep what is done when stopped");
     command.ground_option =
         app.add_option("--ground", command.ground,
-                       "an infinite floor blocks every direction that points down; its height (default: the lowest "
-                       "point at rest)")
+                       "an infinite floor blocks every direction that points down; its height, or rest: the "
+                       "lowest point at rest")
             ->expected(0, 1)
+            ->default_str("rest")
             ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
     app.add_option("--occluder", command.options.occluders,
