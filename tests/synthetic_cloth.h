@@ -72,6 +72,7 @@ inline void addInputs(Model& model) {
     model.skin.parents = {-1, -1, -1, -1};
     model.joint_centers = {{-0.4f, 1, 0}, {0.4f, 1, 0}, {0.1f, 0.5f, 0.2f}, {0, 1, 0}};
     model.joint_spreads.assign(4, {{0.1f, 0.01f, 0, 0.01f, 0.2f, 0.02f, 0, 0.02f, 0.1f}});
+    for (std::size_t j = kClothParts; j < 4; ++j) model.joint_spreads[j] = Mat3{{}};  // they move nothing
     model.input_names = {"wind", "ball.x", "ball.y", "ball.z"};
     model.input_joints = {{2, 1, 3, 0, 1}, {3, 0, 1, 2.5f, 0.4f}};
 }

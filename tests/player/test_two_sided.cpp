@@ -1,6 +1,7 @@
 // A thin sheet from both sides: each shows its own vertices, on both paths, and is what a click finds.
 #include <gtest/gtest.h>
 
+#include "formats/errors.h"
 #include "pack/pack_asset.h"
 #include "player/render_offscreen.h"
 #include "player/view_pick.h"
@@ -66,7 +67,9 @@ TEST(TwoSided, BothPathsDrawTheSame) {
 TEST(TwoSided, TheSideThatIsSeenIsPicked) {
     const std::vector<Vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     const std::vector<std::uint32_t> triangles = {0, 1, 2, 3, 5, 4};
-    const MeshView mesh{.triangles = triangles, .two_sided = true};
+    MeshView mesh;
+    mesh.triangles = triangles;
+    mesh.two_sided = true;
     double distance = 0;
     EXPECT_EQ(pickVertex(positions, mesh, {0.1, 0.1, 2}, {0, 0, -1}, distance), 0u);
     EXPECT_EQ(pickVertex(positions, mesh, {0.1, 0.1, -2}, {0, 0, 1}, distance), 3u);

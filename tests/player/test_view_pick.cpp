@@ -16,9 +16,11 @@ using player_test::SyntheticAsset;
 TEST(PickVertex, NearestCornerOfTheNearestTriangle) {
     const std::vector<Vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
     const std::vector<std::uint32_t> triangles = {0, 1, 2, 3, 4, 5};
+    MeshView mesh;
+    mesh.triangles = triangles;
     double distance = 0;
     const auto from = [&](Vec3d origin, Vec3d direction) {
-        return pickVertex(positions, {.triangles = triangles}, origin, direction, distance);
+        return pickVertex(positions, mesh, origin, direction, distance);
     };
     EXPECT_EQ(from({0.7, 0.2, 5}, {0, 0, -1}), 4u);
     EXPECT_NEAR(distance, 4, 1e-12);
