@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "bake/posed_frame.h"
 #include "formats/parallel_for.h"
@@ -13,16 +14,19 @@
 namespace penumbra {
 using std::chrono::steady_clock;
 
-constexpr double kProbeSeconds = 3;
+constexpr double kProbeSeconds = 8;     // of processor time: others on the machine change neither frames nor figures
 constexpr std::size_t kRuns = 4;        // places in the list of frames
 constexpr std::size_t kRunFrames = 64;  // consecutive ones, as in the writer's blocks; fewer when the time is up
 constexpr std::size_t kTasks = 8;       // blocks of vertices that a chunk keeps together
 
-static double secondsSince(steady_clock::time_point start) {
-    return std::chrono::duration<double>(steady_clock::now() - start).count();
+// Of all threads.
+static double processorSeconds() {
+    timespec time{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-// What was measured, over all frames of the probe.
+// What was measured, over all frames of the probe; seconds of processor time.
 struct ProbeSums {
     double frames = 0, pose_seconds = 0, trace_seconds = 0;  // tracing scaled up to all vertices
     double store_seconds = 0, stored_bytes = 0, stored_frames = 0;
@@ -43,7 +47,7 @@ struct RunOfFrames {
 };
 
 static void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision precision, ProbeSums& sums) {
-    const auto start = steady_clock::now();
+    const double start = processorSeconds();
     const std::size_t n2 = plan.header.coefficientCount();
     double bytes = 0, vertices = 0;
     for (std::size_t i = 0; i < run.coefficients.size(); ++i) {
@@ -54,7 +58,7 @@ static void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision pre
         vertices += double(width);
     }
     const double all = double(plan.header.mesh.vertexCount()) / vertices;
-    sums.store_seconds += all * secondsSince(start);
+    sums.store_seconds += all * (processorSeconds() - start);
     sums.stored_bytes += all * bytes;
     sums.stored_frames += double(run.frames);
 }
@@ -65,9 +69,9 @@ static void append(std::span<const float> values, std::vector<float>& out) {
 
 static void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size_t frame, int threads,
                        RunOfFrames& run, ProbeSums& sums) {
-    auto start = steady_clock::now();
+    double start = processorSeconds();
     PosedFrame posed = poseFrame(plan, frame);
-    sums.pose_seconds += secondsSince(start);
+    sums.pose_seconds += processorSeconds() - start;
     const std::size_t vertices = posed.frame.positions.size(), n2 = plan.header.coefficientCount();
     const std::vector<std::size_t> tasks = probedTasks((vertices + kVerticesPerTask - 1) / kVerticesPerTask);
     const MomentTracer tracer = tracerOf(plan, posed, directions);
@@ -75,7 +79,7 @@ static void probeFrame(const BakePlan& plan, const RayDirections& directions, st
         const std::size_t begin = tasks[i] * kVerticesPerTask;
         return std::pair(begin, std::min(kVerticesPerTask, vertices - begin));
     };
-    start = steady_clock::now();
+    start = processorSeconds();
     parallelFor(tasks.size(), threads, [&](std::size_t i) {
         throwIfInterrupted();
         const auto [begin, size] = span(i);
@@ -83,7 +87,7 @@ static void probeFrame(const BakePlan& plan, const RayDirections& directions, st
                      std::span(posed.frame.normals).subspan(begin, size),
                      std::span(posed.frame.coefficients).subspan(begin * n2, size * n2), begin);
     });
-    const double seconds = secondsSince(start);
+    const double seconds = processorSeconds() - start;
     run.coefficients.resize(tasks.size());
     run.positions.resize(tasks.size());
     run.normals.resize(tasks.size());
@@ -101,7 +105,7 @@ static void probeFrame(const BakePlan& plan, const RayDirections& directions, st
 }
 
 static ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int threads) {
-    const auto start = steady_clock::now();
+    const double start = processorSeconds();
     const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
     const std::size_t frames = plan.header.frames.frameCount();
     const std::size_t length =
@@ -113,10 +117,10 @@ static ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int thr
         const std::size_t first = (2 * r + 1) * (frames - length) / (2 * runs);
         for (std::size_t f = first; f < first + length; ++f) {
             probeFrame(plan, directions, f, threads, run, sums);
-            if (secondsSince(start) > kProbeSeconds * double(r + 1) / double(runs)) break;
+            if (processorSeconds() - start > kProbeSeconds * double(r + 1) / double(runs)) break;
         }
         storeRun(run, plan, options.precision, sums);
-        if (secondsSince(start) > kProbeSeconds) break;
+        if (processorSeconds() - start > kProbeSeconds) break;
     }
     return sums;
 }
@@ -129,9 +133,10 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     const double n2 = double(header.coefficientCount()), frame_bytes = 4 * vertices * (6 + n2);
     const int cores = std::min(threads > 0 ? threads : hardwareThreads(), hardwareThreads());
     // Writing and posing run beside the tracing, as two of its tasks.
-    const double beside = sums.pose_seconds / sums.frames + sums.store_seconds / sums.stored_frames;
+    const double work =
+        (sums.pose_seconds + sums.trace_seconds) / sums.frames + sums.store_seconds / sums.stored_frames;
     BakeEstimate out;
-    out.seconds = frames * (sums.trace_seconds / sums.frames + beside / cores);
+    out.seconds = frames * work / cores;
     const double small = plan.bytes(options.precision) -
                          frames * vertices * (24 + (options.precision == Precision::kFloat16 ? 2 : 4) * n2);
     out.bytes = frames * sums.stored_bytes / sums.stored_frames + small;
@@ -143,7 +148,7 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     out.memory = 1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) +
                  double(framesOfBlock(header)) * (frame_bytes + halves);
     out.journal = frames * vertices * n2 * (options.precision == Precision::kFloat16 ? 2 : 4);
-    out.probe_seconds = secondsSince(start);
+    out.probe_seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
     return out;
 }
 

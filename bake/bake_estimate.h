@@ -5,13 +5,13 @@
 namespace penumbra {
 
 struct BakeEstimate {
-    double seconds = 0;  // with as many threads as the probe
+    double seconds = 0;  // with as many threads as the probe, on a machine that nobody else uses
     double bytes = 0;    // of the output
     double memory = 0;   // bytes
     double journal = 0;  // bytes beside the output until it is whole
     double probe_seconds = 0;
 };
-// Takes about three seconds, more where a single frame does. Writes nothing.
+// Takes about eight seconds of processor time, more where a single frame does. Writes nothing.
 BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int threads);
 
 }  // namespace penumbra

@@ -26,7 +26,10 @@ FrameList cutIntoBlocks(const FrameList& frames, int blocks) {
     FrameList out{{}, {}, frames.time};
     const std::vector<std::uint32_t> counts = framesOfClips(frames);
     for (std::size_t c = 0; c < counts.size(); ++c) {
-        const std::uint64_t count = std::min<std::uint64_t>(std::uint64_t(blocks), counts[c]);
+        const auto count = std::uint64_t(blocks);
+        if (count > counts[c])
+            throw UsageError("--blocks " + std::to_string(blocks) + ": clip '" + frames.clip_names[c] + "' has " +
+                             std::to_string(counts[c]) + " frames");
         for (std::uint64_t b = 0; b < count; ++b) {
             const std::uint64_t begin = b * counts[c] / count, end = (b + 1) * counts[c] / count;
             out.clip.insert(out.clip.end(), end - begin, std::uint16_t(out.clip_names.size()));

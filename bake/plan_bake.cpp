@@ -112,6 +112,14 @@ static void describePose(const BakeSource& source, VisibilityHeader& header) {
     header.pose_size = int(header.edges.size());
 }
 
+// --units, --up and --cache-fps say what a cache does not; rigs state their own.
+static void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
+    const auto is_cache = [](const Occluder& occluder) { return occluder.source.cache.has_value(); };
+    const bool any = plan.source.cache || std::any_of(plan.occluders.begin(), plan.occluders.end(), is_cache);
+    if (!any && (options.metres != 1 || options.z_up || options.fps > 0))
+        throw UsageError("--units, --up and --cache-fps are for point caches, and none is read");
+}
+
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
     BakePlan plan;
     plan.source = readSource(paths, options.cache);
@@ -126,6 +134,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
         throw InvalidInput(paths.front().string() + ": the rest pose has no extent");
 
     addSurroundings(plan, options);
+    checkCacheOptions(plan, options.cache);
     plan.files_read = filesRead(plan, options);
     plan.bias = float(options.bias);
     header.order = options.order;

@@ -128,7 +128,7 @@ static NumberedFiles sequenceIn(const fs::path& folder, const std::vector<std::s
         const Place place = findNumber(name, fs::path(name).stem().string().size());
         if (fits && place.start != std::string::npos) ++templates[cut(name, place)];
     }
-    if (templates.empty()) throw InvalidInput(folder.string() + ": has no numbered files");
+    if (templates.empty()) throw IoError(folder.string() + ": a folder that has no numbered files");
     if (templates.size() > 1) {
         const Template &a = templates.begin()->first, &b = std::next(templates.begin())->first;
         throw InvalidInput(folder.string() + ": has several sequences, " + a.before + "*" + a.after + " and " +

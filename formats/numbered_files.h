@@ -16,7 +16,8 @@ bool namesSequence(const std::filesystem::path& path);
 
 // The files that `path` names, one of: a pattern, in whose place any digits stand; a folder with one sequence of files
 // of these extensions (lower case, ".obj"); one of the files, which is the first (a name without a number is alone).
-// IoError: the folder cannot be read. InvalidInput: no such file, a number that is missing or there twice (by name).
+// IoError: the folder cannot be read or holds no such file. InvalidInput: no file of a pattern, a number that is
+// missing or there twice (by name).
 NumberedFiles findNumberedFiles(const std::filesystem::path& path, const std::vector<std::string>& extensions);
 
 }  // namespace penumbra

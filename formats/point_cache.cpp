@@ -232,6 +232,18 @@ static std::vector<Vec3> restPositions(const Sources& sources) {
     return readSource(sources, 0, 0);
 }
 
+// Two paths that name one file are one sequence, opened by each of its files: a pattern that the shell has replaced.
+static void addFilesRead(const std::filesystem::path& path, const std::vector<std::filesystem::path>& read,
+                         PointCache& cache) {
+    std::vector<std::filesystem::path>& all = cache.files_read;
+    for (const std::filesystem::path& file : read)
+        if (read.size() > 1 && std::find(all.begin(), all.end(), file) != all.end())
+            throw UsageError(path.string() +
+                             ": belongs to a sequence that is read already; name a sequence by its first " +
+                             "file or by a pattern in quotes");
+    all.insert(all.end(), read.begin(), read.end());
+}
+
 PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {
     if (paths.empty()) throw UsageError("a point cache is needed");
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
@@ -241,8 +253,7 @@ PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const
     const bool beside_positions = std::any_of(paths.begin(), paths.end(), needsMesh);
     for (const std::filesystem::path& path : paths) {
         sources->files.push_back(readCacheFile(path, options.fps, beside_positions));
-        const auto& read = sources->files.back().files_read;
-        cache.files_read.insert(cache.files_read.end(), read.begin(), read.end());
+        addFilesRead(path, sources->files.back().files_read, cache);
     }
     const CacheFile& mesh = findMesh(sources->files);
     checkVertexCounts(sources->files);

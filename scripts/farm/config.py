@@ -243,11 +243,26 @@ def check_config(content, path):
                 farm["lights"], pictures, jobs)
 
 
+def load_yaml(file):
+    """As yaml.safe_load(), but a key that stands there twice is an error: PyYAML would keep the last one."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        def construct_mapping(self, node, deep=False):
+            names = [key.value for key, _ in node.value]
+            for i, name in enumerate(names):
+                if name in names[:i]:
+                    raise yaml.constructor.ConstructorError(None, None, f"{name}: stands here twice", node.value[i][0].start_mark)
+            return super().construct_mapping(node, deep)
+
+    return yaml.load(file, Loader)
+
+
 def read_config(path):
     import yaml
     try:
         with open(path) as file:
-            content = yaml.safe_load(file)
+            content = load_yaml(file)
     except OSError as error:
         raise Unreadable(f"{path}: cannot read: {error.strerror}") from None
     except yaml.YAMLError as error:

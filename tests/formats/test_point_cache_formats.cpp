@@ -98,7 +98,8 @@ TEST(PointCacheSequence, MissingAndDoubleNumbersAreNamed) {
     writeText(place / "ball_0000.obj", sheetObj(3));
     EXPECT_THAT(refusal({place}), HasSubstr("several sequences, ball_*.obj and frame_*.obj"));
     EXPECT_THAT(refusal({place / "cloth_*.obj"}), HasSubstr("cloth_*.obj: no numbered files"));
-    EXPECT_THAT(refusal({folder("empty")}), HasSubstr("has no numbered files"));
+    EXPECT_THROW(readPointCache({folder("empty")}, {}), IoError);
+    EXPECT_THROW(readPointCache({place / "frame_0008.obj", place / "frame_0008.obj"}, {}), UsageError);
     EXPECT_THROW(readPointCache({place / "nowhere/frame_*.obj"}, {}), IoError);
     EXPECT_THROW(readPointCache({place / "frame_0099.obj"}, {}), IoError);
 }

@@ -111,6 +111,8 @@ def check_blocks(folder, cache):
         for name in ("frames/time", "frames/pose", "frames/positions", "visibility/coefficients"):
             assert np.array_equal(a[name], b[name]) and np.array_equal(a[name][5:20:7], c[name]), name
     refused(1, "--blocks", words=["visibility", cache, "-o", part, "--blocks", "0"])
+    refused(1, "--blocks 1000: clip", words=["visibility", cache, "-o", part, "--blocks", "1000"])
+    refused(1, "--up", words=["visibility", os.path.join(BIN, "..", "samples", "bend.glb"), "-o", part, "--up", "z"])
 
 
 def check_shards(folder, words):

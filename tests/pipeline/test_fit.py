@@ -73,7 +73,7 @@ def check_errors(folder):
     with h5py.File(other, "a") as f:
         del f["skin"]
         del f["frames/bones"]
-    run("visibility", other, "-o", model, "--convention", "A3", code=5, says="/skin")
+    run("visibility", other, "-o", model, "--convention", "A3", "--features", "joint-angles", code=1, says="dihedral-angles")
     bake_file(other)
     with h5py.File(other, "a") as f:
         f["skin/joint_names"][:] = np.array(["root", "tail"], object)
