@@ -7,9 +7,9 @@
 #include "formats/name_list_option.h"
 #include "formats/program_version.h"
 #include "formats/write_file.h"
-#include "pack/check_asset.h"
-#include "pack/error_budget.h"
+#include "pack/check_command.h"
 #include "pack/material_section.h"
+#include "pack/named_input.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"
 
@@ -19,16 +19,6 @@ namespace fs = std::filesystem;
 
 static AssetPrecision parsePrecision(const std::string& word) {
     return word == "f32" ? AssetPrecision::kF32 : word == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
-}
-
-// Runs `work`, whose complaints about its input do not say which file that is.
-template <class Error = InvalidInput, class Work>
-static auto naming(const fs::path& path, Work work) {
-    try {
-        return work();
-    } catch (const Error& error) {
-        throw Error(path.string() + ": " + error.what());
-    }
 }
 
 // --- asset ----------------------------------------------------------------------------------------------------------
@@ -231,186 +221,6 @@ static Verb truthVerb() {
         [command] { return std::vector<fs::path>{command->input}; },
         [command] { return command->output; },
         [command](const CommonOptions& common, Report& report) { runTruth(*command, common, report); }};
-}
-
-// --- check ----------------------------------------------------------------------------------------------------------
-
-struct CheckCommand {
-    fs::path asset, truth, predictions, second_bake, model;
-};
-
-static void printRow(const ErrorFigures& f, bool predictions) {
-    std::printf("%-24s %-8s %6zu %9.4f %10.4f %10.4f %8.4f %8.4f", f.name.substr(0, 24).c_str(),
-                f.held_out ? "held out" : "training", f.frames, f.relative_error, f.truncation, f.regression, f.rms_v,
-                f.ambient_error);
-    if (predictions) std::printf(" %11.2e", f.prediction_difference);
-    std::printf("\n");
-}
-
-static nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
-    nlohmann::ordered_json json;
-    json["name"] = f.name;
-    json["held_out"] = f.held_out;
-    json["frames"] = f.frames;
-    json["relative_error"] = f.relative_error;
-    json["truncation_error"] = f.truncation;
-    json["regression_error"] = f.regression;
-    json["rms_v"] = f.rms_v;
-    json["ambient_error"] = f.ambient_error;
-    if (predictions) json["prediction_difference"] = f.prediction_difference;
-    return json;
-}
-
-// One table: a row a source of error, held-out and training frames side by side, relative and as rms V.
-static void reportBudget(const CheckResult& result, Report& report) {
-    const std::vector<BudgetRow> held_out = errorBudget(result.held_out), training = errorBudget(result.training);
-    const auto cell = [](const ErrorFigures& set, const BudgetRow& row) {
-        char text[64];
-        if (set.frames == 0)
-            std::snprintf(text, sizeof text, "%20s", "no frames");
-        else if (std::isnan(row.relative))
-            std::snprintf(text, sizeof text, "%20s", "not measured");
-        else
-            std::snprintf(text, sizeof text, "%11.4f %8.4f", row.relative, row.rms_v);
-        return std::string(text);
-    };
-    std::printf("\n%-22s %20s %20s\n%-22s %11s %8s %11s %8s\n", "error budget", "held out", "training", "", "relative",
-                "rms V", "relative", "rms V");
-    for (std::size_t i = 0; i < held_out.size(); ++i) {
-        const bool ask = std::isnan(result.held_out.frames ? held_out[i].relative : training[i].relative) &&
-                         !held_out[i].option.empty();
-        std::printf("%-22s %s %s%s%s\n", held_out[i].name.c_str(), cell(result.held_out, held_out[i]).c_str(),
-                    cell(result.training, training[i]).c_str(), ask ? "   " : "",
-                    ask ? held_out[i].option.c_str() : "");
-        for (const auto& [set, row] : {std::pair(&result.held_out, &held_out[i]), {&result.training, &training[i]}}) {
-            nlohmann::ordered_json& json =
-                report.figures["budget"][set == &result.held_out ? "held_out" : "training"][row->name];
-            if (set->frames > 0 && !std::isnan(row->relative))
-                json = {{"relative", row->relative}, {"rms_v", row->rms_v}};
-            else
-                json = nullptr;
-        }
-    }
-    std::printf(
-        "squares add up: output PCA + regression = unpacked model; total + SH truncation = against all bands;\n"
-        "unpacked model + rank and quantisation = total up to their correlation. Bake noise is in the truth.\n");
-}
-
-static void reportFrames(const CheckResult& result, Report& report) {
-    for (const FrameCheck& f : result.frames)
-        report.figures["per_frame"].push_back({{"clip", f.clip},
-                                               {"time", f.time},
-                                               {"held_out", f.held_out},
-                                               {"rms_v", f.rms_v},
-                                               {"out_of_range", f.out_of_range}});
-    const double correlation = rangeCorrelation(result);
-    nlohmann::ordered_json& json = report.figures["out_of_range_rank_correlation"];
-    if (std::isnan(correlation)) return;  // null: no held-out frames, or all alike
-    json = correlation;
-    std::printf("out of range against error: rank correlation %.2f over %zu held-out frames\n", correlation,
-                result.held_out.frames);
-}
-
-static void reportCheck(const CheckResult& result, const AssetView& asset, bool predictions, Report& report) {
-    std::printf("%-24s %-8s %6s %9s %10s %10s %8s %8s%s\n", "clip", "", "frames", "relative", "truncation",
-                "regression", "rms V", "ambient", predictions ? " predictions" : "");
-    for (const ErrorFigures& clip : result.clips) {
-        printRow(clip, predictions);
-        report.figures["clips"].push_back(toJson(clip, predictions));
-    }
-    for (const ErrorFigures* all : {&result.training, &result.held_out}) {
-        if (all->frames == 0) continue;
-        printRow(*all, predictions);
-        report.figures[all->held_out ? "held_out" : "training"] = toJson(*all, predictions);
-    }
-    std::printf("packing, as stored: %.2e of the signal (relative squared = truncation squared + regression squared)\n",
-                double(asset.model.quantization_error));
-    report.figures["quantization_error"] = asset.model.quantization_error;
-    report.figures["mean_from_truth"] = result.mean_from_truth;
-    if (!result.mean_from_truth)
-        std::printf("no training clip in the truth: relative numbers are against the model's stored mean\n");
-    reportFrames(result, report);
-    reportBudget(result, report);
-}
-
-// The F32 asset of the model that the checked asset was made of, and its view.
-struct UnpackedModel {
-    std::vector<std::byte> bytes;
-    AssetView asset;
-};
-
-static UnpackedModel unpackedModel(const fs::path& path, int threads) {
-    UnpackedModel result;
-    const Model model = readModel(path);
-    naming(path, [&] {
-        result.bytes = packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", threads).bytes;
-        result.asset = openAsset(result.bytes);
-    });
-    return result;
-}
-
-static void runCheck(const CheckCommand& command, const CommonOptions& common, Report& report) {
-    report.phase("read");
-    const MappedFile file(command.asset);
-    const AssetView asset = openAsset(file.bytes(), command.asset.string());
-    const VisibilityReader truth(command.truth);
-    std::optional<VisibilityReader> predictions, second_bake;
-    std::optional<UnpackedModel> model;
-    if (!command.predictions.empty()) predictions.emplace(command.predictions);
-    if (!command.second_bake.empty()) second_bake.emplace(command.second_bake);
-    if (!asset.has_model) throw InvalidInput(command.asset.string() + ": has no model to check");
-    if (truth.header().quantity != "hemisphere_visibility")
-        throw InvalidInput(command.truth.string() + ": quantity is " + truth.header().quantity +
-                           "; truth is hemisphere_visibility");
-    const auto check = [&](const fs::path& path, const CheckReferences& references) {
-        naming(path, [&] { checkFits(asset, truth.header(), references); });
-    };
-    check(command.truth, {});
-    if (predictions) check(command.predictions, {.predictions = &*predictions});
-    if (second_bake) check(command.second_bake, {.second_bake = &*second_bake});
-    if (!command.model.empty()) {
-        model = unpackedModel(command.model, common.threads);
-        check(command.model, {.unpacked = &model->asset});
-    }
-    const CheckReferences references{predictions ? &*predictions : nullptr, second_bake ? &*second_bake : nullptr,
-                                     model ? &model->asset : nullptr};
-    const std::size_t frames = truth.header().frames.frameCount();
-    if (common.dry_run) {
-        std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());
-        return;
-    }
-    report.phase("check");
-    CheckResult result;
-    {
-        Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "checking", "frames",
-                          double(std::max<std::size_t>(1, frames)));
-        result = checkAsset(asset, truth, references, common.threads,
-                            [&](std::size_t done) { progress.update(double(done)); });
-    }
-    reportCheck(result, asset, predictions.has_value(), report);
-}
-
-static Verb checkVerb() {
-    const auto command = std::make_shared<CheckCommand>();
-    return {"check",
-            "Hold the run-time evaluator against baked truth.",
-            [command](CLI::App& app) {
-                app.add_option("asset", command->asset, "X.pnb with a model")->required();
-                app.add_option("truth", command->truth, "TRUTH.vis.h5 of the same mesh")->required();
-                app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
-                app.add_option("--second-bake", command->second_bake,
-                               "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
-                app.add_option("--model", command->model,
-                               "X.model.h5 that the asset was made of, for what packing costs");
-            },
-            [command] {
-                std::vector<fs::path> inputs{command->asset, command->truth};
-                for (const fs::path& path : {command->predictions, command->second_bake, command->model})
-                    if (!path.empty()) inputs.push_back(path);
-                return inputs;
-            },
-            nullptr,
-            [command](const CommonOptions& common, Report& report) { runCheck(*command, common, report); }};
 }
 
 }  // namespace penumbra

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 
 import view_window
-from view_window import PANEL, TIMELINE, Shot, View, cpu_seconds, difference, good, opened, prepared, run
+from view_window import BIN, PANEL, TIMELINE, Shot, View, cpu_seconds, difference, good, opened, prepared, run
 from x11_events import DragSource, another_window
 
 
@@ -198,6 +198,25 @@ def check_several():
     view.close()
 
 
+def check_cloth():
+    """A sheet with two sides: it plays, truth beside it looks alike, and from behind its back is seen."""
+    sheet = os.path.join(BIN, "..", "samples", "sheet.npz")
+    good("bake", "visibility", sheet, "-o", "sheet.vis.h5", "--two-sided", "--rays", 64)
+    good("fit", "visibility", "sheet.vis.h5", "-o", "sheet.model.h5", "--parts", 4, "--model", "linear")
+    good("pack", "asset", "sheet.model.h5", "--brdf", "lambert.brdf.h5", "--light", "sky.light.h5", "-o", "sheet.pnb")
+    good("pack", "truth", "sheet.vis.h5", "-o", "sheet.truth.pnb")
+    view = View("sheet.pnb", "--truth", "sheet.truth.pnb", "--no-settings", size="800x600")
+    front = view.shot("b")
+    assert front.mask().sum() > 2000, front.mask().sum()
+    moved = view.shot(*["Right"] * 5)
+    assert moved.frame() == 5 and difference(moved, front) > 0.5, moved.said
+    assert 0 < difference(view.shot("t"), moved) < 5, "truth looks like the model, but is not it"
+    view.keys("t")
+    view.drag(1, (330, 250), (780, 250))  # about half a turn
+    assert view.shot().mask().sum() > 2000, "the back is there"
+    view.close()
+
+
 def check_errors():
     display = os.environ.pop("DISPLAY")
     result = run("player", "view", "x.pnb")
@@ -227,6 +246,7 @@ with prepared():
     print("%d frames, %s, path %s; %.3f of a core while idle" % (figures["frames"], figures["gl"], figures["path"], idle))
     check_settings()
     check_several()
+    check_cloth()
     check_high_density()
     check_managed()  # last: GLFW 3.3 may abort where a window manager has just gone
 print("ok")

@@ -1,0 +1,9 @@
+#pragma once
+// penumbra-pack check X.pnb TRUTH.vis.h5
+#include "formats/command_line.h"
+
+namespace penumbra {
+
+Verb checkVerb();
+
+}  // namespace penumbra

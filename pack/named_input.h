@@ -1,0 +1,19 @@
+#pragma once
+// Complaints about an input, by its name.
+#include <filesystem>
+
+#include "formats/errors.h"
+
+namespace penumbra {
+
+// Runs `work`, whose complaints about its input do not say which file that is.
+template <class Error = InvalidInput, class Work>
+auto naming(const std::filesystem::path& path, Work work) {
+    try {
+        return work();
+    } catch (const Error& error) {
+        throw Error(path.string() + ": " + error.what());
+    }
+}
+
+}  // namespace penumbra
