@@ -24,8 +24,9 @@ std::vector<T> slice(const std::vector<T>& all, const FrameRange& range) {
 // UsageError when the range ends beyond the list.
 FrameList sliceFrames(const FrameList& all, const FrameRange& range);
 
-// Every clip cut into min(blocks, its frames) contiguous blocks whose lengths differ by one at most, which become clips
-// "NAME#1", "NAME#2", ...; times stay. `blocks` 1: the list as it is. UsageError when there would be too many clips.
+// Every clip cut into contiguous blocks whose lengths differ by one at most, which become clips "NAME#1", "NAME#2",
+// ...; times stay. `blocks` 1: the list as it is. UsageError for a clip of fewer frames, and when there would be too
+// many clips.
 FrameList cutIntoBlocks(const FrameList& frames, int blocks);
 // "NAME" of "NAME#3".
 std::string clipOfBlock(const std::string& name);

@@ -55,7 +55,7 @@ static RTCDevice sharedDevice() {
 struct OcclusionScene::Impl {
     RTCDevice device = sharedDevice();
     RTCScene scene = rtcNewScene(device);
-    std::vector<Triangle> triangles;
+    std::vector<Triangle> triangles;  // for nextHit()
 
     Impl() = default;
     Impl(const Impl&) = delete;
@@ -88,8 +88,10 @@ static void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
 OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing)
     : impl_(std::make_unique<Impl>()) {
     const FlushDenormals flush;
-    if (passing) rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-    impl_->triangles.assign(triangles.begin(), triangles.end());
+    if (passing) {
+        rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+        impl_->triangles.assign(triangles.begin(), triangles.end());
+    }
     RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     fillBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions);
     fillBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles);

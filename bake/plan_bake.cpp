@@ -73,10 +73,13 @@ static void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     if (options.blocks > 1)
         for (std::string& clip : clips) clip = clipOfBlock(clip);
     plan.occluders = readOccluders(options.occluders, options.cache, clips);
-    plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0));
+    plan.sheet_rules = plan.source.cache || options.two_sided || !plan.occluders.empty();
+    if (plan.sheet_rules)
+        plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0));
+    else
+        plan.blockers.triangles = plan.source.mesh().triangles;  // which nothing else is asked of
     for (const Occluder& occluder : plan.occluders)
         plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
-    plan.sheet_rules = plan.source.cache || options.two_sided || !plan.occluders.empty();
     if (options.inputs) {
         plan.inputs = placeInputs(readInputTable(*options.inputs), options.inputs->string(), plan.source);
         header.input_names = plan.inputs.names;
