@@ -14,6 +14,7 @@ namespace penumbra {
 
 using std::numbers::pi;
 
+namespace {
 struct Parameter {
     const char* name;
     double fallback, least, most;
@@ -26,6 +27,7 @@ struct Model {
     BrdfFunction::Eval eval;                // both directions above the horizon
     const char *x = nullptr, *y = nullptr;  // parameters whose difference makes the model anisotropic
 };
+}  // namespace
 
 static double pow5(double x) { return x * x * x * x * x; }
 

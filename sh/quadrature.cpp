@@ -9,9 +9,11 @@
 
 namespace penumbra {
 
+namespace {
 struct Node {
     double z, weight;
 };
+}  // namespace
 
 // Nodes and weights of Gauss-Legendre quadrature on (-1, 1), ascending: Newton's method on P_n from Tricomi's guess.
 static std::vector<Node> gaussLegendre(int n) {
