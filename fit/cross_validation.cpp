@@ -76,6 +76,9 @@ std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, co
     const std::vector<double> y_mean = meanOfRows(outputs, fold.kept);
     const Matrix y = centredRows(outputs, fold.kept, y_mean), y_out = centredRows(outputs, fold.left_out, y_mean);
     const auto n = Eigen::Index(inputs.count);
+    const double square = asEigen(y_out).squaredNorm();
+    // Inputs or outputs that never change: the mean is all there is.
+    if (n == 0 || y.columns == 0) return std::vector<double>(alphas.size(), square);
 
     const Eigen::VectorXd s = Eigen::Map<const Eigen::VectorXd>(inputs.pca.energies.data(), n).cwiseSqrt();
     const auto z = asEigen(inputs.left_out);
@@ -83,7 +86,6 @@ std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, co
         s.cwiseInverse().asDiagonal() * (asEigen(inputs.pca.scores).leftCols(n).transpose() * asEigen(y)).eval();
     const Eigen::VectorXd c = (z.transpose() * asEigen(y_out)).cwiseProduct(uy).rowwise().sum();
     const Eigen::MatrixXd b = (z.transpose() * z).cwiseProduct(uy * uy.transpose());
-    const double square = asEigen(y_out).squaredNorm();
     std::vector<double> errors;
     for (double alpha : alphas) {
         const Eigen::VectorXd d = s.array() / (s.array().square() + alpha * alpha);

@@ -52,6 +52,6 @@ int turnsTowards(float before, float angle) {
     return int(std::lround((double(before) - double(angle)) / (2 * std::numbers::pi)));
 }
 
-float addTurns(float angle, int turns) { return float(double(angle) + turns * 2 * std::numbers::pi); }
+float addTurns(float angle, int turns) { return float(double(angle) + turns * (2 * std::numbers::pi)); }
 
 }  // namespace penumbra
