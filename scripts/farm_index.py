@@ -2,7 +2,6 @@
 """One page of a farm's results: every rig with its figures and pictures, every job with its time (no network, no scripts).
 
 farm_index.py FARM.yaml -o index.html        run in the farm's output folder"""
-import argparse
 import glob
 import json
 import os
@@ -16,6 +15,7 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from farm.config import ConfigError, exit_code, read_config
 from farm.plan import make_plan, report_of
 from farm.stamps import remove, write_whole
+from usage import ArgumentParser
 
 STYLE = """
 :root { color-scheme: light dark; --paper: #fff; --ink: #1d2430; --soft: #5c6675; --line: #d9dee6; --link: #0b5cad; }
@@ -150,7 +150,7 @@ def remove_vanished(plan):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = ArgumentParser(__doc__)
     parser.add_argument("farm")
     parser.add_argument("--report")
     parser.add_argument("-o", "--output", required=True)

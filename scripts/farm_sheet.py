@@ -2,7 +2,6 @@
 """Held-out frames of an asset: baked truth, model and ambient error side by side, then every material under every light.
 
 farm_sheet.py PLAYER BAKE X.pnb X.truth.pnb --light E.light.h5... -o SHEET.png [--frames 3] [--size 320] [--camera ...]"""
-import argparse
 import io
 import json
 import os
@@ -18,6 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from farm.stamps import write_whole
+from usage import ArgumentParser
 
 BAR = 24  # pixels of a line of text
 GREY = (58, 60, 64, 255)
@@ -102,7 +102,7 @@ def draw_sheet(rows, size, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = ArgumentParser(__doc__)
     for name in ("player", "bake", "asset", "truth"):
         parser.add_argument(name)
     parser.add_argument("--light", action="append", type=pathlib.Path, required=True)

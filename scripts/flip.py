@@ -6,11 +6,12 @@ flip.py REFERENCE.png TEST.png [--ppd 67] [--map MAP.png]     prints the mean
 Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astrom, Fairchild: FLIP: A Difference Evaluator for Alternating Images,
 HPG 2020. Constants are the paper's; the default of 67 pixels a degree is a 0.7 m wide 4K display seen from 0.7 m. Pictures
 are 8-bit sRGB; alpha is laid over the same grey in both."""
-import argparse
 import sys
 
 import numpy as np
 from PIL import Image
+
+from usage import ArgumentParser
 
 XYZ_FROM_RGB = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794],
                          [2613072 / 12288897, 8788810 / 12288897, 887015 / 12288897],
@@ -101,7 +102,7 @@ def read_srgb(path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = ArgumentParser(__doc__)
     parser.add_argument("reference")
     parser.add_argument("test")
     parser.add_argument("--ppd", type=float, default=67.0, help="pixels a degree of the viewer's eye")

@@ -8,7 +8,6 @@ an analytic one ("sky:elevation=20") or the path of a picture.
 Writes OUT_FOLDER/sheet.png, and with --csv appends a row a pair. Both sides have the same camera, exposure (a light's mean
 radiance becomes mid grey) and full-resolution silhouette. FLIP is the mean over the pixels that either side's character
 covers (flip_crop: over the crop, empty background included), RMSE is in 8-bit steps over those that both cover."""
-import argparse
 import csv
 import pathlib
 import subprocess
@@ -19,6 +18,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import flip
+from usage import ArgumentParser
 
 
 def run(*command):
@@ -148,7 +148,7 @@ def append_rows(arguments, commit, brdfs, lights, figures):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = ArgumentParser(__doc__)
     for name, kind in (("bin", pathlib.Path), ("vis", pathlib.Path), ("model", pathlib.Path), ("clip", str), ("frame", int),
                        ("out", pathlib.Path)):
         parser.add_argument(name, type=kind)
