@@ -53,6 +53,10 @@ static void readGround(VisibilityCommand& command) {
     options.ground_y = height;
 }
 
+static std::string asJson(const std::vector<std::string>& names) {
+    return nlohmann::ordered_json(names).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report) {
     report.figures["frames"] = plan.header.frames.frameCount();
     report.figures["vertices"] = plan.header.mesh.vertexCount();
@@ -96,6 +100,7 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
                     plan.header.frames.frameCount(), plan.header.mesh.vertexCount(), options.rays, plan.rays() * 1e-6,
                     plan.bytes(options.precision) * 1e-6);
+        std::printf("clips: %s\n", asJson(plan.header.frames.clip_names).c_str());
         report.phase("probe");
         printEstimate(estimateBake(plan, options, common.threads), common.threads, report);
         return;

@@ -22,6 +22,8 @@ struct MergeCommand {
 }  // namespace
 
 static void reportProblems(const MergeProblems& problems, Report& report) {
+    report.figures["unreadable"] = problems.unreadable;
+    report.figures["unusable"] = problems.unusable;
     report.figures["different"] = problems.different;
     report.figures["missing"] = Json::array();
     for (const ClipFrame& frame : problems.missing)
@@ -30,26 +32,37 @@ static void reportProblems(const MergeProblems& problems, Report& report) {
     report.figures["beyond"] = problems.beyond;
 }
 
+// One run names all that has to be baked again: damage that the merge came upon is looked for in every shard.
+static void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& common, ProgressStyle style) try {
+    if (command.index)
+        writeIndex(plan, command.output, common.threads);
+    else
+        writeMerged(plan, command.output, style);
+} catch (const InvalidInput&) {
+    findDamage(plan);
+    if (!plan.problems.any()) throw;
+}
+
 static void runMerge(MergeCommand& command, const CommonOptions& common, Report& report) {
     if (!command.frames.empty()) command.options.frames = parseFrameRange(command.frames);
     const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
     report.phase("check");
-    const MergePlan plan = planMerge(command.shards, command.options);
-    report.figures["shards"] = plan.shards.size();
+    MergePlan plan = planMerge(command.shards, command.options);
+    if (plan.problems.any()) findDamage(plan);
+    report.figures["shards"] = command.shards.size();
     report.figures["frames"] = plan.header.frames.frameCount();
     report.figures["vertices"] = plan.header.mesh.vertexCount();
     reportProblems(plan.problems, report);
-    if (plan.problems.any()) throw InvalidInput("cannot merge: " + plan.problems.sentence());
+    if (plan.problems.any()) plan.problems.raise();
     if (common.dry_run) {
         std::printf("%zu shards make %zu frames x %zu vertices\n", plan.shards.size(), plan.header.frames.frameCount(),
                     plan.header.mesh.vertexCount());
         return;
     }
     report.phase("merge");
-    if (command.index)
-        writeIndex(plan, command.output, common.threads);
-    else
-        writeMerged(plan, command.output, style);
+    write(plan, command, common, style);
+    reportProblems(plan.problems, report);
+    if (plan.problems.any()) plan.problems.raise();
     const std::uintmax_t bytes = fs::file_size(command.output);
     report.figures["bytes"] = bytes;
     if (!common.quiet)
@@ -69,12 +82,14 @@ static void defineMerge(CLI::App& app, MergeCommand& command) {
 
 Verb mergeVerb() {
     const auto command = std::make_shared<MergeCommand>();
-    return {"merge",
-            "Put shards together to the file that the unsplit bake makes; refuses gaps and overlaps.",
-            [command](CLI::App& app) { defineMerge(app, *command); },
-            [command] { return command->shards; },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { runMerge(*command, common, report); }};
+    Verb verb{"merge",
+              "Put shards together to the file that the unsplit bake makes; refuses gaps and overlaps.",
+              [command](CLI::App& app) { defineMerge(app, *command); },
+              [command] { return command->shards; },
+              [command] { return command->output; },
+              [command](const CommonOptions& common, Report& report) { runMerge(*command, common, report); }};
+    verb.checks_inputs = true;
+    return verb;
 }
 
 }  // namespace penumbra

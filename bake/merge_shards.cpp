@@ -198,34 +198,51 @@ static void describeWhole(const std::vector<Shard>& shards, const MergeOptions& 
     if (plan.source[0].file < shards.size()) header.provenance.inputs = shards[plan.source[0].file].inputs;
 }
 
+// Runs `read`, of one shard. What is wrong with its file is a problem of the merge; the others are still to be read.
+template <class Read>
+static void collectProblem(MergeProblems& problems, const Read& read) try {
+    throwIfInterrupted();
+    read();
+} catch (const IoError& error) {
+    problems.unreadable.push_back(error.what());
+} catch (const InvalidInput& error) {
+    problems.unusable.push_back(error.what());
+}
+
+static void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan) {
+    const VisibilityReader reader(path);
+    VisibilityHeader header = reader.header();
+    completePlace(path.string(), header);
+    const std::vector<std::string> told_clips = toldClips(path.string(), header.provenance);
+    if (plan.shards.empty()) {
+        plan.header = header;
+        plan.precision = reader.precision();
+    }
+    for (const std::string& difference : differencesOf(header, plan.header))
+        plan.problems.different.push_back(path.string() + ": " + difference);
+    if (reader.precision() != plan.precision)
+        plan.problems.different.push_back(path.string() + ": coefficients of another precision");
+    plan.shards.push_back(path);
+    plan.frames_of_shard.push_back(std::uint32_t(header.frames.frameCount()));
+    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // its frames have no place
+    plan.is_virtual = plan.is_virtual || reader.isVirtual();
+    shards.push_back({path.string(), told_clips, header.frames.clip_names, header.frames.clip,
+                      header.shard->frame_in_clip, header.frames.time, header.provenance.inputs});
+}
+
 MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& options) {
     refuseTwice(paths);
     MergePlan plan;
-    plan.shards = paths;
     std::vector<Shard> shards;
-    for (const fs::path& path : paths) {
-        throwIfInterrupted();
-        const VisibilityReader reader(path);
-        VisibilityHeader header = reader.header();
-        completePlace(path.string(), header);
-        if (shards.empty()) {
-            plan.header = header;
-            plan.precision = reader.precision();
-        } else if (const auto differences = differencesOf(header, plan.header); !differences.empty()) {
-            for (const std::string& difference : differences)
-                plan.problems.different.push_back(path.string() + ": " + difference);
-        }
-        if (reader.precision() != plan.precision)
-            plan.problems.different.push_back(path.string() + ": coefficients of another precision");
-        plan.frames_of_shard.push_back(std::uint32_t(header.frames.frameCount()));
-        if (!sameChoice(*header.shard, *plan.header.shard)) continue;  // its frames have no place
-        plan.is_virtual = plan.is_virtual || reader.isVirtual();
-        shards.push_back({path.string(), toldClips(path.string(), header.provenance), header.frames.clip_names,
-                          header.frames.clip, header.shard->frame_in_clip, header.frames.time,
-                          header.provenance.inputs});
-    }
-    describeWhole(shards, options, plan);
+    for (const fs::path& path : paths) collectProblem(plan.problems, [&] { addShard(path, shards, plan); });
+    if (!shards.empty()) describeWhole(shards, options, plan);
     return plan;
+}
+
+// One after the other, since HDF5 takes turns anyway.
+void findDamage(MergePlan& plan) {
+    for (const fs::path& shard : plan.shards)
+        collectProblem(plan.problems, [&] { checkFrames(VisibilityReader(shard)); });
 }
 
 // --- Messages -------------------------------------------------------------------------------------------------------
@@ -236,16 +253,30 @@ static std::string joined(const std::vector<std::string>& items, std::size_t mos
     return items.size() > most ? text + " and " + std::to_string(items.size() - most) + " more" : text;
 }
 
+bool MergeProblems::any() const {
+    return !(unreadable.empty() && unusable.empty() && different.empty() && missing.empty() && twice.empty() &&
+             beyond.empty());
+}
+
 std::string MergeProblems::sentence() const {
     std::string text;
     const auto add = [&](const char* what, const std::string& items) {
         if (!items.empty()) text += (text.empty() ? "" : "; ") + std::string(what) + items;
     };
+    add("cannot be read: ", joined(unreadable, kMostListed));
+    add("cannot be used: ", joined(unusable, kMostListed));
     add("not of one bake: ", joined(different, kMostListed));
     add("missing frames: ", rangesText(missing, kMostListed));
     add("frames there twice: ", joined(twice, kMostListed));
     add("frames beyond the whole: ", joined(beyond, kMostListed));
     return text;
+}
+
+void MergeProblems::raise() const {
+    const std::string text = "cannot merge: " + sentence();
+    if (!unreadable.empty() && unusable.empty() && different.empty() && twice.empty() && beyond.empty())
+        throw IoError(text);
+    throw InvalidInput(text);
 }
 
 // --- Writing --------------------------------------------------------------------------------------------------------
@@ -299,7 +330,7 @@ void writeMerged(const MergePlan& plan, const fs::path& output, ProgressStyle st
     writer.finish();
 }
 
-void writeIndex(const MergePlan& plan, const fs::path& output, int threads) {
+void writeIndex(MergePlan& plan, const fs::path& output, int threads) {
     assert(!plan.problems.any());
     if (plan.is_virtual) throw UsageError("--virtual: a shard has no frames of its own; give the files that it names");
     VirtualSources sources{{}, std::vector<std::string>(plan.shards.size()), plan.frames_of_shard, plan.source};
@@ -310,9 +341,8 @@ void writeIndex(const MergePlan& plan, const fs::path& output, int threads) {
         throwIfInterrupted();
         sources.sha256[i] = sha256OfFile(plan.shards[i]);
     });
-    // After hashing: a shard that is replaced in between is refused by whoever opens the index. One after the other,
-    // since HDF5 takes turns anyway and the first damaged shard is then always the one that is named.
-    for (const fs::path& shard : plan.shards) checkFrames(VisibilityReader(shard));
+    findDamage(plan);  // after hashing: a shard that is replaced in between is refused by whoever opens the index
+    if (plan.problems.any()) return;
     writeVirtualVisibility(output, plan.header, plan.precision, sources);
 }
 

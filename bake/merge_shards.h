@@ -20,31 +20,41 @@ struct MergeOptions {
 
 // Why shards do not make a whole; every list is empty when they do.
 struct MergeProblems {
-    std::vector<std::string> different;  // "b.vis.h5: rays 64, not 128": sentences
-    std::vector<ClipFrame> missing;
-    std::vector<std::string> twice;   // "'walk' 3:5 in a.vis.h5 and b.vis.h5"
-    std::vector<std::string> beyond;  // frames of clips or ranges that the whole has not
-    bool any() const { return !(different.empty() && missing.empty() && twice.empty() && beyond.empty()); }
-    std::string sentence() const;  // one line that names them all, at most a dozen ranges of each kind
+    std::vector<std::string> unreadable;  // "a.vis.h5: cannot read: No such file or directory": sentences
+    std::vector<std::string> unusable;    // "b.vis.h5: /frames/time: damaged": to be baked again
+    std::vector<std::string> different;   // "c.vis.h5: rays 64, not 128"
+    std::vector<ClipFrame> missing;       // those of shards that cannot be opened too
+    std::vector<std::string> twice;       // "'walk' 3:5 in a.vis.h5 and b.vis.h5"
+    std::vector<std::string> beyond;      // frames of clips or ranges that the whole has not
+    bool any() const;
+    std::string sentence() const;  // one line that names them all, at most a dozen of each kind
+    // With the sentence: IoError where a shard cannot be read and all else may follow from that, else InvalidInput.
+    [[noreturn]] void raise() const;
 };
 
 struct MergePlan {
     VisibilityHeader header;  // of the whole
     Precision precision = Precision::kFloat32;
-    std::vector<std::filesystem::path> shards;
+    std::vector<std::filesystem::path> shards;  // that can be read
     std::vector<std::uint32_t> frames_of_shard;
     bool is_virtual = false;          // a shard is an index of other files
     std::vector<FrameSource> source;  // [F] of the whole
     MergeProblems problems;           // when there are any, `source` is incomplete
 };
-// Opens every shard once, one after the other. IoError, InvalidInput and UsageError for what cannot be compared at all.
+// Opens every shard once, one after the other. UsageError for what cannot be asked of them. Without a shard that can be
+// read the whole is not known, nor what is missing.
 MergePlan planMerge(const std::vector<std::filesystem::path>& shards, const MergeOptions& options);
 
+// Reads the frames of all shards of `plan` through their checksums; adds those that are damaged to its problems.
+void findDamage(MergePlan& plan);
+
 // Byte-identical to the unsplit bake. Memory: a few blocks of frames, however many shards. `plan` without problems.
+// InvalidInput for the first shard whose data are damaged.
 void writeMerged(const MergePlan& plan, const std::filesystem::path& output, ProgressStyle progress);
 
 // The same frames as an index of the shards, which have to stay where they are, seen from the output. Every shard is
-// read through: InvalidInput names one whose data are damaged. UsageError when a shard is such an index itself.
-void writeIndex(const MergePlan& plan, const std::filesystem::path& output, int threads);
+// read through; where some are damaged they are added to the problems of `plan`, and nothing is written. UsageError
+// when a shard is such an index itself.
+void writeIndex(MergePlan& plan, const std::filesystem::path& output, int threads);
 
 }  // namespace penumbra

@@ -231,7 +231,8 @@ static void checkFiles(Run& run) {
     run.report_checked = true;
     if (!run.common.depfile.empty() && run.output().empty() && !run.verb.names_outputs)
         throw UsageError("--depfile: this verb has no output to depend on");
-    for (const fs::path& input : run.inputs()) checkReadable(input);
+    if (!run.verb.checks_inputs)
+        for (const fs::path& input : run.inputs()) checkReadable(input);
     checkWritten(run.output(), run);
     checkWritten(run.common.depfile, run);
 }

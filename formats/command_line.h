@@ -47,6 +47,7 @@ struct Verb {
     std::function<std::filesystem::path()> output;  // "" = none
     std::function<void(const CommonOptions&, Report&)> run;
     bool names_outputs = false;  // `run` calls Report::willWrite()
+    bool checks_inputs = false;  // `run` says of every input that it cannot be read, not of the first alone
 };
 
 // Parses, runs one verb, writes report and depfile, turns exceptions into one line and an exit code. `format_versions`

@@ -256,8 +256,48 @@ def check_virtual(folder):
         assert result.returncode == 3 and name in result.stderr, result
 
 
+def flip_bit(path, dataset):
+    with h5py.File(path) as f:
+        at = f[dataset].id.get_chunk_info(0).byte_offset + 9
+    data = bytearray(open(path, "rb").read())
+    data[at] ^= 16
+    write_bytes(path, data)
+
+
+def check_all_named(folder):
+    """One run names all that must be baked again: files that are not there, cut short or damaged, and frames that nobody has."""
+    place = lambda name: os.path.join(folder, name)
+    out, report = place("out.vis.h5"), place("r.json")
+    frames = 15
+    shards = [bake(place(f"s{i}.vis.h5"), "--frames", f"{3 * i}:{3 * i + 3}") for i in range(5)]
+    whole = ["--frames", f"0:{frames}", "-o", out, "--report", report]
+    good("merge", *shards, *whole)
+    kept = [open(shard, "rb").read() for shard in shards]
+    write_bytes(shards[1], kept[1][:len(kept[1]) // 2])
+    flip_bit(shards[2], "frames/positions")
+    os.remove(shards[3])
+    refused([*shards[:4], *whole], "s1.vis.h5: ", "s2.vis.h5: /frames/positions: damaged", "s3.vis.h5: cannot read", "; missing frames: ")
+    figures = json.load(open(report))["figures"]
+    named = lambda kind: [sentence.partition(": ")[0] for sentence in figures[kind]]
+    assert figures["shards"] == 4 and named("unusable") == shards[1:3] and named("unreadable") == [shards[3]], figures
+    assert len(figures["missing"]) == 9 and not figures["twice"] + figures["different"], figures  # of s1, s3 and s4
+    # Files that cannot be read are worth another try; nothing is known without one that can.
+    write_bytes(shards[1], kept[1])
+    write_bytes(shards[2], kept[2])
+    refused([*shards, *whole], "cannot be read: ", "s3.vis.h5", "; missing frames: ", code=2)
+    refused([shards[3], *whole], "s3.vis.h5", code=2)
+    # Damage that the merge comes upon while it writes.
+    write_bytes(shards[3], kept[3])
+    for i in (1, 4):
+        flip_bit(shards[i], "visibility/coefficients")
+    before = digest(out)
+    for words in ([], ["--virtual"]):
+        refused([*shards, *whole, *words], *(f"s{i}.vis.h5: /visibility/coefficients: damaged" for i in (1, 4)))
+        assert len(json.load(open(report))["figures"]["unusable"]) == 2 and digest(out) == before
+
+
 def main():
-    for check in (check_splits, check_choices, check_refusals, check_virtual):
+    for check in (check_splits, check_choices, check_refusals, check_virtual, check_all_named):
         with tempfile.TemporaryDirectory() as folder:
             check(folder)
             print(f"{check.__name__}: ok")
