@@ -6,6 +6,7 @@ usage: test_slurm.py BIN
 import glob
 import hashlib
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,7 @@ from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without,
 
 BIN = os.path.abspath(sys.argv[1])
 SHARDS = 8
+MOST_TASKS = 5  # of an array: the shards need two
 SLURM = os.path.join(SCRIPTS, "slurm")
 
 
@@ -92,17 +94,19 @@ def check_snakemake(folder, wanted):
 
 
 def check_arrays(folder, wanted):
-    """A task of an array is killed: it goes back into the queue. One is cancelled: what waits for it ends, and is taken up again."""
+    """Shards take two arrays, and the merge waits for both. A task is killed: it goes back into the queue. One is cancelled: what
+    waits for it ends, and is taken up again."""
     make_slow_farm(folder)
     command = [os.path.join(SLURM, "farm_array"), "farm.yaml"]
     text = run(*command, cwd=folder)
-    assert f"shard: {SHARDS} tasks" in text and "merge: 1 tasks" in text, text
-    array = text.split("shard: ")[1].split("array ")[1].split()[0].rstrip(",")
+    first, second = re.search(rf"shard: {SHARDS} tasks, array (\d+), (\d+)\n", text).groups()
+    assert re.search(rf"merge: 1 tasks, array \d+, after {first}, {second}\n", text), text
     text = run(*command, cwd=folder)
     assert "jobs are under way" in text and "tasks" not in text, text
-    run("scancel", f"{array}_{SHARDS - 1}", cwd=folder)
+    run("scancel", f"{second}_{SHARDS - MOST_TASKS - 1}", cwd=folder)
     kill_one_bake(os.path.join(folder, "out"))
-    wait_for(lambda: "Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder), "a requeued task")
+    wait_for(lambda: any("Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder) for array in (first, second)),
+             "a requeued task")
     wait_for(queue_is_empty, "the arrays")
     assert not os.path.exists(os.path.join(folder, "out", "index.html"))
     text = run(*command, cwd=folder)
@@ -114,7 +118,7 @@ def check_arrays(folder, wanted):
 
 
 def check_bake_array(folder, wanted):
-    """A task and the first merge are killed: both go back into the queue."""
+    """A task and the first merge are killed: both go back into the queue. Meanwhile the same bake is not submitted again."""
     make_slow_farm(folder)
     os.makedirs(os.path.join(folder, "out", "man"))
     programs = os.path.join(folder, "programs")
@@ -126,7 +130,9 @@ exec {BIN}/penumbra-bake "$@"
     os.chmod(os.path.join(programs, "penumbra-bake"), 0o755)
     words = [os.path.join(SLURM, "bake_array"), str(SHARDS), "out/man/man.vis.h5", "capsule_man.glb", "--fps", "3", "--rays", "2048"]
     text = run("env", f"PENUMBRA_BIN={programs}", *words, cwd=folder)
-    assert f"{SHARDS} shards" in text, text
+    jobs = re.match(rf"array (\d+), (\d+): {SHARDS} shards of \d+ frames; merge (\d+): ", text).groups()
+    text = run("env", f"PENUMBRA_BIN={programs}", *words, cwd=folder, code=2)
+    assert text.startswith(f"bake_array: out/man/man.vis.h5: still made by jobs {' '.join(jobs)}; ") and text.count("\n") == 1, text
     kill_one_bake(folder)
     wait_for(queue_is_empty, "the bake")
     assert os.path.exists(os.path.join(programs, "killed"))
@@ -160,7 +166,7 @@ def main():
     with tempfile.TemporaryDirectory() as top:
         cluster = os.path.join(top, "slurm")
         os.environ["SLURM_CONF"] = os.path.join(cluster, "slurm.conf")
-        run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", cwd=top)
+        run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", f"MaxArraySize={MOST_TASKS}", cwd=top)
         pids = daemons(cluster)
         try:
             assert "export SLURM_CONF=" in run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", cwd=top)
