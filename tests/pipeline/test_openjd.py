@@ -118,7 +118,8 @@ def run_step(step, values, folder, code=0):
 def check_run(template, folder):
     """Eight shards of a rig whose folder has every character that means something to a shell; progress as the specification's regular expressions want it."""
     rig = shutil.copy(RIG, folder)
-    given = {"Rig": rig, "Output": os.path.join(folder, "out put.vis.h5"), "Shards": 8, "Options": '--fps "6" --rays 64', "Bake": BAKE}
+    given = {"Rig": rig, "Output": os.path.join(folder, "out put.vis.h5"), "Shards": 8, "KeepShards": "yes",
+             "Options": '--fps "6" --rays 64', "Bake": BAKE}
     values = {f"{kind}.{name}": value for kind in ("Param", "RawParam") for name, value in given.items()}
     plan, bake, merge = template["steps"]
     assert " frames x " in run_step(plan, values, folder)
@@ -126,7 +127,13 @@ def check_run(template, folder):
     progress = [float(value) for value in re.findall(r"^openjd_progress: ([0-9.]+)$", text, re.M)]
     assert len(progress) >= 8 and min(progress) >= 0 and progress.count(100) >= 8, progress
     assert len(re.findall(r"^openjd_status: .+$", text, re.M)) == len(progress)
+    shards = given["Output"] + ".shards"
     run_step(merge, values, folder)
+    assert len(os.listdir(shards)) == 9, os.listdir(shards)
+    values["Param.KeepShards"] = "no"
+    run_step(merge, values, folder)
+    assert not os.path.exists(shards)
+    run_step(merge, values, folder)  # as after a kill at the very end
     whole = os.path.join(folder, "whole.vis.h5")
     subprocess.run([BAKE, "visibility", rig, "--fps", "6", "--rays", "64", "-o", whole, "-q"], check=True)
     assert open(whole, "rb").read() == open(given["Output"], "rb").read()
