@@ -6,6 +6,8 @@ import re
 import shutil
 from dataclasses import dataclass
 
+from farm.camera import camera_problem
+
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")  # becomes a folder and a file name, and a name in the asset
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
@@ -135,6 +137,19 @@ def exactly_one(names, kind):
     return check
 
 
+def camera(key, value, folder):
+    if problem := camera_problem(text(key, value, folder)):
+        raise ConfigError(f"{key}: {problem}")
+    return value
+
+
+def convention(key, value, folder):
+    """As parseConvention() of sh/visibility_convention.cpp."""
+    if not re.fullmatch("[ABD][1-8]", text(key, value, folder)):
+        raise ConfigError(f"{key}: convention must be A, B or D and an order from 1 to 8 (such as D5), not '{value}'")
+    return value
+
+
 def slots(key, value, folder):
     if not isinstance(value, dict):
         raise ConfigError(f"{key}: takes SLOT: MATERIAL, not {value!r}")
@@ -150,7 +165,7 @@ BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), 
 FIT = dict(model=one_of("linear", "quadratic", "neural", "additive"), parts=either(number(1, True), "auto"),
            features=one_of("relative-bones", "joint-angles", "dihedral-angles"),
            clusters=either(number(1, True), "auto"), input_variance=either(number(0), "auto"), output_variance=number(0),
-           convention=text, train_frames=a_file)
+           convention=convention, train_frames=a_file)
 PACK = dict(precision=one_of("f32", "f16", "i8"), max_error=number(0), max_bytes_per_vertex=number(0), slot=slots)
 MATERIAL = dict(analytic=text, merl=a_file, table=a_file, material=text, operators=number(1, True), slice_order=number(1, True),
                 view_order=number(1, True))
@@ -165,7 +180,7 @@ FARM = keys(
     rigs=needed(map_of(keys(files=needed(list_of(a_mesh)), **OF_A_RIG))),
     materials=needed(map_of(exactly_one(("analytic", "merl", "table"), keys(**MATERIAL)))),
     lights=needed(map_of(exactly_one(("picture", "analytic"), keys(picture=a_file, **LIGHT)))),
-    pictures=keys(frames=number(1, True), size=number(16, True), camera=text),
+    pictures=keys(frames=number(1, True), size=number(16, True), camera=camera),
     jobs=keys(**{rule: JOB for rule in RULES}))
 
 
@@ -206,6 +221,9 @@ def check_rig(name, rig, farm):
     for clip in map(clip_of_block if "blocks" in rig["bake"] else str, rig["holdout"]):
         if "clips" in rig and clip not in rig["clips"]:
             raise ConfigError(f"{key}.holdout: {clip} is not among its clips: {', '.join(rig['clips'])}")
+    order, moments = int(rig["fit"].get("convention", "A1")[1]), rig["bake"].get("order")
+    if moments and order > moments:
+        raise ConfigError(f"{key}.fit.convention: needs moments of order {order}; the bake has order {moments}")
     for part, known in (("materials", farm["materials"]), ("lights", farm["lights"])):
         rig.setdefault(part, list(known))
         for item in rig[part]:

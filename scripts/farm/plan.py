@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from farm.config import ROOT, ConfigError, clip_of_block, files_of
+from farm.config import ROOT, ConfigError, files_of
 from farm.stamps import Digests, digest_of, label, read_stamp, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
@@ -116,10 +116,12 @@ class Planner:
 
     # --- jobs of one rig
 
+    def bake_words(self, rig):
+        return [self.program("penumbra-bake"), "visibility", *rig["files"],
+                *options({key: rig[key] for key in ("clips", "fps") if key in rig}), *options(rig["bake"])]
+
     def bake(self, name, rig):
-        words = [self.program("penumbra-bake"), "visibility", *rig["files"],
-                 *options({key: rig[key] for key in ("clips", "fps") if key in rig}), *options(rig["bake"])]
-        files = read_by_bake(rig)
+        words, files = self.bake_words(rig), read_by_bake(rig)
         ranges = self.standing_ranges(name, words, files)
         if ranges is None:
             ranges = self.new_ranges(name, words, files, rig.get("shards", 1))
@@ -160,8 +162,8 @@ class Planner:
             all(digest_of(self.farm.output, path, self.digests) == found for path, found in stamp["further_inputs"].items())
 
     def ask(self, key, words, files):
-        """The first line of what a program says to --dry-run: asked once, and remembered by its version and the content of its files.
-        ConfigError with its complaint."""
+        """What a program says to --dry-run: asked once, and remembered by its version and the content of its files. ConfigError with
+        its complaint."""
         read = [*files, *(buffer for file in files for buffer in buffers_of(file))]
         question = json.dumps([tool_version(words), [label(word) for word in words[1:]], [self.digests.of(file) for file in read]])
         if question not in self.asked:
@@ -169,23 +171,25 @@ class Planner:
             result = subprocess.run(words, cwd=self.farm.output, capture_output=True, text=True)
             if result.returncode != 0:
                 raise ConfigError(f"{key}: {result.stderr.strip()}")
-            self.asked[question] = result.stdout.partition("\n")[0]
+            self.asked[question] = result.stdout
             write_whole(self.memory, json.dumps(self.asked, indent=1))
         return self.asked[question]
 
-    def check_clips(self, name, rig):
-        """Before any job starts: are the clips there?"""
-        blocks = rig["bake"].get("blocks", 1)
-        held = rig["holdout"] if blocks == 1 else map(clip_of_block, rig["holdout"])
-        clips = list(dict.fromkeys([*rig.get("clips", []), *held]))
-        self.ask(f"rigs.{name}.{'clips' if 'clips' in rig else 'holdout'}",
-                 [self.program("penumbra-bake"), "visibility", *rig["files"], *options({"clips": clips}), "--frames", "0:1", "--rays", "16",
-                  "-o", ".farm/probe.vis.h5", "--dry-run"], [file for path in rig["files"] for file in files_of(path)])
+    def check_holdout(self, name, rig):
+        """Before any job starts: are the clips in the bake, and is one left to train on?"""
+        words = self.bake_words({**rig, "bake": {**rig["bake"], "rays": 16}})
+        said = self.ask(f"rigs.{name}", [*words, "--frames", "0:1", "-o", ".farm/probe.vis.h5", "--dry-run"], read_by_bake(rig))
+        clips = json.loads(re.search("^clips: (.*)$", said, re.M)[1])
+        for clip in rig["holdout"]:
+            if clip not in clips:
+                raise ConfigError(f"rigs.{name}.holdout: no clip '{clip}'; the bake has {', '.join(clips)}")
+        if set(clips) <= set(rig["holdout"]):
+            raise ConfigError(f"rigs.{name}.holdout: no clip is left to train on")
 
     def rig(self, name, rig):
         bake, fit, pack = (self.program(f"penumbra-{p}") for p in ("bake", "fit", "pack"))
         names, holdout = {"rig": name}, options({"holdout": rig["holdout"]})
-        self.check_clips(name, rig)
+        self.check_holdout(name, rig)
         vis = self.bake(name, rig)
         train_frames = [rig["fit"]["train_frames"]] if "train_frames" in rig["fit"] else []
         model = self.add("fit", names, [fit, "visibility", vis, *holdout, *options(rig["fit"])], [vis], train_frames)

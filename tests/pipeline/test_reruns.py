@@ -14,6 +14,7 @@ from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without,
 
 sys.path.insert(0, SCRIPTS)
 from farm import config
+from farm.camera import camera_problem
 from farm.config import ConfigError, read_config
 from farm.plan import buffers_of, make_plan
 
@@ -297,7 +298,14 @@ def check_config_errors(folder):
         ("model: linear", "model: cubic", "defaults.fit.model: takes one of linear, quadratic, neural, additive, not 'cubic'"),
         ("  man:", "  the man:", "rigs: 'the man' cannot be a name"),
         ("  man:", "  materials:", "rigs.materials: a rig becomes a folder of the output"),
-        ("holdout: [walk]", "holdout: [wolk]", "rigs.man.holdout: penumbra-bake: "),
+        ("holdout: [walk]", "holdout: [wolk]", "rigs.man.holdout: no clip 'wolk'; the bake has "),
+        ("holdout: [walk]", "holdout: [walk], clips: [walk, wolk]", "rigs.man: penumbra-bake: --clips: no clip 'wolk'"),
+        ("holdout: [walk]", "holdout: [walk], clips: [walk]", "rigs.man.holdout: no clip is left to train on"),
+        ("holdout: [sway]", "holdout: [bend, twist, sway]", "rigs.bend.holdout: no clip is left to train on"),
+        ("size: 32", "size: 32, camera: 'yow=3'", "pictures.camera: camera has no 'yow'"),
+        ("clusters: 2", "clusters: 2, convention: E4", "defaults.fit.convention: convention must be A, B or D"),
+        ("rays: 16}, fit: {", "rays: 16, order: 3}, fit: {convention: A4, ",
+         "rigs.bend.fit.convention: needs moments of order 4; the bake has order 3"),
         ("ggx:alpha=0.4", "ggx:alfa=0.4", "materials.gold: penumbra-fit: --analytic: BRDF ggx has no 'alfa'"),
         ("analytic: sky", "analytic: skye", "lights.sky: penumbra-fit: "),
     ]
@@ -315,6 +323,26 @@ def check_config_errors(folder):
     print(f"{len(cases)} mistakes in the YAML file are named")
 
 
+def check_same_words(folder):
+    """What the farm says of cameras and conventions by itself is what the programs say."""
+    run = lambda program, *words: subprocess.run([os.path.join(BIN, f"penumbra-{program}"), *words], cwd=folder, capture_output=True,
+                                                 text=True)
+    for text in ("yow=3", "yaw", "yaw=", "=3", "yaw=1,,", "yaw=1,yaw=2", "yaw=400", "yaw=+4", "yaw= 4", "yaw=nan", "pitch=89.5", "fov=0",
+                 "distance=0", "distance=1e10", "target=1/2", "target=1/2/x", "target=x", "yaw=1_0", "yaw=-3.5e1", "yaw=.5,fov=1.",
+                 "target=0", "target=0/1e-3/-2,distance=3,pitch=-89"):
+        result = run("bake", "reference", "out/man/man.vis.h5", "--frame", "0", "--size", "8x8", "--samples", "1", "-o", "x.png",
+                     "--camera", text)
+        wanted = camera_problem(text)
+        assert result.stderr == (f"penumbra-bake: --camera: {wanted}\n" if wanted else ""), (text, wanted, result.stderr)
+    for text in ("E4", "A0", "A9", "a4", "D55", "D"):
+        try:
+            config.convention("--convention", text, "")
+            assert False, ("taken", text)
+        except ConfigError as error:
+            said = run("fit", "visibility", "out/man/man.vis.h5", "--convention", text, "-o", "x.model.h5").stderr
+            assert said == f"penumbra-fit: {error}\n", (said, str(error))
+
+
 def main():
     skip_without("snakemake")
     with tempfile.TemporaryDirectory() as name:
@@ -327,6 +355,7 @@ def main():
         check_array_files(folder)
         check_config_errors(folder)
         check_first_run(folder)
+        check_same_words(folder)
         check_elsewhere(folder)
         check_touch(folder)
         snakemake(folder)
