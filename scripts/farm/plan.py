@@ -170,7 +170,7 @@ class Planner:
             os.makedirs(os.path.dirname(self.memory), exist_ok=True)
             result = subprocess.run(words, cwd=self.farm.output, capture_output=True, text=True)
             if result.returncode != 0:
-                raise ConfigError(f"{key}: {result.stderr.strip()}")
+                raise ConfigError(f"{key}: {result.stderr.strip() or f'{words[0]}: exit code {result.returncode}'}")
             self.asked[question] = result.stdout
             write_whole(self.memory, json.dumps(self.asked, indent=1))
         return self.asked[question]

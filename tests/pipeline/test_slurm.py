@@ -43,7 +43,7 @@ def bakes_under(folder):
             here = os.readlink(place + "/cwd")
         except OSError:
             continue
-        slow = words[0].endswith(b"penumbra-bake") and b"--frames" in words and words[2].endswith(b"capsule_man.glb")
+        slow = words[0].endswith(b"penumbra-bake") and b"--resume" in words and words[2].endswith(b"capsule_man.glb")
         if slow and here.startswith(folder):
             found.append(int(os.path.basename(place)))
     return found
