@@ -17,6 +17,7 @@ CASES = [("capsule_man.glb", "--fps", "10", "--rays", "512"),
          ("capsule_man.glb", "--fps", "20", "--rays", "64", "--precision", "f16", "--order", "4"),
          ("bend.glb", "--fps", "60", "--rays", "512", "--ground")]
 SAYS = re.compile(r"(\d+) frames x (\d+) vertices x (\d+) rays = ([\d.]+) Mray; ([\d.]+) MB before compression\n"
+                  r"clips: \[.*\]\n"
                   r"estimate from a probe of ([\d.]+) s: (\d+) s on 2 threads, ([\d.]+) MB, peak memory (\d+) MB, journal ([\d.]+) MB\n")
 
 
