@@ -81,7 +81,7 @@ public:
             for (const Vec3& p : {c.vertices.positions.front(), c.vertices.positions.back()})
                 corners.push_back(p + c.offset);
         const double radius = radius_ * std::max(1.0, 0.85 * std::ceil(std::sqrt(double(characters_.size()))));
-        const Camera camera = makeCamera(options.camera, corners, radius);
+        const Camera camera = makeCamera(options.camera, corners, radius, defaultPitch(asset_->mesh.positions));
         clipFromModel(camera, double(options.width) / options.height, radius, view_.clip_from_model);
         eye_ = toFloat(cameraPosition(camera));
         view_.display = DisplayTransform();

@@ -14,11 +14,12 @@ static double restRadius(const AssetView& asset) {
     return 0.5 * boxDiagonal({asset.mesh.positions.begin(), asset.mesh.positions.end()});
 }
 
-static FrameView makeView(const RenderOptions& options, std::span<const Vec3> positions, double radius) {
+static FrameView makeView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions,
+                          double radius) {
     FrameView view;
     view.error_max = options.error_max;
     try {
-        const Camera camera = makeCamera(options.camera, positions, radius);
+        const Camera camera = makeCamera(options.camera, positions, radius, defaultPitch(asset.mesh.positions));
         clipFromModel(camera, double(options.width) / options.height, radius, view.clip_from_model);
         view.eye = toFloat(cameraPosition(camera));
     } catch (const std::invalid_argument& problem) {
@@ -28,12 +29,12 @@ static FrameView makeView(const RenderOptions& options, std::span<const Vec3> po
 }
 
 FrameView makePictureView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions) {
-    return makeView(options, positions, restRadius(asset));
+    return makeView(options, asset, positions, restRadius(asset));
 }
 
 FrameView makeSequenceView(const RenderOptions& options, const AssetView& asset, const BoundingBox& box) {
     const std::array<Vec3, 2> corners = {box.low, box.high};
-    return makeView(options, corners, std::max(restRadius(asset), box.radius()));
+    return makeView(options, asset, corners, std::max(restRadius(asset), box.radius()));
 }
 
 BoundingBox boundsOfClips(PosedFrame& frame, std::span<const std::size_t> clips) {

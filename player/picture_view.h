@@ -9,7 +9,8 @@
 namespace penumbra {
 
 // The view of a picture: the camera frames this frame's skinned positions with half the rest pose's diagonal as the
-// radius, as penumbra-bake reference does, so that the pictures lie over each other. UsageError names --camera.
+// radius and defaultPitch(), as penumbra-bake reference does, so that the pictures lie over each other. UsageError
+// names --camera.
 FrameView makePictureView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions);
 
 // One view of a whole sequence, so that nothing jumps: `box` holds every frame (boundsOfClips()). The radius is half

@@ -1,5 +1,6 @@
 #include "player/view_loop.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -33,13 +34,21 @@ WindowPlace placeFor(const ViewOptions& options, const ViewSettings& settings) {
     return place;
 }
 
+// A little from above, and more where every character lies flat.
+double startPitch(const Scene& scene) {
+    double least = std::numbers::pi;
+    for (const auto& character : scene.characters)
+        least = std::min(least, defaultPitch(character->asset.mesh.positions));
+    return std::max(least, 8 * std::numbers::pi / 180);
+}
+
 ViewState startState(const Scene& scene, const ViewSettings& settings, const ViewOptions& options) {
     ViewState state;
     applySettings(settings, state);
     const double degree = std::numbers::pi / 180;
     state.shading = options.shading;
     state.camera.yaw = 20 * degree;
-    state.camera.pitch = 8 * degree;
+    state.camera.pitch = startPitch(scene);
     state.camera.vertical_fov = 35 * degree;
     return stateFor(scene, state);
 }

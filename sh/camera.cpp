@@ -12,20 +12,32 @@ namespace penumbra {
 
 static double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
-static Vec3d boxCentre(std::span<const Vec3> positions) {
+struct Box {
+    Vec3d low, high;
+};
+
+static Box boxOf(std::span<const Vec3> positions) {
     if (positions.empty()) return {};
-    Vec3d low = toDouble(positions[0]), high = low;
+    Box box{toDouble(positions[0]), toDouble(positions[0])};
     for (const Vec3& p : positions)
         for (int axis = 0; axis < 3; ++axis) {
-            low[axis] = std::min(low[axis], double(p[axis]));
-            high[axis] = std::max(high[axis], double(p[axis]));
+            box.low[axis] = std::min(box.low[axis], double(p[axis]));
+            box.high[axis] = std::max(box.high[axis], double(p[axis]));
         }
-    return (low + high) * 0.5;
+    return box;
 }
 
-Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius) {
+double defaultPitch(std::span<const Vec3> rest_positions) {
+    const Box box = boxOf(rest_positions);
+    const Vec3d size = box.high - box.low;
+    const double width = std::min(size.x, size.z);
+    return width > 0 ? radians(35) * std::clamp(2 - 8 * size.y / width, 0.0, 1.0) : 0;
+}
+
+Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    Camera camera{.target = boxCentre(positions), .distance = nan, .vertical_fov = radians(35)};
+    const Box box = boxOf(positions);
+    Camera camera{.target = (box.low + box.high) * 0.5, .pitch = pitch, .distance = nan, .vertical_fov = radians(35)};
     for (const KeyValue& item : splitKeyValues(text)) {
         if (item.key == "yaw")
             camera.yaw = radians(parseNumber("camera yaw", item.value, -360, 360));

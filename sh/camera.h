@@ -19,8 +19,13 @@ struct Camera {
 
 // "yaw=30,pitch=10,fov=35,distance=3,target=0/1/0" (degrees; any subset; "" = all defaults). What is not given is
 // framed: target = centre of the box of `positions`, distance so that the sphere of radius `radius` around it fills the
-// frame. Throws std::invalid_argument with a sentence.
-Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius);
+// frame, pitch = `pitch` (radians). Throws std::invalid_argument with a sentence.
+Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch = 0);
+
+// The pitch of pictures that are told none: 0, but a sheet that lies flat at rest is seen obliquely from above and not
+// on its edge. With r = the box's height / the smaller of its two widths: 35 degrees up to r = 1/8, 0 from r = 1/4 on,
+// linear between. Of the rest pose, so that all frames are seen alike.
+double defaultPitch(std::span<const Vec3> rest_positions);
 
 Vec3d cameraPosition(const Camera& camera);
 // Unit direction through pixel coordinates (x right, y down, pixel centres at +0.5) of a width x height picture.

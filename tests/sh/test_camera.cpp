@@ -27,6 +27,22 @@ TEST(Camera, ReadsEveryKey) {
         EXPECT_THROW(makeCamera(text, kBox, 2), std::invalid_argument) << text;
 }
 
+// Boxes of width x height x depth. Upright ones keep what they had: a character (also a low one), a curtain, a ribbon.
+TEST(Camera, FlatSheetsAreSeenFromAbove) {
+    const auto degrees = [](float width, float height, float depth) {
+        return defaultPitch(std::vector<Vec3>{{1, 2, 3}, {1 + width, 2 + height, 3 + depth}}) * 180 / std::numbers::pi;
+    };
+    for (const Vec3& size : {Vec3{1.8f, 1.8f, 0.3f}, {0.5f, 0.2f, 2}, {2, 2, 0}, {2, 0.1f, 0}, {0, 0, 0}, {4, 1, 4}})
+        EXPECT_EQ(degrees(size.x, size.y, size.z), 0) << size.x << ' ' << size.y << ' ' << size.z;
+    EXPECT_NEAR(degrees(2, 0, 3), 35, 1e-5);
+    EXPECT_NEAR(degrees(3, 0.25f, 2), 35, 1e-5);
+    EXPECT_NEAR(degrees(2, 0.375f, 2), 17.5, 1e-5);
+    EXPECT_NEAR(degrees(2, 0.499f, 2), 0, 0.2);
+    EXPECT_EQ(defaultPitch({}), 0);
+    EXPECT_EQ(makeCamera("", kBox, 2, 0.5).pitch, 0.5);
+    EXPECT_EQ(makeCamera("pitch=0", kBox, 2, 0.5).pitch, 0);
+}
+
 TEST(Camera, PixelsAndClipSpaceAgree) {
     const Camera camera = makeCamera("yaw=40,pitch=-20,fov=50,target=0.5/1/0", kBox, 2);
     const int width = 320, height = 200;

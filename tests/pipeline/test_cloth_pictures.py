@@ -1,0 +1,101 @@
+"""Pictures of a sheet that lies flat: the camera that is told nothing sees it from above, in penumbra-player and penumbra-bake
+reference alike; their pictures lie over each other; an upright one is seen as before; the figures against the truth are those of
+penumbra-pack check.
+
+usage: test_cloth_pictures.py BIN
+"""
+import csv
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+from PIL import Image
+
+BIN = os.path.abspath(sys.argv[1])
+FRAMES, SIDE = 12, 15
+LIT = ["--brdf", "lambert.brdf.h5", "--light", "sky.light.h5"]
+
+
+def good(tool, *words):
+    result = subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True)
+    assert result.returncode == 0, (tool, words, result.stderr)
+
+
+def write_sheet(path, upright):
+    """2 x 2 m, flat at rest, then with waves of 5 cm; upright: hung up by an edge."""
+    u, v = np.meshgrid(np.linspace(-1, 1, SIDE), np.linspace(-1, 1, SIDE), indexing="ij")
+    time = np.arange(FRAMES)[:, None, None]
+    wave = 0.05 * np.sin(4 * u + 2 * v + 0.5 * time) * (time > 0)
+    flat = [np.broadcast_to(u, wave.shape), np.broadcast_to(v, wave.shape)]
+    positions = np.stack([flat[0], flat[1], wave] if upright else [flat[0], wave, -flat[1]], -1)
+    corner = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).ravel()
+    faces = np.concatenate([np.stack([corner, corner + SIDE, corner + 1], 1),
+                            np.stack([corner + 1, corner + SIDE, corner + SIDE + 1], 1)])
+    np.savez(path, verts=positions.reshape(FRAMES, -1, 3).astype("f4"), faces=faces.astype("i4"), fps=np.float32(10))
+
+
+def make(name, upright):
+    write_sheet(name + ".npz", upright)
+    good("bake", "visibility", name + ".npz", "-o", name + ".vis.h5", "--two-sided", "--rays", 64, "--order", 3, "--blocks", 3)
+    good("fit", "visibility", name + ".vis.h5", "-o", name + ".model.h5", "--model", "linear", "--parts", 4, "--convention", "A3",
+         "--holdout", name + "#3")
+    good("pack", "asset", name + ".model.h5", *LIT, "-o", name + ".pnb")
+    good("pack", "truth", name + ".vis.h5", "-o", name + ".truth.pnb")
+
+
+def read(path):
+    return np.asarray(Image.open(path).convert("RGBA"), float)
+
+
+def pictures(name, *camera):
+    """The first held-out frame's normals, of the player and of the reference."""
+    look = ["--size", "96x96", "--channel", "normals", *camera]
+    good("player", "render", name + ".pnb", "-o", "p.png", "--clip", name + "#3", "--frame", 0, *look)
+    good("bake", "reference", name + ".vis.h5", "-o", "r.png", "--frame", 2 * FRAMES // 3, *look)
+    return read("p.png"), read("r.png")
+
+
+def check_cameras():
+    """A sheet of 2 x 2 in a sphere of radius sqrt 2, from 35 degrees above: 4 sin 35 of 8.8 m2, 26% of the picture; upright 45%."""
+    for name, camera, least, most in (("flat", [], 0.22, 0.32), ("flat", ["--camera", "pitch=0"], 0, 0.06),
+                                      ("hung", [], 0.42, 0.5), ("hung", ["--camera", "pitch=0"], 0.42, 0.5)):
+        player, reference = pictures(name, *camera)
+        covered, expected = player[..., 3] > 127, reference[..., 3] > 127
+        share = covered.mean()
+        print(f"{name} {camera}: {100 * share:.1f}% covered, masks differ on {100 * (covered != expected).mean():.2f}%")
+        assert least <= share <= most, (name, camera, share)
+        assert (covered != expected).mean() < 0.02, (name, camera)
+        both = covered & expected
+        assert np.abs(player - reference)[both][:, :3].mean() < 3, (name, camera)
+    assert (pictures("hung")[0] == pictures("hung", "--camera", "pitch=0")[0]).all()
+
+
+def check_sequence():
+    """One camera of a sequence, from above too; every frame's error is that of the check."""
+    good("player", "render", "flat.pnb", "--truth", "flat.truth.pnb", "-o", "s_%02d.png", "--size", "64x64", "--csv", "s.csv",
+         "--clip", "flat#3")
+    masks = [read(name)[..., 3] > 127 for name in sorted(os.listdir(".")) if name.startswith("s_")]
+    assert len(masks) == FRAMES // 3 and min(mask.mean() for mask in masks) > 0.2, [mask.mean() for mask in masks]
+    with open("s.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    good("pack", "check", "flat.pnb", "flat.vis.h5", "--report", "check.json")
+    with open("check.json") as file:
+        figures = json.load(file)["figures"]
+    clip = next(c for c in figures["clips"] if c["name"] == "flat#3")
+    mean = np.mean([float(row["ambient_error_mean"]) for row in rows])
+    assert abs(mean - clip["ambient_error"]) < 1e-6, (mean, clip)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
+    good("fit", "light", "--analytic", "sky:elevation=40", "-o", "sky.light.h5")
+    make("flat", False)
+    make("hung", True)
+    check_cameras()
+    check_sequence()
+print("ok")
