@@ -3,19 +3,25 @@
 #include <cmath>
 
 #include "player/runtime/capi_handles.h"
+#include "player/runtime/deformation.h"
 
 namespace penumbra {
 
 namespace {
 
-void requirePose(const AssetView& asset, penumbra_matrix_layout layout, const float* matrices, std::size_t joint_count,
-                 const float* rotations, std::size_t rotation_count) {
+void requireMatrices(const AssetView& asset, penumbra_matrix_layout layout, const float* matrices,
+                     std::size_t joint_count) {
     requirePointer(matrices, "matrices");
     const std::size_t joints = asset.animation.jointCount();
     if (joint_count != joints)
         throw UsageError("joint_count is " + std::to_string(joint_count) + "; the asset has " + std::to_string(joints));
     if (layout != PENUMBRA_ROWS_3X4 && layout != PENUMBRA_COLUMNS_4X4)
         throw UsageError("layout is no penumbra_matrix_layout");
+}
+
+void requirePose(const AssetView& asset, penumbra_matrix_layout layout, const float* matrices, std::size_t joint_count,
+                 const float* rotations, std::size_t rotation_count) {
+    requireMatrices(asset, layout, matrices, joint_count);
     if (asset.model.features != AssetFeatures::kJointAngles || asset.animation.pose_size == 0) return;
     requirePointer(rotations, "the model reads joint rotations: rotations");
     if (rotation_count != asset.animation.pose_size)
@@ -27,6 +33,14 @@ void requirePose(const AssetView& asset, penumbra_matrix_layout layout, const fl
 void requireSkinned(const AssetView& asset) {
     if (asset.model.deforming)
         throw Unsupported(asset.name + ": is a deforming mesh; its pose is penumbra_character_set_positions()");
+}
+
+void requireInputs(const AssetView& asset, const float* inputs, std::size_t input_count) {
+    if (input_count != asset.animation.input_names.size())
+        throw UsageError("input_count is " + std::to_string(input_count) + "; the asset has " +
+                         std::to_string(asset.animation.input_names.size()));
+    if (input_count > 0) requirePointer(inputs, "the model reads inputs: inputs");
+    requireFinite("inputs", {inputs, input_count});
 }
 
 // Positions in the caller's order to those of the shading points.
@@ -55,6 +69,12 @@ void fromColumns(const float* columns, std::span<Affine> bones) {
         for (std::size_t row = 0; row < 3; ++row)
             for (std::size_t column = 0; column < 4; ++column)
                 bones[j].m[4 * row + column] = columns[16 * j + 4 * column + row];
+}
+
+void toColumns(const Affine& bone, float* columns) {
+    for (std::size_t row = 0; row < 4; ++row)
+        for (std::size_t column = 0; column < 4; ++column)
+            columns[4 * column + row] = row < 3 ? bone.m[4 * row + column] : column == 3;
 }
 
 }  // namespace
@@ -102,6 +122,25 @@ penumbra_status penumbra_character_set_pose(penumbra_character* character, penum
     });
 }
 
+penumbra_status penumbra_asset_input_matrices(const penumbra_asset* asset, penumbra_matrix_layout layout,
+                                              const float* inputs, size_t input_count, float* matrices,
+                                              size_t joint_count, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(asset, "asset");
+        const AssetView& view = asset->data->view;
+        requireSkinned(view);
+        requireMatrices(view, layout, matrices, joint_count);
+        requireInputs(view, inputs, input_count);
+        for (const InputJointView& input : view.model.input_joints) {
+            const Affine bone = inputBone(view, input, {inputs, input_count});
+            if (layout == PENUMBRA_COLUMNS_4X4)
+                toColumns(bone, matrices + 16 * std::size_t(input.joint));
+            else
+                std::copy(bone.m.begin(), bone.m.end(), matrices + 12 * std::size_t(input.joint));
+        }
+    });
+}
+
 penumbra_status penumbra_character_set_rotations(penumbra_character* character, const float* root,
                                                  const float* rotations, size_t rotation_count, penumbra_error* error) {
     return guarded(error, [&] {
@@ -112,7 +151,8 @@ penumbra_status penumbra_character_set_rotations(penumbra_character* character, 
         requireSkinned(asset);
         if (!asset.model.input_joints.empty())
             throw Unsupported(asset.name +
-                              ": has joints that stand for inputs; its pose is penumbra_character_set_pose()");
+                              ": has joints that stand for inputs; its pose is penumbra_character_set_pose(), with "
+                              "penumbra_asset_input_matrices()");
         if (!hasRestTransforms(asset.animation))
             throw Unsupported(asset.name + ": has no rest transforms of its joints");
         if (rotation_count != 3 * joints)
@@ -140,11 +180,7 @@ penumbra_status penumbra_character_set_positions(penumbra_character* character, 
         const AssetView& asset = character->asset->view;
         if (!asset.model.deforming)
             throw Unsupported(asset.name + ": is a skinned mesh; its pose is penumbra_character_set_pose()");
-        if (input_count != asset.animation.input_names.size())
-            throw UsageError("input_count is " + std::to_string(input_count) + "; the asset has " +
-                             std::to_string(asset.animation.input_names.size()));
-        if (input_count > 0) requirePointer(inputs, "the model reads inputs: inputs");
-        requireFinite("inputs", {inputs, input_count});
+        requireInputs(asset, inputs, input_count);
         gatherPoints(*character->asset, order, vectors(positions, vertex_count), character->points);
         character->evaluator.setPositions(character->points, {inputs, input_count});
     });

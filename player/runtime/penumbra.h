@@ -110,7 +110,8 @@ typedef struct penumbra_asset_info {
     const float* rest_transforms; /* [J,3,4] rows, joint to parent joint (of a root: to the scene) at rest; or NULL */
     const float* inverse_bind;    /* [J,3,4] rows, rest positions to joint; or NULL */
     size_t clip_count, frame_count;
-    size_t rotation_count; /* numbers of a pose in rotation vectors, 3J; 0 where the model reads matrices only */
+    size_t rotation_count; /* numbers of a pose in rotation vectors, 3J (of a rig with inputs 3 for each joint of its
+                              own, then the inputs); 0 where the model reads matrices only */
 
     const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2) */
     size_t number_count;      /* numbers a vertex */
@@ -222,6 +223,12 @@ PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* cha
                                                          const float* matrices, size_t joint_count,
                                                          const float* rotations, size_t rotation_count,
                                                          penumbra_error* error);
+/* A skinned mesh with inputs (input_count > 0) has joints that stand for them, which no engine knows: writes their
+ * matrices into `matrices` [joint_count], for penumbra_character_set_pose, and leaves the others. `inputs`:
+ * [input_count], finite, in the order of penumbra_asset_input_name. PENUMBRA_UNSUPPORTED for a deforming mesh. */
+PENUMBRA_API penumbra_status penumbra_asset_input_matrices(const penumbra_asset* asset, penumbra_matrix_layout layout,
+                                                           const float* inputs, size_t input_count, float* matrices,
+                                                           size_t joint_count, penumbra_error* error);
 /* The same from joint rotations alone. `rotations`: [J,3], as above, rotation_count = 3 J. Each joint's global matrix
  * is that of its parent joint * its rest transform * its rotation, so translations and scales stay those of the rest
  * pose (exact for uniform scales). `root`: [3,4] rows, what moves the whole character in the model frame; NULL:
