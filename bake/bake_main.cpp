@@ -65,6 +65,14 @@ static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report&
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
 }
 
+static void reportNotes(const BakePlan& plan) {
+    std::vector<const BakeSource*> sources = {&plan.source};
+    for (const Occluder& occluder : plan.occluders) sources.push_back(&occluder.source);
+    for (const BakeSource* source : sources)
+        if (source->cache)
+            for (const std::string& note : source->cache->notes) reportWarning("penumbra-bake", note);
+}
+
 static void printEstimate(const BakeEstimate& estimate, int threads, Report& report) {
     report.figures["estimated_seconds"] = estimate.seconds;
     report.figures["estimated_bytes"] = estimate.bytes;
@@ -95,6 +103,7 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
     report.phase("read");
     const BakePlan plan = planBake(command.rigs, options);
     command.files_read = plan.files_read;
+    reportNotes(plan);
     reportPlan(plan, options, report);
     if (common.dry_run) {
         std::printf("%zu frames x %zu vertices x %d rays = %.1f Mray; %.1f MB before compression\n",
@@ -163,7 +172,8 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
             ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
     app.add_option("--occluder", command.options.occluders,
-                   "mesh that blocks rays and has no moments, still or animated; any number of them")
+                   "mesh that blocks rays and has no moments, still or animated; any number of them; MESH:CACHE where "
+                   "what moves it is in a file of its own")
         ->allow_extra_args(false);
     app.add_option("--inputs", command.inputs,
                    "FILE.csv of numbers that join the pose: columns frame or time, and NAME or NAME.x, NAME.y, NAME.z");
@@ -172,10 +182,9 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
 // The files that were read; before that, those that the command names, but for patterns and folders of numbered ones.
 static std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     if (!command.files_read.empty()) return command.files_read;
-    std::vector<std::filesystem::path> inputs;
-    for (const auto* meshes : {&command.rigs, &command.options.occluders})
-        std::copy_if(meshes->begin(), meshes->end(), std::back_inserter(inputs),
-                     [](const std::filesystem::path& mesh) { return !namesSequence(mesh); });
+    std::vector<std::filesystem::path> inputs = singleFilesOf(command.options.occluders);
+    std::copy_if(command.rigs.begin(), command.rigs.end(), std::back_inserter(inputs),
+                 [](const std::filesystem::path& rig) { return !namesSequence(rig); });
     for (const std::string& file : {command.poses, command.inputs})
         if (!file.empty()) inputs.push_back(file);
     return inputs;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "formats/errors.h"
+#include "formats/numbered_files.h"
 #include "formats/pose_file.h"
 #include "sh/dihedral_angles.h"
 
@@ -69,12 +70,34 @@ static bool standsStill(const BakeSource& source) {
     return source.cache->clips.empty() || (source.cache->clips.size() == 1 && source.cache->clips[0].times.size() == 1);
 }
 
+std::vector<std::filesystem::path> filesOfOccluder(const std::filesystem::path& occluder) {
+    std::error_code error;
+    if (std::filesystem::exists(occluder, error)) return {occluder};
+    std::vector<std::filesystem::path> files;
+    const std::string text = occluder.string();
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::size_t end = std::min(text.find(':', at), text.size());
+        if (end == at) return {occluder};
+        files.emplace_back(text.substr(at, end - at));
+        at = end + 1;
+    }
+    return files;
+}
+
+std::vector<std::filesystem::path> singleFilesOf(const std::vector<std::filesystem::path>& occluders) {
+    std::vector<std::filesystem::path> files;
+    for (const std::filesystem::path& occluder : occluders)
+        for (const std::filesystem::path& file : filesOfOccluder(occluder))
+            if (!namesSequence(file)) files.push_back(file);
+    return files;
+}
+
 std::vector<Occluder> readOccluders(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options,
                                     const std::vector<std::string>& clips) {
     const bool one_clip = std::set<std::string>(clips.begin(), clips.end()).size() == 1;
     std::vector<Occluder> out;
     for (const std::filesystem::path& path : paths) {
-        Occluder occluder{readSource({path}, options), {}};
+        Occluder occluder{readSource(filesOfOccluder(path), options), path.string(), {}};
         const std::vector<std::string> known = occluder.source.clipNames();
         for (const std::string& name : clips) {
             int clip = clipIndices(occluder.source, {name}).front();
@@ -95,15 +118,14 @@ static double endOf(const BakeSource& source, std::size_t clip) {
 
 void appendPositions(const Occluder& occluder, std::size_t clip, double time, std::vector<Vec3>& positions) {
     const int own = occluder.clips[clip];
-    const std::string file = occluder.source.filesRead().front().string();
     if (own >= 0 && time > endOf(occluder.source, std::size_t(own)) + kSameTime)
-        throw InvalidInput(file + ": ends at " + std::to_string(endOf(occluder.source, std::size_t(own))) +
+        throw InvalidInput(occluder.name + ": ends at " + std::to_string(endOf(occluder.source, std::size_t(own))) +
                            " s, but is wanted at " + std::to_string(time) + " s");
     const std::vector<Vec3> more = sourcePositions(occluder.source, own, time);
     for (std::size_t v = 0; v < more.size(); ++v)
         if (!std::isfinite(dot(more[v], more[v])))
-            throw InvalidInput(file + ": vertex " + std::to_string(v) + " is not finite at " + std::to_string(time) +
-                               " s");
+            throw InvalidInput(occluder.name + ": vertex " + std::to_string(v) + " is not finite at " +
+                               std::to_string(time) + " s");
     positions.insert(positions.end(), more.begin(), more.end());
 }
 

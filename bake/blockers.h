@@ -29,8 +29,16 @@ struct Blockers {
 // moves with the clip of the same name, or with its only clip when what is baked has one clip too.
 struct Occluder {
     BakeSource source;
+    std::string name;        // as it was given
     std::vector<int> clips;  // its clip for each of the names that readOccluders() was given; -1: as at rest
 };
+// "body.obj:body.mdd" as "body.obj" and "body.mdd": the files of one --occluder, of which one brings the mesh and
+// others what moves it, in any order, as those of a bake. A path that exists is one file, whatever its name is, and so
+// is one with nothing before or after a colon.
+std::vector<std::filesystem::path> filesOfOccluder(const std::filesystem::path& occluder);
+// Of all of them what can be named before it is read: no pattern or folder of numbered files.
+std::vector<std::filesystem::path> singleFilesOf(const std::vector<std::filesystem::path>& occluders);
+
 // `clips`: of what is baked. UsageError for an occluder that has several clips but none of a name; errors of
 // readSource().
 std::vector<Occluder> readOccluders(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options,

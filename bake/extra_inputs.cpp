@@ -1,6 +1,8 @@
 #include "bake/extra_inputs.h"
 
 #include <algorithm>
+#include <iomanip>
+#include <sstream>
 
 #include "formats/errors.h"
 #include "formats/pose_file.h"
@@ -25,14 +27,59 @@ static double timeOfRow(const InputTable& table, std::size_t row, const BakeSour
     const std::vector<double>& times = source.cache->clips.at(clip).times;
     if (table.keys[row] >= double(times.size()))
         throw InvalidInput(where + "frame " + std::to_string(std::int64_t(table.keys[row])) + " of clip '" +
-                           source.cache->clips[clip].name + "', which has " + std::to_string(times.size()));
+                           source.cache->clips[clip].name + "', which has " + std::to_string(times.size()) +
+                           " frames, numbered from 0");
     return times[std::size_t(table.keys[row])];
+}
+
+static std::string numberText(double number) {
+    std::ostringstream text;
+    text << std::setprecision(10) << number;
+    return text.str();
+}
+
+// "frame 7", "0.5 s".
+static std::string keyText(const ExtraInputs& inputs, double key) {
+    return inputs.by_frame ? "frame " + numberText(key) : numberText(key) + " s";
+}
+
+static std::string rowText(const ExtraInputs& inputs, const ExtraInputs::Rows& rows, std::size_t row) {
+    return keyText(inputs, rows.keys[row]) + " (line " + std::to_string(rows.lines[row]) + ")";
+}
+
+// What a table by frames would call this time: between two frames 6.25.
+static double frameAt(const std::vector<double>& frame_times, double time) {
+    const auto next = std::lower_bound(frame_times.begin(), frame_times.end(), time - kSameTime);
+    const double number = double(next - frame_times.begin());
+    if (next == frame_times.end() || next == frame_times.begin() || *next <= time + kSameTime) return number;
+    return number - (*next - time) / (*next - *(next - 1));
+}
+
+[[noreturn]] static void failWithoutRow(const ExtraInputs& inputs, const ExtraInputs::Rows& rows, double time) {
+    std::string what = numberText(time) + " s";
+    if (inputs.by_frame) what = "frame " + numberText(frameAt(rows.frame_times, time)) + " (at " + what + ")";
+    if (!rows.clip.empty()) what += " of clip '" + rows.clip + "'";
+    std::string has = "it has none of this clip";
+    if (!rows.times.empty())
+        has = time < rows.times.front() ? "its lines begin with " + rowText(inputs, rows, 0)
+                                        : "its lines end with " + rowText(inputs, rows, rows.times.size() - 1);
+    throw InvalidInput(inputs.file + ": no line for " + what + "; " + has);
+}
+
+static ExtraInputs emptyInputs(const InputTable& table, const std::string& file, const BakeSource& source) {
+    const std::vector<std::string> clips = source.clipNames();
+    ExtraInputs out{file, table.names, table.by_frame, {}};
+    out.of_clip.resize(std::max<std::size_t>(1, clips.size()));
+    for (std::size_t clip = 0; clip < clips.size(); ++clip) {
+        out.of_clip[clip].clip = clips[clip];
+        if (source.cache) out.of_clip[clip].frame_times = source.cache->clips[clip].times;
+    }
+    return out;
 }
 
 ExtraInputs placeInputs(const InputTable& table, const std::string& file, const BakeSource& source) {
     const std::vector<std::string> clips = source.clipNames();
-    ExtraInputs out{file, table.names, {}};
-    out.of_clip.resize(std::max<std::size_t>(1, clips.size()));
+    ExtraInputs out = emptyInputs(table, file, source);
     const std::size_t size = table.names.size();
     for (std::size_t row = 0; row < table.keys.size(); ++row) {
         const std::string where = file + ": line " + std::to_string(table.lines[row]) + ": ";
@@ -40,8 +87,11 @@ ExtraInputs placeInputs(const InputTable& table, const std::string& file, const 
         ExtraInputs::Rows& rows = out.of_clip[clip];
         const double time = timeOfRow(table, row, source, clip, where);
         if (!rows.times.empty() && !(time > rows.times.back()))
-            throw InvalidInput(where + "not after the line before (of its clip)");
+            throw InvalidInput(where + keyText(out, table.keys[row]) + " is not after " +
+                               rowText(out, rows, rows.times.size() - 1));
         rows.times.push_back(time);
+        rows.keys.push_back(table.keys[row]);
+        rows.lines.push_back(table.lines[row]);
         const auto first = table.values.begin() + std::ptrdiff_t(row * size);
         rows.values.insert(rows.values.end(), first, first + std::ptrdiff_t(size));
     }
@@ -59,8 +109,7 @@ std::vector<float> inputsAt(const ExtraInputs& inputs, int clip, double time) {
         for (std::size_t i = 0; i < size; ++i) out[i] = float(value(next, i));
         return out;
     }
-    if (next == 0 || next == rows.times.size())
-        throw InvalidInput(inputs.file + ": no line for " + std::to_string(time) + " s, nor lines before and after");
+    if (next == 0 || next == rows.times.size()) failWithoutRow(inputs, rows, time);
     const double share = (time - rows.times[next - 1]) / (rows.times[next] - rows.times[next - 1]);
     for (std::size_t i = 0; i < size; ++i) out[i] = float(value(next - 1, i) * (1 - share) + value(next, i) * share);
     return out;

@@ -8,9 +8,14 @@ namespace penumbra {
 struct ExtraInputs {
     std::string file;                // for messages
     std::vector<std::string> names;  // [X]; none: no inputs
+    bool by_frame = false;           // the table counts frames of a cache, not seconds
     struct Rows {
-        std::vector<double> times;   // seconds, ascending
-        std::vector<double> values;  // [R, X]
+        std::string clip;                 // the others are [R], by ascending time
+        std::vector<double> times;        // seconds
+        std::vector<double> keys;         // as in the table
+        std::vector<std::size_t> lines;   // of the table, from 1
+        std::vector<double> values;       // [R, X]
+        std::vector<double> frame_times;  // of the clip's frames in a cache, seconds
     };
     std::vector<Rows> of_clip;  // of each clip of the source; one of a source without clips
 };
@@ -20,7 +25,7 @@ struct ExtraInputs {
 ExtraInputs placeInputs(const InputTable& table, const std::string& file, const BakeSource& source);
 
 // The X numbers at a time of a clip of the source (-1: at rest): of the row there (within 1e-6 s), else linear between
-// the rows before and after. InvalidInput when there is no such row.
+// the rows before and after. InvalidInput when there is no such row: it says which frame and which line is the nearest.
 std::vector<float> inputsAt(const ExtraInputs& inputs, int clip, double time);
 
 }  // namespace penumbra

@@ -29,8 +29,12 @@ static std::string optionsJson(const BakeOptions& options) {
     if (options.cache.z_up) json["up"] = "z";
     if (options.cache.fps > 0) json["cache_fps"] = options.cache.fps;
     if (options.two_sided) json["two_sided"] = true;
-    for (const std::filesystem::path& occluder : options.occluders)
-        json["occluders"].push_back(occluder.filename().string());
+    for (const std::filesystem::path& occluder : options.occluders) {
+        std::string name;
+        for (const std::filesystem::path& file : filesOfOccluder(occluder))
+            name += (name.empty() ? "" : ":") + file.filename().string();
+        json["occluders"].push_back(name);
+    }
     if (options.inputs) json["inputs"] = options.inputs->filename().string();
     return json.dump();
 }

@@ -1,19 +1,32 @@
 #include "bake/posed_tangents.h"
 
 #include "formats/errors.h"
+#include "sh/rigid_fit.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
+
+// Of the parts of a deforming mesh, as the fit has them.
+static std::vector<Affine> fittedBones(const Model& model, const VisibilityFrame& frame) {
+    const std::size_t fronts = model.mesh.frontVertexCount();
+    std::vector<PartSums> sums(model.skin.jointCount());
+    std::vector<Affine> bones(sums.size());
+    partMotions(std::span(model.mesh.rest_positions).first(fronts), std::span(model.skin.joints).first(fronts),
+                std::span(frame.positions).first(fronts), sums, bones);
+    return bones;
+}
 
 PosedTangents posedTangents(const Model& model, const Mesh& mesh, const VisibilityFrame& frame,
                             const std::string& name) {
     if (model.mesh.rest_positions != mesh.rest_positions || model.mesh.triangles != mesh.triangles)
         throw InvalidInput(name + ": /mesh is not the mesh of the frames");
-    if (model.skin.jointCount() != frame.bones.size())
-        throw InvalidInput(name + ": /skin has " + std::to_string(model.skin.jointCount()) +
-                           " joints, the frames have " + std::to_string(frame.bones.size()));
+    const std::vector<Affine> bones = model.deforming ? fittedBones(model, frame) : frame.bones;
+    const std::size_t joints = model.skin.jointCount() - (model.deforming ? 0 : model.input_joints.size());
+    if (joints != bones.size())
+        throw InvalidInput(name + ": /skin has " + std::to_string(joints) + " joints, the frames have " +
+                           std::to_string(bones.size()));
     std::vector<Mat3> rotations;
-    for (const Affine& bone : frame.bones) rotations.push_back(nearestRotation(bone.linear()));
+    for (const Affine& bone : bones) rotations.push_back(nearestRotation(bone.linear()));
     PosedTangents posed{{}, model.cluster_of_vertex};
     for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
         const ClusterModel& cluster = model.clusters[model.cluster_of_vertex[v]];

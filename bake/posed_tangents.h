@@ -14,7 +14,8 @@ struct PosedTangents {
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
 };
 // What the run-time evaluator has: rest tangents turned by the cluster joint's rotation and projected on the tangent
-// plane. InvalidInput when the model is of another mesh than `mesh`; `name` starts the message.
+// plane. The joints of a deforming mesh are its parts, fitted to the frame (sh/rigid_fit.h). InvalidInput when the
+// model is of another mesh than `mesh`; `name` starts the message.
 PosedTangents posedTangents(const Model& model, const Mesh& mesh, const VisibilityFrame& frame,
                             const std::string& name);
 

@@ -5,6 +5,7 @@
 
 #include "bake/frame_choice.h"
 #include "formats/errors.h"
+#include "formats/numbered_files.h"
 #include "formats/sha256.h"
 
 namespace penumbra {
@@ -35,19 +36,31 @@ static std::string listOf(const std::vector<std::string>& names) {
     return text;
 }
 
+// Those of a sequence too, that a pattern or a folder names.
+static std::vector<std::filesystem::path> everyFileOf(const std::filesystem::path& occluder) {
+    std::vector<std::filesystem::path> all;
+    for (const std::filesystem::path& path : filesOfOccluder(occluder)) {
+        const NumberedFiles numbered =
+            namesSequence(path) ? findNumberedFiles(path, {".obj", ".ply"}) : NumberedFiles{"", {path}};
+        all.insert(all.end(), numbered.files.begin(), numbered.files.end());
+    }
+    return all;
+}
+
 static void checkGiven(const VisibilityHeader& header, const std::string& name, const BakeWords& words,
                        const std::vector<std::filesystem::path>& occluders) {
     if (occluders.size() != words.occluders.size())
         throw UsageError(name + ": baked " +
                          (words.occluders.empty() ? "without an occluder"
                                                   : "with " + listOf(words.occluders) + "; give each with --occluder"));
-    for (const std::filesystem::path& occluder : occluders) {
-        const auto& inputs = header.provenance.inputs;
-        const std::string sum = sha256OfFile(occluder);
-        if (std::none_of(inputs.begin(), inputs.end(), [&](const ProvenanceInput& i) { return i.sha256 == sum; }))
-            throw UsageError("--occluder " + occluder.string() + ": not what " + name + " was baked with (" +
-                             listOf(words.occluders) + ")");
-    }
+    const auto& inputs = header.provenance.inputs;
+    for (const std::filesystem::path& occluder : occluders)
+        for (const std::filesystem::path& file : everyFileOf(occluder)) {
+            const std::string sum = sha256OfFile(file);
+            if (std::none_of(inputs.begin(), inputs.end(), [&](const ProvenanceInput& i) { return i.sha256 == sum; }))
+                throw UsageError("--occluder " + occluder.string() + ": not what " + name + " was baked with (" +
+                                 listOf(words.occluders) + ")");
+        }
 }
 
 ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t frame, const std::string& name,

@@ -136,7 +136,8 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
     const VisibilityFrame frame = reader.readPose(std::size_t(command.frame));
     Camera camera;
     try {
-        camera = makeCamera(command.camera, frame.positions, boxDiagonal(header.mesh.rest_positions) / 2);
+        const std::vector<Vec3>& rest = header.mesh.rest_positions;
+        camera = makeCamera(command.camera, frame.positions, boxDiagonal(rest) / 2, defaultPitch(rest));
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--camera: ") + error.what());
     }
@@ -180,7 +181,8 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
            "SLOT=SPEC: the material of a part of the mesh (info lists the slots), an analytic one or the file of "
            "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above")
         ->allow_extra_args(false);
-    app.add_option("--occluder", command.occluders, "of the bake, each in the order that it had there; not drawn")
+    app.add_option("--occluder", command.occluders,
+                   "of the bake, each as it was given there and in that order; not drawn")
         ->allow_extra_args(false);
     app.add_option("--tangents", command.tangents,
                    "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
@@ -213,7 +215,8 @@ Verb referenceVerb() {
                 std::vector<std::filesystem::path> inputs{command->input};
                 if (!command->light.empty() && !isAnalytic(command->light)) inputs.push_back(command->light);
                 if (!command->tangents.empty()) inputs.push_back(command->tangents);
-                inputs.insert(inputs.end(), command->occluders.begin(), command->occluders.end());
+                const auto occluders = singleFilesOf(command->occluders);
+                inputs.insert(inputs.end(), occluders.begin(), occluders.end());
                 for (const std::filesystem::path& file : command->brdf.files()) inputs.push_back(file);
                 for (const std::string& slot : command->slots)
                     for (const std::filesystem::path& file : slotSource(parseSlotChoice(slot)).files())

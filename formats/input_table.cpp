@@ -128,7 +128,8 @@ static void readRow(std::string_view line, const Columns& columns, InputTable& t
             continue;
         }
         if (!(value >= 0) || (table.by_frame && (value > kMaxFrame || value != std::floor(value))))
-            place.fail(columns.names[0] + ": '" + fields[c] + "' is no " + (table.by_frame ? "frame" : "time"));
+            place.fail(columns.names[0] + ": '" + fields[c] + "' is no " +
+                       (table.by_frame ? "number of a frame (0, 1, 2, ...)" : "time in seconds, from 0"));
         table.keys.push_back(value);
     }
     table.lines.push_back(place.line);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 
 #include "formats/errors.h"
 #include "formats/rig_build.h"
@@ -98,19 +99,32 @@ static std::string nameOf(const Numbered& before, const Template& pattern, std::
     return (before.file.parent_path() / (pattern.before + digits + pattern.after)).string();
 }
 
+// The step of the numbers, which ascend: the greatest that would reach all of them. Two files say nothing about it.
+static std::uint64_t stepOf(const std::vector<Numbered>& found) {
+    std::uint64_t step = 0;
+    for (std::size_t i = 1; i < found.size(); ++i) step = std::gcd(step, found[i].number - found[i - 1].number);
+    return found.size() < 3 || step == 0 ? 1 : step;
+}
+
+static void checkNumbers(const std::vector<Numbered>& found, const Template& pattern, std::uint64_t step) {
+    const std::string sequence = step == 1 ? "the sequence" : "the sequence in steps of " + std::to_string(step);
+    for (std::size_t i = 1; i < found.size(); ++i) {
+        if (found[i].number == found[i - 1].number)
+            throw InvalidInput(found[i].file.string() + ": has the number of " + found[i - 1].file.string());
+        if (found[i].number != found[i - 1].number + step)
+            throw InvalidInput(nameOf(found[i - 1], pattern, found[i - 1].number + step) + ": is missing in " +
+                               sequence + " that goes on with " + found[i].file.string());
+    }
+}
+
 static NumberedFiles sequenceOf(const fs::path& folder, const Template& pattern, std::uint64_t first) {
     std::vector<Numbered> found = matches(folder, pattern);
     std::erase_if(found, [&](const Numbered& n) { return n.number < first; });
     if (found.empty())
         throw InvalidInput((folder / (pattern.before + "*" + pattern.after)).string() + ": no numbered files");
-    for (std::size_t i = 1; i < found.size(); ++i) {
-        if (found[i].number == found[i - 1].number)
-            throw InvalidInput(found[i].file.string() + ": has the number of " + found[i - 1].file.string());
-        if (found[i].number != found[i - 1].number + 1)
-            throw InvalidInput(nameOf(found[i - 1], pattern, found[i - 1].number + 1) +
-                               ": is missing in the sequence that goes on with " + found[i].file.string());
-    }
     NumberedFiles out;
+    out.step = stepOf(found);
+    checkNumbers(found, pattern, out.step);
     const std::size_t end = pattern.before.find_last_not_of("_-. ");
     out.name = end == std::string::npos ? "" : pattern.before.substr(0, end + 1);
     if (out.name.empty()) out.name = fs::absolute(folder).lexically_normal().filename().string();

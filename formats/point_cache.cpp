@@ -254,6 +254,7 @@ PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const
     for (const std::filesystem::path& path : paths) {
         sources->files.push_back(readCacheFile(path, options.fps, beside_positions));
         addFilesRead(path, sources->files.back().files_read, cache);
+        if (!sources->files.back().note.empty()) cache.notes.push_back(sources->files.back().note);
     }
     const CacheFile& mesh = findMesh(sources->files);
     checkVertexCounts(sources->files);

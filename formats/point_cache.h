@@ -47,6 +47,7 @@ struct PointCache {
     Mesh mesh;
     std::vector<PointCacheClip> clips;
     std::vector<std::filesystem::path> files_read;  // for provenance and depfiles
+    std::vector<std::string> notes;                 // what was guessed and the user should know, a line each
     std::vector<std::uint32_t> source_of_point;     // [V], the first source vertex of each
     // Positions [R] of the source's vertices, model frame, metres. Call readFrame() and samplePositions() instead.
     std::function<std::vector<Vec3>(std::size_t clip, std::size_t key)> read_source;

@@ -18,6 +18,7 @@ struct CacheFile {
     // Positions [R] at a time between the keys; empty: linear.
     std::function<std::vector<Vec3d>(std::size_t clip, double time)> sample;
     std::vector<std::filesystem::path> files_read;
+    std::string note;  // as PointCache::notes, or ""
 };
 
 // More keys or triangles than this are refused before memory is taken for them; vertices: kMaxSourceVertices.

@@ -70,6 +70,17 @@ def a_mesh(key, value, folder):
     return path
 
 
+def an_occluder(key, value, folder):
+    """As a_mesh(), or MESH:CACHE."""
+    return ":".join(a_mesh(key, part, folder) for part in parts_of(text(key, value, folder), folder))
+
+
+def parts_of(occluder, folder=""):
+    """"body.obj:body.mdd" as two, but not the name of a file that has a colon."""
+    whole = os.path.exists(os.path.join(folder, os.path.expanduser(occluder)))
+    return [occluder] if whole else occluder.split(":")
+
+
 def files_of(path):
     """The files that a path of a_mesh() names."""
     if os.path.isfile(path):
@@ -161,7 +172,7 @@ def slots(key, value, folder):
 # Keys of bake, fit, pack, a material and a light are the options of the programs, with _ for -.
 BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
             ground=either(number(-1e9), True, False), poses=a_file, units=lambda key, value, folder: str(value), up=one_of("y", "z"),
-            cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(a_mesh), inputs=a_file)
+            cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(an_occluder), inputs=a_file)
 FIT = dict(model=one_of("linear", "quadratic", "neural", "additive"), parts=either(number(1, True), "auto"),
            features=one_of("relative-bones", "joint-angles", "dihedral-angles"),
            clusters=either(number(1, True), "auto"), input_variance=either(number(0), "auto"), output_variance=number(0),

@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from farm.config import ROOT, ConfigError, files_of
+from farm.config import ROOT, ConfigError, files_of, parts_of
 from farm.stamps import Digests, digest_of, label, read_stamp, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
@@ -59,7 +59,8 @@ def options(values):
 def read_by_bake(rig):
     """The files that a rig and the options of its bake name."""
     bake = rig["bake"]
-    meshes = [file for path in [*rig["files"], *bake.get("occluder", [])] for file in files_of(path)]
+    occluders = [part for occluder in bake.get("occluder", []) for part in parts_of(occluder)]
+    meshes = [file for path in [*rig["files"], *occluders] for file in files_of(path)]
     return [*meshes, *(bake[key] for key in ("poses", "inputs") if key in bake)]
 
 

@@ -73,10 +73,10 @@ TEST(InputTable, WhatIsWrongIsNamed) {
         {"frame,a\n0,inf\n", "'inf'"},
         {"frame,a\n0,1e39\n", "'1e39'"},
         {"frame,a\n0,1e400\n", "'1e400'"},
-        {"frame,a\n0.5,1\n", "frame: '0.5'"},
+        {"frame,a\n0.5,1\n", "line 2: frame: '0.5' is no number of a frame"},
         {"frame,a\n-1,1\n", "frame: '-1'"},
         {"frame,a\n1e12,1\n", "frame: '1e12'"},
-        {"time,a\n-0.1,1\n", "time: '-0.1'"},
+        {"time,a\n-0.1,1\n", "time: '-0.1' is no time in seconds"},
         {"time,\"a\n0,1\n", "line 1: a quotation mark"},
         {"time,\"a\"b\n0,1\n", "line 1: text after"},
     };

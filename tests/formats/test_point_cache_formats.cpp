@@ -104,6 +104,26 @@ TEST(PointCacheSequence, MissingAndDoubleNumbersAreNamed) {
     EXPECT_THROW(readPointCache({place / "frame_0099.obj"}, {}), IoError);
 }
 
+// Every fifth number, exported with a step: each file is a key. Two files do not tell a step from a gap.
+TEST(PointCacheSequence, StepsOfNumbersAreFramesWithANote) {
+    const std::filesystem::path place = folder("steps");
+    for (const unsigned f : {5u, 10u}) writeText(place / samples::format("s_%04u.obj", f), sheetObj(f));
+    EXPECT_THAT(refusal({place}), HasSubstr("s_0006.obj: is missing in the sequence that goes on with"));
+    for (const unsigned f : {15u, 20u, 25u}) writeText(place / samples::format("s_%04u.obj", f), sheetObj(f));
+    const PointCache cache = readPointCache({place / "s_####.obj"}, {.fps = 4});
+    EXPECT_THAT(cache.clips[0].times, ElementsAre(0, 0.25, 0.5, 0.75, 1));
+    EXPECT_LE(samples::distanceToSheet(cache, readFrame(cache, 0, 2), 15), kFloat);
+    ASSERT_EQ(cache.notes.size(), 1u);
+    EXPECT_THAT(cache.notes[0], HasSubstr("s_####.obj: numbers in steps of 5; each file is one frame"));
+    EXPECT_EQ(readPointCache({place / "s_0010.obj"}, {}).clips[0].times.size(), 4u);
+    std::filesystem::remove(place / "s_0015.obj");
+    EXPECT_THAT(refusal({place}), HasSubstr("s_0015.obj: is missing in the sequence in steps of 5 that goes on with"));
+    writeText(place / "s_0016.obj", sheetObj(16));
+    EXPECT_THAT(refusal({place}), HasSubstr("s_0006.obj: is missing in the sequence that goes on with"));
+    writeSheets(place, "whole_", ".obj", [](std::size_t f) { return sheetObj(f); });
+    EXPECT_TRUE(readPointCache({place / "whole_####.obj"}, {}).notes.empty());
+}
+
 TEST(PointCacheSequence, ChangedTopologyNamesTheFrame) {
     const std::filesystem::path place = folder("topology");
     const auto write = [&](const std::string& changed) {

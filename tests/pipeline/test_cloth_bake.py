@@ -207,6 +207,7 @@ def check_occluders(folder, cache):
     refused(3, "short.npz", "ends at", words=["visibility", cache, "-o", still, "--occluder", short])
     refused(2, "nowhere", words=["visibility", cache, "-o", still, "--occluder", os.path.join(folder, "nowhere.npz")])
     check_reference(folder, out, moving, there)
+    check_paired_occluder(folder, cache, positions + path[:, None].astype("f4"), faces, b)
 
 
 def check_reference(folder, baked, moving, other):
@@ -217,6 +218,48 @@ def check_reference(folder, baked, moving, other):
     refused(1, "not what", words=[*words, "--occluder", other])
     run(*words, "--occluder", moving)
     assert os.path.getsize(picture) > 200
+
+
+def check_paired_occluder(folder, cache, positions, faces, expected):
+    """MESH:CACHE blocks as one file that holds both, in a bake and in a picture of it."""
+    mesh, mdd, out = (os.path.join(folder, name) for name in ("ball.obj", "ball.mdd", "pair.vis.h5"))
+    with open(mesh, "w") as f:
+        f.writelines("v %.9g %.9g %.9g\n" % tuple(p) for p in positions[0])
+        f.writelines("f %d %d %d\n" % tuple(t + 1) for t in faces)
+    with open(mdd, "wb") as f:
+        np.array(positions.shape[:2], ">i4").tofile(f)
+        (np.arange(len(positions)) / 10).astype(">f4").tofile(f)
+        positions.astype(">f4").tofile(f)
+    words = ["visibility", cache, "-o", out, *SMALL, "--two-sided", "--cache-fps", "10"]  # times of .mdd are floats
+    for pair in (f"{mesh}:{mdd}", f"{mdd}:{mesh}"):
+        run(*words, "--occluder", pair, "--depfile", os.path.join(folder, "x.d"))
+        assert np.array_equal(coefficients(out), expected)
+        made_of = open(os.path.join(folder, "x.d")).read()
+        assert mesh in made_of and mdd in made_of, made_of
+    with h5py.File(out) as f:
+        assert json.loads(f.attrs["provenance"])["options"]["occluders"] == ["ball.mdd:ball.obj"], f.attrs["provenance"]
+    picture = ["reference", out, "--frame", 3, "-o", os.path.join(folder, "x.png"), "--size", "16x16", "--samples", "4"]
+    run(*picture, "--occluder", f"{mdd}:{mesh}")
+    refused(1, "not what", words=[*picture, "--occluder", f"{mdd}:{save(os.path.join(folder, 'o.npz'), positions, faces)}"])
+    refused(3, "ball.mdd", "no faces", words=[*words, "--occluder", mdd])
+    refused(2, "none.mdd", words=[*words, "--occluder", f"{mesh}:{os.path.join(folder, 'none.mdd')}"])
+    refused(2, "ball.obj:", words=[*words, "--occluder", f"{mesh}:"])
+
+
+def check_steps(folder, cache):
+    """Files numbered 0, 5, 10, ...: each is a frame, and one line of warning says so."""
+    positions, faces = sheet(SIDE, FRAMES)
+    for f in range(4):
+        with open(os.path.join(folder, f"s.{5 * f:04}.obj"), "w") as file:
+            file.writelines("v %.9g %.9g %.9g\n" % tuple(p) for p in positions[f])
+            file.writelines("f %d %d %d\n" % tuple(t + 1) for t in faces)
+    out = os.path.join(folder, "x.vis.h5")
+    said = run("visibility", os.path.join(folder, "s.####.obj"), "-o", out, *SMALL, "--cache-fps", "10", "-q").stderr
+    assert len(said.splitlines()) == 1 and "warning: " in said and "steps of 5" in said, said
+    with h5py.File(out) as f:
+        assert np.allclose(f["frames/time"], np.arange(4) / 10) and np.array_equal(f["frames/positions"], positions[:4])
+    os.remove(os.path.join(folder, "s.0005.obj"))
+    refused(3, "s.0005.obj", "is missing", words=["visibility", os.path.join(folder, "s.0000.obj"), "-o", out])
 
 
 def check_inputs(folder, cache):
@@ -249,8 +292,10 @@ def check_inputs(folder, cache):
         joints = len(f["skin/joint_names"])
         assert f["frames/pose"].shape[1] == 3 * joints + 1 and f["frames/pose"][0, -1] == 1
     for text, *parts in (
-        ("frame,wind\n0,1\n5,2\n", "no line for", "0.6"),
-        ("frame,wind\n0,1\n5,2\n3,4\n", "line 4", "not after"),
+        ("frame,wind\n0,1\n5,2\n", "no line for frame 6 (at 0.6", "clip 'sheet'", "end with frame 5 (line 3)"),
+        ("frame,wind\n2,1\n19,2\n", "no line for frame 0 (at 0 s)", "begin with frame 2 (line 2)"),
+        ("time,wind\n0,1\n0.5,2\n", "no line for 0.6", "end with 0.5 s (line 3)"),
+        ("frame,wind\n0,1\n5,2\n3,4\n", "line 4", "frame 3 is not after frame 5 (line 3)"),
         ("frame,wind\n0,1\n20,2\n", "line 3", "frame 20", "which has 20"),
         ("frame,clip,wind\n0,other,1\n", "line 2", "'other'"),
         ("frame,wind\n0,x\n", "line 2", "'x'"),
@@ -258,6 +303,23 @@ def check_inputs(folder, cache):
         write(text)
         refused(3, "inputs.csv", *parts, words=bake)
     refused(2, words=[*bake[:-1], os.path.join(folder, "none.csv")])
+
+
+def check_tangents(folder, cache):
+    """Pictures of an anisotropic sheet follow a model's tangents; without them they have others."""
+    at = lambda name: os.path.join(folder, name)
+    run("visibility", cache, "-o", at("x.vis.h5"), *SMALL, "--two-sided")
+    fit = [os.path.join(BIN, "penumbra-fit"), "visibility", at("x.vis.h5"), "-o", at("x.model.h5"), "-q"]
+    subprocess.run([*fit, "--model", "linear", "--parts", "3", "--convention", "A3"], check=True)
+    words = ["reference", at("x.vis.h5"), "--frame", 15, "--size", "48x48", "--brdf", "ward-gmd:ax=0.1,ay=0.6"]
+    run(*words, "-o", at("plain.png"))
+    run(*words, "-o", at("carried.png"), "--tangents", at("x.model.h5"))
+    run(*words, "-o", at("again.png"), "--tangents", at("x.model.h5"), "--threads", 1)
+    assert digest(at("carried.png")) == digest(at("again.png")) != digest(at("plain.png"))
+    other = save(at("other.npz"), *sheet(SIDE + 1, 5))
+    run("visibility", other, "-o", at("other.vis.h5"), *SMALL, "--two-sided")
+    words = ["reference", at("other.vis.h5"), "--frame", 1, "-o", at("no.png"), "--tangents", at("x.model.h5")]
+    refused(3, "x.model.h5: /mesh", words=words)
 
 
 def check_ground(folder, cache):
@@ -292,7 +354,8 @@ def main():
         words = ["--rays", "256", "--order", "3", "--blocks", "2", "--two-sided", "--occluder", occluder]
         check_shards(folder, [cache, *words])
 
-    checks = [check_cache, check_blocks, shards, check_two_sided, check_occluders, check_inputs, check_ground]
+    checks = [check_cache, check_blocks, shards, check_two_sided, check_occluders, check_steps, check_inputs, check_tangents]
+    checks += [check_ground]
     for check in checks:
         with tempfile.TemporaryDirectory() as folder:
             check(folder, save(os.path.join(folder, "sheet.npz"), positions, faces))
