@@ -9,6 +9,7 @@
 #include "formats/hdf5_handle.h"
 #include "formats/write_file.h"
 #include "tests/formats/stage_samples.h"
+#include "tests/synthetic_cloth.h"
 
 namespace penumbra {
 namespace {
@@ -36,6 +37,11 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { samples::writeVisibility(path, samples::sheetHeader(3, 2), Precision::kFloat32); },
          readAllOfVisibility},
         {"model", [](const auto& path) { writeModel(path, samples::model(FeatureKind::kRelativeBones)); },
+         [](const auto& path) { (void)readModel(path); }},
+        {"cloth model", [](const auto& path) { writeModel(path, synthetic::clothModel()); },
+         [](const auto& path) { (void)readModel(path); }},
+        {"cloth model of angles",
+         [](const auto& path) { writeModel(path, synthetic::clothModel({.features = FeatureKind::kDihedrals})); },
          [](const auto& path) { (void)readModel(path); }},
         {"poses", [](const auto& path) { writePoseFile(path, samples::poseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},

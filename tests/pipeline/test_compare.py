@@ -130,6 +130,29 @@ def check_same_for_any_thread_count(folder, command, data):
         assert without_times(json.loads((folder / "r.json").read_text())) == without_times(data), threads
 
 
+def check_cloth(folder):
+    """Cloth: both kinds of features, a figure of every model, none of a joint, and the features of joint angles refused."""
+    bake, page = folder / "c.vis.h5", folder / "c.html"
+    sheet = BIN / ".." / "samples" / "sheet.npz"
+    subprocess.run([BIN / "penumbra-bake", "visibility", sheet, "--two-sided", "--rays", "32", "--order", "3", "--blocks", "3",
+                    "-q", "-o", bake], check=True)
+    command = [bake, "--holdout", "sheet#3", "--clusters", "2,4", "--output-variances", "0.9", "--models", "linear,additive",
+               "--conventions", "A3"]
+    run(*command, "--features", "joint-angles", "-o", page, code=1, says="joint-angles")
+    run(*command, "-o", page, "--threads", 2)
+    data = json.loads((folder / "c.json").read_text())
+    fits = data["fits"]
+    assert {fit["features"] for fit in fits} == {"relative-bones", "dihedral-angles"}, fits
+    for fit in fits:
+        for error in ("train_relative_error", "held_out_relative_error", "held_out_ambient_error"):
+            assert 0 < fit[error] < 3, (error, fit)
+    assert "joint" not in [figure["id"] for figure in data["figures"]], "nothing of a sheet is a joint"
+    _, console = browse(page)
+    assert not console, console
+    run(*command, "-o", page, "--threads", 1, "-q")
+    assert without_times(json.loads((folder / "c.json").read_text())) == without_times(data)
+
+
 def check_errors(folder, command):
     bake, other = command[0], folder / "e.html"
     dry = [bake, "-o", other, "--dry-run"]
@@ -182,6 +205,7 @@ with tempfile.TemporaryDirectory() as name:
     given, written = check_compare(where)
     check_same_for_any_thread_count(where, given, written)
     check_errors(where, given)
+    check_cloth(where)
     check_interrupt(where)
 print("compare: JSON, CSV and page agree and do not depend on threads; the page opens in Chromium without errors and"
       " every plot is there; refusals and interrupts leave nothing")
