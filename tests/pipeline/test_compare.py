@@ -145,7 +145,8 @@ def check_cloth(folder):
     assert {fit["features"] for fit in fits} == {"relative-bones", "dihedral-angles"}, fits
     for fit in fits:
         for error in ("train_relative_error", "held_out_relative_error", "held_out_ambient_error"):
-            assert 0 < fit[error] < 3, (error, fit)
+            if error != "held_out_ambient_error" or fit["frame"] == "local":
+                assert 0 < fit[error] < 3, (error, fit)
     assert "joint" not in [figure["id"] for figure in data["figures"]], "nothing of a sheet is a joint"
     _, console = browse(page)
     assert not console, console
