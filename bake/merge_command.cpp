@@ -24,6 +24,7 @@ struct MergeCommand {
 static void reportProblems(const MergeProblems& problems, Report& report) {
     report.figures["unreadable"] = problems.unreadable;
     report.figures["unusable"] = problems.unusable;
+    report.figures["unsupported"] = problems.unsupported;
     report.figures["different"] = problems.different;
     report.figures["missing"] = Json::array();
     for (const ClipFrame& frame : problems.missing)

@@ -207,6 +207,8 @@ static void collectProblem(MergeProblems& problems, const Read& read) try {
     problems.unreadable.push_back(error.what());
 } catch (const InvalidInput& error) {
     problems.unusable.push_back(error.what());
+} catch (const Unsupported& error) {
+    problems.unsupported.push_back(error.what());
 }
 
 static void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan) {
@@ -235,7 +237,11 @@ MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& opti
     MergePlan plan;
     std::vector<Shard> shards;
     for (const fs::path& path : paths) collectProblem(plan.problems, [&] { addShard(path, shards, plan); });
-    if (!shards.empty()) describeWhole(shards, options, plan);
+    try {
+        if (!shards.empty()) describeWhole(shards, options, plan);
+    } catch (const UsageError&) {  // the options may be those of the shards that cannot be opened
+        if (!plan.problems.any()) throw;
+    }
     return plan;
 }
 
@@ -254,8 +260,8 @@ static std::string joined(const std::vector<std::string>& items, std::size_t mos
 }
 
 bool MergeProblems::any() const {
-    return !(unreadable.empty() && unusable.empty() && different.empty() && missing.empty() && twice.empty() &&
-             beyond.empty());
+    return !(unreadable.empty() && unusable.empty() && unsupported.empty() && different.empty() && missing.empty() &&
+             twice.empty() && beyond.empty());
 }
 
 std::string MergeProblems::sentence() const {
@@ -265,6 +271,7 @@ std::string MergeProblems::sentence() const {
     };
     add("cannot be read: ", joined(unreadable, kMostListed));
     add("cannot be used: ", joined(unusable, kMostListed));
+    add("not supported: ", joined(unsupported, kMostListed));
     add("not of one bake: ", joined(different, kMostListed));
     add("missing frames: ", rangesText(missing, kMostListed));
     add("frames there twice: ", joined(twice, kMostListed));
@@ -274,8 +281,9 @@ std::string MergeProblems::sentence() const {
 
 void MergeProblems::raise() const {
     const std::string text = "cannot merge: " + sentence();
-    if (!unreadable.empty() && unusable.empty() && different.empty() && twice.empty() && beyond.empty())
-        throw IoError(text);
+    if (!unusable.empty() || !different.empty() || !twice.empty() || !beyond.empty()) throw InvalidInput(text);
+    if (!unsupported.empty()) throw Unsupported(text);
+    if (!unreadable.empty()) throw IoError(text);
     throw InvalidInput(text);
 }
 

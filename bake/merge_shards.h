@@ -20,15 +20,17 @@ struct MergeOptions {
 
 // Why shards do not make a whole; every list is empty when they do.
 struct MergeProblems {
-    std::vector<std::string> unreadable;  // "a.vis.h5: cannot read: No such file or directory": sentences
-    std::vector<std::string> unusable;    // "b.vis.h5: /frames/time: damaged": to be baked again
-    std::vector<std::string> different;   // "c.vis.h5: rays 64, not 128"
-    std::vector<ClipFrame> missing;       // those of shards that cannot be opened too
-    std::vector<std::string> twice;       // "'walk' 3:5 in a.vis.h5 and b.vis.h5"
-    std::vector<std::string> beyond;      // frames of clips or ranges that the whole has not
+    std::vector<std::string> unreadable;   // "a.vis.h5: cannot read: No such file or directory": sentences
+    std::vector<std::string> unusable;     // "b.vis.h5: /frames/time: damaged": to be baked again
+    std::vector<std::string> unsupported;  // of a newer format
+    std::vector<std::string> different;    // "c.vis.h5: rays 64, not 128"
+    std::vector<ClipFrame> missing;        // those of shards that cannot be opened too
+    std::vector<std::string> twice;        // "'walk' 3:5 in a.vis.h5 and b.vis.h5"
+    std::vector<std::string> beyond;       // frames of clips or ranges that the whole has not
     bool any() const;
     std::string sentence() const;  // one line that names them all, at most a dozen of each kind
-    // With the sentence: IoError where a shard cannot be read and all else may follow from that, else InvalidInput.
+    // With the sentence: Unsupported or IoError where such shards, and frames missing with them, are all that is wrong,
+    // else InvalidInput.
     [[noreturn]] void raise() const;
 };
 

@@ -46,11 +46,10 @@ void readModelInputs(const Hdf5Reader& in, Model& model) {
     for (std::size_t i = 0; i < shape[0]; ++i) {
         const InputJoint joint{std::uint32_t(columns[3 * i]), std::uint32_t(columns[3 * i + 1]),
                                std::uint32_t(columns[3 * i + 2]), scales[2 * i], scales[2 * i + 1]};
-        if ((joint.columns != 1 && joint.columns != 3) || joint.joint >= model.skin.jointCount() ||
-            joint.column + std::size_t(joint.columns) > model.input_names.size() ||
-            (i > 0 && joint.joint <= model.input_joints.back().joint))
+        if ((joint.columns != 1 && joint.columns != 3) || joint.joint + shape[0] != model.skin.jointCount() + i ||
+            joint.column + std::size_t(joint.columns) > model.input_names.size())
             throw InvalidInput(in.name + ": /inputs/joints: row " + std::to_string(i) +
-                               " is no joint of one or three inputs, or not ascending");
+                               " is not of one or three inputs and of its place among the last joints");
         model.input_joints.push_back(joint);
     }
 }

@@ -245,7 +245,8 @@ static ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, 
     ClusterModel cluster;
     const hsize_t stride = hsize_t(model.convention.size());
     const hsize_t raw = model.kind == ModelKind::kAdditive ? 0 : rawFeatureCount(model);
-    cluster.joint = int(readIntegerAttribute(in, group, "joint", 0, std::int64_t(model.skin.jointCount()) - 1));
+    const std::size_t joints = model.skin.jointCount() - model.input_joints.size();  // an input carries no vertices
+    cluster.joint = int(readIntegerAttribute(in, group, "joint", 0, std::int64_t(joints) - 1));
     cluster.vertices = readIndices(in, group + "/vertices", 0, model.mesh.vertexCount());
     const hsize_t vertices = cluster.vertices.size();
     cluster.feature_mean = readExactly(in, group + "/feature_mean", {raw});

@@ -160,6 +160,8 @@ TEST(ModelFile, RefusesDeformingMeshesThatDoNotFitTogether) {
     refused("/inputs/joints", [](Model& m) { m.input_joints[1].column = 4; });
     refused("/inputs/joints", [](Model& m) { m.input_joints[1].joint = 2; });
     refused("/inputs/joints", [](Model& m) { m.input_joints[1].joint = 4; });
+    refused("/inputs/joints", [](Model& m) { m.input_joints.erase(m.input_joints.begin() + 1); });
+    refused("joint", [](Model& m) { m.clusters[0].joint = int(m.skin.jointCount()) - 1; });
     refused("features", [](Model& m) { m.features = FeatureKind::kJointAngles; });
     refused("features", [](Model& m) { m.deforming = false; });
 }

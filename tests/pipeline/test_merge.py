@@ -286,6 +286,11 @@ def check_all_named(folder):
     write_bytes(shards[2], kept[2])
     refused([*shards, *whole], "cannot be read: ", "s3.vis.h5", "; missing frames: ", code=2)
     refused([shards[3], *whole], "s3.vis.h5", code=2)
+    # Of another version of the format: named like the others, and a matter of the program.
+    with h5py.File(shards[1], "r+") as f:
+        f.attrs.modify("format_version", 99)
+    refused([*shards, *whole], "not supported: ", "s1.vis.h5", "cannot be read: ", "s3.vis.h5", "; missing frames: ", code=5)
+    write_bytes(shards[1], kept[1])
     # Damage that the merge comes upon while it writes.
     write_bytes(shards[3], kept[3])
     for i in (1, 4):
