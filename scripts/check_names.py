@@ -13,19 +13,29 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SHARED = ["sh", "formats"]
 PROGRAMS = {"bake": ["bake"], "fit": ["fit"], "pack": ["pack", "player/runtime"], "player": ["player", "player/runtime"]}
 WITHOUT_RIGS = ["pack", "player"]
-TYPE = re.compile(r"^(?:template.*>\s*)?(?:struct|class|union|enum class|enum)\s+(\w+)(?!\w|::)[^;]*$")
+NO_CODE = re.compile(r"""//[^\n]*|/\*.*?\*/|R"([^\s()\\]*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])+'""", re.S)
+ATTRIBUTE = r"(?:alignas\s*\((?:[^()]|\([^()]*\))*\)|\[\[.*?\]\])\s*"
+TYPE = re.compile(rf"(?:template.*>\s*)?(?:struct|class|union|enum class|enum)\s+(?:{ATTRIBUTE})*(\w+)(?!\w|::)(?:[^;{{]*\{{|[^;]*$)")
+
+
+def code_of(path):
+    """Its lines without comments, strings and characters, whose braces do not count."""
+    return NO_CODE.sub(lambda match: "\n" * match[0].count("\n"), path.read_text()).split("\n")
 
 
 def types_of(path):
     """(name, "FILE:LINE") of the types that other files can clash with."""
-    open_namespaces = []
-    for number, line in enumerate(path.read_text().splitlines(), 1):
-        if re.match(r"namespace\b[^=;]*\{", line):
-            open_namespaces.append(bool(re.match(r"namespace\s*\{", line)))
-        elif re.match(r"\}\s*// namespace", line):
-            open_namespaces.pop()
-        elif (match := TYPE.match(line)) and not any(open_namespaces) and match[1] != "alignas":
+    depth, open_namespaces = 0, []  # of each the depth around it, and whether it is unnamed
+    for number, line in enumerate(code_of(path), 1):
+        if re.match(r"(inline )?namespace\b[^=;]*\{", line):
+            open_namespaces.append((depth, bool(re.search(r"namespace\s*\{", line))))
+        elif (match := TYPE.match(line)) and not any(unnamed for _, unnamed in open_namespaces):
             yield match[1], f"{path.relative_to(ROOT)}:{number}"
+        depth += line.count("{") - line.count("}")
+        while open_namespaces and depth <= open_namespaces[-1][0]:
+            open_namespaces.pop()
+    if depth:
+        sys.exit(f"{path.relative_to(ROOT)}: braces do not match: this script cannot read it")
 
 
 def folder_of(place):
