@@ -3,7 +3,7 @@ before there is something to see."""
 import re
 
 RANGES = {"yaw": (-360, 360), "pitch": (-89, 89), "fov": (1, 170), "distance": (1e-9, 1e9), "target": (-1e9, 1e9)}
-NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")  # std::from_chars
+NUMBER = re.compile(r"-?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")  # std::from_chars
 
 
 def number_problem(key, text):

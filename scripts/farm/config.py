@@ -72,6 +72,7 @@ def a_mesh(key, value, folder):
 
 def an_occluder(key, value, folder):
     """As a_mesh(), or MESH:CACHE."""
+    refuse_colons(key, text(key, value, folder), folder)
     return ":".join(a_mesh(key, part, folder) for part in parts_of(text(key, value, folder), folder))
 
 
@@ -79,6 +80,17 @@ def parts_of(occluder, folder=""):
     """"body.obj:body.mdd" as two, but not the name of a file that has a colon."""
     whole = os.path.exists(os.path.join(folder, os.path.expanduser(occluder)))
     return [occluder] if whole else occluder.split(":")
+
+
+def refuse_colons(key, occluder, folder):
+    """Absolute paths are joined with colons: only one file, or one folder of numbered ones, may lie under a folder that has one."""
+    paths = [os.path.join(folder, os.path.expanduser(part)) for part in [occluder, *occluder.split(":")]]
+    if os.path.exists(paths[0]):
+        return
+    for path in paths:
+        folders = [path[:i] for i, letter in enumerate(path) if letter == "/" and ":" in path[:i]]
+        for found in filter(os.path.isdir, folders):
+            raise ConfigError(f"{key}: no MESH:CACHE and no pattern can lie in a folder with a colon: {found}")
 
 
 def files_of(path):
@@ -89,7 +101,7 @@ def files_of(path):
         found = [os.path.join(path, name) for name in os.listdir(path)]
     else:
         parent, name = os.path.split(path)
-        found = glob.glob(os.path.join(glob.escape(parent), re.sub(r"%\d*d|#+|\*", "*", name)))
+        found = glob.glob(os.path.join(glob.escape(parent), re.sub(r"%[0-9]*d|#+|\*", "*", name)))
     return sorted(file for file in found if os.path.isfile(file))
 
 
@@ -232,9 +244,9 @@ def check_rig(name, rig, farm):
     for clip in map(clip_of_block if "blocks" in rig["bake"] else str, rig["holdout"]):
         if "clips" in rig and clip not in rig["clips"]:
             raise ConfigError(f"{key}.holdout: {clip} is not among its clips: {', '.join(rig['clips'])}")
-    order, moments = int(rig["fit"].get("convention", "A1")[1]), rig["bake"].get("order")
-    if moments and order > moments:
-        raise ConfigError(f"{key}.fit.convention: needs moments of order {order}; the bake has order {moments}")
+    wanted, moments = rig["fit"].get("convention", "D5"), rig["bake"].get("order", 5)  # the defaults of the programs
+    if int(wanted[1]) > moments:
+        raise ConfigError(f"{key}.fit.convention: {wanted} needs moments of order {wanted[1]}; the bake has order {moments}")
     for part, known in (("materials", farm["materials"]), ("lights", farm["lights"])):
         rig.setdefault(part, list(known))
         for item in rig[part]:

@@ -128,6 +128,11 @@ def check_run(template, folder):
     assert len(progress) >= 8 and min(progress) >= 0 and progress.count(100) >= 8, progress
     assert len(re.findall(r"^openjd_status: .+$", text, re.M)) == len(progress)
     shards = given["Output"] + ".shards"
+    frames = os.path.join(shards, "frames")
+    os.rename(frames, frames + ".kept")
+    run_step(merge, values, folder)  # as on a node that does not see the list yet
+    assert os.path.exists(given["Output"])
+    os.rename(frames + ".kept", frames)
     run_step(merge, values, folder)
     assert len(os.listdir(shards)) == 9, os.listdir(shards)
     values["Param.KeepShards"] = "no"
@@ -137,6 +142,8 @@ def check_run(template, folder):
     whole = os.path.join(folder, "whole.vis.h5")
     subprocess.run([BAKE, "visibility", rig, "--fps", "6", "--rays", "64", "-o", whole, "-q"], check=True)
     assert open(whole, "rb").read() == open(given["Output"], "rb").read()
+    os.remove(given["Output"])
+    run_step(merge, values, folder, code=2)  # neither shards nor output: no success
     values["Param.Shards"] = 1000
     assert "openjd_fail: 1000 shards of " in run_step(plan, values, folder, code=1)
 

@@ -305,7 +305,9 @@ def check_config_errors(folder):
         ("size: 32", "size: 32, camera: 'yow=3'", "pictures.camera: camera has no 'yow'"),
         ("clusters: 2", "clusters: 2, convention: E4", "defaults.fit.convention: convention must be A, B or D"),
         ("rays: 16}, fit: {", "rays: 16, order: 3}, fit: {convention: A4, ",
-         "rigs.bend.fit.convention: needs moments of order 4; the bake has order 3"),
+         "rigs.bend.fit.convention: A4 needs moments of order 4; the bake has order 3"),
+        ("rays: 16}", "rays: 16, order: 3}", "rigs.bend.fit.convention: D5 needs moments of order 5; the bake has order 3"),
+        ("clusters: 2", "clusters: 2, convention: D6", "rigs.bend.fit.convention: D6 needs moments of order 6; the bake has order 5"),
         ("ggx:alpha=0.4", "ggx:alfa=0.4", "materials.gold: penumbra-fit: --analytic: BRDF ggx has no 'alfa'"),
         ("analytic: sky", "analytic: skye", "lights.sky: penumbra-fit: "),
     ]
@@ -328,7 +330,7 @@ def check_same_words(folder):
     run = lambda program, *words: subprocess.run([os.path.join(BIN, f"penumbra-{program}"), *words], cwd=folder, capture_output=True,
                                                  text=True)
     for text in ("yow=3", "yaw", "yaw=", "=3", "yaw=1,,", "yaw=1,yaw=2", "yaw=400", "yaw=+4", "yaw= 4", "yaw=nan", "pitch=89.5", "fov=0",
-                 "distance=0", "distance=1e10", "target=1/2", "target=1/2/x", "target=x", "yaw=1_0", "yaw=-3.5e1", "yaw=.5,fov=1.",
+                 "distance=0", "distance=1e10", "target=1/2", "target=1/2/x", "target=x", "yaw=1_0", "yaw=\u0663", "yaw=-3.5e1", "yaw=.5,fov=1.",
                  "target=0", "target=0/1e-3/-2,distance=3,pitch=-89"):
         result = run("bake", "reference", "out/man/man.vis.h5", "--frame", "0", "--size", "8x8", "--samples", "4", "-o", "x.png",
                      "--camera", text)
