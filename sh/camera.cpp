@@ -12,9 +12,11 @@ namespace penumbra {
 
 static double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
+namespace {
 struct Box {
     Vec3d low, high;
 };
+}  // namespace
 
 static Box boxOf(std::span<const Vec3> positions) {
     if (positions.empty()) return {};
