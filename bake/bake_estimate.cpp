@@ -7,9 +7,9 @@
 #include <ctime>
 
 #include "bake/posed_frame.h"
-#include "formats/parallel_for.h"
-#include "formats/stored_size.h"
-#include "formats/write_file.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/stored_size.h"
 
 namespace penumbra {
 using std::chrono::steady_clock;

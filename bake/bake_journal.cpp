@@ -10,10 +10,10 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "formats/errors.h"
-#include "formats/fp16.h"
-#include "formats/json_depth.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/fp16.h"
+#include "formats/common/json_depth.h"
+#include "formats/common/write_file.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;

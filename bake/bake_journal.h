@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/visibility_file.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 

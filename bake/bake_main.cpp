@@ -13,12 +13,12 @@
 #include "bake/merge_command.h"
 #include "bake/poses_command.h"
 #include "bake/reference_command.h"
-#include "formats/command_line.h"
-#include "formats/errors.h"
-#include "formats/name_list_option.h"
-#include "formats/numbered_files.h"
-#include "formats/program_version.h"
-#include "formats/warning.h"
+#include "formats/cache/numbered_files.h"
+#include "formats/common/command_line.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_list_option.h"
+#include "formats/common/program_version.h"
+#include "formats/common/warning.h"
 
 namespace penumbra {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/frame_range.h"
-#include "formats/point_cache.h"
-#include "formats/visibility_file.h"
+#include "formats/cache/point_cache.h"
+#include "formats/common/frame_range.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 

@@ -8,8 +8,8 @@
 #include <mutex>
 
 #include "bake/direct_light.h"
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 
 namespace penumbra {
 

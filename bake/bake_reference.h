@@ -8,8 +8,8 @@
 #include "bake/environment_light.h"
 #include "bake/posed_tangents.h"
 #include "bake/ray_start.h"
-#include "formats/progress.h"
-#include "formats/visibility_file.h"
+#include "formats/common/progress.h"
+#include "formats/stage/visibility_file.h"
 #include "sh/brdf.h"
 #include "sh/camera.h"
 

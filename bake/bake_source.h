@@ -2,8 +2,8 @@
 // What moves in a bake: a rig, or a point cache.
 #include <optional>
 
-#include "formats/point_cache.h"
-#include "formats/rig_file.h"
+#include "formats/cache/point_cache.h"
+#include "formats/rig/rig_file.h"
 
 namespace penumbra {
 

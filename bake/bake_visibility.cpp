@@ -11,10 +11,10 @@
 
 #include "bake/bake_journal.h"
 #include "bake/posed_frame.h"
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/visibility_check.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/visibility_check.h"
 
 namespace penumbra {
 

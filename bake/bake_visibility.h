@@ -7,7 +7,7 @@
 #include "bake/blockers.h"
 #include "bake/continuous_angles.h"
 #include "bake/extra_inputs.h"
-#include "formats/progress.h"
+#include "formats/common/progress.h"
 
 namespace penumbra {
 

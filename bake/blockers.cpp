@@ -6,9 +6,9 @@
 #include <numeric>
 #include <set>
 
-#include "formats/errors.h"
-#include "formats/numbered_files.h"
-#include "formats/pose_file.h"
+#include "formats/cache/numbered_files.h"
+#include "formats/common/errors.h"
+#include "formats/stage/pose_file.h"
 #include "sh/dihedral_angles.h"
 
 namespace penumbra {

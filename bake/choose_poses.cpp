@@ -8,9 +8,9 @@
 #include <queue>
 
 #include "bake/random_numbers.h"
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 
 namespace penumbra {
 

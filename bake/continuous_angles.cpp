@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 
 namespace penumbra {
 

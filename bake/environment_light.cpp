@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/errors.h"
-#include "formats/light_file.h"
-#include "formats/project_map.h"
+#include "formats/common/errors.h"
+#include "formats/image/project_map.h"
+#include "formats/stage/light_file.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {

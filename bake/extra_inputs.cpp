@@ -4,8 +4,8 @@
 #include <iomanip>
 #include <sstream>
 
-#include "formats/errors.h"
-#include "formats/pose_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/pose_file.h"
 
 namespace penumbra {
 

@@ -1,7 +1,7 @@
 #pragma once
-// --inputs FILE.csv: numbers that join the pose of every frame (formats/input_table.h).
+// --inputs FILE.csv: numbers that join the pose of every frame (formats/stage/input_table.h).
 #include "bake/bake_source.h"
-#include "formats/input_table.h"
+#include "formats/stage/input_table.h"
 
 namespace penumbra {
 

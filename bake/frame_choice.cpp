@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "formats/errors.h"
-#include "formats/pose_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/pose_file.h"
 
 namespace penumbra {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bake/bake_options.h"
-#include "formats/rig_poses.h"
+#include "formats/rig/rig_poses.h"
 
 namespace penumbra {
 

@@ -9,15 +9,15 @@
 #include <numbers>
 #include <numeric>
 
-#include "formats/asset_file.h"
-#include "formats/brdf_file.h"
-#include "formats/errors.h"
-#include "formats/light_file.h"
-#include "formats/model_file.h"
-#include "formats/pose_file.h"
-#include "formats/stage_file_kind.h"
-#include "formats/visibility_file.h"
-#include "formats/write_file.h"
+#include "formats/asset/asset_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/brdf_file.h"
+#include "formats/stage/light_file.h"
+#include "formats/stage/model_file.h"
+#include "formats/stage/pose_file.h"
+#include "formats/stage/stage_file_kind.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;

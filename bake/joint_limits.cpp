@@ -7,10 +7,10 @@
 #include <numbers>
 #include <utility>
 
-#include "formats/check_readable.h"
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/check_readable.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 
 namespace penumbra {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/rig_poses.h"
+#include "formats/rig/rig_poses.h"
 
 namespace penumbra {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/environment_map.h"
+#include "formats/image/environment_map.h"
 
 namespace penumbra {
 

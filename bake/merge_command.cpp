@@ -4,8 +4,8 @@
 #include <cstdio>
 
 #include "bake/merge_shards.h"
-#include "formats/errors.h"
-#include "formats/name_list_option.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_list_option.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;

@@ -1,6 +1,6 @@
 #pragma once
 // penumbra-bake merge SHARD.vis.h5... -o X.vis.h5
-#include "formats/command_line.h"
+#include "formats/common/command_line.h"
 
 namespace penumbra {
 

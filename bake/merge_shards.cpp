@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/frame_choice.h"
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/sha256.h"
-#include "formats/visibility_check.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/sha256.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/visibility_check.h"
 
 namespace penumbra {
 namespace fs = std::filesystem;

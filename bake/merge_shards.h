@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bake/bake_options.h"
-#include "formats/progress.h"
-#include "formats/visibility_file.h"
+#include "formats/common/progress.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "bake/ray_directions.h"
-#include "formats/mesh.h"
+#include "formats/common/mesh.h"
 
 namespace penumbra {
 

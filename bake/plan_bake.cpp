@@ -6,7 +6,7 @@
 
 #include "bake/bake_visibility.h"
 #include "bake/frame_choice.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 
 namespace penumbra {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/rig_matrix.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "formats/rig/rig_matrix.h"
 
 namespace penumbra {
 

@@ -6,7 +6,7 @@
 
 #include "bake/frame_choice.h"
 #include "bake/sample_poses.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 
 namespace penumbra {
 

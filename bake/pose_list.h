@@ -7,7 +7,7 @@
 #include "bake/bake_options.h"
 #include "bake/choose_poses.h"
 #include "bake/joint_limits.h"
-#include "formats/pose_file.h"
+#include "formats/stage/pose_file.h"
 
 namespace penumbra {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 
 namespace penumbra {
 

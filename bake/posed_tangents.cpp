@@ -1,6 +1,6 @@
 #include "bake/posed_tangents.h"
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "sh/rigid_fit.h"
 #include "sh/tangent.h"
 

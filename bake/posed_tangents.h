@@ -3,8 +3,8 @@
 // them.
 #include <string>
 
-#include "formats/model_file.h"
-#include "formats/visibility_file.h"
+#include "formats/stage/model_file.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 

@@ -6,8 +6,8 @@
 
 #include "bake/frame_choice.h"
 #include "bake/pose_list.h"
-#include "formats/errors.h"
-#include "formats/name_list_option.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_list_option.h"
 
 namespace penumbra {
 

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/frame_choice.h"
-#include "formats/errors.h"
-#include "formats/numbered_files.h"
-#include "formats/sha256.h"
+#include "formats/cache/numbered_files.h"
+#include "formats/common/errors.h"
+#include "formats/common/sha256.h"
 
 namespace penumbra {
 

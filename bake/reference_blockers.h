@@ -1,7 +1,7 @@
 #pragma once
 // What casts shadows on a baked frame besides its mesh: the occluders of the bake, given again.
 #include "bake/blockers.h"
-#include "formats/visibility_file.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 

@@ -8,9 +8,9 @@
 
 #include "bake/bake_reference.h"
 #include "bake/reference_blockers.h"
-#include "formats/brdf_source.h"
-#include "formats/errors.h"
-#include "formats/slot_choice.h"
+#include "formats/brdf/brdf_source.h"
+#include "formats/common/errors.h"
+#include "formats/common/slot_choice.h"
 #include "sh/light_rotation.h"
 #include "sh/sh_basis.h"
 

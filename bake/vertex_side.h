@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/mesh.h"
+#include "formats/common/mesh.h"
 
 namespace penumbra {
 

@@ -3,13 +3,13 @@
 #include <cstdio>
 #include <memory>
 
-#include "fit/brdf_operators.h"
-#include "fit/fit_brdf.h"
 #include "fit/fit_verbs.h"
-#include "formats/brdf_source.h"
-#include "formats/errors.h"
-#include "formats/name_option.h"
-#include "formats/warning.h"
+#include "fit/reflectance/brdf_operators.h"
+#include "fit/reflectance/fit_brdf.h"
+#include "formats/brdf/brdf_source.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_option.h"
+#include "formats/common/warning.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {

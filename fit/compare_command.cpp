@@ -3,11 +3,11 @@
 #include <cstdio>
 #include <memory>
 
-#include "fit/compare_data.h"
+#include "fit/compare/compare_data.h"
 #include "fit/fit_verbs.h"
-#include "formats/errors.h"
-#include "formats/name_list_option.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_list_option.h"
+#include "formats/common/write_file.h"
 
 namespace penumbra {
 

@@ -1,5 +1,5 @@
 #include "fit/fit_verbs.h"
-#include "formats/program_version.h"
+#include "formats/common/program_version.h"
 
 int main(int argc, char** argv) {
     using namespace penumbra;

@@ -1,6 +1,6 @@
 #pragma once
 // The verbs of penumbra-fit.
-#include "formats/command_line.h"
+#include "formats/common/command_line.h"
 
 namespace penumbra {
 

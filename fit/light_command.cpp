@@ -4,13 +4,13 @@
 #include <cstdio>
 #include <memory>
 
-#include "fit/fit_light.h"
 #include "fit/fit_verbs.h"
-#include "fit/light_lobes.h"
-#include "fit/light_window.h"
-#include "formats/errors.h"
-#include "formats/name_option.h"
-#include "formats/warning.h"
+#include "fit/light/fit_light.h"
+#include "fit/light/light_lobes.h"
+#include "fit/light/light_window.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_option.h"
+#include "formats/common/warning.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {

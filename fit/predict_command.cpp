@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
-#include "fit/predict.h"
+#include "fit/visibility/predict.h"
 
 namespace penumbra {
 
@@ -19,8 +19,8 @@ void define(CLI::App& app, PredictCommand& command) {
     app.add_option("-o,--output", command.output, "prediction to write, PRED.vis.h5")->required();
 }
 
-// The measure is the root mean square of what was cut off the inputs (formats/model_file.h): about the angle in radians
-// by which what hides the sky is away from where training frames had it.
+// The measure is the root mean square of what was cut off the inputs (formats/stage/model_file.h): about the angle in
+// radians by which what hides the sky is away from where training frames had it.
 void printOutOfRange(const PredictReport& report) {
     double mean = 0, most = 0;
     std::size_t worst = 0;

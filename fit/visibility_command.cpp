@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
-#include "fit/fit_visibility.h"
-#include "formats/errors.h"
-#include "formats/name_list_option.h"
-#include "formats/pose_file.h"
+#include "fit/visibility/fit_visibility.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_list_option.h"
+#include "formats/stage/pose_file.h"
 
 namespace penumbra {
 

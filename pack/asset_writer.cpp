@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "formats/asset_checks.h"
-#include "formats/errors.h"
+#include "formats/asset/asset_checks.h"
+#include "formats/common/errors.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "asset_generated.h"
-#include "formats/asset_file.h"
-#include "formats/mesh.h"
+#include "formats/asset/asset_file.h"
+#include "formats/common/mesh.h"
 #include "pack/quantize.h"
 
 namespace penumbra {

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <optional>
 
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 #include "pack/least_squares.h"
 #include "pack/rank_correlation.h"
 #include "player/runtime/evaluator.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/asset_file.h"
-#include "formats/visibility_file.h"
+#include "formats/asset/asset_file.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 

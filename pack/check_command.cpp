@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/check_asset.h"
 #include "pack/error_budget.h"
 #include "pack/named_input.h"

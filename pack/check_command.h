@@ -1,6 +1,6 @@
 #pragma once
 // penumbra-pack check X.pnb TRUTH.vis.h5
-#include "formats/command_line.h"
+#include "formats/common/command_line.h"
 
 namespace penumbra {
 

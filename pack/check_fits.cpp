@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/check_asset.h"
 
 namespace penumbra {

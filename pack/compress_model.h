@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/model_file.h"
+#include "formats/stage/model_file.h"
 
 namespace penumbra {
 

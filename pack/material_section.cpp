@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "sh/slice_form.h"
 
 namespace penumbra {

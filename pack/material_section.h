@@ -1,5 +1,5 @@
 #pragma once
-#include "formats/brdf_file.h"
+#include "formats/stage/brdf_file.h"
 #include "pack/asset_writer.h"
 
 namespace penumbra {

@@ -2,7 +2,7 @@
 // Complaints about an input, by its name.
 #include <filesystem>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 
 namespace penumbra {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/asset_writer.h"
 #include "pack/material_section.h"
 #include "pack/pack_within.h"

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "formats/asset_file.h"
-#include "formats/brdf_file.h"
-#include "formats/light_file.h"
-#include "formats/model_file.h"
-#include "formats/slot_choice.h"
+#include "formats/asset/asset_file.h"
+#include "formats/common/slot_choice.h"
+#include "formats/stage/brdf_file.h"
+#include "formats/stage/light_file.h"
+#include "formats/stage/model_file.h"
 
 namespace penumbra {
 

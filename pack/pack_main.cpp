@@ -2,11 +2,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "formats/command_line.h"
-#include "formats/errors.h"
-#include "formats/name_list_option.h"
-#include "formats/program_version.h"
-#include "formats/write_file.h"
+#include "formats/common/command_line.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_list_option.h"
+#include "formats/common/program_version.h"
+#include "formats/common/write_file.h"
 #include "pack/check_command.h"
 #include "pack/material_section.h"
 #include "pack/named_input.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "formats/errors.h"
-#include "formats/fp16.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/fp16.h"
+#include "formats/common/write_file.h"
 #include "pack/asset_writer.h"
 
 namespace penumbra {

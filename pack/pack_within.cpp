@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 #include "pack/compress_model.h"
 #include "pack/packing_error.h"
 #include "player/runtime/evaluator.h"

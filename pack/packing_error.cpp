@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 #include "player/runtime/evaluator.h"
 
 namespace penumbra {

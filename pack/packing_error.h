@@ -1,5 +1,5 @@
 #pragma once
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 
 namespace penumbra {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "formats/errors.h"
-#include "formats/fp16.h"
+#include "formats/common/errors.h"
+#include "formats/common/fp16.h"
 
 namespace penumbra {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 
 namespace penumbra {
 

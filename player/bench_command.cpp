@@ -2,9 +2,9 @@
 
 #include <cstdio>
 
-#include "formats/errors.h"
-#include "player/bench_report.h"
-#include "player/open_asset.h"
+#include "formats/common/errors.h"
+#include "player/bench/bench_report.h"
+#include "player/frame/open_asset.h"
 
 namespace penumbra {
 

@@ -1,5 +1,5 @@
 // penumbra-player: an asset as pictures. Links neither HDF5, Embree nor Ceres.
-#include "formats/program_version.h"
+#include "formats/common/program_version.h"
 #include "player/bench_command.h"
 #include "player/render_command.h"
 #include "player/view_command.h"

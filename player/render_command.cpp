@@ -2,9 +2,9 @@
 
 #include <cstdio>
 
-#include "formats/errors.h"
-#include "formats/write_file.h"
-#include "player/open_asset.h"
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "player/frame/open_asset.h"
 #include "player/render_report.h"
 
 namespace penumbra {

@@ -1,5 +1,5 @@
 #pragma once
-#include "formats/command_line.h"
+#include "formats/common/command_line.h"
 
 namespace penumbra {
 

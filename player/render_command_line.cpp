@@ -1,7 +1,7 @@
 #include "player/render_command_line.h"
 
-#include "formats/errors.h"
-#include "formats/name_list_option.h"
+#include "formats/common/errors.h"
+#include "formats/common/name_list_option.h"
 
 namespace penumbra {
 

@@ -1,7 +1,7 @@
 #pragma once
 // The options of `penumbra-player render`, and which of them go together.
-#include "formats/command_line.h"
-#include "player/render_sheet.h"
+#include "formats/common/command_line.h"
+#include "player/render/render_sheet.h"
 
 namespace penumbra {
 

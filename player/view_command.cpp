@@ -2,10 +2,10 @@
 
 #include <cstdio>
 
-#include "formats/errors.h"
-#include "player/view_loop.h"
-#include "player/view_scene.h"
-#include "player/window_place.h"
+#include "formats/common/errors.h"
+#include "player/view/view_loop.h"
+#include "player/view/view_scene.h"
+#include "player/view/window_place.h"
 
 namespace penumbra {
 

@@ -8,53 +8,71 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Folder or room -> the rooms that it may include beside itself. A room that is not here may not exist.
+FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache")}
 MAY_INCLUDE = {
-    "sh": {"sh"},
-    "formats": {"sh", "formats"},
-    "bake": {"sh", "formats", "bake"},
-    "fit": {"sh", "formats", "fit"},
-    "pack": {"sh", "formats", "pack", "player/runtime"},  # penumbra-pack check runs the evaluator that engines link
-    "player/runtime": {"sh", "formats", "player/runtime"},
-    "player": {"sh", "formats", "player", "player/runtime"},
+    "sh": set(),
+    "formats/common": {"sh"},
+    **{f"formats/{room}": {"sh", "formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
+    "formats/cache": {"sh", "formats/common", "formats/rig"},
+    "bake": {"sh"} | FORMATS,
+    "fit/numerics": {"sh"} | FORMATS,
+    **{f"fit/{room}": {"sh", "fit/numerics"} | FORMATS for room in ("clusters", "models", "light", "reflectance")},
+    "fit/visibility": {"sh", "fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
+    "fit/compare": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
+    "fit": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
+            "fit/compare"} | FORMATS,
+    "pack": {"sh", "player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
+    "player/runtime": {"sh", "formats/common", "formats/asset"},
+    "player/gl": {"sh", "player/runtime"} | FORMATS,
+    "player/frame": {"sh", "player/runtime", "player/gl"} | FORMATS,
+    "player/draw": {"sh", "player/runtime", "player/gl", "player/frame"} | FORMATS,
+    **{f"player/{room}": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw"} | FORMATS
+       for room in ("render", "view", "bench")},
+    "player": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/view",
+               "player/bench"} | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, no other file format.
-RUNTIME_FORMATS = {"formats/asset_file.h", "formats/mesh.h", "formats/fp16.h", "formats/errors.h"}
+RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/common/mesh.h", "formats/common/fp16.h", "formats/common/errors.h"}
 # Library header -> the files that may name it.
 EDGES = {
     r"embree3/": ["bake/occlusion_embree.cpp", "tests/bench/"],
-    r"hdf5\.h|H5\w*\.h": ["formats/hdf5_handle.h", "formats/hdf5_handle.cpp", "formats/visibility_file.cpp"],
-    r"tbb/|oneapi/": ["formats/parallel_for.cpp", "tests/"],
-    r"tiny_gltf\.h": ["formats/rig_gltf"],
-    r"assimp/": ["formats/rig_assimp"],
-    r"zlib\.h": ["formats/inflate_index.cpp", "formats/zip_archive.cpp", "tests/"],
-    r"meshoptimizer\.h": ["formats/rig_", "tests/"],
-    r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image_"],
-    r"png\.h": ["formats/image_", "tests/formats/test_image_file.cpp"],
-    r"CLI/": ["formats/command_line.h", "formats/name_list_option.h", "formats/name_option.h"],
-    r"EGL/|GL/": ["player/"],
-    r"GLFW/": ["player/view_window.cpp"],
-    r"imgui|backends/imgui": ["player/view_"],
+    r"hdf5\.h|H5\w*\.h": ["formats/stage/hdf5_handle.h", "formats/stage/hdf5_handle.cpp", "formats/stage/visibility_file.cpp"],
+    r"tbb/|oneapi/": ["formats/common/parallel_for.cpp", "tests/"],
+    r"tiny_gltf\.h": ["formats/rig/rig_gltf"],
+    r"assimp/": ["formats/rig/rig_assimp"],
+    r"zlib\.h": ["formats/cache/inflate_index.cpp", "formats/cache/zip_archive.cpp", "tests/"],
+    r"meshoptimizer\.h": ["formats/rig/rig_", "tests/"],
+    r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image/image_"],
+    r"png\.h": ["formats/image/image_", "tests/formats/test_image_file.cpp"],
+    r"CLI/": ["formats/common/command_line.h", "formats/common/name_list_option.h", "formats/common/name_option.h"],
+    r"EGL/|GL/": ["player/gl/"],
+    r"GLFW/": ["player/view/view_window.cpp"],
+    r"imgui|backends/imgui": ["player/view/"],
     r"Eigen/": ["fit/", "tests/"],
-    r"flatbuffers/|asset_generated\.h": ["formats/asset_", "pack/", "tests/"],
+    r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
 }
 
 
 def folder_of(relative):
-    return "player/runtime" if relative.startswith("player/runtime/") else relative.split("/")[0]
+    """The room that a file stands in: "fit/models" for fit/models/features.cpp, "sh" for sh/vec3.h."""
+    return relative.rpartition("/")[0]
 
 
 def problems(path):
     relative = path.relative_to(ROOT).as_posix()
     folder = folder_of(relative)
+    if folder not in MAY_INCLUDE and not folder.startswith("tests"):
+        yield f"{relative}: {folder} is no room of MAY_INCLUDE"
     for number, line in enumerate(path.read_text().splitlines(), 1):
         match = re.match(r'\s*#\s*include\s*([<"])([^>"]+)[>"]', line)
         if not match:
             continue
         quote, header = match.groups()
         target = folder_of(header)
-        if quote == '"' and folder in MAY_INCLUDE and target in MAY_INCLUDE and target not in MAY_INCLUDE[folder]:
+        if quote == '"' and folder in MAY_INCLUDE and target in MAY_INCLUDE and target not in MAY_INCLUDE[folder] | {folder}:
             yield f"{relative}:{number}: {folder} may not include {header}"
-        if folder == "player/runtime" and target == "formats" and header not in RUNTIME_FORMATS:
+        if folder == "player/runtime" and target.startswith("formats") and header not in RUNTIME_FORMATS:
             yield f"{relative}:{number}: player/runtime may not include {header}"
         for pattern, homes in EDGES.items():
             if re.match(pattern, header) and not any(relative.startswith(home) for home in homes):

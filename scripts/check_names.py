@@ -44,7 +44,7 @@ def folder_of(place):
 
 
 def is_in(place, program):
-    if program in WITHOUT_RIGS and place.startswith("formats/rig_"):
+    if program in WITHOUT_RIGS and place.startswith("formats/rig/"):
         return False
     return folder_of(place) in [*SHARED, *PROGRAMS[program]]
 

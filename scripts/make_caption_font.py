@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Writes player/caption_glyphs.h: the printable ASCII of a public-domain bitmap font of X11 as bits.
+"""Writes player/render/caption_glyphs.h: the printable ASCII of a public-domain bitmap font of X11 as bits.
 
-make_caption_font.py 6x13-ISO8859-1.pcf.gz > player/caption_glyphs.h
+make_caption_font.py 6x13-ISO8859-1.pcf.gz > player/render/caption_glyphs.h
 
 The font is in Debian's package xfonts-base (usr/share/fonts/X11/misc): "Public domain font. Share and enjoy."."""
 import gzip

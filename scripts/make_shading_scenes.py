@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Writes fit/shading_scene_table.cpp from tests/golden/scene_seed11.json, where the scenes' origin is stated.
+"""Writes fit/reflectance/shading_scene_table.cpp from tests/golden/scene_seed11.json, where the scenes' origin is stated.
 
-    scripts/make_shading_scenes.py >fit/shading_scene_table.cpp
+    scripts/make_shading_scenes.py >fit/reflectance/shading_scene_table.cpp
 
 Numbers keep all their digits."""
 import json
@@ -24,7 +24,7 @@ def main():
     parts = [part_of(*part) for occluder in scenes["occluders"] for part in occluder["parts"]]
     counts = [len(occluder["parts"]) for occluder in scenes["occluders"]]
     print("// Written by scripts/make_shading_scenes.py from tests/golden/scene_seed11.json; not to be edited.\n"
-          '#include "fit/shading_scene_table.h"\n\n// clang-format off\nnamespace penumbra {\n')
+          '#include "fit/reflectance/shading_scene_table.h"\n\n// clang-format off\nnamespace penumbra {\n')
     print(f"const std::array<OccluderPart, {len(parts)}> kSceneParts = {{{{")
     print(",\n".join("    " + part for part in parts) + "}};\n")
     print(f"const std::array<int, {len(counts)}> kScenePartCounts = {{")

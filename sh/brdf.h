@@ -57,7 +57,7 @@ bool isIsotropic(const BrdfSpec& spec);
 // directions are mirrored at x = 0, and when they are at y = 0. kGeneral: anything.
 enum class BrdfSymmetry { kIsotropic, kOrthotropic, kGeneral };
 
-// Any material to evaluate, analytic or measured (formats/brdf_source.h); copies share their data.
+// Any material to evaluate, analytic or measured (formats/brdf/brdf_source.h); copies share their data.
 struct RgbBrdf {
     std::string name;
     BrdfSymmetry symmetry = BrdfSymmetry::kIsotropic;

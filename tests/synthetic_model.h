@@ -7,9 +7,9 @@
 #include <numbers>
 #include <random>
 
-#include "formats/brdf_file.h"
-#include "formats/light_file.h"
-#include "formats/model_file.h"
+#include "formats/stage/brdf_file.h"
+#include "formats/stage/light_file.h"
+#include "formats/stage/model_file.h"
 #include "sh/reflectance.h"
 
 namespace penumbra::synthetic {

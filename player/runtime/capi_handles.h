@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/asset_file.h"
-#include "formats/errors.h"
+#include "formats/asset/asset_file.h"
+#include "formats/common/errors.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/joint_chain.h"
 #include "player/runtime/penumbra.h"

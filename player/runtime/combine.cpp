@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "formats/fp16.h"
+#include "formats/common/fp16.h"
 #include "player/runtime/shade_kernel.h"
 
 namespace penumbra {

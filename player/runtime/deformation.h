@@ -1,12 +1,12 @@
 #pragma once
 // From the vertices of a deforming mesh to what its model reads: the motions of near-rigid parts, the joints that stand
-// for inputs, the dihedral angles where the model asks for them, and normals. formats/model_file.h has the rules. All
-// arrays are of shading points, the Vs fronts in the bake's order: so the bits are those of the fit.
+// for inputs, the dihedral angles where the model asks for them, and normals. formats/stage/model_file.h has the rules.
+// All arrays are of shading points, the Vs fronts in the bake's order: so the bits are those of the fit.
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 #include "sh/dihedral_angles.h"
 #include "sh/rigid_fit.h"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 #include "player/runtime/combine.h"
 #include "player/runtime/deformation.h"
 #include "player/runtime/regressor.h"
@@ -46,7 +46,7 @@ public:
     void setScores(std::size_t cluster, std::span<const float> scores);
     const Mat3& clusterRotation(std::size_t cluster) const;  // nearestRotation of the cluster joint's linear part
     // Of the pose: how far what the clusters see is from where training frames had it, about radians; 0: nowhere. Its
-    // inputs were clamped to those of training. formats/model_file.h has the formula.
+    // inputs were clamped to those of training. formats/stage/model_file.h has the formula.
     double outOfRange() const { return out_of_range_; }
 
     // numbers[v * stride + i] for the cluster's vertices; `numbers` is the array of all vertices, V * stride floats.
@@ -55,7 +55,7 @@ public:
     // Skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V]. Of a
     // deforming asset its given positions and the normals of its triangles (sh/vertex_normals.h).
     // tangent = normalised(R_c t0 - N (N . R_c t0)); where that vanishes, any unit vector orthogonal to N.
-    // The rule of skinVertices() (formats/mesh.h) in single precision.
+    // The rule of skinVertices() (formats/common/mesh.h) in single precision.
     void skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
               std::span<Vec3> tangents) const;
 

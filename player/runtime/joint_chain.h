@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 
 namespace penumbra {
 

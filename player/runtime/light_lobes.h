@@ -4,7 +4,7 @@
 //   l . (Q^T t) = sum over d and l of w_dl sum over m of y_lm(Q s_d) t_lm.
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 
 namespace penumbra {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 #include "player/runtime/light_lobes.h"
 #include "player/runtime/shade_kernel.h"
 

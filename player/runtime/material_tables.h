@@ -2,7 +2,7 @@
 // What the shading kernel reads of one material, and which of it is not zero: made once, when an asset is opened.
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 #include "player/runtime/shade_kernel.h"
 
 namespace penumbra {

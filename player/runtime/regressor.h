@@ -1,10 +1,10 @@
 #pragma once
-// Pose features in, scores out: the regression of one cluster (formulas: formats/model_file.h), its stored numbers
-// decoded once and laid out so that inner loops run over independent sums.
+// Pose features in, scores out: the regression of one cluster (formulas: formats/stage/model_file.h), its stored
+// numbers decoded once and laid out so that inner loops run over independent sums.
 #include <span>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 
 namespace penumbra {
 

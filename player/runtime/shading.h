@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 #include "player/runtime/light_tables.h"
 #include "player/runtime/material_tables.h"
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/mesh.h"
+#include "formats/common/mesh.h"
 #include "sh/quadrature.h"
 #include "sh/sh_project.h"
 

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "bake/bake_journal.h"
-#include "formats/errors.h"
-#include "formats/fp16.h"
+#include "formats/common/errors.h"
+#include "formats/common/fp16.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

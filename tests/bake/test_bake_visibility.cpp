@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "bake/bake_visibility.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "tests/bake/shapes.h"
 
 namespace penumbra {

@@ -6,7 +6,7 @@
 
 #include "bake/brdf_lobe.h"
 #include "bake/direct_light.h"
-#include "formats/brdf_readers.h"
+#include "formats/brdf/brdf_readers.h"
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"
 #include "tests/formats/brdf_samples.h"

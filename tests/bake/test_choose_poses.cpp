@@ -10,7 +10,7 @@
 #include "bake/choose_poses.h"
 #include "bake/frame_choice.h"
 #include "bake/random_numbers.h"
-#include "formats/rig_matrix.h"
+#include "formats/rig/rig_matrix.h"
 
 namespace penumbra {
 namespace {

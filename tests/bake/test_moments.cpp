@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/moments.h"
-#include "formats/rig_file.h"
+#include "formats/rig/rig_file.h"
 #include "sh/sh_rotation.h"
 #include "tests/bake/shapes.h"
 

@@ -4,7 +4,7 @@
 
 #include "bake/bake_reference.h"
 #include "bake/posed_tangents.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "tests/bake/shapes.h"
 #include "tests/synthetic_cloth.h"
 

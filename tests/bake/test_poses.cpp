@@ -13,7 +13,7 @@
 #include "bake/frame_choice.h"
 #include "bake/pose_list.h"
 #include "bake/sample_poses.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 
 namespace penumbra {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "bake/direct_light.h"
 #include "bake/moments.h"
-#include "formats/rig_file.h"
+#include "formats/rig/rig_file.h"
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
 #include "sh/sh_rotation.h"

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "bake/moments.h"
-#include "formats/numpy_array.h"
-#include "formats/zip_archive.h"
+#include "formats/cache/numpy_array.h"
+#include "formats/cache/zip_archive.h"
 #include "tests/bake/shapes.h"
 
 namespace penumbra {

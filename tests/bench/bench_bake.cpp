@@ -22,7 +22,7 @@
 
 #include "bake/bake_visibility.h"
 #include "bake/moments.h"
-#include "formats/parallel_for.h"
+#include "formats/common/parallel_for.h"
 
 using namespace penumbra;
 

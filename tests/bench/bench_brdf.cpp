@@ -15,9 +15,9 @@
 #include <functional>
 #include <string>
 
-#include "fit/brdf_operators.h"
-#include "fit/fit_brdf.h"
-#include "formats/parallel_for.h"
+#include "fit/reflectance/brdf_operators.h"
+#include "fit/reflectance/fit_brdf.h"
+#include "formats/common/parallel_for.h"
 #include "pack/pack_asset.h"
 #include "player/runtime/shading.h"
 #include "tests/fit/multiply_adds.h"

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <functional>
 
-#include "formats/parallel_for.h"
-#include "formats/write_file.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
 #include "pack/pack_asset.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/shading.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "fit/fit_light.h"
-#include "fit/light_lobes.h"
+#include "fit/light/fit_light.h"
+#include "fit/light/light_lobes.h"
 
 using namespace penumbra;
 

@@ -2,8 +2,8 @@
 //   [--features joint-angles|relative-bones] [--input-variance V] [--methods bfgs,lbfgs]
 // Eq 13 of paper 000 on the clusters of a bake: the papers' BFGS and L-BFGS (Ceres) against variable projection, one
 // thread. All start at the same net, its output weights already at their best. The time of ours is until its objective
-// is not above the other's last one, over the rounds of starts of fit/many_starts.h, of which the first start is that
-// net. Times are processor seconds, so that other work on the machine changes them little. One table a method.
+// is not above the other's last one, over the rounds of starts of fit/models/many_starts.h, of which the first start is
+// that net. Times are processor seconds, so that other work on the machine changes them little. One table a method.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -12,13 +12,13 @@
 #include <map>
 #include <sstream>
 
-#include "fit/features.h"
-#include "fit/fit_visibility.h"
-#include "fit/local_numbers.h"
-#include "fit/many_starts.h"
-#include "fit/neural_bfgs.h"
-#include "fit/neural_start.h"
-#include "fit/variable_projection.h"
+#include "fit/models/features.h"
+#include "fit/models/many_starts.h"
+#include "fit/models/neural_bfgs.h"
+#include "fit/models/neural_start.h"
+#include "fit/models/variable_projection.h"
+#include "fit/visibility/fit_visibility.h"
+#include "fit/visibility/local_numbers.h"
 
 using namespace penumbra;
 

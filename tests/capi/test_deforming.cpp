@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "player/runtime/evaluator.h"
 #include "tests/capi/use_c_api.h"
 #include "tests/player/count_allocations.h"

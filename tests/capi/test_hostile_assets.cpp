@@ -5,7 +5,7 @@
 #include <random>
 
 #include "asset_generated.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "tests/capi/use_c_api.h"
 
 namespace penumbra {

@@ -1,7 +1,7 @@
 #pragma once
 // The scenes of tests/golden/scene_seed*.json. Those of seed 11 are also constants of the program; those of seed 12 are
 // not: what is measured on them has been tuned on nothing.
-#include "fit/shading_scenes.h"
+#include "fit/reflectance/shading_scenes.h"
 #include "tests/sh/golden.h"
 
 namespace penumbra {

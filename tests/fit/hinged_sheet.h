@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "formats/mesh.h"
+#include "formats/common/mesh.h"
 
 namespace penumbra::synthetic {
 

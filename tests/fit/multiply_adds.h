@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "formats/brdf_file.h"
+#include "formats/stage/brdf_file.h"
 #include "sh/reflection_operator.h"
 #include "sh/sh_product.h"
 

@@ -8,11 +8,11 @@
 #include <random>
 #include <string>
 
-#include "fit/features.h"
-#include "fit/local_numbers.h"
-#include "fit/tangent_frames.h"
-#include "fit/vertex_clusters.h"
-#include "formats/visibility_file.h"
+#include "fit/clusters/tangent_frames.h"
+#include "fit/clusters/vertex_clusters.h"
+#include "fit/models/features.h"
+#include "fit/visibility/local_numbers.h"
+#include "formats/stage/visibility_file.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra::synthetic {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "fit/neural_model.h"
+#include "fit/models/neural_model.h"
 
 namespace penumbra::synthetic {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "fit/brdf_operators.h"
-#include "fit/fit_brdf.h"
-#include "formats/errors.h"
+#include "fit/reflectance/brdf_operators.h"
+#include "fit/reflectance/fit_brdf.h"
+#include "formats/common/errors.h"
 #include "sh/reflection_operator.h"
 #include "tests/fit/golden_scenes.h"
 #include "tests/fit/multiply_adds.h"

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "fit/brdf_terms.h"
-#include "fit/truncated_svd.h"
+#include "fit/numerics/truncated_svd.h"
+#include "fit/reflectance/brdf_terms.h"
 #include "sh/quadrature.h"
 #include "sh/reflection_operator.h"
 #include "sh/sh_product.h"

@@ -4,8 +4,8 @@
 #include <random>
 #include <set>
 
-#include "fit/mean_shift.h"
-#include "fit/vertex_clusters.h"
+#include "fit/clusters/mean_shift.h"
+#include "fit/clusters/vertex_clusters.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "fit/compare_grid.h"
-#include "fit/eigenvalue_decay.h"
-#include "fit/joint_sweep.h"
-#include "fit/pca.h"
+#include "fit/compare/compare_grid.h"
+#include "fit/compare/eigenvalue_decay.h"
+#include "fit/compare/joint_sweep.h"
+#include "fit/numerics/pca.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {

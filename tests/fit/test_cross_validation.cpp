@@ -5,8 +5,8 @@
 #include <random>
 #include <set>
 
-#include "fit/cross_validation.h"
-#include "fit/linear_model.h"
+#include "fit/models/linear_model.h"
+#include "fit/numerics/cross_validation.h"
 
 namespace penumbra {
 namespace {

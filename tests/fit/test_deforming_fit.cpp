@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "fit/fit_visibility.h"
-#include "fit/predict.h"
-#include "formats/errors.h"
+#include "fit/visibility/fit_visibility.h"
+#include "fit/visibility/predict.h"
+#include "formats/common/errors.h"
 #include "sh/dihedral_angles.h"
 #include "tests/fit/hinged_sheet.h"
 #include "tests/fit/synthetic_character.h"

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "fit/features.h"
+#include "fit/models/features.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {

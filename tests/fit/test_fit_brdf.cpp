@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "fit/fit_brdf.h"
-#include "formats/errors.h"
+#include "fit/reflectance/fit_brdf.h"
+#include "formats/common/errors.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"

@@ -4,7 +4,7 @@
 #include <functional>
 #include <numbers>
 
-#include "fit/fit_light.h"
+#include "fit/light/fit_light.h"
 #include "sh/sh_basis.h"
 #include "sh/zonal.h"
 

@@ -3,9 +3,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "fit/fit_visibility.h"
-#include "fit/predict.h"
-#include "formats/errors.h"
+#include "fit/visibility/fit_visibility.h"
+#include "fit/visibility/predict.h"
+#include "formats/common/errors.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {

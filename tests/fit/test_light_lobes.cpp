@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "fit/light_lobes.h"
+#include "fit/light/light_lobes.h"
 #include "sh/sh_rotation.h"
 #include "sh/zonal.h"
 #include "tests/sh/golden.h"

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "fit/fit_light.h"
-#include "fit/light_lobes.h"
+#include "fit/light/fit_light.h"
+#include "fit/light/light_lobes.h"
 #include "sh/quadrature.h"
 #include "sh/zonal.h"
 #include "tests/sh/golden.h"

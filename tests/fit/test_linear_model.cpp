@@ -3,7 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "fit/linear_model.h"
+#include "fit/models/linear_model.h"
 
 namespace penumbra {
 namespace {

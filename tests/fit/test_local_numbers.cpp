@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "fit/local_numbers.h"
+#include "fit/visibility/local_numbers.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {

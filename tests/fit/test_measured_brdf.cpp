@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "fit/fit_brdf.h"
-#include "formats/brdf_readers.h"
+#include "fit/reflectance/fit_brdf.h"
+#include "formats/brdf/brdf_readers.h"
 #include "tests/formats/brdf_samples.h"
 
 namespace penumbra {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "fit/min_norm.h"
-#include "fit/minimise_directions.h"
+#include "fit/numerics/min_norm.h"
+#include "fit/numerics/minimise_directions.h"
 
 namespace penumbra {
 namespace {

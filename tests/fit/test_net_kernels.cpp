@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "fit/net_kernels.h"
+#include "fit/models/net_kernels.h"
 
 namespace penumbra {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "fit/neural_cross_validation.h"
-#include "fit/neural_start.h"
-#include "fit/pca.h"
-#include "fit/variable_projection.h"
+#include "fit/models/neural_cross_validation.h"
+#include "fit/models/neural_start.h"
+#include "fit/models/variable_projection.h"
+#include "fit/numerics/pca.h"
 #include "tests/fit/synthetic_net.h"
 
 namespace penumbra {

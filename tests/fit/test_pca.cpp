@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "fit/pca.h"
+#include "fit/numerics/pca.h"
 
 namespace penumbra {
 namespace {

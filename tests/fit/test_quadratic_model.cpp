@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "fit/cross_validation.h"
-#include "fit/linear_model.h"
-#include "fit/quadratic_model.h"
+#include "fit/models/linear_model.h"
+#include "fit/models/quadratic_model.h"
+#include "fit/numerics/cross_validation.h"
 #include "tests/fit/synthetic_net.h"
 
 namespace penumbra {

@@ -3,7 +3,7 @@
 #include <map>
 #include <numeric>
 
-#include "fit/rigid_parts.h"
+#include "fit/clusters/rigid_parts.h"
 #include "tests/fit/hinged_sheet.h"
 
 namespace penumbra {

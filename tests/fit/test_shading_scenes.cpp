@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
-#include "fit/fit_brdf.h"
-#include "fit/shading_error.h"
+#include "fit/reflectance/fit_brdf.h"
+#include "fit/reflectance/shading_error.h"
 #include "sh/phong_matrix.h"
 #include "sh/quadrature.h"
 #include "sh/sh_rotation.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "fit/fit_brdf.h"
-#include "fit/shading_error.h"
+#include "fit/reflectance/fit_brdf.h"
+#include "fit/reflectance/shading_error.h"
 #include "sh/brdf.h"
 #include "sh/slice_form.h"
 

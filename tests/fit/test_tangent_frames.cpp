@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "fit/tangent_frames.h"
+#include "fit/clusters/tangent_frames.h"
 #include "tests/fit/synthetic_character.h"
 
 namespace penumbra {

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <random>
 
-#include "fit/train_additive.h"
+#include "fit/models/train_additive.h"
 
 namespace penumbra {
 namespace {

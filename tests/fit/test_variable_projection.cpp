@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "fit/many_starts.h"
-#include "fit/neural_bfgs.h"
-#include "fit/neural_start.h"
-#include "fit/variable_projection.h"
+#include "fit/models/many_starts.h"
+#include "fit/models/neural_bfgs.h"
+#include "fit/models/neural_start.h"
+#include "fit/models/variable_projection.h"
 #include "tests/fit/synthetic_net.h"
 
 namespace penumbra {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <string>
 
-#include "formats/half_difference_table.h"
+#include "formats/brdf/half_difference_table.h"
 #include "sh/brdf.h"
 
 namespace penumbra::samples {

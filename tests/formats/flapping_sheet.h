@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/mesh.h"
+#include "formats/common/mesh.h"
 
 namespace penumbra::samples {
 

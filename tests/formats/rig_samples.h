@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/rig_file.h"
+#include "formats/rig/rig_file.h"
 
 namespace penumbra::samples {
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "formats/point_cache.h"
+#include "formats/cache/point_cache.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 

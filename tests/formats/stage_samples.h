@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "formats/brdf_file.h"
-#include "formats/light_file.h"
-#include "formats/model_file.h"
-#include "formats/pose_file.h"
-#include "formats/visibility_file.h"
+#include "formats/stage/brdf_file.h"
+#include "formats/stage/light_file.h"
+#include "formats/stage/model_file.h"
+#include "formats/stage/pose_file.h"
+#include "formats/stage/visibility_file.h"
 #include "sh/reflectance.h"
 
 namespace penumbra::samples {

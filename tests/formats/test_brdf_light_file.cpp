@@ -4,9 +4,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "formats/brdf_file.h"
-#include "formats/errors.h"
-#include "formats/light_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/brdf_file.h"
+#include "formats/stage/light_file.h"
 #include "sh/reflectance.h"
 #include "tests/formats/stage_samples.h"
 

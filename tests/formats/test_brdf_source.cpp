@@ -6,9 +6,9 @@
 #include <fstream>
 #include <limits>
 
-#include "formats/brdf_readers.h"
-#include "formats/errors.h"
-#include "formats/half_difference_table.h"
+#include "formats/brdf/brdf_readers.h"
+#include "formats/brdf/half_difference_table.h"
+#include "formats/common/errors.h"
 #include "sh/fresnel.h"
 #include "sh/quadrature.h"
 #include "tests/formats/brdf_samples.h"

@@ -10,14 +10,14 @@
 #include <random>
 #include <thread>
 
-#include "formats/errors.h"
-#include "formats/fp16.h"
-#include "formats/mesh.h"
-#include "formats/parallel_for.h"
-#include "formats/progress.h"
-#include "formats/provenance.h"
-#include "formats/sha256.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/fp16.h"
+#include "formats/common/mesh.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/progress.h"
+#include "formats/common/provenance.h"
+#include "formats/common/sha256.h"
+#include "formats/common/write_file.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

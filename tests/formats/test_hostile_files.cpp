@@ -5,9 +5,9 @@
 #include <functional>
 #include <random>
 
-#include "formats/errors.h"
-#include "formats/hdf5_handle.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/hdf5_handle.h"
 #include "tests/formats/stage_samples.h"
 #include "tests/synthetic_cloth.h"
 

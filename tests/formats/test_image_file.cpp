@@ -9,8 +9,8 @@
 #include <fstream>
 #include <numbers>
 
-#include "formats/errors.h"
-#include "formats/image_file.h"
+#include "formats/common/errors.h"
+#include "formats/image/image_file.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

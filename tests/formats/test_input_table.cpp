@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "formats/errors.h"
-#include "formats/input_table.h"
+#include "formats/common/errors.h"
+#include "formats/stage/input_table.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

@@ -2,9 +2,9 @@
 
 #include <functional>
 
-#include "formats/errors.h"
-#include "formats/hdf5_handle.h"
-#include "formats/model_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/hdf5_handle.h"
+#include "formats/stage/model_file.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

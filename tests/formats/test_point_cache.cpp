@@ -5,11 +5,11 @@
 #include <cstdlib>
 #include <random>
 
-#include "formats/errors.h"
-#include "formats/parallel_for.h"
-#include "formats/point_cache.h"
-#include "formats/random_bytes.h"
-#include "formats/zip_archive.h"
+#include "formats/cache/point_cache.h"
+#include "formats/cache/zip_archive.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/random_bytes.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/sheet_files.h"

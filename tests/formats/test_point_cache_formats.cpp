@@ -6,9 +6,9 @@
 #include <bit>
 #include <cstdlib>
 
-#include "formats/errors.h"
-#include "formats/mesh_file.h"
-#include "formats/point_cache.h"
+#include "formats/cache/mesh_file.h"
+#include "formats/cache/point_cache.h"
+#include "formats/common/errors.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/sheet_files.h"

@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "formats/errors.h"
-#include "formats/point_cache.h"
+#include "formats/cache/point_cache.h"
+#include "formats/common/errors.h"
 #include "tests/formats/flapping_sheet.h"
 #include "tests/formats/rig_samples.h"
 

@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "formats/errors.h"
-#include "formats/pose_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/pose_file.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

@@ -5,8 +5,8 @@
 #include <functional>
 #include <numbers>
 
-#include "formats/errors.h"
-#include "formats/project_map.h"
+#include "formats/common/errors.h"
+#include "formats/image/project_map.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 #include "tests/sh/golden.h"

@@ -6,7 +6,7 @@
 #include <array>
 #include <limits>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "tests/formats/rig_samples.h"
 
 namespace penumbra {

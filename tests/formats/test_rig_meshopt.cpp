@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
-#include "formats/errors.h"
-#include "formats/rig_meshopt.h"
+#include "formats/common/errors.h"
+#include "formats/rig/rig_meshopt.h"
 #include "tests/formats/rig_samples.h"
 
 namespace penumbra {

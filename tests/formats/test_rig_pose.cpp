@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "tests/formats/rig_samples.h"
 
 namespace penumbra {

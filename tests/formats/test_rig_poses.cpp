@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "formats/rig_matrix.h"
-#include "formats/rig_poses.h"
+#include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_poses.h"
 #include "tests/formats/rig_samples.h"
 #include "tests/formats/stage_samples.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "formats/errors.h"
-#include "formats/rig_build.h"
+#include "formats/common/errors.h"
+#include "formats/rig/rig_build.h"
 #include "tests/formats/rig_samples.h"
 
 namespace penumbra {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
-#include "formats/fp16.h"
-#include "formats/hdf5_handle.h"
-#include "formats/visibility_check.h"
+#include "formats/common/errors.h"
+#include "formats/common/fp16.h"
+#include "formats/stage/hdf5_handle.h"
+#include "formats/stage/visibility_check.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

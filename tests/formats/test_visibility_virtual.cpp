@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
-#include "formats/sha256.h"
-#include "formats/visibility_check.h"
+#include "formats/common/errors.h"
+#include "formats/common/sha256.h"
+#include "formats/stage/visibility_check.h"
 #include "tests/formats/stage_samples.h"
 
 namespace penumbra {

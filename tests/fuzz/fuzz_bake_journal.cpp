@@ -1,7 +1,7 @@
 // Journals of killed bakes. The first byte says how far a good one reaches before the bytes of the case begin, so that
 // they meet the key, the records and their checksums, not only the magic.
 #include "bake/bake_journal.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "tests/formats/stage_samples.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // penumbra.brdf files, with operators; see fuzz_visibility_file.cpp.
-#include "formats/brdf_file.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
+#include "formats/stage/brdf_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "formats/brdf_readers.h"
-#include "formats/errors.h"
+#include "formats/brdf/brdf_readers.h"
+#include "formats/common/errors.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;

@@ -1,8 +1,8 @@
 // Any bytes give a picture, InvalidInput or Unsupported.
 #include <cstdint>
 
-#include "formats/errors.h"
-#include "formats/image_file.h"
+#include "formats/common/errors.h"
+#include "formats/image/image_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {

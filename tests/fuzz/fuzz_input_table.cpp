@@ -1,6 +1,6 @@
 // CSV of inputs; see fuzz_visibility_file.cpp.
-#include "formats/errors.h"
-#include "formats/input_table.h"
+#include "formats/common/errors.h"
+#include "formats/stage/input_table.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,6 +1,6 @@
 // penumbra.light files, with lobes and window; see fuzz_visibility_file.cpp.
-#include "formats/errors.h"
-#include "formats/light_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/light_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,8 +2,8 @@
 // large.
 #include <cstring>
 
-#include "formats/errors.h"
-#include "formats/model_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/model_file.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/synthetic_cloth.h"
 

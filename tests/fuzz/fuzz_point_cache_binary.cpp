@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "formats/errors.h"
-#include "formats/mesh_file.h"
-#include "formats/point_cache.h"
+#include "formats/cache/mesh_file.h"
+#include "formats/cache/point_cache.h"
+#include "formats/common/errors.h"
 #include "tests/fuzz/memory_file.h"
 
 static void readCache(const std::uint8_t* data, std::size_t size, const char* extension) {

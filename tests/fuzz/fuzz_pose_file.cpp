@@ -1,6 +1,6 @@
 // penumbra.poses files; see fuzz_visibility_file.cpp.
-#include "formats/errors.h"
-#include "formats/pose_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/pose_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "formats/errors.h"
-#include "formats/rig_file.h"
+#include "formats/common/errors.h"
+#include "formats/rig/rig_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;

@@ -1,6 +1,6 @@
 // penumbra.visibility files. HDF5 reads files, not memory: the bytes go through one in /dev/shm.
-#include "formats/errors.h"
-#include "formats/visibility_file.h"
+#include "formats/common/errors.h"
+#include "formats/stage/visibility_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,9 +1,9 @@
 // Virtual penumbra.visibility files: the lists of files, hashes and frames are the case's, the rest is good, since
 // HDF5's checksums would refuse nearly every other change.
-#include "formats/errors.h"
-#include "formats/sha256.h"
-#include "formats/visibility_check.h"
-#include "formats/visibility_header.h"
+#include "formats/common/errors.h"
+#include "formats/common/sha256.h"
+#include "formats/stage/visibility_check.h"
+#include "formats/stage/visibility_header.h"
 #include "tests/formats/stage_samples.h"
 
 namespace {

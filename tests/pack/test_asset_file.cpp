@@ -3,9 +3,9 @@
 #include <cstring>
 
 #include "asset_generated.h"
-#include "formats/asset_file.h"
-#include "formats/errors.h"
-#include "formats/write_file.h"
+#include "formats/asset/asset_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
 #include "pack/asset_writer.h"
 #include "pack/material_section.h"
 #include "pack/pack_asset.h"

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/check_asset.h"
 #include "pack/error_budget.h"
 #include "pack/least_squares.h"

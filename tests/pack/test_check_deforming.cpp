@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/check_asset.h"
 #include "pack/pack_asset.h"
 #include "pack/pack_truth.h"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/compress_model.h"
 #include "pack/pack_asset.h"
 #include "pack/symmetric_eigen.h"

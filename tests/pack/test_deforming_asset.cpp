@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "asset_generated.h"
-#include "formats/asset_file.h"
-#include "formats/errors.h"
+#include "formats/asset/asset_file.h"
+#include "formats/common/errors.h"
 #include "pack/asset_writer.h"
 #include "pack/pack_asset.h"
 #include "tests/synthetic_cloth.h"

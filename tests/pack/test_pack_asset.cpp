@@ -5,7 +5,7 @@
 #include <random>
 
 #include "asset_generated.h"
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/pack_asset.h"
 #include "pack/quantize.h"
 #include "player/runtime/evaluator.h"

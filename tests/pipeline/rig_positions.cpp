@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "formats/errors.h"
-#include "formats/rig_file.h"
+#include "formats/common/errors.h"
+#include "formats/rig/rig_file.h"
 
 using namespace penumbra;
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
-WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 290, 120  # of the panels: player/view_layout.h
+WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 290, 120  # of the panels: player/view/view_layout.h
 
 
 def run(tool, *words, **options):

@@ -1,7 +1,7 @@
 #pragma once
 // Stands in for the GL functions that compile or allocate as long as it lives, and counts their calls and the bytes of
 // buffers.
-#include "player/gl_loader.h"
+#include "player/gl/gl_loader.h"
 
 namespace penumbra::player_test {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "formats/fp16.h"
+#include "formats/common/fp16.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/light_lobes.h"
 #include "player/runtime/shading.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/asset_file.h"
+#include "formats/asset/asset_file.h"
 #include "player/runtime/light_lobes.h"
 #include "sh/brdf.h"
 

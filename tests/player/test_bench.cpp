@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "player/bench.h"
+#include "player/bench/bench.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "player/closed_surfaces.h"
-#include "player/draw_frame.h"
-#include "player/frame_values.h"
-#include "player/gl_context.h"
-#include "player/offscreen_target.h"
-#include "player/picture_view.h"
+#include "player/draw/closed_surfaces.h"
+#include "player/draw/draw_frame.h"
+#include "player/draw/picture_view.h"
+#include "player/frame/frame_values.h"
+#include "player/gl/gl_context.h"
+#include "player/gl/offscreen_target.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

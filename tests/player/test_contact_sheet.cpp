@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
-#include "player/caption_glyphs.h"
-#include "player/caption_text.h"
-#include "player/contact_sheet.h"
+#include "formats/common/errors.h"
+#include "player/render/caption_glyphs.h"
+#include "player/render/caption_text.h"
+#include "player/render/contact_sheet.h"
 
 namespace penumbra {
 namespace {

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "player/gl_context.h"
-#include "player/gl_objects.h"
-#include "player/offscreen_target.h"
+#include "player/gl/gl_context.h"
+#include "player/gl/gl_objects.h"
+#include "player/gl/offscreen_target.h"
 #include "tests/capi/packed_asset.h"
 
 namespace penumbra {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "player/error_gate.h"
-#include "player/frame_errors.h"
+#include "player/render/error_gate.h"
+#include "player/render/frame_errors.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
-#include "player/frame_list.h"
+#include "formats/common/errors.h"
+#include "player/render/frame_list.h"
 
 namespace penumbra {
 namespace {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
-#include "player/gl_context.h"
-#include "player/gl_objects.h"
-#include "player/offscreen_target.h"
+#include "formats/common/errors.h"
+#include "player/gl/gl_context.h"
+#include "player/gl/gl_objects.h"
+#include "player/gl/offscreen_target.h"
 
 namespace penumbra {
 namespace {

@@ -4,12 +4,12 @@
 
 #include <deque>
 
-#include "formats/errors.h"
-#include "player/frame_values.h"
-#include "player/model_painter.h"
-#include "player/offscreen_target.h"
-#include "player/picture_view.h"
-#include "player/upload_ring.h"
+#include "formats/common/errors.h"
+#include "player/draw/model_painter.h"
+#include "player/draw/picture_view.h"
+#include "player/frame/frame_values.h"
+#include "player/gl/offscreen_target.h"
+#include "player/gl/upload_ring.h"
 #include "tests/player/count_allocations.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"

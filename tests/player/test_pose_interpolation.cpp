@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "player/playhead.h"
-#include "player/pose_interpolation.h"
+#include "player/view/playhead.h"
+#include "player/view/pose_interpolation.h"
 #include "tests/player/count_allocations.h"
 
 namespace penumbra {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/errors.h"
-#include "player/frame_errors.h"
-#include "player/render_offscreen.h"
+#include "formats/common/errors.h"
+#include "player/render/frame_errors.h"
+#include "player/render/render_offscreen.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

@@ -1,10 +1,10 @@
 // Many frames in one run: the pictures of frames alone, made by one context, with nothing compiled after the first.
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
-#include "player/picture_view.h"
-#include "player/render_batch.h"
-#include "player/render_sheet.h"
+#include "formats/common/errors.h"
+#include "player/draw/picture_view.h"
+#include "player/render/render_batch.h"
+#include "player/render/render_sheet.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

@@ -1,8 +1,8 @@
 // What cannot be drawn: unknown names, missing data, limits of OpenGL; and how names are found.
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
-#include "player/render_offscreen.h"
+#include "formats/common/errors.h"
+#include "player/render/render_offscreen.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "formats/errors.h"
-#include "player/render_options.h"
+#include "formats/common/errors.h"
+#include "player/frame/render_options.h"
 
 namespace penumbra {
 namespace {

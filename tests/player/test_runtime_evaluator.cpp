@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "formats/parallel_for.h"
+#include "formats/common/parallel_for.h"
 #include "pack/pack_asset.h"
 #include "pack/quantize.h"
 #include "player/runtime/evaluator.h"
@@ -20,7 +20,8 @@ Packed pack(const Model& model, AssetPrecision precision) {
     return packAsset(model, {}, {}, {.precision = precision, .max_error = {}}, "{}", 1);
 }
 
-// --- The formulas of formats/model_file.h in double precision, plainly ----------------------------------------------
+// --- The formulas of formats/stage/model_file.h in double precision, plainly
+// ----------------------------------------------
 
 std::vector<double> referenceFeatures(const Model& model, std::size_t frame, int joint) {
     const std::size_t joints = model.skin.jointCount();

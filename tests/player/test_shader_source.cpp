@@ -2,9 +2,9 @@
 
 #include <random>
 
+#include "player/draw/shader_source.h"
 #include "player/runtime/light_lobes.h"
 #include "player/runtime/sh_glsl.h"
-#include "player/shader_source.h"
 #include "sh/sh_basis.h"
 #include "tests/player/synthetic_asset.h"
 

@@ -1,11 +1,11 @@
 // Materials and lights switched while a GL painter lives: the picture of what is on, and nothing compiled or allocated.
 #include <gtest/gtest.h>
 
-#include "formats/asset_file.h"
-#include "player/frame_values.h"
-#include "player/model_painter.h"
-#include "player/offscreen_target.h"
-#include "player/picture_view.h"
+#include "formats/asset/asset_file.h"
+#include "player/draw/model_painter.h"
+#include "player/draw/picture_view.h"
+#include "player/frame/frame_values.h"
+#include "player/gl/offscreen_target.h"
 #include "sh/light_rotation.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"

@@ -1,10 +1,10 @@
 // A thin sheet from both sides: each shows its own vertices, on both paths, and is what a click finds.
 #include <gtest/gtest.h>
 
-#include "formats/errors.h"
+#include "formats/common/errors.h"
 #include "pack/pack_asset.h"
-#include "player/render_offscreen.h"
-#include "player/view_pick.h"
+#include "player/render/render_offscreen.h"
+#include "player/view/view_pick.h"
 #include "tests/synthetic_cloth.h"
 
 namespace penumbra {

@@ -5,11 +5,11 @@
 #include <array>
 #include <filesystem>
 
-#include "formats/errors.h"
-#include "formats/write_file.h"
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
 #include "pack/material_section.h"
 #include "pack/pack_asset.h"
-#include "player/view_scene.h"
+#include "player/view/view_scene.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {

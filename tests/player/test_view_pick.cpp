@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "player/view_pick.h"
-#include "player/visibility_lobe.h"
+#include "player/view/view_pick.h"
+#include "player/view/visibility_lobe.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

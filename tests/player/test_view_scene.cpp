@@ -6,12 +6,12 @@
 #include <fstream>
 #include <numbers>
 
-#include "player/clip_strip.h"
-#include "player/error_strip.h"
-#include "player/screenshot.h"
-#include "player/truth_frames.h"
-#include "player/view_settings.h"
-#include "player/view_shapes.h"
+#include "player/frame/truth_frames.h"
+#include "player/gl/screenshot.h"
+#include "player/view/clip_strip.h"
+#include "player/view/error_strip.h"
+#include "player/view/view_settings.h"
+#include "player/view/view_shapes.h"
 #include "sh/light_rotation.h"
 #include "tests/player/synthetic_asset.h"
 

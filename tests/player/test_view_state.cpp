@@ -6,9 +6,9 @@
 #include <numbers>
 #include <set>
 
-#include "player/orbit_camera.h"
-#include "player/view_actions.h"
-#include "player/view_layout.h"
+#include "player/frame/orbit_camera.h"
+#include "player/view/view_actions.h"
+#include "player/view/view_layout.h"
 #include "sh/light_rotation.h"
 
 namespace penumbra {

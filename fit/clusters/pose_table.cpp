@@ -1,0 +1,165 @@
+#include "fit/clusters/pose_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fit/clusters/deforming_pose.h"
+#include "fit/clusters/rigid_parts.h"
+#include "fit/numerics/pca.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "sh/dihedral_angles.h"
+
+namespace penumbra {
+
+namespace {
+
+// What the file says of every frame.
+struct RawPoses {
+    std::vector<Affine> bones;  // of the file's own joints
+    std::vector<float> inputs;  // [F, X]
+    MatrixF angles;             // [F, E], or empty
+};
+
+RawPoses readFrames(const VisibilityReader& reader, const PoseRequest& request, PoseTable& poses) {
+    const VisibilityHeader& header = reader.header();
+    const std::size_t frames = header.frames.frameCount(), fronts = header.mesh.frontVertexCount();
+    const std::size_t inputs = header.input_names.size();
+    RawPoses raw;
+    if (poses.deforming && request.angle_variance > 0) raw.angles = MatrixF(frames, header.edges.size());
+    for (std::size_t f = 0; f < frames; ++f) {
+        throwIfInterrupted();
+        const VisibilityFrame frame = reader.readPose(f);
+        raw.bones.insert(raw.bones.end(), frame.bones.begin(), frame.bones.end());
+        raw.inputs.insert(raw.inputs.end(), frame.pose.end() - long(inputs), frame.pose.end());
+        if (!poses.deforming) {
+            poses.pose.insert(poses.pose.end(), frame.pose.begin(), frame.pose.end());
+            continue;
+        }
+        poses.positions.insert(poses.positions.end(), frame.positions.begin(), frame.positions.begin() + long(fronts));
+        poses.normals.insert(poses.normals.end(), frame.normals.begin(), frame.normals.begin() + long(fronts));
+        if (!raw.angles.values.empty()) std::copy_n(frame.pose.begin(), raw.angles.columns, raw.angles.row(f).begin());
+    }
+    return raw;
+}
+
+// Near-rigid parts as joints that move their vertices alone.
+Skin skinOfParts(const VisibilityHeader& header, const PoseTable& poses, const PoseRequest& request) {
+    const std::size_t fronts = header.mesh.frontVertexCount();
+    const DeformingFrames mesh{std::span(header.mesh.triangles).first(header.mesh.frontTriangleCount()),
+                               std::span(header.mesh.rest_positions).first(fronts), poses.positions, request.train};
+    const RigidParts parts = findRigidParts(mesh, request.parts, request.threads);
+    Skin skin;
+    for (std::size_t p = 0; p < parts.count; ++p) skin.joint_names.push_back("part" + std::to_string(p));
+    skin.parents.assign(parts.count, -1);
+    skin.influences = 1;
+    skin.joints = parts.part_of_vertex;
+    if (header.mesh.two_sided) skin.joints.insert(skin.joints.end(), skin.joints.begin(), skin.joints.end());
+    skin.weights.assign(skin.joints.size(), 1);
+    return skin;
+}
+
+// The range of a number over training frames is 1, its mean 0, so that features do not know its unit.
+void scaleNumber(InputJoint& joint, const RawPoses& raw, std::size_t inputs, std::span<const std::size_t> train,
+                 double feature_scale) {
+    double mean = 0, least = std::numeric_limits<double>::infinity(), most = -least;
+    for (std::size_t f : train) {
+        const double x = raw.inputs[f * inputs + joint.column];
+        mean += x / double(train.size());
+        least = std::min(least, x);
+        most = std::max(most, x);
+    }
+    joint.offset = float(mean);
+    joint.scale = float(feature_scale / (most > least ? most - least : 1));
+}
+
+// Joints of the inputs behind those that there are.
+void addInputJoints(const VisibilityHeader& header, const RawPoses& raw, const PoseRequest& request, PoseTable& poses) {
+    const std::size_t inputs = header.input_names.size();
+    poses.input_joints = inputJoints(header.input_names, poses.skin.jointCount());
+    const double scale = boxDiagonal(header.mesh.rest_positions);
+    for (const std::string& name : inputJointNames(header.input_names, poses.input_joints)) {
+        poses.skin.joint_names.push_back(name);
+        poses.skin.parents.push_back(-1);
+        if (!poses.skin.rest_transforms.empty()) poses.skin.rest_transforms.push_back({});
+        if (!poses.skin.inverse_bind.empty()) poses.skin.inverse_bind.push_back({});
+    }
+    poses.joint_centers = jointCenters(header.mesh, poses.skin);
+    for (InputJoint& joint : poses.input_joints) {
+        const float* x = raw.inputs.data() + request.train.front() * inputs + joint.column;
+        poses.joint_centers[joint.joint] = joint.absolute() ? Vec3{} : Vec3{x[0], x[1], x[2]};
+        if (joint.absolute()) scaleNumber(joint, raw, inputs, request.train, scale);
+    }
+}
+
+// All angles after PCA over the training frames; the first number has a standard deviation of 1 there.
+void reduceAngles(const RawPoses& raw, const PoseRequest& request, PoseTable& poses) {
+    const std::vector<double> mean = meanOfRows(raw.angles, request.train);
+    poses.pose_mean.assign(mean.begin(), mean.end());
+    MatrixF centred(request.train.size(), raw.angles.columns);
+    for (std::size_t r = 0; r < centred.rows; ++r)
+        for (std::size_t e = 0; e < centred.columns; ++e) {
+            const float angle = raw.angles(request.train[r], e), middle = poses.pose_mean[e];
+            centred(r, e) = addTurns(angle, turnsTowards(middle, angle)) - middle;
+        }
+    const Pca pca = principalComponents(centred);
+    if (pca.energies.empty()) return;  // nothing moves
+    poses.pose_basis = basisOf(pca, centred, componentsFor(pca, request.angle_variance)).values;
+    const auto scale = float(1 / std::sqrt(pca.energies[0] / double(centred.rows)));
+    for (float& x : poses.pose_basis) x *= scale;
+}
+
+void writePose(const RawPoses& raw, std::size_t inputs, PoseTable& poses) {
+    const std::size_t frames = poses.frameCount();
+    for (std::size_t f = 0; f < frames; ++f) {
+        if (!poses.pose_mean.empty()) {
+            const std::vector<float> reduced = reducedAngles(poses.pose_mean, poses.pose_basis, raw.angles.row(f));
+            poses.pose.insert(poses.pose.end(), reduced.begin(), reduced.end());
+        }
+        const auto first = raw.inputs.begin() + long(f * inputs);
+        poses.pose.insert(poses.pose.end(), first, first + long(inputs));
+    }
+    poses.pose_size = poses.pose.size() / frames;
+}
+
+}  // namespace
+
+PoseTable readPoses(const VisibilityReader& reader, const PoseRequest& asked) {
+    const VisibilityHeader& header = reader.header();
+    const std::size_t frames = header.frames.frameCount(), inputs = header.input_names.size();
+    PoseRequest request = asked;
+    for (std::size_t f = 0; f < frames && asked.train.empty(); ++f) request.train.push_back(f);
+    PoseTable poses;
+    poses.deforming = !header.skin;
+    const RawPoses raw = readFrames(reader, request, poses);
+    poses.skin = header.skin ? *header.skin : skinOfParts(header, poses, request);
+    const std::size_t own = poses.skin.jointCount();
+    addInputJoints(header, raw, request, poses);
+    poses.joints = poses.skin.jointCount();
+    const std::size_t fronts = header.mesh.frontVertexCount();
+    poses.bones.resize(frames * poses.joints);
+    poses.rotations.resize(poses.bones.size());
+    parallelFor(frames, request.threads, [&](std::size_t f) {
+        std::vector<Affine> bones =
+            poses.deforming
+                ? partBones(header.mesh, poses.skin, own, std::span(poses.positions).subspan(f * fronts, fronts))
+                : std::vector<Affine>(raw.bones.begin() + long(f * own), raw.bones.begin() + long((f + 1) * own));
+        appendInputBones(poses.input_joints, poses.joint_centers, std::span(raw.inputs).subspan(f * inputs, inputs),
+                         bones);
+        for (std::size_t j = 0; j < bones.size(); ++j) {
+            poses.bones[f * poses.joints + j] = bones[j];
+            poses.rotations[f * poses.joints + j] = nearestRotation(bones[j].linear());
+        }
+    });
+    if (!raw.angles.values.empty()) reduceAngles(raw, request, poses);
+    if (poses.deforming)
+        writePose(raw, inputs, poses);
+    else
+        poses.pose_size = std::size_t(header.pose_size);
+    return poses;
+}
+
+PoseTable readPoses(const VisibilityReader& reader, int threads) { return readPoses(reader, {{}, 0, 0, threads}); }
+
+}  // namespace penumbra

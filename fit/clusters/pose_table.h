@@ -1,0 +1,41 @@
+#pragma once
+// The poses of a visibility file as models see them: bones and pose of every frame.
+#include <span>
+#include <vector>
+
+#include "formats/stage/model_file.h"
+#include "formats/stage/visibility_file.h"
+
+namespace penumbra {
+
+// The pose of every frame, and what follows from it.
+struct PoseTable {
+    std::size_t joints = 0, pose_size = 0;
+    std::vector<Affine> bones;    // [F, J]
+    std::vector<Mat3> rotations;  // [F, J] nearestRotation of the bones' linear parts
+    std::vector<float> pose;      // [F, P]; of a deforming mesh as Model::pose of kDihedrals, or the inputs alone
+
+    Skin skin;                             // the file's, or near-rigid parts; then the input joints
+    std::vector<Vec3> joint_centers;       // [J]; of a point where it is at rest: in the first training frame
+    std::vector<InputJoint> input_joints;  // the last joints
+    bool deforming = false;
+    std::vector<Vec3> positions, normals;      // [F, Vs] of the fronts; empty unless deforming
+    std::vector<float> pose_mean, pose_basis;  // [E], [P - X, E] where asked for
+
+    std::size_t frameCount() const { return joints ? bones.size() / joints : 0; }
+    std::span<const Affine> bonesOf(std::size_t f) const { return std::span(bones).subspan(f * joints, joints); }
+    std::span<const Mat3> rotationsOf(std::size_t f) const { return std::span(rotations).subspan(f * joints, joints); }
+    std::span<const float> poseOf(std::size_t f) const { return std::span(pose).subspan(f * pose_size, pose_size); }
+};
+
+struct PoseRequest {
+    std::vector<std::size_t> train;  // frames that parts, ranges of inputs and angles come from; empty: all
+    std::size_t parts = 0;           // of a deforming mesh; 0: findRigidParts() chooses
+    double angle_variance = 0;       // share that the PCA of the dihedral angles keeps; 0: no angles
+    int threads = 0;
+};
+PoseTable readPoses(const VisibilityReader& reader, const PoseRequest& request);
+// Of all frames, without angles.
+PoseTable readPoses(const VisibilityReader& reader, int threads);
+
+}  // namespace penumbra

@@ -1,0 +1,108 @@
+#include "fit/compare/compare_data.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace penumbra {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// JSON has no NaN: a figure that is not known is null.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json numbers(const std::vector<double>& values) {
+    Json list = Json::array();
+    for (double value : values) list.push_back(number(value));
+    return list;
+}
+
+// The columns of the CSV file and the members of a fit in JSON, in this order.
+Json fitJson(const CompareFit& fit) {
+    const FitOptions& options = fit.options;
+    const FitReport& report = fit.report;
+    return {{"model", nameOf(options.model)},
+            {"features", nameOf(options.features)},
+            {"clusters", fit.clusters},
+            {"input_variance", inputVariance(options)},
+            {"output_variance", options.output_variance},
+            {"convention", options.convention.name()},
+            {"target", options.target == Target::kVisibility ? "visibility" : "cosine-weighted"},
+            {"frame", options.frame == Frame::kLocal ? "local" : "model"},
+            {"clamped", options.clamp ? "yes" : "no"},
+            {"train_relative_error", number(report.train.relative_error)},
+            {"train_rms_v", number(report.train.rms_v)},
+            {"train_ambient_error", number(report.train.ambient_error)},
+            {"held_out_relative_error", number(report.held_out.relative_error)},
+            {"held_out_rms_v", number(report.held_out.rms_v)},
+            {"held_out_ambient_error", number(report.held_out.ambient_error)},
+            {"cross_validated_relative_error", number(report.cross_validated_error)},
+            {"output_pca_relative_error", number(report.output_floor)},
+            {"inputs_per_cluster", fit.inputs},
+            {"components_per_cluster", fit.components},
+            {"bytes_per_vertex", fit.bytes_per_vertex},
+            {"fit_seconds", fit.fit_seconds},
+            {"evaluate_milliseconds", fit.evaluate_milliseconds}};
+}
+
+Json axisJson(const Axis& axis) {
+    Json json{{"label", axis.label}, {"log", axis.log}};
+    if (!axis.names.empty()) json["names"] = axis.names;
+    return json;
+}
+
+Json plotJson(const Plot& plot) {
+    Json json{{"id", plot.id},         {"title", plot.title},   {"kind", plot.bars ? "bars" : "lines"},
+              {"x", axisJson(plot.x)}, {"y", axisJson(plot.y)}, {"series", Json::array()}};
+    for (const Series& series : plot.series)
+        json["series"].push_back({{"name", series.name}, {"x", numbers(series.x)}, {"y", numbers(series.y)}});
+    return json;
+}
+
+}  // namespace
+
+std::string compareJson(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source) {
+    Json json{{"schema", "penumbra.compare"},
+              {"schema_version", kCompareVersion},
+              {"provenance", Json::parse(toJson(source.provenance))},
+              {"vertices", source.vertices},
+              {"joints", source.joints},
+              {"train_clips", source.train_clips},
+              {"held_out_clips", source.held_out_clips},
+              {"train_frames", source.train_frames},
+              {"held_out_frames", source.held_out_frames},
+              {"fits", Json::array()},
+              {"figures", Json::array()}};
+    for (const CompareFit& fit : comparison.fits) json["fits"].push_back(fitJson(fit));
+    for (const Figure& figure : figures) {
+        Json entry{{"id", figure.id},
+                   {"title", figure.title},
+                   {"source", figure.source},
+                   {"finding", figure.finding},
+                   {"method", figure.method}};
+        entry["plots"] = Json::array();
+        for (const Plot& plot : figure.plots) entry["plots"].push_back(plotJson(plot));
+        entry["table"] = {{"columns", figure.table.columns}, {"rows", figure.table.rows}};
+        json["figures"].push_back(entry);
+    }
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string compareCsv(const Comparison& comparison) {
+    std::string header, rows;
+    for (const CompareFit& fit : comparison.fits) {
+        const Json json = fitJson(fit);
+        std::string names, values;
+        for (const auto& [name, value] : json.items()) {
+            names += (names.empty() ? "" : ",") + name;
+            const std::string text = value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
+            values += (values.empty() ? "" : ",") + text;
+        }
+        header = names + "\n";
+        rows += values + "\n";
+    }
+    return header + rows;
+}
+
+}  // namespace penumbra

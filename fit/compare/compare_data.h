@@ -1,0 +1,14 @@
+#pragma once
+// A comparison as JSON (schema "penumbra.compare") and as CSV (one row a fit): the figures of the page, as numbers.
+#include <string>
+
+#include "fit/compare/compare_page.h"
+
+namespace penumbra {
+
+constexpr int kCompareVersion = 1;
+
+std::string compareJson(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source);
+std::string compareCsv(const Comparison& comparison);
+
+}  // namespace penumbra

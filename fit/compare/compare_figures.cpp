@@ -1,0 +1,23 @@
+#include "fit/compare/compare_figures.h"
+
+namespace penumbra {
+
+const CompareFit* findFit(const Comparison& comparison, const FitOptions& options) {
+    for (const CompareFit& fit : comparison.fits)
+        if (sameFit(fit.options, options)) return &fit;
+    return nullptr;
+}
+
+std::vector<Figure> compareFigures(const Comparison& comparison) {
+    std::vector<Figure> figures{modelsFigure(comparison), clustersFigure(comparison), varianceFigure(comparison)};
+    if (comparison.sweep) figures.push_back(jointFigure(comparison));
+    if (paperConvention(comparison.options, comparison.file_order).order < comparison.file_order)
+        figures.push_back(cosineFigure(comparison));
+    figures.push_back(framesFigure(comparison));
+    figures.push_back(conventionsFigure(comparison));
+    figures.push_back(eigenvaluesFigure(comparison));
+    figures.push_back(costFigure(comparison));
+    return figures;
+}
+
+}  // namespace penumbra

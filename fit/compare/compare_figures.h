@@ -1,0 +1,54 @@
+#pragma once
+// The figures of a comparison: what is plotted, the table beside it and what it shows, in words.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fit/compare/compare_grid.h"
+#include "fit/compare/eigenvalue_decay.h"
+#include "fit/compare/plot_svg.h"
+
+namespace penumbra {
+
+struct Comparison {
+    CompareOptions options;
+    int file_order = 0;
+    std::vector<CompareFit> fits;  // of makeGrid()
+    std::vector<EigenvalueDecay> inputs, outputs;
+    std::optional<JointSweep> sweep;
+};
+const CompareFit* findFit(const Comparison& comparison, const FitOptions& options);  // null: not in the grid
+
+struct Table {
+    std::vector<std::string> columns;
+    std::vector<std::vector<std::string>> rows;
+};
+
+struct Figure {
+    std::string id, title;  // id: its anchor on the page
+    std::string source;     // which figure of which paper
+    std::string finding;    // one sentence, from the data
+    std::string method;     // what is held fixed and how it was measured
+    std::vector<Plot> plots;
+    Table table;
+};
+
+// compare_sweeps.cpp: fits that differ in a number.
+Figure clustersFigure(const Comparison& comparison);
+Figure varianceFigure(const Comparison& comparison);
+Figure costFigure(const Comparison& comparison);
+// compare_variants.cpp: fits that differ in kind.
+Table summaryTable(const Comparison& comparison);  // every model at the reference: errors, size, times
+std::string modelsFinding(const Comparison& comparison);
+Figure modelsFigure(const Comparison& comparison);
+Figure conventionsFigure(const Comparison& comparison);
+Figure cosineFigure(const Comparison& comparison);
+Figure framesFigure(const Comparison& comparison);
+// compare_motion.cpp: the poses and the visibility themselves.
+Figure jointFigure(const Comparison& comparison);
+Figure eigenvaluesFigure(const Comparison& comparison);
+
+// All that the data allow, in the order of the page.
+std::vector<Figure> compareFigures(const Comparison& comparison);
+
+}  // namespace penumbra

@@ -1,0 +1,126 @@
+#include "fit/compare/compare_grid.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "fit/visibility/predict.h"
+#include "formats/common/write_file.h"
+
+namespace penumbra {
+
+namespace {
+
+using std::chrono::duration;
+using std::chrono::steady_clock;
+
+double secondsSince(steady_clock::time_point start) { return duration<double>(steady_clock::now() - start).count(); }
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+double evaluationMilliseconds(const Model& model, const PoseTable& poses) {
+    constexpr std::size_t kFrames = 9;
+    std::vector<double> times;
+    for (std::size_t i = 0; i < kFrames; ++i) {
+        throwIfInterrupted();
+        const std::size_t f = i * (poses.frameCount() - 1) / (kFrames - 1);
+        const steady_clock::time_point start = steady_clock::now();
+        predictNumbers(model, poses.bonesOf(f), poses.poseOf(f));
+        times.push_back(1000 * secondsSince(start));
+    }
+    return median(times);
+}
+
+}  // namespace
+
+FitOptions referenceFit(const CompareOptions& options, ModelKind model, FeatureKind features) {
+    FitOptions fit;
+    fit.model = model;
+    fit.features = features;
+    fit.clusters = options.referenceClusters();
+    fit.parts = options.parts;
+    fit.output_variance = options.referenceVariance();
+    fit.convention = options.referenceConvention();
+    fit.holdout = options.holdout;
+    fit.threads = options.threads;
+    return fit;
+}
+
+Convention paperConvention(const CompareOptions& options, int file_order) {
+    return {BelowHorizon::kOpen, std::min(options.referenceConvention().order, std::max(file_order - 1, 1))};
+}
+
+std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) {
+    std::vector<FitOptions> grid;
+    const auto add = [&](FitOptions fit, const std::function<void(FitOptions&)>& change) {
+        change(fit);
+        if (std::none_of(grid.begin(), grid.end(), [&](const FitOptions& other) { return sameFit(fit, other); }))
+            grid.push_back(fit);
+    };
+    for (ModelKind model : options.models)
+        for (FeatureKind features : options.features) {
+            const FitOptions reference = referenceFit(options, model, features);
+            add(reference, [](FitOptions&) {});
+            for (int clusters : options.clusters) add(reference, [=](FitOptions& fit) { fit.clusters = clusters; });
+            for (double share : options.output_variances)
+                add(reference, [=](FitOptions& fit) { fit.output_variance = share; });
+            for (Convention convention : options.conventions)
+                add(reference, [=](FitOptions& fit) { fit.convention = convention; });
+            FitOptions paper = reference;
+            paper.convention = paperConvention(options, file_order);
+            paper.clamp = false;
+            add(paper, [](FitOptions&) {});
+            if (paper.convention.order < file_order)
+                add(paper, [](FitOptions& fit) { fit.target = Target::kCosineWeighted; });
+            add(paper, [](FitOptions& fit) { fit.frame = Frame::kGlobal; });
+        }
+    return grid;
+}
+
+bool sameFit(const FitOptions& a, const FitOptions& b) {
+    return a.model == b.model && a.features == b.features && a.clusters == b.clusters &&
+           a.output_variance == b.output_variance && a.convention == b.convention && a.target == b.target &&
+           a.clamp == b.clamp && a.frame == b.frame;
+}
+
+std::string labelOf(ModelKind model, FeatureKind features) {
+    std::string text = std::string(nameOf(model)) + ", " + nameOf(features);
+    std::replace(text.begin(), text.end(), '-', ' ');
+    return text;
+}
+
+std::string describe(const FitOptions& fit) {
+    char numbers[64];
+    std::snprintf(numbers, sizeof numbers, ", %d cluster%s, %g, ", fit.clusters, fit.clusters == 1 ? "" : "s",
+                  fit.output_variance);
+    return labelOf(fit.model, fit.features) + numbers + fit.convention.name() +
+           (fit.target == Target::kCosineWeighted ? ", cosine-weighted" : "") +
+           (fit.frame == Frame::kGlobal ? ", model frame" : "") + (fit.clamp ? "" : ", not clamped");
+}
+
+CompareFit runFit(const CompareInput& input, const FitOptions& options, const JointSweep* sweep,
+                  const std::function<void(double)>& progress) {
+    const steady_clock::time_point start = steady_clock::now();
+    const FitResult result = fitVisibility(input.reader, input.poses, input.file, options, {{}, progress});
+    CompareFit fit;
+    fit.fit_seconds = secondsSince(start);
+    fit.options = options;
+    fit.report = result.report;
+    fit.clip_errors = result.model.clip_errors;
+    fit.clusters = result.model.clusters.size();
+    double numbers = 0;
+    for (const ClusterModel& cluster : result.model.clusters) {
+        fit.inputs += double(cluster.inputs()) / double(fit.clusters);
+        fit.components += double(cluster.components()) / double(fit.clusters);
+        numbers += double(cluster.numberCount());
+    }
+    fit.bytes_per_vertex = 4 * numbers / double(result.model.mesh.vertexCount());
+    fit.evaluate_milliseconds = evaluationMilliseconds(result.model, input.poses);
+    if (sweep) fit.turn_ambient = sweepAmbient(input, *sweep, result.model);
+    return fit;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,129 @@
+// Figures of the poses and of the visibility themselves: one vertex as one joint turns, and eigenvalues.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fit/compare/compare_series.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+std::vector<double> inDegrees(std::vector<double> angles) {
+    for (double& angle : angles) angle *= kDegrees;
+    return angles;
+}
+
+Series bakedSeries(const JointSweep& sweep, bool held_out) {
+    Series series{held_out ? "baked, held-out clips" : "baked, training clips",
+                  {held_out ? 7 : 6, held_out, false, true},
+                  {},
+                  {}};
+    for (std::size_t f = 0; f < sweep.baked_angles.size(); ++f) {
+        if (sweep.baked_held_out[f] != held_out) continue;
+        series.x.push_back(sweep.baked_angles[f] * kDegrees);
+        series.y.push_back(sweep.baked_ambient[f]);
+    }
+    return series;
+}
+
+// Root mean square over all frames of the curve at the frame's angle minus the frame's E.
+double distanceFromPoints(const JointSweep& sweep, const std::vector<double>& curve) {
+    const double step = (sweep.angles.back() - sweep.angles.front()) / double(sweep.angles.size() - 1);
+    double sum = 0;
+    for (std::size_t f = 0; f < sweep.baked_angles.size(); ++f) {
+        const double at = step > 0 ? (sweep.baked_angles[f] - sweep.angles.front()) / step : 0;
+        const std::size_t i = std::min(std::size_t(std::max(at, 0.0)), curve.size() - 2);
+        const double value = curve[i] + (at - double(i)) * (curve[i + 1] - curve[i]);
+        sum += (value - sweep.baked_ambient[f]) * (value - sweep.baked_ambient[f]);
+    }
+    return std::sqrt(sum / double(sweep.baked_angles.size()));
+}
+
+}  // namespace
+
+Figure jointFigure(const Comparison& comparison) {
+    const JointSweep& sweep = *comparison.sweep;
+    Plot plot{"plot-joint",
+              "Vertex " + std::to_string(sweep.vertex) + " as " + sweep.joint_name + " turns",
+              false,
+              {"angle of " + sweep.joint_name + " about its main axis, degrees", false, false, {}, {}},
+              {"ambient visibility E", false, false, {}, {}},
+              {}};
+    plot.series = {bakedSeries(sweep, false), bakedSeries(sweep, true)};
+    Table table{{"model", "rms distance from the baked points", "least E of the curve", "largest E of the curve"}, {}};
+    std::string closest;
+    double least = INFINITY;
+    for (const CompareFit& fit : comparison.fits) {
+        const std::vector<double>& y = fit.turn_ambient;
+        if (y.empty()) continue;
+        SeriesStyle style = styleOf(fit.options.model, fit.options.features);
+        style.marks = false;
+        const std::string name = labelOf(fit.options.model, fit.options.features);
+        plot.series.push_back({name, style, inDegrees(sweep.angles), y});
+        const auto [low, high] = std::minmax_element(y.begin(), y.end());
+        const double distance = distanceFromPoints(sweep, y);
+        table.rows.push_back({name, fixedNumber(distance, 4), fixedNumber(*low, 3), fixedNumber(*high, 3)});
+        if (distance >= least) continue;
+        least = distance;
+        closest = name;
+    }
+    Figure figure{"joint", "One vertex as one joint turns", "Paper 000, figure 6", "", "", {plot}, table};
+    figure.finding = "The angle of " + sweep.joint_name + " alone explains " + percent(sweep.explained) +
+                     " of the variance of E at vertex " + std::to_string(sweep.vertex) +
+                     " over training frames; the curve of " + closest + " comes closest to the baked points, " +
+                     fixedNumber(least, 3) + " rms.";
+    figure.method =
+        "Points: all baked frames, in which every joint moves, hence the scatter. Curves: the models' predictions for "
+        "poses that no one baked: the joint turns about the main axis of its motion, everything else stays as in the "
+        "training frame nearest to the mean pose. Joint and vertex are the pair (of up to 1,500 vertices) where a "
+        "function of one angle explains most.";
+    return figure;
+}
+
+namespace {
+
+Series decaySeries(const EigenvalueDecay& decay, int colour) {
+    Series series{decay.name, {colour, false, true, false}, {}, {}};
+    for (std::size_t i = 0; i < decay.shares.size(); ++i) {
+        if (decay.shares[i] < 1e-7) break;
+        series.x.push_back(double(i + 1));
+        series.y.push_back(decay.shares[i]);
+    }
+    series.style.marks = series.x.size() < 24;
+    return series;
+}
+
+}  // namespace
+
+Figure eigenvaluesFigure(const Comparison& comparison) {
+    Figure figure{"eigenvalues", "Eigenvalues of poses and of visibility", "Paper 002, figure 4", "", "", {}, {}};
+    const Axis x{"component", true, false, {}, {}}, y{"share of the variance", true, false, {}, {}};
+    Plot inputs{"plot-eigenvalues-inputs", "Poses", false, x, y, {}},
+        outputs{"plot-eigenvalues-outputs", "Visibility", false, x, y, {}};
+    const std::vector<double> shares{0.5, 0.8, 0.9, 0.95, 0.99, 0.999};
+    figure.table.columns = {"components for"};
+    for (double share : shares) figure.table.columns.push_back(shortNumber(100 * share) + "%");
+    std::string at_ninety;
+    const auto add = [&](const EigenvalueDecay& decay, Plot& plot) {
+        plot.series.push_back(decaySeries(decay, int(figure.table.rows.size())));
+        std::vector<std::string> row{decay.name};
+        for (double share : shares) row.push_back(std::to_string(decay.componentsFor(share)));
+        figure.table.rows.push_back(row);
+        at_ninety +=
+            (at_ninety.empty() ? "" : ", ") + std::to_string(decay.componentsFor(0.9)) + " (" + decay.name + ")";
+    };
+    for (const EigenvalueDecay& decay : comparison.inputs) add(decay, inputs);
+    for (const EigenvalueDecay& decay : comparison.outputs) add(decay, outputs);
+    figure.plots = {inputs, outputs};
+    figure.finding = "90% of the variance takes these numbers of components: " + at_ninety + ".";
+    figure.method =
+        "PCA over training frames. Bone features are weighted as the fit weighs them; the visibility is that of "
+        "convention " +
+        comparison.options.referenceConvention().name() + ", clusters are those of the reference.";
+    return figure;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,29 @@
+#pragma once
+// What a comparison varies. The defaults here are the documented ones; nothing else holds a default.
+#include <string>
+#include <vector>
+
+#include "formats/stage/model_file.h"
+
+namespace penumbra {
+
+// One list for each thing that is varied. All combinations would be too many: every figure varies one thing and holds
+// the others at the reference, which is the middle value of a list of numbers (of an even count, the upper) and the
+// first convention.
+struct CompareOptions {
+    std::vector<ModelKind> models{kModelKinds.begin(), kModelKinds.end()};
+    // The papers' first: dihedral-angles in place of joint-angles for meshes without a skeleton.
+    std::vector<FeatureKind> features{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
+    int parts = 0;                                               // of those; 0: fit/clusters/rigid_parts.h chooses
+    std::vector<int> clusters{8, 16, 32, 64};                    // ascending
+    std::vector<double> output_variances{0.8, 0.9, 0.95, 0.99};  // ascending
+    std::vector<Convention> conventions;                         // the papers' A4, and D5
+    std::vector<std::string> holdout;
+    int threads = 0;
+
+    int referenceClusters() const { return clusters[clusters.size() / 2]; }
+    double referenceVariance() const { return output_variances[output_variances.size() / 2]; }
+    Convention referenceConvention() const { return conventions.front(); }
+};
+
+}  // namespace penumbra

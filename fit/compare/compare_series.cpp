@@ -1,0 +1,78 @@
+#include "fit/compare/compare_series.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace penumbra {
+
+double heldOutError(const CompareFit& fit) { return fit.report.held_out.relative_error; }
+double heldOutAmbient(const CompareFit& fit) { return fit.report.held_out.ambient_error; }
+double trainError(const CompareFit& fit) { return fit.report.train.relative_error; }
+
+std::string fixedNumber(double value, int digits) {
+    if (!std::isfinite(value)) return "-";
+    char buffer[64];
+    std::snprintf(buffer, sizeof buffer, "%.*f", digits, value);
+    return buffer;
+}
+
+std::string percent(double share) { return fixedNumber(100 * share, 1) + "%"; }
+
+SeriesStyle styleOf(ModelKind model, FeatureKind features) {
+    const auto at = std::find(kModelKinds.begin(), kModelKinds.end(), model) - kModelKinds.begin();
+    return {int(at) % kPlotColours, features != FeatureKind::kRelativeBones};
+}
+
+std::vector<Series> sweepSeries(const Comparison& comparison, const Sweep& sweep, const Measure& measure) {
+    std::vector<Series> all;
+    for (ModelKind model : comparison.options.models)
+        for (FeatureKind features : comparison.options.features) {
+            Series series{labelOf(model, features), styleOf(model, features), {}, {}};
+            for (std::size_t i = 0; i < sweep.x.size(); ++i) {
+                FitOptions options = referenceFit(comparison.options, model, features);
+                sweep.vary(options, i);
+                const CompareFit* fit = findFit(comparison, options);
+                if (!fit) continue;
+                series.x.push_back(sweep.x[i]);
+                series.y.push_back(measure(*fit));
+            }
+            if (!series.x.empty()) all.push_back(std::move(series));
+        }
+    return all;
+}
+
+Plot variantPlot(const Comparison& comparison, const std::vector<Variant>& variants) {
+    const CompareOptions& options = comparison.options;
+    Plot plot;
+    plot.bars = true;
+    plot.y.from_zero = true;
+    for (ModelKind model : options.models) plot.x.names.push_back(nameOf(model));
+    for (std::size_t v = 0; v < variants.size(); ++v)
+        for (FeatureKind features : options.features) {
+            const bool hollow = features != FeatureKind::kRelativeBones;
+            std::string name = std::string(nameOf(features)) + ", " + variants[v].name;
+            std::replace(name.begin(), name.end(), '-', ' ');
+            Series series{name, {int(v), hollow, false, true}, {}, {}};
+            for (std::size_t m = 0; m < options.models.size(); ++m) {
+                FitOptions fit = referenceFit(options, options.models[m], features);
+                variants[v].change(fit);
+                const CompareFit* found = findFit(comparison, fit);
+                if (!found) continue;
+                series.x.push_back(double(m));
+                series.y.push_back(variants[v].measure(*found));
+            }
+            if (!series.x.empty()) plot.series.push_back(std::move(series));
+        }
+    return plot;
+}
+
+Lowest lowestPoint(const std::vector<Series>& series) {
+    Lowest lowest;
+    for (const Series& s : series)
+        for (std::size_t i = 0; i < s.y.size(); ++i)
+            if (std::isfinite(s.y[i]) && (!lowest.series || s.y[i] < lowest.y)) lowest = {&s, s.x[i], s.y[i]};
+    return lowest;
+}
+
+}  // namespace penumbra

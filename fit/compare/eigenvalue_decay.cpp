@@ -1,0 +1,144 @@
+#include "fit/compare/eigenvalue_decay.h"
+
+#include <algorithm>
+
+#include "fit/models/features.h"
+#include "fit/numerics/pca.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::size_t kBatchBytes = std::size_t(128) << 20;  // of numbers in memory at a time
+
+template <class T>
+BasicMatrix<T> centredRows(const BasicMatrix<T>& all, std::span<const std::size_t> rows) {
+    const std::vector<double> mean = meanOfRows(all, rows);
+    BasicMatrix<T> out(rows.size(), all.columns);
+    for (std::size_t r = 0; r < rows.size(); ++r)
+        for (std::size_t c = 0; c < all.columns; ++c) out(r, c) = T(double(all(rows[r], c)) - mean[c]);
+    return out;
+}
+
+// Empty where nothing varies.
+std::vector<double> sharesOf(std::vector<double> values) {
+    double total = 0;
+    for (double value : values) total += value;
+    if (total <= 0) return {};
+    for (double& value : values) value /= total;
+    return values;
+}
+
+// Mean of each share over the clusters where something varies; one of fewer components counts as 0 beyond them.
+std::vector<double> meanShares(const std::vector<std::vector<double>>& of_cluster) {
+    const auto varying = std::count_if(of_cluster.begin(), of_cluster.end(), [](const auto& s) { return !s.empty(); });
+    std::vector<double> mean;
+    for (const std::vector<double>& shares : of_cluster) {
+        mean.resize(std::max(mean.size(), shares.size()));
+        for (std::size_t i = 0; i < shares.size(); ++i) mean[i] += shares[i] / double(varying);
+    }
+    return mean;
+}
+
+// Angles of a deforming mesh are those that its own PCA kept, and the inputs.
+Matrix poseMatrix(const PoseTable& poses) {
+    Matrix pose(poses.frameCount(), poses.pose_size);
+    std::copy(poses.pose.begin(), poses.pose.end(), pose.values.begin());
+    return pose;
+}
+
+Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
+    Vec3d sum;
+    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
+    return toFloat(sum / double(vertices.size()));
+}
+
+// Weighted as the fit weighs them before its input PCA.
+Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character, const FeatureRecipe& recipe,
+                    std::size_t cluster) {
+    const int joint = character.clusters.joint[cluster];
+    Matrix raw(input.poses.frameCount(), recipe.count());
+    for (std::size_t f = 0; f < raw.rows; ++f)
+        rawFeatures(recipe, joint, input.poses.bonesOf(f), input.poses.rotationsOf(f), input.poses.poseOf(f),
+                    raw.row(f));
+    const Vec3 center = centerOf(input.reader.header().mesh, character.clusters.vertices[cluster]);
+    const std::vector<double> weights = featureWeights(recipe, {joint, center}, raw, character.train);
+    for (std::size_t f = 0; f < raw.rows; ++f)
+        for (std::size_t c = 0; c < raw.columns; ++c) raw(f, c) *= weights[c];
+    return raw;
+}
+
+// The clusters [first, last) whose numbers go into memory together.
+std::size_t endOfBatch(const VertexClusters& clusters, std::size_t first, std::size_t bytes_per_vertex) {
+    std::size_t bytes = 0, last = first;
+    while (last < clusters.vertices.size() &&
+           (last == first || bytes + clusters.vertices[last].size() * bytes_per_vertex <= kBatchBytes))
+        bytes += clusters.vertices[last++].size() * bytes_per_vertex;
+    return last;
+}
+
+}  // namespace
+
+std::size_t EigenvalueDecay::componentsFor(double share) const {
+    std::size_t count = 0;
+    for (double sum = 0; count < shares.size() && sum < share - 1e-9; ++count) sum += shares[count];
+    return std::max<std::size_t>(count, 1);
+}
+
+std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const CompareCharacter& character) {
+    const VisibilityHeader& header = input.reader.header();
+    std::vector<EigenvalueDecay> decays;
+    if (input.poses.pose_size > 0) {
+        const Pca pca = principalComponents(centredRows(poseMatrix(input.poses), character.train));
+        decays.push_back({input.poses.deforming ? "dihedral angles" : "joint angles", sharesOf(pca.energies)});
+    }
+    if (input.poses.joints < 2) return decays;
+    FeatureRecipe recipe{FeatureKind::kRelativeBones,
+                         boxDiagonal(header.mesh.rest_positions),
+                         input.poses.joint_centers,
+                         {},
+                         input.poses.pose_size};
+    recipe.input_joints = input.poses.input_joints;
+    std::vector<std::vector<double>> of_cluster;
+    for (std::size_t c = 0; c < character.clusters.vertices.size(); ++c) {
+        throwIfInterrupted();
+        const Matrix features = boneFeatures(input, character, recipe, c);
+        of_cluster.push_back(sharesOf(principalComponents(centredRows(features, character.train)).energies));
+    }
+    decays.push_back({"relative bones, mean over clusters", meanShares(of_cluster)});
+    return decays;
+}
+
+std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const CompareCharacter& character,
+                                          const CompareOptions& options, const std::function<void(double)>& progress) {
+    const VertexClusters& clusters = character.clusters;
+    const std::size_t frames = input.poses.frameCount(), train = character.train.size();
+    ClusterNumbersRequest request;
+    request.convention = options.referenceConvention();
+    request.frames = {&character.rest_tangents, &clusters.cluster_of_vertex, clusters.joint};
+    request.threads = options.threads;
+    std::vector<Matrix> grams(clusters.vertices.size());
+    const std::size_t bytes_per_vertex = frames * std::size_t(request.convention.size()) * sizeof(float);
+    for (std::size_t first = 0, last = 0; first < grams.size(); first = last) {
+        last = endOfBatch(clusters, first, bytes_per_vertex);
+        request.vertices_of_cluster = std::span(clusters.vertices).subspan(first, last - first);
+        const std::vector<MatrixF> numbers = readClusterNumbers(input.reader, input.poses, request);
+        parallelFor(numbers.size(), options.threads, [&, begin = first](std::size_t i) {
+            throwIfInterrupted();
+            grams[begin + i] = Matrix(train, train);
+            addGram(centredRows(numbers[i], character.train), grams[begin + i]);
+        });
+        if (progress) progress(double(last) / double(grams.size()));
+    }
+    Matrix sum(train, train);
+    std::vector<std::vector<double>> of_cluster(grams.size());
+    for (const Matrix& gram : grams)
+        for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += gram.values[i];
+    parallelFor(grams.size(), options.threads, [&](std::size_t c) { of_cluster[c] = sharesOf(eigenvalues(grams[c])); });
+    return {{"all vertices together", sharesOf(eigenvalues(sum))},
+            {"a cluster, mean over clusters", meanShares(of_cluster)}};
+}
+
+}  // namespace penumbra

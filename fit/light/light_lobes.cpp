@@ -1,0 +1,289 @@
+#include "fit/light/light_lobes.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "fit/numerics/min_norm.h"
+#include "fit/numerics/minimise_directions.h"
+#include "sh/quadrature.h"
+#include "sh/sh_basis.h"
+#include "sh/zonal.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr int kCandidates = 1500;  // paper 000 section 5.4
+// Two lobes that move into one direction with opposite coefficients that grow without bound act like one and its
+// derivative. This weight of |z|^2 against the light's own square stops them: coefficients stay below some 100 of the
+// light's norm, which floats can take. Coefficients are solved without it when directions are found.
+constexpr double kRidge = 1e-8;
+
+using Basis = std::array<double, coefficientCount(kMaxOrder)>;
+
+// Bands of a light, scaled to a norm of 1 (0 for a black one).
+struct Bands {
+    int order = 0;
+    double scale = 0;                       // norm before scaling
+    std::array<SmallMatrix, kMaxOrder> of;  // [2l+1, 3]
+};
+
+Bands bandsOf(int order, std::span<const double> sh) {
+    Bands bands;
+    bands.order = order;
+    bands.scale = std::sqrt(std::inner_product(sh.begin(), sh.end(), sh.begin(), 0.0));
+    for (int l = 0; l < order; ++l) {
+        SmallMatrix& band = bands.of[std::size_t(l)];
+        band.rows = 2 * l + 1;
+        band.columns = 3;
+        for (std::size_t i = 0; i < std::size_t(band.rows); ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                band.at[c][i] = bands.scale > 0 ? sh[3 * (std::size_t(l * l) + i) + c] / bands.scale : 0;
+    }
+    return bands;
+}
+
+// y_lm(s) sqrt(4pi/(2l+1)), a unit vector in every band.
+Basis unitBasis(int order, Vec3d s) {
+    Basis y{};
+    evalBasis(order, s, std::span(y).first(std::size_t(coefficientCount(order))));
+    for (int l = 0; l < order; ++l)
+        for (int m = -l; m <= l; ++m) y[std::size_t(shIndex(l, m))] *= std::sqrt(4 * std::numbers::pi / (2 * l + 1));
+    return y;
+}
+
+// Its derivative along the great circle from s towards the unit tangent t: a trigonometric polynomial of degree < 8,
+// whose fourth-order central difference at this step is right to 1e-11.
+Basis slopeOfBasis(int order, Vec3d s, Vec3d t) {
+    constexpr double h = 3e-4;
+    const auto at = [&](double a) { return unitBasis(order, s * std::cos(a) + t * std::sin(a)); };
+    const Basis p1 = at(h), m1 = at(-h), p2 = at(2 * h), m2 = at(-2 * h);
+    Basis slope{};
+    for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = (8 * (p1[i] - m1[i]) - (p2[i] - m2[i])) / (12 * h);
+    return slope;
+}
+
+SmallMatrix columnsOf(int l, std::span<const Basis> bases) {
+    SmallMatrix columns{2 * l + 1, int(bases.size()), {}};
+    for (std::size_t d = 0; d < bases.size(); ++d)
+        std::copy_n(bases[d].begin() + l * l, columns.rows, columns.at[d].begin());
+    return columns;
+}
+
+// band - columns x
+SmallMatrix leftOf(SmallMatrix band, const SmallMatrix& columns, const SmallMatrix& x) {
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t d = 0; d < std::size_t(columns.columns); ++d)
+            for (std::size_t i = 0; i < std::size_t(band.rows); ++i) band.at[c][i] -= columns.at[d][i] * x.at[c][d];
+    return band;
+}
+
+std::vector<Basis> basesOf(int order, std::span<const Vec3d> directions) {
+    std::vector<Basis> bases;
+    for (Vec3d s : directions) bases.push_back(unitBasis(order, s));
+    return bases;
+}
+
+// What is left, squared, with the ridge, when every band has its best coefficients. Those being best, only the moving
+// columns count in the gradient: d|R|^2 = -2 <R, dA X> (variable projection, Golub and Pereyra 1973).
+double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::span<Vec3d> gradient) {
+    const std::vector<Basis> bases = basesOf(bands.order, directions);
+    std::vector<Basis> pull(directions.size(), Basis{});  // -2 R X^T
+    double sum = 0;
+    for (int l = 1; l < bands.order; ++l) {  // all lobes share band 0, which any of them has
+        const SmallMatrix columns = columnsOf(l, bases);
+        const SmallMatrix x = solveMinNorm(columns, bands.of[std::size_t(l)], kRidge);
+        const SmallMatrix left = leftOf(bands.of[std::size_t(l)], columns, x);
+        for (std::size_t c = 0; c < 3; ++c) {
+            for (std::size_t d = 0; d < directions.size(); ++d) sum += kRidge * x.at[c][d] * x.at[c][d];
+            for (std::size_t i = 0; i < std::size_t(left.rows); ++i) {
+                sum += left.at[c][i] * left.at[c][i];
+                for (std::size_t d = 0; d < directions.size(); ++d)
+                    pull[d][std::size_t(l * l) + i] -= 2 * left.at[c][i] * x.at[c][d];
+            }
+        }
+    }
+    for (std::size_t d = 0; d < gradient.size(); ++d) {
+        const Vec3d s = directions[d], a = normalized(cross(s, std::abs(s.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
+                    b = cross(s, a);
+        const Basis along_a = slopeOfBasis(bands.order, s, a), along_b = slopeOfBasis(bands.order, s, b);
+        gradient[d] = std::inner_product(pull[d].begin(), pull[d].end(), along_a.begin(), 0.0) * a +
+                      std::inner_product(pull[d].begin(), pull[d].end(), along_b.begin(), 0.0) * b;
+    }
+    return sum;
+}
+
+// The candidate that takes most away: sum over bands and channels of (y_l(s) . band)^2.
+Vec3d bestCandidate(const Bands& bands, std::span<const Vec3d> candidates) {
+    double best = -1;
+    Vec3d direction;
+    for (Vec3d s : candidates) {
+        const Basis y = unitBasis(bands.order, s);
+        double gain = 0;
+        for (int l = 1; l < bands.order; ++l)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double* band = bands.of[std::size_t(l)].at[c].data();
+                const double projected = std::inner_product(band, band + 2 * l + 1, y.begin() + l * l, 0.0);
+                gain += projected * projected;
+            }
+        if (gain > best * (1 + 1e-12)) best = gain, direction = s;
+    }
+    return direction;
+}
+
+struct Lobes {
+    std::vector<Vec3d> directions;
+    std::array<SmallMatrix, kMaxOrder> z;  // per band [D, 3]
+};
+
+Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions) {
+    Lobes lobes{std::move(directions), {}};
+    const std::vector<Basis> bases = basesOf(bands.order, lobes.directions);
+    for (int l = 0; l < bands.order; ++l)
+        lobes.z[std::size_t(l)] = solveMinNorm(columnsOf(l, bases), bands.of[std::size_t(l)], 0);
+    return lobes;
+}
+
+DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start) {
+    return minimiseOverDirections(
+        [&](std::span<const Vec3d> s, std::span<Vec3d> gradient) { return residualOf(bands, s, gradient); }, start);
+}
+
+Lobes fitGreedily(Bands bands, int count, std::span<const Vec3d> candidates) {
+    Lobes lobes;
+    for (int l = 0; l < bands.order; ++l) lobes.z[std::size_t(l)] = {count, 3, {}};
+    for (int d = 0; d < count; ++d) {
+        const Vec3d start = bestCandidate(bands, candidates);
+        const Lobes one = withBestCoefficients(bands, refine(bands, std::span(&start, 1)).directions);
+        lobes.directions.push_back(one.directions[0]);
+        const Basis y = unitBasis(bands.order, one.directions[0]);
+        for (int l = 0; l < bands.order; ++l) {
+            const SmallMatrix& z = one.z[std::size_t(l)];
+            for (std::size_t c = 0; c < 3; ++c) lobes.z[std::size_t(l)].at[c][std::size_t(d)] = z.at[c][0];
+            bands.of[std::size_t(l)] = leftOf(bands.of[std::size_t(l)], columnsOf(l, std::span(&y, 1)), z);
+        }
+    }
+    return lobes;
+}
+
+// Another start: `count` candidates far apart in the list, which winds from pole to pole; 617 and 401 share no factor
+// with its length.
+std::vector<Vec3d> otherStart(int start, int count, std::span<const Vec3d> candidates) {
+    std::vector<Vec3d> directions;
+    for (int d = 0; d < count; ++d)
+        directions.push_back(candidates[std::size_t(d * 617 + start * 401 + 1) % candidates.size()]);
+    return directions;
+}
+
+Lobes fitJointly(const Bands& bands, int count, std::span<const Vec3d> candidates) {
+    constexpr int kOtherStarts = 12;
+    constexpr double kExact = 2 * kRidge;
+    DirectionMinimum best = refine(bands, fitGreedily(bands, count, candidates).directions);
+    for (int i = 0; i < kOtherStarts && best.value > kExact; ++i) {
+        DirectionMinimum other = refine(bands, otherStart(i, count, candidates));
+        if (other.value < best.value * (1 - 1e-6)) best = std::move(other);
+    }
+    return withBestCoefficients(bands, std::move(best.directions));
+}
+
+// |a - b| / |b|, squares of band l times weight_l.
+double relativeDifference(int order, std::span<const double> a, std::span<const double> b,
+                          std::span<const double> weight) {
+    double left = 0, whole = 0;
+    for (int l = 0; l < order; ++l)
+        for (std::size_t i = std::size_t(3 * l * l); i < std::size_t(3 * (l + 1) * (l + 1)); ++i) {
+            left += weight[std::size_t(l)] * (a[i] - b[i]) * (a[i] - b[i]);
+            whole += weight[std::size_t(l)] * b[i] * b[i];
+        }
+    return whole > 0 ? std::sqrt(left / whole) : 0;
+}
+
+// The same lobes with opposite axes where they point away from the light: z_l and (-1)^l z_l at the opposite axis
+// agree.
+void turnTowardsLight(int order, Lobes& lobes) {
+    constexpr std::array<double, 3> kLuminance{0.2126, 0.7152, 0.0722};
+    for (std::size_t d = 0; order > 1 && d < lobes.directions.size(); ++d) {
+        double towards = 0;
+        for (std::size_t c = 0; c < 3; ++c) towards += kLuminance[c] * lobes.z[1].at[c][d];
+        if (towards >= 0) continue;
+        lobes.directions[d] = -lobes.directions[d];
+        for (std::size_t l = 1; l < std::size_t(order); l += 2)
+            for (std::size_t c = 0; c < 3; ++c) lobes.z[l].at[c][d] = -lobes.z[l].at[c][d];
+    }
+}
+
+std::vector<std::size_t> byEnergy(int order, const Lobes& lobes) {
+    std::vector<double> energy(lobes.directions.size(), 0.0);
+    for (int l = 0; l < order; ++l)
+        for (std::size_t d = 0; d < energy.size(); ++d)
+            for (std::size_t c = 0; c < 3; ++c)
+                energy[d] += lobes.z[std::size_t(l)].at[c][d] * lobes.z[std::size_t(l)].at[c][d];
+    std::vector<std::size_t> sorted(energy.size());
+    std::iota(sorted.begin(), sorted.end(), std::size_t(0));
+    std::stable_sort(sorted.begin(), sorted.end(), [&](std::size_t a, std::size_t b) { return energy[a] > energy[b]; });
+    return sorted;
+}
+
+}  // namespace
+
+LobeFit parseLobeFit(std::string_view name) {
+    if (name == "greedy") return LobeFit::kGreedy;
+    if (name == "joint") return LobeFit::kJoint;
+    if (name == "fixed") return LobeFit::kFixed;
+    throw std::invalid_argument("lobes are fitted greedy, joint or fixed, not '" + std::string(name) + "'");
+}
+
+LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit how) {
+    assert(order >= 1 && order <= kMaxOrder && int(sh.size()) == 3 * coefficientCount(order));
+    assert(how == LobeFit::kFixed || (count >= 1 && count <= kMaxFittedLobes));
+    const Bands bands = bandsOf(order, sh);
+    const std::vector<Vec3d> candidates = fibonacciSphere(kCandidates);
+    const std::span<const Vec3d> fixed = fixedLobeDirections(order);
+    Lobes lobes = how == LobeFit::kGreedy  ? fitGreedily(bands, count, candidates)
+                  : how == LobeFit::kJoint ? fitJointly(bands, count, candidates)
+                                           : withBestCoefficients(bands, {fixed.begin(), fixed.end()});
+    LightLobesFit fit;
+    fit.mode = how == LobeFit::kGreedy ? "greedy" : how == LobeFit::kJoint ? "joint" : "fixed";
+    if (how != LobeFit::kFixed) turnTowardsLight(order, lobes);
+    std::vector<std::size_t> sorted = byEnergy(order, lobes);
+    if (how == LobeFit::kFixed) std::iota(sorted.begin(), sorted.end(), std::size_t(0));
+    for (std::size_t d : sorted) {
+        fit.directions.push_back(lobes.directions[d]);
+        for (int l = 0; l < order; ++l)
+            for (std::size_t c = 0; c < 3; ++c)
+                fit.coefficients.push_back(bands.scale * lobes.z[std::size_t(l)].at[c][d]);
+    }
+    const std::vector<double> lobes_sh = lobesToSh(order, fit);
+    fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
+    fit.irradiance_error = irradianceDifference(order, lobes_sh, sh);
+    return fit;
+}
+
+double irradianceDifference(int order, std::span<const double> sh, std::span<const double> truth) {
+    std::vector<double> weight(std::size_t(order), 0.0);  // (sqrt(4pi/(2l+1)) z_l)^2 of the clamped cosine
+    clampedCosineZonal(weight);
+    for (int l = 0; l < order; ++l)
+        weight[std::size_t(l)] *= weight[std::size_t(l)] * 4 * std::numbers::pi / (2 * l + 1);
+    return relativeDifference(order, sh, truth, weight);
+}
+
+std::vector<double> lobesToSh(int order, const LightLobesFit& lobes) {
+    std::vector<double> sh(3 * std::size_t(coefficientCount(order)), 0.0), zonal(std::size_t(order), 0.0),
+        one(sh.size() / 3);
+    for (std::size_t d = 0; d < lobes.directions.size(); ++d)
+        for (std::size_t c = 0; c < 3; ++c) {
+            for (std::size_t l = 0; l < zonal.size(); ++l)
+                zonal[l] = lobes.coefficients[(d * zonal.size() + l) * 3 + c];
+            rotateZonal(zonal, lobes.directions[d], one);
+            for (std::size_t i = 0; i < one.size(); ++i) sh[3 * i + c] += one[i];
+        }
+    return sh;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,18 @@
+// Compiled with -mavx2 -mfma and contraction of a * b + c allowed, called only where the processor has them.
+#include "fit/models/net_kernels.h"
+
+#ifdef __AVX2__
+#include "fit/models/net_kernel_lanes.h"
+
+namespace penumbra {
+static const NetKernels kPath{"avx2", addProductLanes, innerProductsLanes, tanhAndSlopeLanes};
+const NetKernels* const kNetKernelsAvx2 = &kPath;
+}  // namespace penumbra
+
+#else
+
+namespace penumbra {
+const NetKernels* const kNetKernelsAvx2 = nullptr;
+}
+
+#endif

@@ -1,0 +1,71 @@
+#include "fit/models/neural_start.h"
+
+#include <cassert>
+#include <cmath>
+#include <random>
+
+namespace penumbra {
+
+namespace {
+
+// Of the inputs' length; nearer frames are one pose (a loop's ends), and a neuron between them would never move again.
+constexpr double kLeastDistance = 1e-3;
+constexpr std::size_t kCandidatesPerNeuron = 16;   // pairs to draw from
+constexpr double kSteepness = 1.0986122886681098;  // 2 atanh(1/2)
+
+// [0, 1): the same in every standard library, which std::uniform_real_distribution is not.
+double uniform(std::mt19937_64& random) { return double(random() >> 11) * 0x1p-53; }
+
+struct PairOfFrames {
+    std::size_t a = 0, b = 0;
+    double steepness = 0;  // |y_b - y_a| / |x_b - x_a|
+};
+
+// Root mean square length of the inputs of a range.
+double lengthOf(const Matrix& inputs, const InputRange& range) {
+    double sum = 0;
+    for (std::size_t f = 0; f < inputs.rows; ++f)
+        for (double x : inputs.row(f).subspan(range.first, range.count)) sum += x * x;
+    return std::sqrt(sum / double(inputs.rows));
+}
+
+}  // namespace
+
+TanhNet startNet(const Matrix& inputs, const Matrix& outputs, std::size_t neurons,
+                 const std::vector<InputRange>& ranges, std::uint64_t seed) {
+    assert(inputs.rows == outputs.rows && inputs.rows > 0);
+    TanhNet net = emptyNet(inputs.columns, outputs.columns, neurons, ranges);
+    std::mt19937_64 random(seed);
+    const auto frame = [&] { return std::size_t(uniform(random) * double(inputs.rows)); };
+    for (std::size_t n = 0; n < neurons; ++n) {
+        const InputRange range = net.rangeOf(n);
+        const double least = kLeastDistance * lengthOf(inputs, range);
+        const auto seen = [&](std::size_t f) { return inputs.row(f).subspan(range.first, range.count); };
+        PairOfFrames candidates[kCandidatesPerNeuron];
+        double total = 0;
+        for (PairOfFrames& pair : candidates) {
+            pair.a = frame(), pair.b = frame();
+            const double distance = std::sqrt(squaredDistance(seen(pair.a), seen(pair.b)));
+            if (distance > least)
+                pair.steepness = std::sqrt(squaredDistance(outputs.row(pair.a), outputs.row(pair.b))) / distance;
+            total += pair.steepness;
+        }
+        double draw = uniform(random) * total;
+        const PairOfFrames* chosen = candidates;
+        for (const PairOfFrames& pair : candidates) {
+            if (pair.steepness > 0) chosen = &pair;
+            if ((draw -= pair.steepness) < 0) break;
+        }
+        if (chosen->steepness == 0) continue;  // every pair alike: the neuron starts, and stays, at zero
+        const std::span<const double> a = seen(chosen->a), b = seen(chosen->b);
+        const double square = squaredDistance(a, b);
+        for (std::size_t i = 0; i < range.count; ++i) {
+            const double d = kSteepness * (b[i] - a[i]) / square;
+            net.hidden(n, range.first + i) = d;
+            net.hidden_bias[n] -= d * (a[i] + b[i]) / 2;
+        }
+    }
+    return net;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,48 @@
+#include "fit/models/train_linear.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/models/input_pca.h"
+#include "fit/models/linear_model.h"
+#include "fit/numerics/cross_validation.h"
+#include "fit/numerics/eigen_map.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr double kLeastAlphaExponent = -5, kMostAlphaExponent = 1.5, kAlphaExponentStep = 0.25;
+
+// alpha as a multiple of the largest singular value of the inputs: from no prior to nearly the mean alone.
+std::vector<double> alphaGrid(double largest_singular_value) {
+    std::vector<double> alphas;
+    for (double e = kLeastAlphaExponent; e <= kMostAlphaExponent; e += kAlphaExponentStep)
+        alphas.push_back(std::pow(10.0, e) * std::max(largest_singular_value, 1e-12));
+    return alphas;
+}
+
+}  // namespace
+
+RegressionErrors trainLinear(const RegressionProblem& problem, ClusterModel& model) {
+    const InputPca inputs = makeInputPca(problem);
+    const std::vector<double> alphas = alphaGrid(inputs.pca.energies.empty() ? 0 : std::sqrt(inputs.pca.energies[0]));
+    const std::vector<double> errors =
+        blockedErrors(inputs.weighted, problem.outputs.scores, problem.folds, problem.input_variance, alphas);
+    // Of equal errors the strongest prior: with nothing to validate on, that is nearly the mean alone.
+    std::size_t best = 0;
+    for (std::size_t a = 1; a < errors.size(); ++a)
+        if (errors[a] <= errors[best]) best = a;
+
+    const Matrix x = setInputs(inputs, componentsFor(inputs.pca, problem.input_variance), model);
+    const Matrix y = keptScores(problem);
+    const Ridge ridge = fitRidge(x, y, alphas[best]);
+    model.ridge = alphas[best];
+    model.bias = toFloats(ridge.intercept);
+    for (std::size_t k = 0; k < y.columns; ++k)
+        for (std::size_t i = 0; i < x.columns; ++i) model.weights.push_back(float(ridge.weights(i, k)));
+    const double loo = leaveOneOutError(ridge, x, y);
+    return {errors[best], loo * loo * double(y.values.size())};
+}
+
+}  // namespace penumbra

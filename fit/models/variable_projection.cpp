@@ -1,0 +1,217 @@
+#include "fit/models/variable_projection.h"
+
+#include <Eigen/Cholesky>
+#include <cassert>
+#include <cmath>
+
+#include "fit/models/net_kernels.h"
+#include "fit/numerics/eigen_map.h"
+
+namespace penumbra {
+
+namespace {
+
+// Neighbouring neurons with one range, that is one matrix product.
+struct Group {
+    std::size_t first, count;
+    InputRange range;
+    std::size_t offset;  // in the variables: of each neuron its weights over the range, then its bias
+};
+
+std::vector<Group> groupsOf(const TanhNet& net) {
+    std::vector<Group> groups;
+    std::size_t offset = 0;
+    for (std::size_t n = 0; n < net.neurons(); ++n) {
+        const InputRange range = net.rangeOf(n);
+        if (groups.empty() || !(groups.back().range == range)) groups.push_back({n, 0, range, offset});
+        ++groups.back().count;
+        offset += range.count + 1;
+    }
+    return groups;
+}
+
+class ProjectedObjective {
+public:
+    ProjectedObjective(const NetData& data, const TanhNet& start, double alpha)
+        : data_(data),
+          groups_(groupsOf(start)),
+          kernels_(netKernelPaths().back()),
+          neurons_(start.neurons()),
+          alpha_(alpha),
+          h_(neurons_ * data.stride),
+          slope_(h_.size()),
+          back_(h_.size()),
+          residual_(data.outputs * data.stride),
+          h_mean_(neurons_),
+          gram_(neurons_, neurons_),
+          output_(neurons_, data.outputs) {}
+
+    double evaluate(std::span<const double> x, std::span<double> gradient) {
+        setActivations(x);
+        if (!solveOutputs()) return std::numeric_limits<double>::infinity();
+        const double value = setResidual() + alpha_ * asEigen(output_).squaredNorm();
+        return value + backPropagate(x, gradient);
+    }
+
+    // Gauss-Newton, output weights held: 2 |c^n|^2 sum_f slope^2 x^2 + 2 alpha.
+    void curvature(std::span<double> diagonal) {
+        for (std::size_t i = 0; i < slope_.size(); ++i) back_[i] = slope_[i] * slope_[i];
+        for (const Group& g : groups_) {
+            const std::size_t width = g.range.count + 1;
+            products(g, data_.x_squared, &diagonal[g.offset]);
+            for (std::size_t n = 0; n < g.count; ++n) {
+                const double factor = 2 * asEigen(output_).row(Eigen::Index(g.first + n)).squaredNorm();
+                double* row = &diagonal[g.offset + n * width];
+                for (std::size_t i = 0; i < width; ++i) row[i] = factor * row[i] + 2 * alpha_;
+            }
+        }
+    }
+
+    // Of the last evaluated variables.
+    void setOutputs(TanhNet& net) const {
+        net.output = output_;
+        net.output_bias = data_.y_mean;
+        for (std::size_t n = 0; n < neurons_; ++n)
+            for (std::size_t k = 0; k < data_.outputs; ++k) net.output_bias[k] -= h_mean_[n] * output_(n, k);
+    }
+
+private:
+    // h_ = tanh(d . x + d0) less its mean, slope_ = 1 - tanh^2; zero in the padding.
+    void setActivations(std::span<const double> x) {
+        const std::size_t stride = data_.stride, frames = data_.frames;
+        for (const Group& g : groups_) {
+            const std::size_t width = g.range.count + 1;
+            for (std::size_t n = 0; n < g.count; ++n)
+                std::fill_n(&h_[(g.first + n) * stride], stride, x[g.offset + n * width + g.range.count]);
+            kernels_.addProduct(g.count, g.range.count, stride, &x[g.offset], width, &data_.x[g.range.first * stride],
+                                &h_[g.first * stride]);
+        }
+        kernels_.tanhAndSlope(h_.size(), h_.data(), slope_.data());
+        for (std::size_t n = 0; n < neurons_; ++n) {
+            Eigen::Map<Eigen::ArrayXd> row(&h_[n * stride], Eigen::Index(frames));
+            h_mean_[n] = row.mean();
+            row -= h_mean_[n];
+            for (std::size_t f = frames; f < stride; ++f) h_[n * stride + f] = slope_[n * stride + f] = 0;
+        }
+    }
+
+    // (H H^T + alpha) C = H Y^T.
+    bool solveOutputs() {
+        const std::size_t stride = data_.stride;
+        kernels_.innerProducts(neurons_, neurons_, stride, h_.data(), h_.data(), gram_.values.data(), neurons_);
+        kernels_.innerProducts(neurons_, data_.outputs, stride, h_.data(), data_.y.data(), output_.values.data(),
+                               data_.outputs);
+        asEigen(gram_).diagonal().array() += alpha_;
+        const Eigen::LLT<Eigen::MatrixXd> solver(asEigen(gram_));
+        if (solver.info() != Eigen::Success) return false;
+        asEigen(output_) = solver.solve(asEigen(output_)).eval();
+        return true;
+    }
+
+    double setResidual() {
+        const EigenRows<double> minus = -asEigen(output_).transpose();
+        residual_ = data_.y;
+        kernels_.addProduct(data_.outputs, neurons_, data_.stride, minus.data(), neurons_, h_.data(), residual_.data());
+        return Eigen::Map<const Eigen::VectorXd>(residual_.data(), Eigen::Index(residual_.size())).squaredNorm();
+    }
+
+    // Gradient, and the penalty of the hidden weights. The residuals sum to zero, so the mean of h adds nothing.
+    double backPropagate(std::span<const double> x, std::span<double> gradient) {
+        std::fill(back_.begin(), back_.end(), 0.0);
+        kernels_.addProduct(neurons_, data_.outputs, data_.stride, output_.values.data(), data_.outputs,
+                            residual_.data(), back_.data());
+        for (std::size_t i = 0; i < back_.size(); ++i) back_[i] *= -2 * slope_[i];
+        double square = 0;
+        for (const Group& g : groups_) {
+            const std::size_t width = g.range.count + 1;
+            products(g, data_.x, &gradient[g.offset]);
+            for (std::size_t n = 0; n < g.count; ++n)
+                for (std::size_t i = 0; i < g.range.count; ++i) {
+                    const double d = x[g.offset + n * width + i];
+                    gradient[g.offset + n * width + i] += 2 * alpha_ * d;
+                    square += d * d;
+                }
+        }
+        return alpha_ * square;
+    }
+
+    // Of each neuron of the group: sums over frames of back_ times the inputs of the range, then of back_ alone.
+    void products(const Group& g, const std::vector<double>& inputs, double* out) {
+        const std::size_t width = g.range.count + 1, stride = data_.stride;
+        kernels_.innerProducts(g.count, g.range.count, stride, &back_[g.first * stride],
+                               &inputs[g.range.first * stride], out, width);
+        for (std::size_t n = 0; n < g.count; ++n)
+            out[n * width + g.range.count] =
+                Eigen::Map<const Eigen::VectorXd>(&back_[(g.first + n) * stride], Eigen::Index(stride)).sum();
+    }
+
+    const NetData& data_;
+    std::vector<Group> groups_;
+    NetKernels kernels_;
+    std::size_t neurons_;
+    double alpha_;
+    std::vector<double> h_, slope_, back_;  // [N, stride]
+    std::vector<double> residual_;          // [K, stride]
+    std::vector<double> h_mean_;
+    Matrix gram_, output_;
+};
+
+std::vector<double> variablesOf(const TanhNet& net) {
+    std::vector<double> x;
+    for (std::size_t n = 0; n < net.neurons(); ++n) {
+        const std::span<const double> row = net.hidden.row(n).subspan(net.rangeOf(n).first, net.rangeOf(n).count);
+        x.insert(x.end(), row.begin(), row.end());
+        x.push_back(net.hidden_bias[n]);
+    }
+    return x;
+}
+
+void setHidden(TanhNet& net, std::span<const double> x) {
+    for (std::size_t n = 0, at = 0; n < net.neurons(); ++n) {
+        const InputRange range = net.rangeOf(n);
+        std::copy_n(&x[at], range.count, &net.hidden(n, range.first));
+        net.hidden_bias[n] = x[at + range.count];
+        at += range.count + 1;
+    }
+}
+
+std::vector<double> paddedRows(const Matrix& m, std::size_t stride, std::span<const double> mean) {
+    std::vector<double> rows(m.columns * stride);
+    for (std::size_t f = 0; f < m.rows; ++f)
+        for (std::size_t c = 0; c < m.columns; ++c) rows[c * stride + f] = m(f, c) - mean[c];
+    return rows;
+}
+
+}  // namespace
+
+NetData netData(const Matrix& inputs, const Matrix& outputs) {
+    assert(inputs.rows == outputs.rows && inputs.rows > 0);
+    NetData data;
+    data.frames = inputs.rows;
+    data.stride = (inputs.rows + kNetLanes - 1) / kNetLanes * kNetLanes;
+    data.inputs = inputs.columns;
+    data.outputs = outputs.columns;
+    data.y_mean.resize(outputs.columns);
+    Eigen::Map<Eigen::RowVectorXd>(data.y_mean.data(), Eigen::Index(outputs.columns)) =
+        asEigen(outputs).colwise().mean();
+    data.x = paddedRows(inputs, data.stride, std::vector<double>(inputs.columns));
+    data.y = paddedRows(outputs, data.stride, data.y_mean);
+    for (double x : data.x) data.x_squared.push_back(x * x);
+    return data;
+}
+
+NetFit fitByProjection(const NetData& data, const TanhNet& start, double alpha, const LbfgsOptions& options) {
+    assert(alpha > 0 && start.hidden.columns == data.inputs);
+    ProjectedObjective objective(data, start, alpha);
+    std::vector<double> x = variablesOf(start), gradient(x.size());
+    const LbfgsProblem problem{[&](auto at, auto g) { return objective.evaluate(at, g); },
+                               [&](auto diagonal) { objective.curvature(diagonal); }};
+    const LbfgsResult found = minimise(problem, options, x);
+    NetFit fit{start, 0, found.iterations, found.evaluations + 1};
+    fit.objective = objective.evaluate(x, gradient);
+    setHidden(fit.net, x);
+    objective.setOutputs(fit.net);
+    return fit;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,133 @@
+#include "fit/numerics/cross_validation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "fit/numerics/eigen_map.h"
+
+namespace penumbra {
+
+namespace {
+
+struct Block {
+    std::size_t begin, end;  // in the list of training frames
+    std::size_t size() const { return end - begin; }
+};
+
+std::vector<Block> makeBlocks(const FrameList& list, std::span<const std::size_t> frames) {
+    std::vector<Block> blocks;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        if (i == 0 || list.clip[frames[i]] != list.clip[frames[i - 1]]) blocks.push_back({i, i});
+        blocks.back().end = i + 1;
+    }
+    while (blocks.size() < std::min(kLeastFolds, frames.size())) {
+        const auto longest =
+            std::max_element(blocks.begin(), blocks.end(), [](Block a, Block b) { return a.size() < b.size(); });
+        const Block whole = *longest;
+        const std::size_t middle = whole.begin + whole.size() / 2;
+        *longest = {whole.begin, middle};
+        blocks.insert(longest + 1, {middle, whole.end});
+    }
+    return blocks;
+}
+
+struct Fold {
+    std::vector<std::size_t> kept, left_out;  // rows
+};
+
+// Rows in the basis of the principal components of the kept ones.
+struct Reduced {
+    Pca pca;                // of the kept rows
+    std::size_t count = 0;  // components
+    Matrix left_out;        // [left out, count] scores
+};
+
+Reduced reduce(const Matrix& all, const Fold& fold, double variance) {
+    const std::vector<double> mean = meanOfRows(all, fold.kept);
+    const Matrix kept = centredRows(all, fold.kept, mean);
+    Reduced out{principalComponents(kept), 0, {}};
+    out.count = std::min(componentsFor(out.pca, variance), out.pca.energies.size());
+    out.left_out = Matrix(fold.left_out.size(), out.count);
+    asEigen(out.left_out).noalias() =
+        asEigen(centredRows(all, fold.left_out, mean)) * asEigen(basisOf(out.pca, kept, out.count)).transpose();
+    return out;
+}
+
+// The same of functions of the reduced inputs, scaled as expansionScale says.
+Reduced expanded(const Reduced& inputs, const Fold& fold, const Expansion& expand) {
+    const double scale = expansionScale(inputs.pca, fold.kept.size());
+    Matrix x(fold.kept.size() + fold.left_out.size(), inputs.count);
+    const auto kept = Eigen::Index(fold.kept.size()), out = Eigen::Index(fold.left_out.size());
+    asEigen(x).topRows(kept) = scale * asEigen(inputs.pca.scores).leftCols(Eigen::Index(inputs.count));
+    asEigen(x).bottomRows(out) = scale * asEigen(inputs.left_out);
+    Fold in_order;
+    for (std::size_t r = 0; r < x.rows; ++r) (r < fold.kept.size() ? in_order.kept : in_order.left_out).push_back(r);
+    return reduce(expand(x), in_order, 1);
+}
+
+// In the PCA of the inputs x = U s, the ridge is diagonal: a left-out row with scores z is predicted as
+// sum_i z_i d_i (U_i^T Y), d_i = s_i / (s_i^2 + alpha^2). So the squared error of the fold, |Y_out|^2 - 2 d.c + d.Bd,
+// costs I^2 for each alpha: c_i = (Z^T Y_out)_i . (U^T Y)_i, B_ij = (Z^T Z)_ij (U^T Y)_i . (U^T Y)_j.
+std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, const Fold& fold, double input_variance,
+                               std::span<const double> alphas, const Expansion& expand) {
+    Reduced inputs = reduce(features, fold, input_variance);
+    if (expand) inputs = expanded(inputs, fold, expand);
+    const std::vector<double> y_mean = meanOfRows(outputs, fold.kept);
+    const Matrix y = centredRows(outputs, fold.kept, y_mean), y_out = centredRows(outputs, fold.left_out, y_mean);
+    const auto n = Eigen::Index(inputs.count);
+    const double square = asEigen(y_out).squaredNorm();
+    // Inputs or outputs that never change: the mean is all there is.
+    if (n == 0 || y.columns == 0) return std::vector<double>(alphas.size(), square);
+
+    const Eigen::VectorXd s = Eigen::Map<const Eigen::VectorXd>(inputs.pca.energies.data(), n).cwiseSqrt();
+    const auto z = asEigen(inputs.left_out);
+    const Eigen::MatrixXd uy =
+        s.cwiseInverse().asDiagonal() * (asEigen(inputs.pca.scores).leftCols(n).transpose() * asEigen(y)).eval();
+    const Eigen::VectorXd c = (z.transpose() * asEigen(y_out)).cwiseProduct(uy).rowwise().sum();
+    const Eigen::MatrixXd b = (z.transpose() * z).cwiseProduct(uy * uy.transpose());
+    std::vector<double> errors;
+    for (double alpha : alphas) {
+        const Eigen::VectorXd d = s.array() / (s.array().square() + alpha * alpha);
+        errors.push_back(square - 2 * d.dot(c) + d.dot(b * d));
+    }
+    return errors;
+}
+
+}  // namespace
+
+std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames) {
+    const std::vector<Block> blocks = makeBlocks(list, frames);
+    std::vector<std::size_t> order(blocks.size()), size(std::min(blocks.size(), kMostFolds));
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return blocks[a].size() > blocks[b].size(); });
+    std::vector<int> folds(frames.size());
+    for (std::size_t b : order) {
+        const auto fold = std::min_element(size.begin(), size.end()) - size.begin();
+        size[std::size_t(fold)] += blocks[b].size();
+        std::fill(folds.begin() + std::ptrdiff_t(blocks[b].begin), folds.begin() + std::ptrdiff_t(blocks[b].end),
+                  int(fold));
+    }
+    return folds;
+}
+
+double expansionScale(const Pca& inputs, std::size_t rows) {
+    return inputs.energies.empty() ? 1 : std::sqrt(double(rows) / inputs.energies[0]);
+}
+
+std::vector<double> blockedErrors(const Matrix& weighted_features, const Matrix& outputs, const std::vector<int>& folds,
+                                  double input_variance, std::span<const double> alphas, const Expansion& expand) {
+    std::vector<double> errors(alphas.size());
+    const int fold_count = folds.empty() ? 0 : 1 + *std::max_element(folds.begin(), folds.end());
+    if (fold_count < 2) return errors;
+    for (int f = 0; f < fold_count; ++f) {
+        Fold fold;
+        for (std::size_t i = 0; i < folds.size(); ++i) (folds[i] == f ? fold.left_out : fold.kept).push_back(i);
+        const std::vector<double> of_fold =
+            foldErrors(weighted_features, outputs, fold, input_variance, alphas, expand);
+        for (std::size_t a = 0; a < alphas.size(); ++a) errors[a] += of_fold[a];
+    }
+    return errors;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,21 @@
+#pragma once
+// Eigen's view of our matrices. Included by .cpp files of this folder only.
+#include <Eigen/Core>
+
+#include "fit/numerics/matrix.h"
+
+namespace penumbra {
+
+template <class T>
+using EigenRows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+template <class T>
+Eigen::Map<EigenRows<T>> asEigen(BasicMatrix<T>& m) {
+    return {m.values.data(), Eigen::Index(m.rows), Eigen::Index(m.columns)};
+}
+template <class T>
+Eigen::Map<const EigenRows<T>> asEigen(const BasicMatrix<T>& m) {
+    return {m.values.data(), Eigen::Index(m.rows), Eigen::Index(m.columns)};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,107 @@
+#include "fit/reflectance/fit_brdf.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "fit/numerics/cholesky.h"
+#include "formats/common/errors.h"
+#include "sh/reflectance.h"
+
+namespace penumbra {
+
+constexpr int kChannels = 3;
+
+static std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_order) {
+    const std::vector<int> even = evenIndices(view_order);
+    std::vector<double> table, y(std::size_t(coefficientCount(view_order)));
+    for (Vec3d view : views) {
+        evalBasis(view_order, view, y);
+        for (int index : even) table.push_back(y[std::size_t(index)]);
+    }
+    return table;
+}
+
+std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders) {
+    const std::size_t rows = std::size_t(kChannels * coefficientCount(orders.slice_order)),
+                      columns = evenIndices(orders.view_order).size();
+    assert(table.slices.size() == table.views.size() * rows);
+    const std::vector<double> y = evenBasisTable(table.views, orders.view_order);
+    std::vector<double> gram(columns * columns), by_row(rows * columns);  // [J^2, 3, E]
+    for (std::size_t o = 0; o < table.views.size(); ++o)
+        for (std::size_t e = 0; e < columns; ++e) {
+            const double weighted = table.weights[o] * y[o * columns + e];
+            for (std::size_t d = 0; d < columns; ++d) gram[e * columns + d] += weighted * y[o * columns + d];
+            for (std::size_t i = 0; i < rows; ++i) by_row[i * columns + e] += weighted * table.slices[o * rows + i];
+        }
+    factorCholesky(gram, columns);
+    std::vector<double> c(by_row.size());
+    for (std::size_t i = 0; i < rows; ++i) {
+        const std::span<double> row = std::span(by_row).subspan(i * columns, columns);
+        solveCholesky(gram, row);
+        for (std::size_t e = 0; e < columns; ++e) c[(i / kChannels * columns + e) * kChannels + i % kChannels] = row[e];
+    }
+    return c;
+}
+
+// sqrt(sum w z |F - C y|^2 / sum w z |F|^2), over all channels.
+static double fitError(const SliceTable& table, const std::vector<double>& c, int view_order) {
+    const std::size_t columns = evenIndices(view_order).size(), rows = c.size() / columns;
+    const std::vector<double> y = evenBasisTable(table.views, view_order);
+    double error = 0, total = 0;
+    for (std::size_t o = 0; o < table.views.size(); ++o)
+        for (std::size_t i = 0; i < rows; ++i) {
+            double fitted = 0;
+            for (std::size_t e = 0; e < columns; ++e)
+                fitted += c[(i / kChannels * columns + e) * kChannels + i % kChannels] * y[o * columns + e];
+            const double exact = table.slices[o * rows + i];
+            error += table.weights[o] * (fitted - exact) * (fitted - exact);
+            total += table.weights[o] * exact * exact;
+        }
+    return total > 0 ? std::sqrt(error / total) : 0;
+}
+
+// Directional albedo of a view is sqrt(4pi) F_0, because y_0 is constant. `mean` weighs views by their cosine.
+struct Albedo {
+    Vec3d mean;
+    double largest = 0;
+};
+static Albedo albedoOf(const SliceTable& table) {
+    const std::size_t rows = table.slices.size() / table.views.size();
+    Albedo albedo;
+    double weight = 0;
+    for (std::size_t o = 0; o < table.views.size(); ++o) {
+        weight += table.weights[o];
+        for (int channel = 0; channel < kChannels; ++channel) {
+            const double value = std::sqrt(4 * std::numbers::pi) * table.slices[o * rows + std::size_t(channel)];
+            albedo.mean[channel] += table.weights[o] * value;
+            albedo.largest = std::max(albedo.largest, value);
+        }
+    }
+    albedo.mean = albedo.mean / weight;
+    return albedo;
+}
+
+BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads) {
+    const SliceTable table = refinedSlices(source, orders.slice_order, threads);
+    if (!(table.refinement <= kSettled))
+        throw InvalidInput("BRDF " + source.name + ": its lobe is too narrow to tabulate (slices still change by " +
+                           std::to_string(table.refinement) + ")");
+    BrdfFile brdf;
+    brdf.name = source.name;
+    brdf.slice_order = orders.slice_order;
+    brdf.view_order = orders.view_order;
+    brdf.even_index = evenIndices(orders.view_order);
+    brdf.slices = fitSlices(table, orders);
+    const Albedo albedo = albedoOf(table);
+    brdf.errors = {{"fit", fitError(table, brdf.slices, orders.view_order)},
+                   {"refinement", table.refinement},
+                   {"albedo_r", albedo.mean.x},
+                   {"albedo_g", albedo.mean.y},
+                   {"albedo_b", albedo.mean.z},
+                   {"albedo_max", std::max(albedo.largest, largestAlbedo(source, threads))}};
+    return brdf;
+}
+
+}  // namespace penumbra

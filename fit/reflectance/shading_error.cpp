@@ -1,0 +1,113 @@
+#include "fit/reflectance/shading_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "fit/numerics/eigen_map.h"
+#include "formats/common/parallel_for.h"
+#include "sh/quadrature.h"
+#include "sh/sh_product.h"
+
+namespace penumbra {
+
+constexpr int kHeights = 64, kAzimuths = 256;
+constexpr int kParts = 16;
+constexpr std::size_t kPartSize = std::size_t(kHeights) * kAzimuths / kParts;
+
+template <class T>
+static Eigen::Map<const EigenRows<double>> rowsOf(const T& values, std::size_t columns) {
+    return {values.data(), Eigen::Index(values.size() / columns), Eigen::Index(columns)};
+}
+
+ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
+    ShadingTest test{scenes, {}, {}, {}, {}, {}};
+    const auto grid = gaussHemisphere(kHeights, kAzimuths);
+    const std::size_t lights = scenes.lights.size(), occluders = scenes.occluders.size();
+    constexpr int kCount = coefficientCount(kMaxOrder);
+    for (const auto& [direction, weight] : grid) {
+        test.directions.push_back(direction);
+        test.weights.push_back(weight);
+    }
+    test.light.resize(grid.size() * lights);
+    test.open.resize(grid.size() * occluders);
+    std::vector<double> weighted(grid.size() * kCount);
+    parallelFor(kParts, threads, [&](std::size_t part) {
+        std::array<double, kCount> y;
+        for (std::size_t q = part * kPartSize; q < (part + 1) * kPartSize; ++q) {
+            const auto& [direction, weight] = grid[q];
+            evalBasis(kMaxOrder, direction, y);
+            for (std::size_t i = 0; i < y.size(); ++i) weighted[q * kCount + i] = weight * y[i];
+            for (std::size_t l = 0; l < lights; ++l)
+                for (std::size_t i = 0; i < scenes.lights[l].size(); ++i)
+                    test.light[q * lights + l] += scenes.lights[l][i] * y[i] * weight * direction.z;
+            for (std::size_t k = 0; k < occluders; ++k)
+                test.open[q * occluders + k] = !isBlocked(scenes.occluders[k], direction);
+        }
+    });
+    test.moments.resize(occluders * kCount);
+    Eigen::Map<EigenRows<double>>(test.moments.data(), Eigen::Index(occluders), kCount) =
+        rowsOf(test.open, occluders).transpose() * rowsOf(weighted, kCount);
+    return test;
+}
+
+// p of every light and occluder, [lights * occluders, J^2]: the product of light and visibility does not depend on the
+// view.
+static std::vector<double> products(const ShadingTest& test, const Convention& convention, int slice_order) {
+    const auto count = std::size_t(coefficientCount(convention.order)),
+               rows = std::size_t(coefficientCount(slice_order));
+    std::vector<float> numbers(std::size_t(convention.size())), coefficients(count);
+    std::vector<double> p, product(rows);
+    for (const std::vector<double>& light : test.scenes.lights)
+        for (std::size_t k = 0; k < test.scenes.occluders.size(); ++k) {
+            const double* moments = test.moments.data() + k * coefficientCount(kMaxOrder);
+            const std::vector<float> single(moments, moments + count);
+            fromMoments(convention, single, numbers);
+            toCoefficients(convention, numbers, coefficients);
+            multiply(slice_order, light, test.scenes.light_order,
+                     std::vector<double>(coefficients.begin(), coefficients.end()), convention.order, product);
+            p.insert(p.end(), product.begin(), product.end());
+        }
+    return p;
+}
+
+double shadingError(const ShadingTest& test, const std::vector<double>& truth, const Convention& convention,
+                    const std::vector<double>& slices_of_views, int slice_order) {
+    const auto rows = std::size_t(coefficientCount(slice_order));
+    const std::size_t views = test.scenes.views.size();
+    assert(slices_of_views.size() == views * rows * 3);
+    const std::vector<double> p = products(test, convention, slice_order);
+    const std::size_t scenes = p.size() / rows;
+    assert(truth.size() == 3 * views * scenes);
+    double error = 0, total = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t v = 0; v < views; ++v)
+            for (std::size_t k = 0; k < scenes; ++k) {
+                double ours = 0;
+                for (std::size_t i = 0; i < rows; ++i)
+                    ours += p[k * rows + i] * slices_of_views[(v * rows + i) * 3 + c];
+                const double exact = truth[(c * views + v) * scenes + k];
+                error += (ours - exact) * (ours - exact);
+                total += exact * exact;
+            }
+    return total > 0 ? std::sqrt(error / total) : 0;
+}
+
+std::vector<double> slicesOfViews(const std::vector<Vec3d>& views, const std::vector<double>& c,
+                                  const std::vector<int>& index) {
+    const std::size_t rows = c.size() / index.size() / 3;
+    std::vector<double> f(views.size() * rows * 3);
+    std::array<double, coefficientCount(kMaxOrder)> y;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        evalBasis(kMaxOrder, views[v], y);
+        for (std::size_t i = 0; i < rows; ++i)
+            for (std::size_t e = 0; e < index.size(); ++e)
+                for (std::size_t channel = 0; channel < 3; ++channel)
+                    f[(v * rows + i) * 3 + channel] +=
+                        c[(i * index.size() + e) * 3 + channel] * y[std::size_t(index[e])];
+    }
+    return f;
+}
+
+}  // namespace penumbra

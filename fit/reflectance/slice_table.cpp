@@ -1,0 +1,294 @@
+#include "fit/reflectance/slice_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <numeric>
+#include <span>
+
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "sh/quadrature.h"
+#include "sh/sh_basis.h"
+
+namespace penumbra {
+
+constexpr int kChannels = 3;
+
+// --- One integral ---------------------------------------------------------------------------------------------------
+
+// F(o) of one view on the nodes of any grid over the hemisphere, one after the other, so that the sum does not depend
+// on threads.
+static void integrateOnGrid(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedDirection>& grid,
+                            std::span<double> slice) {
+    const int count = int(slice.size()) / kChannels, order = bandOfIndex(count - 1) + 1;
+    std::array<double, coefficientCount(kMaxOrder)> storage;
+    const std::span<double> y = std::span(storage).first(std::size_t(count));
+    for (const auto& [direction, weight] : grid) {
+        const Vec3d value = brdf.eval(direction, view) * (direction.z * weight);
+        evalBasis(order, direction, y);
+        for (std::size_t i = 0; i < y.size(); ++i)
+            for (int c = 0; c < kChannels; ++c) slice[kChannels * i + std::size_t(c)] += value[c] * y[i];
+    }
+}
+
+// Directions of one height: y_l+-m are A_lm(z) times cos m phi and sin m phi, so a direction adds to 2J - 1 sums only.
+struct Ring {
+    int order;
+    std::array<Vec3d, kMaxOrder> cosines{}, sines{};  // over directions: value cos m phi, value sin m phi
+
+    void add(Vec3d value, double cosine, double sine) {
+        double c = 1, s = 0;
+        for (std::size_t m = 0; m < std::size_t(order); ++m) {
+            cosines[m] += value * c;
+            sines[m] += value * s;
+            const double next = c * cosine - s * sine;
+            s = s * cosine + c * sine;
+            c = next;
+        }
+    }
+};
+
+static void addRing(const Ring& ring, double z, double sine, std::span<double> slice) {
+    std::array<double, coefficientCount(kMaxOrder)> storage;
+    const std::span<double> y = std::span(storage).first(std::size_t(coefficientCount(ring.order)));
+    evalBasis(ring.order, Vec3d{sine, 0, z}, y);
+    for (int l = 0; l < ring.order; ++l)
+        for (int m = 0; m <= l; ++m)
+            for (int c = 0; c < kChannels; ++c) {
+                const double a = y[std::size_t(shIndex(l, m))];
+                slice[std::size_t(kChannels * shIndex(l, m) + c)] += a * ring.cosines[std::size_t(m)][c];
+                if (m > 0) slice[std::size_t(kChannels * shIndex(l, -m) + c)] += a * ring.sines[std::size_t(m)][c];
+            }
+}
+
+// How narrow the lobe is at the mirror direction: half of the value there is left at this distance in t = sqrt(z), and
+// at this distance in azimuth over z_i + z_o (at grazing views a lobe of width a is only a (z_i + z_o) wide in
+// azimuth).
+struct LobeWidth {
+    double t, azimuth;
+};
+
+static LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
+    constexpr double kLeast = 1e-4, kMost = 0.1;
+    const double t_o = std::sqrt(view.z), mirror = std::atan2(-view.y, -view.x);
+    const auto value = [&](double t, double azimuth) {
+        const double z = t * t, r = std::sqrt(std::max(0.0, 1 - z * z));
+        const Vec3d f = brdf.eval({r * std::cos(azimuth), r * std::sin(azimuth), z}, view);
+        return f.x + f.y + f.z;
+    };
+    const double half = value(t_o, mirror) / 2;
+    if (half <= 0) return {kMost, kMost};
+    LobeWidth width{kLeast, kLeast};
+    const auto wideInT = [&](double d) {
+        return (t_o + d >= 1 || value(t_o + d, mirror) > half) && (t_o - d <= 0 || value(t_o - d, mirror) > half);
+    };
+    while (width.t < kMost && wideInT(width.t)) width.t *= 2;
+    const auto wideInAzimuth = [&](double d) {
+        const double angle = 2 * view.z * d;
+        return angle > std::numbers::pi || (value(t_o, mirror + angle) > half && value(t_o, mirror - angle) > half);
+    };
+    while (width.azimuth < kMost && wideInAzimuth(width.azimuth)) width.azimuth *= 2;
+    return {std::min(width.t, kMost), std::min(width.azimuth, kMost)};
+}
+
+// x = scale sinh(b u) takes Gauss-Legendre nodes u on (0, 1) to (0, range), dense at 0.
+struct Graded {
+    double scale, b;
+    Graded(double least, double range) : scale(least), b(std::asinh(range / least)) {}
+    WeightedNumber at(const WeightedNumber& u) const {
+        return {scale * std::sinh(b * u.x), scale * b * std::cosh(b * u.x) * u.weight};
+    }
+};
+
+// Heights z = t^2 on both sides of the mirror direction's, azimuths on both sides of its azimuth.
+static void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedNumber>& nodes,
+                                  std::span<double> slice) {
+    const LobeWidth width = lobeWidth(brdf, view);
+    const double t_o = std::sqrt(view.z), radius = std::hypot(view.x, view.y);
+    const double mirror_cosine = radius > 0 ? -view.x / radius : 1, mirror_sine = radius > 0 ? -view.y / radius : 0;
+    const int order = bandOfIndex(int(slice.size()) / kChannels - 1) + 1;
+    for (double side : {-1.0, 1.0}) {
+        const Graded heights(width.t, side < 0 ? t_o : 1 - t_o);
+        for (const WeightedNumber& node : nodes) {
+            const auto [distance, dt] = heights.at(node);
+            const double t = t_o + side * distance, z = t * t, r = std::sqrt(std::max(0.0, 1 - z * z));
+            const Graded azimuths(width.azimuth * (z + view.z), std::numbers::pi);
+            Ring ring{order};
+            for (const WeightedNumber& u : nodes) {
+                const auto [offset, weight] = azimuths.at(u);
+                const double c = std::cos(offset), s = std::sin(offset), factor = z * 2 * t * dt * weight;
+                for (double sign : {1.0, -1.0}) {
+                    const double cosine = mirror_cosine * c - sign * mirror_sine * s,
+                                 sine = mirror_sine * c + sign * mirror_cosine * s;
+                    ring.add(brdf.eval({r * cosine, r * sine, z}, view) * factor, cosine, sine);
+                }
+            }
+            addRing(ring, z, r, slice);
+        }
+    }
+}
+
+// --- Symmetries -----------------------------------------------------------------------------------------------------
+
+// f(s) -> f(Rz(angle)^-1 s): pairs (m, -m) turn by m angle.
+static void rotateAboutNormal(double angle, std::span<const double> in, std::span<double> out) {
+    for (int l = 0; kChannels * coefficientCount(l) < int(in.size()); ++l)
+        for (int m = 0; m <= l; ++m) {
+            const double cosine = std::cos(m * angle), sine = std::sin(m * angle);
+            for (int c = 0; c < kChannels; ++c) {
+                const std::size_t i = std::size_t(kChannels * shIndex(l, m) + c),
+                                  j = std::size_t(kChannels * shIndex(l, -m) + c);
+                const double plus = in[i], minus = m > 0 ? in[j] : 0;
+                if (m > 0) out[j] = sine * plus + cosine * minus;
+                out[i] = cosine * plus - sine * minus;
+            }
+        }
+}
+
+// y -> -y keeps cosines and flips sines; x -> -x does the same after (-1)^m on both.
+static void mirror(bool flip_x, bool flip_y, std::span<double> slice) {
+    for (int l = 0; kChannels * coefficientCount(l) < int(slice.size()); ++l)
+        for (int m = -l; m <= l; ++m) {
+            const bool sine_sign = (m < 0) && (flip_x != flip_y), odd_sign = flip_x && m % 2 != 0;
+            if (sine_sign == odd_sign) continue;
+            for (double& value : slice.subspan(std::size_t(kChannels * shIndex(l, m)), kChannels)) value = -value;
+        }
+}
+
+// Row of the table that azimuth j of n (a multiple of 4) can be made from.
+static int sourceAzimuth(BrdfSymmetry symmetry, int j, int n) {
+    if (symmetry == BrdfSymmetry::kGeneral) return j;
+    if (symmetry == BrdfSymmetry::kIsotropic) return 0;
+    const int k = j > n / 2 ? n - j : j;
+    return k > n / 4 ? n / 2 - k : k;
+}
+
+// --- The table ------------------------------------------------------------------------------------------------------
+
+// The view grid; slices are zero.
+static SliceTable makeTable(int slice_order, int view_n_z) {
+    assert(view_n_z % 2 == 0);
+    SliceTable table;
+    for (const auto& [direction, weight] : gaussHemisphere(view_n_z, 2 * view_n_z)) {
+        table.views.push_back(direction);
+        table.weights.push_back(weight * direction.z);
+    }
+    table.view_n_z = view_n_z;
+    table.slices.resize(table.views.size() * std::size_t(kChannels * coefficientCount(slice_order)));
+    return table;
+}
+
+static std::span<double> sliceOf(SliceTable& table, std::size_t view) {
+    const std::size_t count = table.slices.size() / table.views.size();
+    return std::span(table.slices).subspan(view * count, count);
+}
+
+// Views that must be integrated; the others follow from them.
+static std::vector<std::size_t> sourceViews(const SliceTable& table, BrdfSymmetry symmetry) {
+    const int azimuths = 2 * table.view_n_z;
+    std::vector<std::size_t> views;
+    for (int view = 0; view < int(table.views.size()); ++view)
+        if (sourceAzimuth(symmetry, view % azimuths, azimuths) == view % azimuths) views.push_back(std::size_t(view));
+    return views;
+}
+
+static void spreadBySymmetry(SliceTable& table, BrdfSymmetry symmetry) {
+    const int azimuths = 2 * table.view_n_z;
+    for (int view = 0; view < int(table.views.size()); ++view) {
+        const int j = view % azimuths, source = sourceAzimuth(symmetry, j, azimuths);
+        if (source == j) continue;
+        const auto from = sliceOf(table, std::size_t(view - j + source)), to = sliceOf(table, std::size_t(view));
+        if (symmetry == BrdfSymmetry::kIsotropic) {
+            rotateAboutNormal(2 * std::numbers::pi * j / azimuths, from, to);
+        } else {
+            std::copy(from.begin(), from.end(), to.begin());
+            const bool flip_x = j > azimuths / 4 && j<3 * azimuths / 4, flip_y = j> azimuths / 2;
+            mirror(flip_x, flip_y, to);
+        }
+    }
+}
+
+// Integrates `views` anew; returns w z |change of F|^2 of each.
+using Integrate = std::function<void(Vec3d view, std::span<double> slice)>;
+static std::vector<double> integrateViews(const Integrate& integrate, const std::vector<std::size_t>& views,
+                                          int threads, SliceTable& table) {
+    std::vector<double> change(views.size());
+    parallelFor(views.size(), threads, [&](std::size_t k) {
+        throwIfInterrupted();
+        const std::span<double> to = sliceOf(table, views[k]);
+        std::vector<double> slice(to.size());
+        integrate(table.views[views[k]], slice);
+        for (std::size_t i = 0; i < slice.size(); ++i)
+            change[k] += table.weights[views[k]] * (slice[i] - to[i]) * (slice[i] - to[i]);
+        std::copy(slice.begin(), slice.end(), to.begin());
+    });
+    return change;
+}
+
+SliceTable tabulateSlices(const RgbBrdf& brdf, int slice_order, int incident_n_z, int view_n_z, int threads) {
+    SliceTable table = makeTable(slice_order, view_n_z);
+    const std::vector<WeightedDirection> grid = gaussHemisphere(incident_n_z, 2 * incident_n_z);
+    integrateViews([&](Vec3d view, std::span<double> slice) { integrateOnGrid(brdf, view, grid, slice); },
+                   sourceViews(table, brdf.symmetry), threads, table);
+    spreadBySymmetry(table, brdf.symmetry);
+    return table;
+}
+
+SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
+    constexpr int kCoarsest = 32, kFinest = 512;  // heights, and azimuths
+    constexpr double kMostEvaluations = 4e7;      // of one refinement: some seconds
+    // C of any model here is within 5e-5 of that of 64 heights.
+    const int view_n_z = brdf.symmetry == BrdfSymmetry::kIsotropic ? 32 : 16;
+    SliceTable table = makeTable(slice_order, view_n_z);
+    std::vector<std::size_t> views = sourceViews(table, brdf.symmetry);
+    const double enough = 0.25 * kSettled * kSettled / double(views.size());  // leaves as much to views still open
+    const auto sum = [](const std::vector<double>& values) { return std::reduce(values.begin(), values.end()); };
+    const auto integrateAll = [&](int n) {
+        const std::vector<WeightedNumber> nodes = gaussInterval(n / 2);
+        return integrateViews([&](Vec3d view, std::span<double> s) { integrateAroundMirror(brdf, view, nodes, s); },
+                              views, threads, table);
+    };
+    const double total = sum(integrateAll(kCoarsest));
+    double settled_change = 0, open_change = total;
+    for (int n = 2 * kCoarsest; n <= kFinest && !views.empty(); n *= 2) {
+        if (double(views.size()) * n * n > kMostEvaluations) break;
+        const std::vector<double> change = integrateAll(n);
+        std::vector<std::size_t> open;
+        open_change = 0;
+        for (std::size_t k = 0; k < views.size(); ++k) {
+            const bool settled = change[k] <= enough * total;
+            (settled ? settled_change : open_change) += change[k];
+            if (!settled) open.push_back(views[k]);
+        }
+        if (settled_change + open_change <= kSettled * kSettled * total) break;
+        views = std::move(open);
+    }
+    table.refinement = total > 0 ? std::sqrt((settled_change + open_change) / total) : 0;
+    spreadBySymmetry(table, brdf.symmetry);
+    return table;
+}
+
+double largestAlbedo(const RgbBrdf& brdf, int threads) {
+    constexpr std::array<double, 9> kHeights = {0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.9};
+    const std::size_t azimuths = brdf.symmetry == BrdfSymmetry::kIsotropic     ? 1
+                                 : brdf.symmetry == BrdfSymmetry::kOrthotropic ? 3
+                                                                               : 8;
+    const std::vector<WeightedNumber> nodes = gaussInterval(64);
+    std::vector<double> largest(kHeights.size() * azimuths);
+    parallelFor(largest.size(), threads, [&](std::size_t k) {
+        throwIfInterrupted();
+        const double z = kHeights[k / azimuths], r = std::sqrt(1 - z * z),
+                     phi = std::numbers::pi / 4 * double(k % azimuths);
+        std::array<double, kChannels> f0{};
+        integrateAroundMirror(brdf, {r * std::cos(phi), r * std::sin(phi), z}, nodes, f0);
+        // F_0 holds the constant y_0 = 1 / sqrt(4 pi).
+        largest[k] = std::sqrt(4 * std::numbers::pi) * *std::max_element(f0.begin(), f0.end());
+    });
+    return *std::max_element(largest.begin(), largest.end());
+}
+
+}  // namespace penumbra

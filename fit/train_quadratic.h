@@ -1,9 +1,0 @@
-#pragma once
-// Input PCA and a ridge regression on the inputs and their products (quadratic_model.h).
-#include "fit/regressor.h"
-
-namespace penumbra {
-
-RegressionErrors trainQuadratic(const RegressionProblem& problem, ClusterModel& model);
-
-}  // namespace penumbra

@@ -1,0 +1,114 @@
+#include "fit/visibility/fit_cluster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "fit/models/regressor.h"
+#include "fit/numerics/eigen_map.h"
+#include "fit/numerics/pca.h"
+
+namespace penumbra {
+
+namespace {
+
+template <class T>
+void subtractFromRows(BasicMatrix<T>& m, std::span<const T> mean) {
+    for (std::size_t r = 0; r < m.rows; ++r)
+        for (std::size_t c = 0; c < m.columns; ++c) m(r, c) -= mean[c];
+}
+
+Matrix allRawFeatures(const ClusterProblem& problem) {
+    Matrix raw(problem.poses->frameCount(), problem.recipe->count());
+    for (std::size_t f = 0; f < raw.rows; ++f)
+        rawFeatures(*problem.recipe, problem.joint, problem.poses->bonesOf(f), problem.poses->rotationsOf(f),
+                    problem.poses->poseOf(f), raw.row(f));
+    return raw;
+}
+
+// Row by row: residual = truth - mean on entry, truth - prediction on return.
+void subtractPrediction(const ClusterProblem& problem, const ClusterModel& model, const Matrix& raw,
+                        MatrixF& residual) {
+    const std::vector<float>& w = problem.ambient_weights;
+    const float norm2 = std::inner_product(w.begin(), w.end(), w.begin(), 0.0f);
+    const Eigen::Map<const EigenRows<float>> basis(model.basis.data(), Eigen::Index(model.components()),
+                                                   Eigen::Index(residual.columns));
+    MatrixF numbers(1, residual.columns);
+    for (std::size_t f = 0; f < raw.rows; ++f) {
+        MatrixF scores(1, model.components());
+        scores.values = scoreCluster(problem.kind, *problem.recipe, model, raw.row(f)).scores;
+        asEigen(numbers).noalias() = asEigen(scores) * basis;
+        for (std::size_t c = 0; c < numbers.columns; ++c) numbers(0, c) += model.mean[c];
+        for (std::size_t c = 0; c < numbers.columns && problem.clamp; c += w.size())
+            clampAmbient(w, norm2, numbers.row(0).subspan(c, w.size()));
+        for (std::size_t c = 0; c < numbers.columns; ++c) residual(f, c) -= numbers(0, c) - model.mean[c];
+    }
+}
+
+std::vector<double> squaredNorms(const MatrixF& m) {
+    std::vector<double> sums(m.rows);
+    for (std::size_t f = 0; f < m.rows; ++f)
+        for (float x : m.row(f)) sums[f] += double(x) * x;
+    return sums;
+}
+
+std::vector<double> ambientErrors(const std::vector<float>& w, const MatrixF& residual) {
+    if (w.empty()) return std::vector<double>(residual.rows, std::numeric_limits<double>::quiet_NaN());
+    std::vector<double> sums(residual.rows);
+    for (std::size_t f = 0; f < residual.rows; ++f)
+        for (std::size_t c = 0; c < residual.columns; c += w.size()) {
+            double e = 0;
+            for (std::size_t i = 0; i < w.size(); ++i) e += double(w[i]) * residual(f, c + i);
+            sums[f] += std::abs(e);
+        }
+    return sums;
+}
+
+void setErrorRatios(ClusterFit& fit, std::span<const std::size_t> train) {
+    double squared[2] = {}, variance[2] = {};
+    std::vector<bool> trained(fit.errors.squared.size());
+    for (std::size_t f : train) trained[f] = true;
+    for (std::size_t f = 0; f < trained.size(); ++f) {
+        squared[trained[f]] += fit.errors.squared[f];
+        variance[trained[f]] += fit.errors.variance[f];
+    }
+    const auto ratio = [&](bool t) { return variance[t] > 0 ? squared[t] / variance[t] : 0.0; };
+    fit.model.train_error = ratio(true);
+    fit.model.holdout_error = train.size() == trained.size() ? std::numeric_limits<double>::quiet_NaN() : ratio(false);
+}
+
+}  // namespace
+
+ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
+    ClusterFit fit;
+    fit.model.joint = problem.joint;
+    fit.model.center = problem.center;
+    fit.model.mean = toFloats(meanOfRows(numbers, problem.train));
+    subtractFromRows(numbers, std::span<const float>(fit.model.mean));
+    fit.errors.variance = squaredNorms(numbers);
+
+    const MatrixF centred = selectRows(numbers, problem.train);
+    const Pca outputs = principalComponents(centred);
+    const std::size_t components = componentsFor(outputs, problem.output_variance);
+    fit.model.basis = basisOf(outputs, centred, components).values;
+    for (std::size_t k = components; k < outputs.energies.size(); ++k) fit.left_by_pca += outputs.energies[k];
+
+    const Matrix raw = allRawFeatures(problem);
+    const ClusterPlace place{problem.joint, problem.center};
+    const std::vector<double> group_weights = groupWeights(*problem.recipe, place, raw, problem.train);
+    const RegressionProblem regression{*problem.recipe, place,   raw,        problem.train,         *problem.folds,
+                                       group_weights,   outputs, components, problem.input_variance};
+    setGroups(regression, fit.model);
+    const RegressionErrors errors = trainRegressor(problem.kind, regression, fit.model);
+    fit.cross_validated = errors.cross_validated;
+    fit.leave_one_out = errors.leave_one_out;
+
+    subtractPrediction(problem, fit.model, raw, numbers);
+    fit.errors.squared = squaredNorms(numbers);
+    fit.errors.ambient = ambientErrors(problem.ambient_weights, numbers);
+    setErrorRatios(fit, problem.train);
+    return fit;
+}
+
+}  // namespace penumbra

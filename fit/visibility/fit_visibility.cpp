@@ -1,0 +1,381 @@
+#include "fit/visibility/fit_visibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "fit/clusters/tangent_frames.h"
+#include "fit/clusters/vertex_clusters.h"
+#include "fit/numerics/cross_validation.h"
+#include "fit/visibility/fit_cluster.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/pose_file.h"
+
+namespace penumbra {
+
+namespace {
+
+struct Split {
+    std::vector<std::size_t> train, held_out;  // frames
+};
+
+std::string joined(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    return text;
+}
+
+void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdout) {
+    for (const std::string& name : holdout)
+        if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) == frames.clip_names.end())
+            throw UsageError("--holdout: no clip '" + name + "'; the file has " + joined(frames.clip_names));
+}
+
+// Which of `frames` are in `list`. UsageError where a frame of the list is none of them, or of a clip held out.
+std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
+                               const std::vector<std::string>& holdout) {
+    std::vector<bool> listed(frames.frameCount());
+    for (std::size_t i = 0; i < list.frameCount(); ++i) {
+        const std::string& clip = list.clip_names[list.clip[i]];
+        const std::string name = "--train-frames: clip '" + clip + "', " + std::to_string(list.time[i]) + " s: ";
+        if (std::find(holdout.begin(), holdout.end(), clip) != holdout.end())
+            throw UsageError(name + "the clip is held out");
+        std::size_t f = 0;
+        while (f < listed.size() &&
+               (frames.clip_names[frames.clip[f]] != clip || std::abs(frames.time[f] - list.time[i]) > kSameTime))
+            ++f;
+        if (f == listed.size()) throw UsageError(name + "the visibility file has no such frame");
+        listed[f] = true;
+    }
+    return listed;
+}
+
+Split splitFrames(const FrameList& frames, const FitOptions& options) {
+    checkHoldout(frames, options.holdout);
+    const std::vector<bool> listed = options.train_frames ? listedFrames(frames, *options.train_frames, options.holdout)
+                                                          : std::vector<bool>(frames.frameCount(), true);
+    Split split;
+    for (std::size_t f = 0; f < frames.frameCount(); ++f) {
+        const std::string& clip = frames.clip_names[frames.clip[f]];
+        if (std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end())
+            split.held_out.push_back(f);
+        else if (listed[f])
+            split.train.push_back(f);
+    }
+    if (split.train.empty()) throw UsageError("--holdout: no clip is left to train on");
+    return split;
+}
+
+// What goes with a skeleton and what with a deforming mesh.
+void checkKind(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
+    if (header.skin) {
+        if (options.features == FeatureKind::kDihedrals)
+            throw UsageError("--features dihedral-angles: " + file +
+                             " has a skeleton; take joint-angles or relative-bones");
+        if (options.parts > 0) throw UsageError("--parts: " + file + " has a skeleton, whose joints are its parts");
+        return;
+    }
+    if (options.features == FeatureKind::kJointAngles)
+        throw UsageError("--features joint-angles: " + file +
+                         " has no skeleton; take relative-bones (of its near-rigid parts) or dihedral-angles");
+    if (options.features == FeatureKind::kDihedrals && header.edges.empty() && header.input_names.empty())
+        throw InvalidInput(file + ": /mesh/edges: empty, but --features dihedral-angles reads it");
+    if (std::size_t(options.parts) > header.mesh.frontVertexCount())
+        throw UsageError("--parts " + std::to_string(options.parts) + " is more than the " +
+                         std::to_string(header.mesh.frontVertexCount()) + " vertices");
+}
+
+void checkInput(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
+    if (header.quantity != "hemisphere_visibility")
+        throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
+    checkKind(header, file, options);
+    const int needed = options.convention.order + (options.target == Target::kCosineWeighted ? 1 : 0);
+    if (needed > header.order)
+        throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
+                         std::to_string(needed) + "; the file has order " + std::to_string(header.order));
+    if (std::size_t(options.clusters) > header.mesh.vertexCount())
+        throw UsageError("--clusters " + std::to_string(options.clusters) + " is more than the " +
+                         std::to_string(header.mesh.vertexCount()) + " vertices");
+    if (options.features == FeatureKind::kJointAngles && header.pose_size == 0)
+        throw InvalidInput(file + ": /frames/pose: empty, but --features joint-angles reads it");
+    if (header.skin && options.features == FeatureKind::kRelativeBones && header.skin->jointCount() < 2)
+        throw InvalidInput(file + ": /skin/joint_names: --features relative-bones needs at least two joints");
+}
+
+// The table may have angles that other features do not read.
+void copyPose(const PoseTable& poses, const FitOptions& options, Model& model) {
+    const std::size_t inputs = model.input_names.size();
+    if (!poses.deforming || options.features == FeatureKind::kDihedrals) {
+        model.pose_size = int(poses.pose_size);
+        model.pose = poses.pose;
+        model.pose_mean = poses.pose_mean;
+        model.pose_basis = poses.pose_basis;
+        return;
+    }
+    model.pose_size = int(inputs);
+    for (std::size_t f = 0; f < poses.frameCount(); ++f) {
+        const std::span<const float> pose = poses.poseOf(f).last(inputs);
+        model.pose.insert(model.pose.end(), pose.begin(), pose.end());
+    }
+}
+
+void copyInput(const VisibilityHeader& header, const PoseTable& poses, const FitOptions& options, Model& model) {
+    model.mesh = header.mesh;
+    model.skin = poses.skin;
+    model.rest_normals = header.rest_normals;
+    model.frames = header.frames;
+    model.bones = poses.bones;
+    model.deforming = poses.deforming;
+    model.positions = poses.positions;
+    model.input_names = header.input_names;
+    model.input_joints = poses.input_joints;
+    copyPose(poses, options, model);
+    model.holdout_clips = options.holdout;
+    model.convention = options.convention;
+    model.kind = options.model;
+    model.features = options.features;
+    model.feature_scale = boxDiagonal(header.mesh.rest_positions);
+    model.joint_centers = poses.joint_centers;
+    model.joint_spreads = jointSpreads(header.mesh, poses.skin, model.joint_centers, model.feature_scale);
+    model.input_variance = inputVariance(options);
+    model.output_variance = options.output_variance;
+}
+
+// Consecutive clusters whose numbers fit in batch_bytes.
+std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters,
+                                                             std::size_t bytes_per_vertex, std::size_t batch_bytes) {
+    std::vector<std::pair<std::size_t, std::size_t>> batches;
+    std::size_t bytes = 0;
+    for (std::size_t c = 0; c < clusters.vertices.size(); ++c) {
+        const std::size_t size = clusters.vertices[c].size() * bytes_per_vertex;
+        if (batches.empty() || bytes + size > batch_bytes) {
+            batches.emplace_back(c, c);
+            bytes = 0;
+        }
+        bytes += size;
+        batches.back().second = c + 1;
+    }
+    return batches;
+}
+
+Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
+    Vec3d sum;
+    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
+    return toFloat(sum / double(vertices.size()));
+}
+
+// Tells the observer from whichever thread; the share never goes down.
+class SharedProgress {
+public:
+    SharedProgress(const FitObserver& observer, double total) : observer_(observer), total_(total) {}
+    void add(double amount) {
+        const std::scoped_lock lock(mutex_);
+        done_ += amount;
+        if (observer_.progress) observer_.progress(done_ / total_);
+    }
+
+private:
+    const FitObserver& observer_;
+    double total_, done_ = 0;
+    std::mutex mutex_;
+};
+
+struct FitJob {
+    const VisibilityReader& reader;
+    const FitOptions& options;
+    const FitObserver& observer;
+    const PoseTable& poses;
+    const VertexClusters& clusters;
+    const Split& split;
+    std::vector<int> folds;
+};
+
+// E = (1/pi) integral of V cos. Cosine-weighted: that integral is sqrt(4 pi) times the first number. In the model frame
+// the weights would turn with the normal.
+std::vector<float> ambientWeightsOf(const FitOptions& options) {
+    if (options.frame == Frame::kGlobal) return {};
+    std::vector<float> weights(std::size_t(options.convention.size()));
+    if (options.target == Target::kCosineWeighted)
+        weights[0] = float(2 * std::numbers::inv_sqrtpi);
+    else
+        ambientWeights(options.convention, weights);
+    return weights;
+}
+
+std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
+    const FeatureRecipe recipe = recipeOf(model);
+    const bool dihedrals = model.features == FeatureKind::kDihedrals;
+    const std::size_t vertices = model.mesh.vertexCount();
+    // Reading and rotating takes about as long as fitting.
+    SharedProgress progress(job.observer, 2.0 * double(vertices));
+    std::vector<ClusterFit> fits(job.clusters.vertices.size());
+    const std::size_t bytes_per_vertex = job.poses.frameCount() * std::size_t(model.convention.size()) * sizeof(float);
+    const std::size_t batch_bytes = job.options.batch_bytes ? job.options.batch_bytes
+                                                            : std::clamp(bytes_per_vertex * vertices / 5,
+                                                                         std::size_t(32) << 20, std::size_t(256) << 20);
+    for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, batch_bytes)) {
+        ClusterNumbersRequest request;
+        request.convention = model.convention;
+        request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
+        request.vertices_of_cluster = std::span(job.clusters.vertices).subspan(begin, end - begin);
+        request.target = job.options.target;
+        request.frame = job.options.frame;
+        request.threads = job.options.threads;
+        request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
+        std::vector<MatrixF> numbers = readClusterNumbers(job.reader, job.poses, request);
+        parallelFor(numbers.size(), job.options.threads, [&, first = begin](std::size_t i) {
+            throwIfInterrupted();
+            const std::size_t c = first + i;
+            const ClusterProblem problem{job.options.model, &recipe, &job.poses, job.split.train, &job.folds,
+                                         ambientWeightsOf(job.options), job.options.clamp,
+                                         // The angles went through PCA all together.
+                                         dihedrals ? 1.0 : inputVariance(job.options), job.options.output_variance,
+                                         job.clusters.joint[c], centerOf(model.mesh, job.clusters.vertices[c])};
+            fits[c] = fitCluster(problem, numbers[i]);
+            fits[c].model.vertices = job.clusters.vertices[c];
+            numbers[i] = {};
+            progress.add(double(job.clusters.vertices[c].size()));
+        });
+    }
+    return fits;
+}
+
+ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> frames, std::size_t vertices) {
+    double squared = 0, variance = 0, ambient = 0;
+    for (std::size_t f : frames) {
+        squared += errors.squared[f];
+        variance += errors.variance[f];
+        ambient += errors.ambient[f];
+    }
+    const double points = double(frames.size()) * double(vertices);
+    if (frames.empty()) return {};
+    return {variance > 0 ? std::sqrt(squared / variance) : 0, std::sqrt(squared / points / (4 * std::numbers::pi)),
+            ambient / points};
+}
+
+FrameErrors sumOverClusters(const std::vector<ClusterFit>& fits, std::size_t frames) {
+    FrameErrors sum{std::vector<double>(frames), std::vector<double>(frames), std::vector<double>(frames)};
+    for (const ClusterFit& fit : fits)
+        for (std::size_t f = 0; f < frames; ++f) {
+            sum.squared[f] += fit.errors.squared[f];
+            sum.variance[f] += fit.errors.variance[f];
+            sum.ambient[f] += fit.errors.ambient[f];
+        }
+    return sum;
+}
+
+std::vector<ClipError> errorsByClip(const FrameErrors& errors, const Model& model) {
+    std::vector<ClipError> clips;
+    for (std::size_t c = 0; c < model.frames.clip_names.size(); ++c) {
+        std::vector<std::size_t> frames;
+        for (std::size_t f = 0; f < model.frames.frameCount(); ++f)
+            if (model.frames.clip[f] == c) frames.push_back(f);
+        const ErrorFigures figures = figuresOf(errors, frames, model.mesh.vertexCount());
+        const std::string& name = model.frames.clip_names[c];
+        const bool held =
+            std::find(model.holdout_clips.begin(), model.holdout_clips.end(), name) != model.holdout_clips.end();
+        clips.push_back({name, held, figures.relative_error, figures.rms_v, figures.ambient_error});
+    }
+    return clips;
+}
+
+FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& errors, const Split& split,
+                   const Model& model) {
+    FitReport report;
+    report.train_frames = split.train.size();
+    report.held_out_frames = split.held_out.size();
+    report.train = figuresOf(errors, split.train, model.mesh.vertexCount());
+    report.held_out = figuresOf(errors, split.held_out, model.mesh.vertexCount());
+    double variance = 0, validated = 0, left_out = 0, floor = 0;
+    for (std::size_t f : split.train) variance += errors.variance[f];
+    for (const ClusterFit& fit : fits) {
+        validated += fit.cross_validated;
+        left_out += fit.leave_one_out + fit.left_by_pca;
+        floor += fit.left_by_pca;
+    }
+    if (variance > 0) {
+        report.cross_validated_error = std::sqrt(validated / variance);
+        report.leave_one_out_error = std::sqrt(left_out / variance);
+        report.output_floor = std::sqrt(floor / variance);
+    }
+    for (const Triangle& t : model.mesh.triangles)
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t a = t[i], b = t[(i + 1) % 3];
+            if (model.cluster_of_vertex[a] != model.cluster_of_vertex[b]) continue;
+            report.largest_tangent_angle =
+                std::max(report.largest_tangent_angle, neighbourAngle(model.rest_normals[a], model.rest_tangents[a],
+                                                                      model.rest_normals[b], model.rest_tangents[b]));
+        }
+    return report;
+}
+
+}  // namespace
+
+double inputVariance(const FitOptions& options) {
+    if (options.input_variance != 0) return options.input_variance;
+    if (options.features != FeatureKind::kRelativeBones) return 0.9;
+    return options.model == ModelKind::kNeural ? 0.95 : 0.99;
+}
+
+std::string findProblem(const FitOptions& options) {
+    if (options.clusters < 0) return "--clusters must be auto or at least 1, not " + std::to_string(options.clusters);
+    if (!(inputVariance(options) > 0 && inputVariance(options) <= 1))
+        return "--input-variance must lie in (0, 1], not " + std::to_string(options.input_variance);
+    if (!(options.output_variance > 0 && options.output_variance <= 1))
+        return "--output-variance must lie in (0, 1], not " + std::to_string(options.output_variance);
+    const bool cosine = options.target == Target::kCosineWeighted, global = options.frame == Frame::kGlobal;
+    if (global && options.clamp) return "predictions in the model frame cannot be clamped";
+    if (cosine && global) return "a fit is cosine-weighted or in the model frame, not both";
+    if ((cosine || global) && options.convention.below == BelowHorizon::kMirrored)
+        return "a cosine-weighted fit or one in the model frame takes convention A or B, not " +
+               options.convention.name();
+    return {};
+}
+
+void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
+    checkInput(header, file, options);
+    splitFrames(header.frames, options);
+}
+
+FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
+                        const FitObserver& observer) {
+    checkFit(reader.header(), file, options);
+    if (observer.phase) observer.phase("poses");
+    return fitVisibility(reader, readPoses(reader, poseRequest(reader.header(), options)), file, options, observer);
+}
+
+PoseRequest poseRequest(const VisibilityHeader& header, const FitOptions& options) {
+    const double angles = options.features == FeatureKind::kDihedrals ? inputVariance(options) : 0;
+    return {splitFrames(header.frames, options).train, std::size_t(options.parts), angles, options.threads};
+}
+
+FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, const std::string& file,
+                        const FitOptions& options, const FitObserver& observer) {
+    const VisibilityHeader& header = reader.header();
+    const auto phase = [&](const char* name) {
+        throwIfInterrupted();
+        if (observer.phase) observer.phase(name);
+    };
+    checkInput(header, file, options);
+    const Split split = splitFrames(header.frames, options);
+    FitResult result;
+    Model& model = result.model;
+    copyInput(header, poses, options, model);
+    phase("clusters");
+    const VertexClusters clusters = clustersOf(model.mesh, poses, std::size_t(options.clusters), options.threads);
+    model.cluster_of_vertex = clusters.cluster_of_vertex;
+    model.rest_tangents = restTangents(model.mesh, model.rest_normals, clusters, options.threads);
+    phase("fit");
+    std::vector<ClusterFit> fits =
+        fitClusters({reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)}, model);
+    const FrameErrors errors = sumOverClusters(fits, poses.frameCount());
+    model.clip_errors = errorsByClip(errors, model);
+    result.report = reportOf(fits, errors, split, model);
+    for (ClusterFit& fit : fits) model.clusters.push_back(std::move(fit.model));
+    return result;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,162 @@
+#include "fit/visibility/local_numbers.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "fit/clusters/tangent_frames.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "sh/sh_rotation.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::size_t kBlockFloats = std::size_t(1) << 23;  // of moments in memory at a time
+constexpr std::size_t kBlockVertices = 64;                  // what a bake stores together
+
+// A vertex of a range that was asked for: where its numbers go.
+struct Wanted {
+    std::uint32_t vertex;
+    std::uint32_t cluster;  // index into the request
+    std::size_t column;     // of the first number
+};
+
+std::vector<Wanted> wantedVertices(const ClusterNumbersRequest& request) {
+    std::vector<Wanted> wanted;
+    for (std::size_t c = 0; c < request.vertices_of_cluster.size(); ++c)
+        for (std::size_t i = 0; i < request.vertices_of_cluster[c].size(); ++i)
+            wanted.push_back(
+                {request.vertices_of_cluster[c][i], std::uint32_t(c), i * std::size_t(request.convention.size())});
+    std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.vertex < b.vertex; });
+    return wanted;
+}
+
+// The vertices as a mesh of their own, so that skinVertices() says where their normals are.
+struct Part {
+    Mesh mesh;
+    Skin skin;
+    std::vector<Vec3> rest_normals;
+};
+
+Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {
+    Part part;
+    if (!header.skin) return part;
+    const std::size_t k = std::size_t(header.skin->influences);
+    part.skin.joint_names = header.skin->joint_names;
+    part.skin.parents = header.skin->parents;
+    part.skin.influences = header.skin->influences;
+    for (const Wanted& w : wanted) {
+        part.mesh.rest_positions.push_back(header.mesh.rest_positions[w.vertex]);
+        part.rest_normals.push_back(header.rest_normals[w.vertex]);
+        for (std::size_t i = 0; i < k; ++i) {
+            part.skin.joints.push_back(header.skin->joints[w.vertex * k + i]);
+            part.skin.weights.push_back(header.skin->weights[w.vertex * k + i]);
+        }
+    }
+    return part;
+}
+
+// A range of vertices in memory.
+struct VertexRange {
+    std::size_t begin = 0, end = 0;
+    std::size_t stride = 0;      // moments a vertex
+    std::vector<float> moments;  // [F, end - begin, stride]
+    std::span<const Wanted> wanted;
+    Part part;  // the wanted vertices
+
+    std::span<const float> momentsOf(std::size_t frame, std::uint32_t vertex, std::size_t count) const {
+        const std::size_t at = (frame * (end - begin) + vertex - begin) * stride;
+        return std::span(moments).subspan(at, count);
+    }
+};
+
+// Of the wanted vertices: by skinning, or those of the file; a back has that of its front turned round.
+std::vector<Vec3> normalsOf(const PoseTable& poses, const VertexRange& range, std::size_t frame) {
+    std::vector<Vec3> positions, normals;
+    if (!poses.deforming) {
+        const std::span<const Affine> bones = poses.bonesOf(frame);
+        skinVertices(range.part.mesh, range.part.skin, range.part.rest_normals, {bones.begin(), bones.end()}, positions,
+                     normals);
+        return normals;
+    }
+    const std::size_t fronts = poses.normals.size() / poses.frameCount();
+    for (const Wanted& wanted : range.wanted) {
+        const Vec3 front = poses.normals[frame * fronts + wanted.vertex % fronts];
+        normals.push_back(wanted.vertex < fronts ? front : -front);
+    }
+    return normals;
+}
+
+void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
+                       std::size_t frame, std::vector<MatrixF>& out) {
+    const std::vector<Vec3> normals = normalsOf(poses, range, frame);
+    const bool cosine = request.target == Target::kCosineWeighted;
+    const int order = request.convention.order + (cosine ? 1 : 0);
+    const auto count = std::size_t(coefficientCount(order)), size = std::size_t(request.convention.size());
+    std::array<float, coefficientCount(kMaxOrder)> buffer;
+    const std::span<float> local = std::span(buffer).first(count);
+    for (std::size_t i = 0; i < range.wanted.size(); ++i) {
+        const Wanted& wanted = range.wanted[i];
+        const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[wanted.vertex]];
+        const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
+        const Vec3 tangent = carriedTangent(normals[i], rotation, (*request.frames.rest_tangents)[wanted.vertex]);
+        const ShRotation to_model = makeShRotation(order, localFrame(normals[i], tangent));
+        const std::span<float> numbers = out[wanted.cluster].row(frame).subspan(wanted.column, size);
+        applyTransposed(to_model, range.momentsOf(frame, wanted.vertex, count), local);
+        if (cosine)
+            timesZ(order - 1, local, numbers);
+        else
+            fromMoments(request.convention, local, numbers);
+        if (request.frame == Frame::kGlobal) {
+            std::copy(numbers.begin(), numbers.end(), local.begin());
+            apply(to_model, local, numbers);
+        }
+    }
+}
+
+}  // namespace
+
+void timesZ(int order, std::span<const float> moments, std::span<float> out) {
+    assert(int(moments.size()) == coefficientCount(order + 1) && int(out.size()) == coefficientCount(order));
+    const auto a = [](int l, int m) { return std::sqrt(double(l * l - m * m) / (4.0 * l * l - 1)); };
+    for (int l = 0; l < order; ++l)
+        for (int m = -l; m <= l; ++m) {
+            const double below = std::abs(m) < l ? a(l, m) * double(moments[std::size_t(shIndex(l - 1, m))]) : 0;
+            out[std::size_t(shIndex(l, m))] =
+                float(below + a(l + 1, m) * double(moments[std::size_t(shIndex(l + 1, m))]));
+        }
+}
+
+std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,
+                                        const ClusterNumbersRequest& request) {
+    const VisibilityHeader& header = reader.header();
+    const std::size_t frames = poses.frameCount(), stride = header.coefficientCount();
+    std::vector<MatrixF> out;
+    for (const auto& vertices : request.vertices_of_cluster)
+        out.emplace_back(frames, vertices.size() * std::size_t(request.convention.size()));
+
+    const std::vector<Wanted> wanted = wantedVertices(request);
+    const std::size_t step =
+        std::max<std::size_t>(kBlockFloats / (frames * stride) / kBlockVertices, 1) * kBlockVertices;
+    VertexRange range;
+    range.stride = stride;
+    for (std::size_t first = 0; first < wanted.size(); first += range.wanted.size()) {
+        throwIfInterrupted();
+        range.begin = wanted[first].vertex / step * step;
+        range.end = std::min(range.begin + step, header.mesh.vertexCount());
+        std::size_t last = first;
+        while (last < wanted.size() && wanted[last].vertex < range.end) ++last;
+        range.wanted = {wanted.data() + first, last - first};
+        range.moments.resize(frames * (range.end - range.begin) * stride);
+        reader.readVertices(range.begin, range.end, range.moments);
+        range.part = makePart(header, range.wanted);
+        parallelFor(frames, request.threads, [&](std::size_t f) { writeFrameNumbers(poses, request, range, f, out); });
+        if (request.vertices_done) request.vertices_done(last - first);
+    }
+    return out;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,156 @@
+#include "fit/visibility/predict.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "fit/clusters/deforming_pose.h"
+#include "fit/clusters/tangent_frames.h"
+#include "fit/models/regressor.h"
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "sh/sh_rotation.h"
+
+namespace penumbra {
+
+namespace {
+
+std::vector<Mat3> rotationsOf(std::span<const Affine> bones) {
+    std::vector<Mat3> rotations;
+    for (const Affine& bone : bones) rotations.push_back(nearestRotation(bone.linear()));
+    return rotations;
+}
+
+void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::span<const float> ambient,
+                   std::span<float> numbers) {
+    const std::size_t n = ambient.size();
+    const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
+    std::vector<float> sum = cluster.mean;
+    for (std::size_t k = 0; k < scores.size(); ++k)
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += scores[k] * cluster.basis[k * sum.size() + i];
+    for (std::size_t i = 0; i < cluster.vertices.size(); ++i) {
+        const std::span<float> vertex = std::span(sum).subspan(i * n, n);
+        clampAmbient(ambient, norm2, vertex);
+        std::copy(vertex.begin(), vertex.end(), numbers.begin() + std::ptrdiff_t(cluster.vertices[i] * n));
+    }
+}
+
+void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file) {
+    const auto refuse = [&](const char* field) {
+        throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
+    };
+    if (header.skin.has_value() == model.deforming) refuse("/skin");
+    if (header.mesh.two_sided != model.mesh.two_sided) refuse("attribute two_sided");
+    if (header.mesh.vertexCount() != model.mesh.vertexCount()) refuse("/mesh/rest_positions");
+    if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");
+    if (header.input_names != model.input_names) refuse("/inputs/names");
+    if (model.deforming) {
+        if (!model.pose_mean.empty() && header.edges.size() != model.pose_mean.size()) refuse("/mesh/edges");
+        return;
+    }
+    const auto own = model.skin.joint_names.begin() + long(model.skin.jointCount() - model.input_joints.size());
+    if (header.skin->joint_names != std::vector<std::string>(model.skin.joint_names.begin(), own))
+        refuse("/skin/joint_names");
+    if (header.pose_size != model.pose_size) refuse("/frames/pose");
+}
+
+VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& poses, const Provenance& provenance) {
+    VisibilityHeader header = poses;
+    header.order = model.convention.order;
+    header.quantity =
+        model.convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
+    header.provenance = provenance;
+    return header;
+}
+
+// What the model sees of a frame of a file that checkCharacter() let pass.
+struct SeenPose {
+    std::vector<Affine> bones;
+    std::vector<float> pose;
+};
+
+SeenPose seenPose(const Model& model, const VisibilityFrame& frame) {
+    const std::span<const float> inputs = std::span(frame.pose).last(model.input_names.size());
+    const std::size_t own = model.skin.jointCount() - model.input_joints.size();
+    SeenPose seen{frame.bones, frame.pose};
+    if (model.deforming) {
+        seen.bones =
+            partBones(model.mesh, model.skin, own, std::span(frame.positions).first(model.mesh.frontVertexCount()));
+        seen.pose =
+            reducedAngles(model.pose_mean, model.pose_basis, std::span(frame.pose).first(model.pose_mean.size()));
+        seen.pose.insert(seen.pose.end(), inputs.begin(), inputs.end());
+    }
+    appendInputBones(model.input_joints, model.joint_centers, inputs, seen.bones);
+    return seen;
+}
+
+}  // namespace
+
+Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std::span<const float> pose) {
+    const FeatureRecipe recipe = recipeOf(model);
+    const std::vector<Mat3> rotations = rotationsOf(bones);
+    const auto n = std::size_t(model.convention.size());
+    Prediction prediction;
+    prediction.numbers.resize(model.mesh.vertexCount() * n);
+    std::vector<float> ambient(n);
+    ambientWeights(model.convention, ambient);
+    std::vector<double> raw(recipe.count());
+    for (const ClusterModel& cluster : model.clusters) {
+        rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
+        const ScoredPose scored = scoreCluster(model.kind, recipe, cluster, raw);
+        prediction.out_of_range += scored.out_of_range * double(cluster.vertices.size());
+        addComponents(cluster, scored.scores, ambient, prediction.numbers);
+    }
+    prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model.mesh.vertexCount()));
+    return prediction;
+}
+
+std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
+                                std::span<const float> numbers, int threads) {
+    const Convention& convention = model.convention;
+    const auto n = std::size_t(convention.size()), count = std::size_t(coefficientCount(convention.order));
+    std::array<double, coefficientCount(kMaxOrder)> below{};
+    if (convention.below == BelowHorizon::kOpen)
+        belowHorizonCoefficients(convention.order, std::span(below).first(count));
+    const std::vector<Mat3> rotations = rotationsOf(bones);
+    std::vector<float> out(normals.size() * count);
+    constexpr std::size_t kBlock = 1024;
+    parallelFor((normals.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
+        std::array<float, coefficientCount(kMaxOrder)> local;
+        for (std::size_t v = block * kBlock; v < std::min((block + 1) * kBlock, normals.size()); ++v) {
+            const std::span<float> coefficients = std::span(local).first(count);
+            toCoefficients(convention, numbers.subspan(v * n, n), coefficients);
+            for (std::size_t i = 0; i < count; ++i) coefficients[i] -= float(below[i]);
+            const int joint = model.clusters[model.cluster_of_vertex[v]].joint;
+            const Vec3 tangent = carriedTangent(normals[v], rotations[std::size_t(joint)], model.rest_tangents[v]);
+            apply(makeShRotation(convention.order, localFrame(normals[v], tangent)), coefficients,
+                  std::span(out).subspan(v * count, count));
+        }
+    });
+    return out;
+}
+
+PredictReport predictFile(const Model& model, const VisibilityReader& poses, const PredictFiles& files, int threads,
+                          const std::function<void(double)>& progress) {
+    checkCharacter(model, poses.header(), files.poses);
+    VisibilityWriter writer(files.output, predictionHeader(model, poses.header(), files.provenance),
+                            Precision::kFloat32);
+    PredictReport report;
+    report.frames = poses.header().frames.frameCount();
+    for (std::size_t f = 0; f < report.frames; ++f) {
+        throwIfInterrupted();
+        VisibilityFrame frame = poses.readPose(f);
+        const SeenPose seen = seenPose(model, frame);
+        const Prediction prediction = predictNumbers(model, seen.bones, seen.pose);
+        frame.coefficients = toModelFrame(model, seen.bones, frame.normals, prediction.numbers, threads);
+        writer.writeFrame(frame);
+        report.out_of_range.push_back(prediction.out_of_range);
+        if (progress) progress(double(f + 1));
+    }
+    writer.finish();
+    return report;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,106 @@
+// The checks of what a mesh looks like: materials, lights, and which material each slot has.
+#include <cmath>
+
+#include "asset_generated.h"
+#include "formats/asset/asset_checks.h"
+#include "formats/asset/asset_field.h"
+
+namespace penumbra {
+
+namespace {
+
+OperatorsView operatorsOf(const fbs::Operators& stored, const Field& at, const MaterialView& material) {
+    OperatorsView operators;
+    operators.count = stored.count();
+    operators.order = stored.order();
+    checkRange(at / "count", operators.count, 1, kMaxOperators);
+    checkRange(at / "order", operators.order, 1, kMaxOrder);
+    const int even = material.view_order * (material.view_order + 1) / 2, sets = material.channels * operators.count;
+    operators.u = floatsOf(stored.u(), at / "u", std::uint64_t(sets * coefficientCount(operators.order)));
+    operators.w = floatsOf(stored.w(), at / "w", std::uint64_t(sets * even));
+    return operators;
+}
+
+// The numbers of a compact form are unfolded here, so that nobody else need know of forms.
+void setSlices(const fbs::Material& stored, const Field& at, MaterialView& material) {
+    const int j = material.slice_order, view = material.view_order;
+    checkRange(at / "slice_form", std::int64_t(stored.slice_form()), 0, std::int64_t(SliceForm::kIsotropic));
+    material.slice_form = SliceForm(stored.slice_form());
+    material.stored_slices = floatsOf(stored.slices(), at / "slices",
+                                      std::uint64_t(material.channels) * entryCount(material.slice_form, j, view));
+    material.slices = material.stored_slices;
+    if (material.slice_form == SliceForm::kGeneral) return;
+    material.unfolded =
+        std::make_shared<const std::vector<float>>(expandSlices(material.slice_form, j, view, material.stored_slices));
+    material.slices = *material.unfolded;
+}
+
+MaterialView materialOf(const fbs::Material& stored, const Field& at) {
+    MaterialView material;
+    material.name = textOf(stored.name());
+    material.slice_order = stored.slice_order();
+    material.view_order = stored.view_order();
+    material.channels = stored.channels();
+    checkRange(at / "slice_order", material.slice_order, 1, kMaxOrder);
+    checkRange(at / "view_order", material.view_order, 1, kMaxOrder);
+    (at / "channels").require(material.channels == 1 || material.channels == 3, "is neither 1 nor 3");
+    if (!stored.color() || stored.color()->size() != 3) (at / "color").fail("has not 3 elements");
+    material.color = {stored.color()->Get(0), stored.color()->Get(1), stored.color()->Get(2)};
+    (at / "color").require(std::isfinite(dot(material.color, {1, 1, 1})), "is not finite");
+    setSlices(stored, at, material);
+    if (stored.operators()) material.operators = operatorsOf(*stored.operators(), at / "operators", material);
+    return material;
+}
+
+LightView lightOf(const fbs::Light& stored, const Field& at) {
+    LightView light;
+    light.name = textOf(stored.name());
+    light.order = stored.order();
+    checkRange(at / "order", light.order, 1, kMaxOrder);
+    light.sh = floatsOf(stored.sh(), at / "sh", 3 * std::uint64_t(coefficientCount(light.order)));
+    if (const fbs::Lobes* lobes = stored.lobes()) {
+        const Field here = at / "lobes";
+        light.lobes.directions = spanOf<Vec3>(lobes->directions(), here / "directions");
+        const std::size_t count = light.lobes.directions.size();
+        checkRange(here / "directions", std::int64_t(count), 1, kMaxLobes);
+        checkFinite(here / "directions", light.lobes.directions);
+        checkUnit(here / "directions", light.lobes.directions);
+        light.lobes.coefficients = floatsOf(lobes->coefficients(), here / "coefficients",
+                                            3 * std::uint64_t(count) * std::uint64_t(light.order));
+    }
+    return light;
+}
+
+}  // namespace
+
+std::vector<MaterialView> materialsOf(const fbs::Asset& asset, const Field& at) {
+    std::vector<MaterialView> materials;
+    if (!asset.materials()) return materials;
+    checkRange(at, std::int64_t(asset.materials()->size()), 0, std::int64_t(kMaxMaterials));
+    for (const fbs::Material* material : *asset.materials())
+        materials.push_back(materialOf(*material, at[materials.size()]));
+    checkUniqueNames(at, materials);
+    return materials;
+}
+
+std::vector<LightView> lightsOf(const fbs::Asset& asset, const Field& at) {
+    std::vector<LightView> lights;
+    if (!asset.lights()) return lights;
+    for (const fbs::Light* light : *asset.lights()) lights.push_back(lightOf(*light, at[lights.size()]));
+    checkUniqueNames(at, lights);
+    return lights;
+}
+
+std::vector<std::uint16_t> slotMaterialsOf(const fbs::Asset& stored, const Field& at, const AssetView& asset) {
+    const std::size_t slots = asset.mesh.slots.size();
+    const auto chosen = spanOf<std::uint16_t>(stored.slot_material(), at / "slot_material");
+    if (asset.materials.empty() || chosen.empty()) {
+        checkCount(at / "slot_material", chosen, 0);
+        return std::vector<std::uint16_t>(asset.materials.empty() ? 0 : slots, 0);
+    }
+    checkCount(at / "slot_material", chosen, slots);
+    checkIndices(at / "slot_material", chosen, asset.materials.size());
+    return {chosen.begin(), chosen.end()};
+}
+
+}  // namespace penumbra

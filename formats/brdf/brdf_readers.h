@@ -1,0 +1,22 @@
+#pragma once
+// One kind of BRDF file per source file, on bytes in memory. `name` starts every message. See README.md for the
+// formats.
+#include <string>
+#include <string_view>
+
+#include "formats/brdf/brdf_source.h"
+
+namespace penumbra {
+
+bool looksLikeMerl(std::string_view bytes);
+BrdfReading decodeMerl(std::string_view bytes, const std::string& name);
+
+bool looksLikeFits(std::string_view text);
+BrdfReading decodeFits(std::string_view text, const std::string& name, const std::string& material);
+
+bool looksLikeBrdfTable(std::string_view text);
+BrdfReading decodeBrdfTable(std::string_view text, const std::string& name);
+
+BrdfReading decodeScattered(std::string_view text, const std::string& name, int threads);
+
+}  // namespace penumbra

@@ -1,0 +1,198 @@
+#include "formats/common/write_file.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+namespace fs = std::filesystem;
+
+static IoError failed(const char* what, const fs::path& path, int error) {
+    return IoError(path.string() + ": " + what + ": " + std::strerror(error));
+}
+
+// --- What a signal does ---------------------------------------------------------------------------------------------
+
+// Partial files that exist now, for the handler below, which may call async-signal-safe functions only.
+struct PartialName {
+    std::atomic<bool> used{false}, ready{false};
+    std::array<char, 4096> path{};
+};
+static std::array<PartialName, 64> partial_names;
+static std::atomic<int> caught_signal{0};
+static std::array<char, 128> stop_message{};
+
+void removeOnStop(const fs::path& partial) {
+    const std::string text = fs::absolute(partial).string();
+    if (text.size() >= partial_names[0].path.size()) return;  // then only the destructor removes it
+    for (PartialName& name : partial_names)
+        if (!name.used.exchange(true)) {
+            std::memcpy(name.path.data(), text.c_str(), text.size() + 1);
+            name.ready = true;
+            return;
+        }
+}
+
+void keepOnStop(const fs::path& partial) {
+    const std::string text = fs::absolute(partial).string();
+    for (PartialName& name : partial_names)
+        if (name.ready && text == name.path.data()) {
+            name.ready = false;
+            name.used = false;
+            return;
+        }
+}
+
+// The loops had 0.5 s to see the flag and did not (a library call that cannot be interrupted): stop here.
+static void stopAtOnce(int) {
+    for (PartialName& name : partial_names)
+        if (name.ready) ::unlink(name.path.data());
+    [[maybe_unused]] const ssize_t written =
+        ::write(STDERR_FILENO, stop_message.data(), std::strlen(stop_message.data()));
+    ::_exit(kExitFailed);
+}
+
+static void onSignal(int signal_number) {
+    caught_signal = signal_number;
+    const itimerval grace{{0, 0}, {0, 500000}};
+    ::setitimer(ITIMER_REAL, &grace, nullptr);
+}
+
+void catchSignals(const char* program) {
+    std::snprintf(stop_message.data(), stop_message.size(), "%s: stopped by a signal\n", program);
+    struct sigaction action {};
+    action.sa_handler = onSignal;
+    for (int signal_number : {SIGINT, SIGTERM}) ::sigaction(signal_number, &action, nullptr);
+    action.sa_handler = stopAtOnce;
+    ::sigaction(SIGALRM, &action, nullptr);
+    // A full disk, a file size limit and a closed pipe are errors of write(), which are reported, and no reason to die.
+    action.sa_handler = SIG_IGN;
+    for (int signal_number : {SIGXFSZ, SIGPIPE}) ::sigaction(signal_number, &action, nullptr);
+}
+
+bool interrupted() noexcept { return caught_signal != 0; }
+
+void throwIfInterrupted() {
+    if (!interrupted()) return;
+    throw Interrupted(caught_signal == SIGTERM ? "stopped by SIGTERM" : "stopped by SIGINT");
+}
+
+// --- Files ----------------------------------------------------------------------------------------------------------
+
+// Removes "TARGET.partPID" files whose writer was killed: no process has that number and nobody holds the lock. The
+// lock tells for writers on other hosts or in other containers, whose process numbers mean nothing here.
+static void sweepStale(const fs::path& target) {
+    const std::string prefix = target.filename().string() + ".part";
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path(), ignored)) {
+        const std::string name = entry.path().filename().string();
+        if (name.size() == prefix.size() || !name.starts_with(prefix)) continue;
+        char* end = nullptr;
+        const long pid = std::strtol(name.c_str() + prefix.size(), &end, 10);
+        if ((*end != '\0' && *end != '-') || pid <= 0 || ::kill(pid_t(pid), 0) == 0 || errno != ESRCH) continue;
+        const int file = ::open(entry.path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+        if (file < 0) continue;
+        if (::flock(file, LOCK_EX | LOCK_NB) == 0) fs::remove(entry.path(), ignored);
+        ::close(file);
+    }
+}
+
+static void checkTarget(const fs::path& target) {
+    std::error_code error;
+    const fs::file_status status = fs::status(target, error);
+    // rename() would replace the device or the folder itself.
+    if (fs::exists(status) && !fs::is_regular_file(status)) throw IoError(target.string() + ": not a regular file");
+    if (!fs::is_directory(target.parent_path(), error))
+        throw IoError(target.string() + ": no folder " + target.parent_path().string());
+}
+
+PartialFile::PartialFile(fs::path target) : target_(std::move(target)) {
+    if (target_.empty() || !target_.has_filename()) throw IoError("\"" + target_.string() + "\": not a file name");
+    std::error_code error;
+    if (fs::is_symlink(target_, error) && fs::exists(target_, error)) target_ = fs::canonical(target_);
+    if (!target_.has_parent_path()) target_ = "." / target_;
+    checkTarget(target_);
+    sweepStale(target_);
+    for (int attempt = 1; attempt <= 100;
+         ++attempt) {  // "-2": a second writer here, or the same number in another host
+        const std::string suffix = attempt == 1 ? "" : "-" + std::to_string(attempt);
+        partial_ = target_.string() + ".part" + std::to_string(::getpid()) + suffix;
+        lock_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+        if (lock_ < 0) throw failed("cannot write here", target_, errno);
+        if (::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) break;
+        ::close(lock_);
+        lock_ = -1;
+    }
+    if (lock_ < 0) throw IoError(target_.string() + ": too many writers");
+    removeOnStop(partial_);
+    if (::ftruncate(lock_, 0) != 0) {
+        const int reason = errno;
+        discard();
+        throw failed("cannot write", target_, reason);
+    }
+}
+
+PartialFile::~PartialFile() { discard(); }
+
+void PartialFile::discard() noexcept {
+    if (lock_ < 0) return;
+    ::unlink(partial_.c_str());
+    keepOnStop(partial_);
+    ::close(lock_);
+    lock_ = -1;
+}
+
+static void syncPath(const fs::path& path, int flags) {
+    const int file = ::open(path.c_str(), flags | O_CLOEXEC);
+    if (file < 0) throw failed("cannot open to flush", path, errno);
+    const int result = ::fsync(file), reason = errno;
+    ::close(file);
+    // EINVAL: a file system that has no fsync for folders.
+    if (result != 0 && reason != EINVAL) throw failed("cannot flush to disk", path, reason);
+}
+
+void PartialFile::commit() {
+    syncPath(partial_, O_RDONLY);
+    if (::rename(partial_.c_str(), target_.c_str()) != 0) throw failed("cannot rename to this name", target_, errno);
+    keepOnStop(partial_);
+    ::close(lock_);
+    lock_ = -1;
+    syncPath(target_.parent_path(), O_RDONLY | O_DIRECTORY);
+}
+
+void writeWholeFile(const fs::path& target, std::span<const std::byte> bytes) {
+    PartialFile partial(target);
+    const int file = ::open(partial.path().c_str(), O_WRONLY | O_CLOEXEC);
+    if (file < 0) throw failed("cannot write", target, errno);
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(file, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) {
+            const int reason = errno;
+            ::close(file);
+            throw failed("cannot write", target, reason);
+        }
+        bytes = bytes.subspan(std::size_t(written));
+    }
+    if (::close(file) != 0) throw failed("cannot write", target, errno);
+    partial.commit();
+}
+
+void writeWholeFile(const fs::path& target, std::string_view text) {
+    writeWholeFile(target, std::as_bytes(std::span(text)));
+}
+
+}  // namespace penumbra

@@ -1,0 +1,81 @@
+#include "formats/image/image_file.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+
+#include "formats/common/check_readable.h"
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "formats/image/image_codecs.h"
+
+namespace penumbra {
+
+static std::vector<std::byte> readBytes(const std::filesystem::path& path) {
+    checkReadable(path);
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
+    std::vector<std::byte> bytes;
+    std::vector<char> buffer(1 << 20);
+    do {
+        in.read(buffer.data(), std::ptrdiff_t(buffer.size()));
+        const auto* first = reinterpret_cast<const std::byte*>(buffer.data());
+        bytes.insert(bytes.end(), first, first + in.gcount());
+    } while (in);
+    if (in.bad()) throw IoError(path.string() + ": cannot read");
+    return bytes;
+}
+
+Image decodeImage(std::span<const std::byte> bytes, const std::string& name) {
+    Image image;
+    if (looksLikeExr(bytes))
+        image = decodeExr(bytes, name);
+    else if (looksLikeHdr(bytes))
+        image = decodeHdr(bytes, name);
+    else if (const std::string_view magic = "\x89HDF";
+             bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0)
+        throw InvalidInput(name + ": is HDF5, as fitted lights are: a picture is needed here");
+    else
+        throw InvalidInput(name + ": neither an OpenEXR nor a Radiance HDR picture");
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const Vec3 p = image.pixels[i];
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+            throw InvalidInput(name + ": NaN or infinity in pixel (" + std::to_string(i % std::size_t(image.width)) +
+                               ", " + std::to_string(i / std::size_t(image.width)) + ")");
+    }
+    for (float alpha : image.alpha)
+        if (!std::isfinite(alpha)) throw InvalidInput(name + ": NaN or infinity in channel A");
+    return image;
+}
+
+Image readImage(const std::filesystem::path& path) { return decodeImage(readBytes(path), path.string()); }
+
+void writeExr(const std::filesystem::path& path, const Image& image) { writeWholeFile(path, encodeExr(image)); }
+
+void writePng(const std::filesystem::path& path, const Image& image, float exposure) {
+    writeWholeFile(path, encodePng(image, exposure));
+}
+
+void writeImage(const std::filesystem::path& path, const Image& image, float exposure) {
+    if (path.extension() == ".exr")
+        writeExr(path, image);
+    else if (path.extension() == ".png")
+        writePng(path, image, exposure);
+    else
+        throw UsageError(path.string() + ": a picture must be named .png or .exr");
+}
+
+Vec3d latLongDirection(double u, double v) {
+    const double t = std::numbers::pi * v, p = 2 * std::numbers::pi * (u - 0.5);
+    return {std::sin(t) * std::cos(p), std::cos(t), std::sin(t) * std::sin(p)};
+}
+
+void latLongCoordinates(Vec3d direction, double& u, double& v) {
+    u = std::atan2(direction.z, direction.x) / (2 * std::numbers::pi) + 0.5;
+    v = std::atan2(std::hypot(direction.x, direction.z), direction.y) / std::numbers::pi;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,179 @@
+#include "formats/image/project_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "formats/common/parallel_for.h"
+#include "formats/common/write_file.h"
+#include "formats/image/project_disc.h"
+#include "sh/quadrature.h"
+#include "sh/sh_rotation.h"
+
+namespace penumbra {
+
+using std::numbers::pi;
+
+std::span<const Vec3> rowOf(const Image& image, int row) {
+    return std::span(image.pixels).subspan(std::size_t(row) * std::size_t(image.width), std::size_t(image.width));
+}
+
+// --- Lat-long
+// --------------------------------------------------------------------------------------------------------- All in a
+// frame whose z is the picture's pole, s' = (sin t cos q, sin t sin q, cos t) with q = -p (latLongDirection).
+
+struct RowMoments {
+    std::array<Vec3d, kMaxOrder> cosine{}, sine{};  // sum over pixels of radiance times integral of cos mq, sin mq dq
+};
+
+static RowMoments momentsOfRow(std::span<const Vec3> row, int order) {
+    RowMoments moments;
+    const double width = 2 * pi / double(row.size());
+    for (int m = 0; m < order; ++m) {
+        // Integrals of cos mp and sin mp over a pixel are those at its centre times sin(m width/2) / (m/2).
+        const double chord = m == 0 ? width : std::sin(m * width / 2) / (m / 2.0);
+        for (std::size_t x = 0; x < row.size(); ++x) {
+            const double p = width * (double(x) + 0.5) - pi;
+            moments.cosine[std::size_t(m)] += toDouble(row[x]) * (chord * std::cos(m * p));
+            moments.sine[std::size_t(m)] += toDouble(row[x]) * (-chord * std::sin(m * p));
+        }
+    }
+    return moments;
+}
+
+// Integral of y(l, m >= 0; azimuth 0) sin t dt over [t0, t1], by 8 Gauss nodes in t: exact to rounding for rows of up
+// to 45 degrees (a picture of 4 rows) at every order.
+static std::vector<double> rowIntegrals(double t0, double t1, int order) {
+    static const std::vector<WeightedDirection> nodes = gaussSphere(8, 1);
+    std::vector<double> sum(std::size_t(coefficientCount(order))), y(sum.size());
+    for (const auto& [node, weight] : nodes) {
+        const double t = (t0 + t1) / 2 + node.z * (t1 - t0) / 2;
+        evalBasis(order, Vec3d{std::sin(t), 0, std::cos(t)}, y);
+        const double w = weight / (2 * pi) * (t1 - t0) / 2 * std::sin(t);
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += w * y[i];
+    }
+    return sum;
+}
+
+static void projectLatLongRow(const Image& image, int row, int order, PartialProjection& sum) {
+    const double t0 = pi * row / image.height, t1 = pi * (row + 1) / image.height;
+    const double solid_angle = 2 * pi / image.width * (std::cos(t0) - std::cos(t1));
+    for (Vec3 p : rowOf(image, row)) sum.energy += solid_angle * dot(toDouble(p), toDouble(p));
+    const RowMoments moments = momentsOfRow(rowOf(image, row), order);
+    const std::vector<double> integrals = rowIntegrals(t0, t1, order);
+    for (int l = 0; l < order; ++l)
+        for (int m = 0; m <= l; ++m) {
+            const double integral = integrals[std::size_t(shIndex(l, m))];
+            sum.sh[std::size_t(shIndex(l, m))] += moments.cosine[std::size_t(m)] * integral;
+            if (m > 0) sum.sh[std::size_t(shIndex(l, -m))] += moments.sine[std::size_t(m)] * integral;
+        }
+}
+
+// --- Cubes
+// ------------------------------------------------------------------------------------------------------------
+
+// Gauss nodes along a side of a texel that leave less than 1e-8 of band 7 of a uniform cube (measured in the tests).
+static int nodesOfTexel(int size) { return size < 8 ? 10 : size < 64 ? 5 : size < 256 ? 3 : 2; }
+
+struct TexelRule {
+    std::vector<double> at, weight;  // in (0, 1), sum 1
+};
+
+static TexelRule texelRule(int size) {
+    TexelRule rule;
+    for (const auto& [node, weight] : gaussSphere(nodesOfTexel(size), 1)) {
+        rule.at.push_back((node.z + 1) / 2);
+        rule.weight.push_back(weight / (4 * pi));
+    }
+    return rule;
+}
+
+// Integral of the basis over one texel of a face: Gauss nodes, weighted so that they add up to the exact solid angle.
+static void integrateTexel(const CubeFace& face, const TexelRule& rule, double s0, double t0, double step, int order,
+                           std::span<double> integral) {
+    std::array<double, coefficientCount(kMaxOrder)> y;
+    const auto basis = std::span(y).first(integral.size());
+    std::fill(integral.begin(), integral.end(), 0.0);
+    double total = 0;
+    for (std::size_t j = 0; j < rule.at.size(); ++j)
+        for (std::size_t i = 0; i < rule.at.size(); ++i) {
+            const Vec3d d = face.forward + (s0 + rule.at[i] * step) * face.right + (t0 + rule.at[j] * step) * face.down;
+            const double square = dot(d, d), weight = rule.weight[i] * rule.weight[j] / (square * std::sqrt(square));
+            evalBasis(order, d / std::sqrt(square), basis);
+            for (std::size_t k = 0; k < integral.size(); ++k) integral[k] += weight * basis[k];
+            total += weight;
+        }
+    const double solid_angle = cubeSolidAngle(s0, s0 + step, t0, t0 + step);
+    for (double& value : integral) value *= solid_angle / total;
+}
+
+static void projectCubeRow(const EnvironmentMap& map, int row, int order, PartialProjection& sum) {
+    const int size = map.image.width / (map.layout == MapLayout::kVerticalCross ? 3 : 4);
+    const double step = 2.0 / size;
+    const TexelRule rule = texelRule(size);
+    std::array<double, coefficientCount(kMaxOrder)> values;
+    const auto integral = std::span(values).first(std::size_t(coefficientCount(order)));
+    for (const CubeFace& face : cubeFaces(map.layout)) {
+        if (row / size != face.row) continue;
+        const double t0 = (row % size) * step - 1;
+        for (int x = 0; x < size; ++x) {
+            const Vec3d p = toDouble(rowOf(map.image, row)[std::size_t(face.column * size + x)]);
+            const double s0 = x * step - 1;
+            integrateTexel(face, rule, s0, t0, step, order, integral);
+            for (std::size_t k = 0; k < integral.size(); ++k) sum.sh[k] += p * integral[k];
+            sum.energy += dot(p, p) * cubeSolidAngle(s0, s0 + step, t0, t0 + step);
+        }
+    }
+}
+
+// --- All
+// --------------------------------------------------------------------------------------------------------------
+
+// From the frame that a layout is projected in to the model frame: lat-long (x', y', z') -> (x, z, -y), y' the pole's
+// side; discs (x', y', z') -> (-z, y, x).
+static Mat3d toModelFrame(MapLayout layout) {
+    if (layout == MapLayout::kLatLong) return {{1, 0, 0, 0, 0, 1, 0, -1, 0}};
+    if (layout == MapLayout::kAngular || layout == MapLayout::kBall) return {{0, 0, 1, 0, 1, 0, -1, 0, 0}};
+    return {};
+}
+
+static void projectRow(const EnvironmentMap& map, int row, int order, const DiscBasis& disc, PartialProjection& sum) {
+    if (map.layout == MapLayout::kLatLong)
+        projectLatLongRow(map.image, row, order, sum);
+    else if (map.layout == MapLayout::kAngular || map.layout == MapLayout::kBall)
+        projectDiscRow(map, row, disc, sum);
+    else
+        projectCubeRow(map, row, order, sum);
+}
+
+MapProjection projectMap(const EnvironmentMap& map, int order, int threads) {
+    assert(order >= 1 && order <= kMaxOrder);
+    constexpr int kRowsPerTask = 8;
+    const int rows = rowCount(map);
+    const DiscBasis disc = makeDiscBasis(order);
+    std::vector<PartialProjection> parts(std::size_t((rows + kRowsPerTask - 1) / kRowsPerTask));
+    parallelFor(parts.size(), threads, [&](std::size_t task) {
+        throwIfInterrupted();
+        const int begin = int(task) * kRowsPerTask;
+        for (int row = begin; row < std::min(rows, begin + kRowsPerTask); ++row)
+            projectRow(map, row, order, disc, parts[task]);
+    });
+    MapProjection projection;
+    const auto count = std::size_t(coefficientCount(order));
+    const ShRotationD to_model = makeShRotation(order, toModelFrame(map.layout));
+    projection.sh.resize(3 * count);
+    for (const PartialProjection& part : parts) projection.energy += part.energy;
+    std::vector<double> in(count), out(count);
+    for (int channel = 0; channel < 3; ++channel) {
+        std::fill(in.begin(), in.end(), 0.0);
+        for (const PartialProjection& part : parts)
+            for (std::size_t i = 0; i < count; ++i) in[i] += part.sh[i][channel];
+        apply(to_model, in, out);
+        for (std::size_t i = 0; i < count; ++i) projection.sh[3 * i + std::size_t(channel)] = out[i];
+    }
+    return projection;
+}
+
+}  // namespace penumbra

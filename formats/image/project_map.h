@@ -1,0 +1,18 @@
+#pragma once
+// Pictures of the sphere to SH. Pixels are patches of constant radiance; their solid angles and the integrals of the
+// basis over them are exact, so that a uniform picture of any layout has band 0 only.
+#include <vector>
+
+#include "formats/image/environment_map.h"
+
+namespace penumbra {
+
+struct MapProjection {
+    std::vector<double> sh;  // [order^2, 3]
+    double energy = 0;       // integral of |L|^2 over the sphere, channels summed
+};
+
+// 1 <= order <= kMaxOrder. The same numbers for any number of threads.
+MapProjection projectMap(const EnvironmentMap& map, int order, int threads);
+
+}  // namespace penumbra

@@ -1,0 +1,59 @@
+#include "formats/rig/frame_sampling.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+constexpr double kMaxFrames = 1e7;
+constexpr double kSameKey = 1e-5;  // seconds
+
+static std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
+    const double duration = clip.end - clip.begin;
+    if (duration <= 0) return {clip.begin};
+    std::vector<double> times;
+    if (fps > 0) {
+        if (duration * fps > kMaxFrames)
+            throw UsageError("--fps " + std::to_string(fps) + " gives clip '" + clip.name + "' more than 1e7 frames");
+        for (std::size_t i = 0; double(i) / fps <= duration + 1e-9; ++i) times.push_back(clip.begin + double(i) / fps);
+        return times;
+    }
+    times = clip.keys;
+    // The same key of two tracks may differ by the rounding of its float.
+    const auto same = [](double a, double b) { return b - a < kSameKey; };
+    times.erase(std::unique(times.begin(), times.end(), same), times.end());
+    return times;
+}
+
+static const ClipTimes& findClip(const std::vector<ClipTimes>& known, const std::string& name,
+                                 const std::string& owner) {
+    std::string names;
+    for (const ClipTimes& clip : known) {
+        if (clip.name == name) return clip;
+        names += (names.empty() ? "" : ", ") + clip.name;
+    }
+    throw UsageError("no clip '" + name + "'; " + owner + " has " + (names.empty() ? "none" : names));
+}
+
+FrameList sampleClips(const std::vector<ClipTimes>& known, const std::vector<std::string>& chosen, double fps,
+                      const std::string& owner) {
+    if (!std::isfinite(fps) || fps < 0) throw UsageError("frames per second must be 0 or more");
+    std::vector<std::string> names = chosen;
+    if (names.empty())
+        for (const ClipTimes& clip : known) names.push_back(clip.name);
+    FrameList frames;
+    for (const std::string& name : names) {
+        if (std::count(names.begin(), names.end(), name) > 1)
+            throw UsageError("clip '" + name + "' is asked for twice");
+        for (const double t : frameTimes(findClip(known, name, owner), fps)) {
+            frames.clip.push_back(std::uint16_t(frames.clip_names.size()));
+            frames.time.push_back(t);
+        }
+        frames.clip_names.push_back(name);
+    }
+    return frames;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,259 @@
+// FBX, Collada and DirectX .x through assimp, to the model frame: y up, right-handed, metres. assimp mirrors .x and
+// applies Collada's unit and up axis itself; FBX says in its metadata what it has. Morph targets are ignored.
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <fstream>
+#include <map>
+
+#include "formats/common/check_readable.h"
+#include "formats/common/errors.h"
+#include "formats/rig/rig_build.h"
+
+namespace penumbra {
+
+namespace {
+struct AssimpImport {
+    const aiScene* scene = nullptr;
+    RigSource source;
+    std::vector<const aiNode*> nodes;         // ours to assimp's; null where it has none
+    std::map<std::string, int> node_of_name;  // of several, the first, as assimp's own look-up does
+
+    [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
+};
+}  // namespace
+
+static Matrix toMatrix(const aiMatrix4x4& m) {
+    return {m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4};
+}
+
+static std::string textOf(const aiString& s) { return cleanText({s.data, s.length}); }
+
+static void setTransform(const AssimpImport& import, const Matrix& m, Node& node) {
+    if (!allFinite(m)) import.fail("node '" + node.name + "': its transform is not finite");
+    const Decomposition parts = decompose(m);
+    node.translation = parts.translation;
+    node.rotation = parts.rotation;
+    node.scale = parts.scale;
+    if (!parts.exact)
+        node.matrix = {m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, m[3], m[7], m[11], 1};
+}
+
+static void convertNodes(AssimpImport& import, const Matrix& to_model) {
+    struct Entry {
+        const aiNode* node;
+        int parent;
+    };
+    if (to_model != kIdentityMatrix) {
+        Node axes;
+        axes.name = "axes";
+        setTransform(import, to_model, axes);
+        import.source.nodes.push_back(std::move(axes));
+        import.nodes.push_back(nullptr);
+    }
+    std::vector<Entry> stack{{import.scene->mRootNode, int(import.nodes.size()) - 1}};
+    while (!stack.empty()) {
+        const Entry entry = stack.back();
+        stack.pop_back();
+        const int index = int(import.source.nodes.size());
+        Node node;
+        node.name = textOf(entry.node->mName);
+        if (node.name.empty()) node.name = "node" + std::to_string(index);
+        node.parent = entry.parent;
+        setTransform(import, toMatrix(entry.node->mTransformation), node);
+        import.node_of_name.emplace(node.name, index);
+        import.source.nodes.push_back(std::move(node));
+        import.nodes.push_back(entry.node);
+        for (unsigned c = entry.node->mNumChildren; c-- > 0;) stack.push_back({entry.node->mChildren[c], index});
+    }
+}
+
+// The skin of a mesh: its bones. Influences are gathered a vertex at a time, as many as the busiest one has.
+static void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
+    SourceSkin skin;
+    std::vector<std::vector<std::pair<std::uint32_t, double>>> influences(mesh.mNumVertices);
+    for (unsigned b = 0; b < mesh.mNumBones; ++b) {
+        const aiBone& bone = *mesh.mBones[b];
+        const auto node = import.node_of_name.find(textOf(bone.mName));
+        if (node == import.node_of_name.end())
+            failAtNode(import.source, part.node, "its bone '" + textOf(bone.mName) + "' has no node");
+        skin.nodes.push_back(node->second);
+        skin.inverse_bind.push_back(toMatrix(bone.mOffsetMatrix));
+        if (!allFinite(skin.inverse_bind.back()))
+            failAtNode(import.source, node->second, "its bind matrix is not finite");
+        for (unsigned w = 0; w < bone.mNumWeights; ++w) {
+            const aiVertexWeight& weight = bone.mWeights[w];
+            if (weight.mVertexId >= mesh.mNumVertices)
+                failAtNode(import.source, node->second, "weighs a vertex that does not exist");
+            if (weight.mWeight != 0) influences[weight.mVertexId].push_back({b, weight.mWeight});
+        }
+    }
+    for (const auto& list : influences) part.influences = std::max(part.influences, int(list.size()));
+    for (auto& list : influences) {
+        list.resize(std::size_t(part.influences));
+        for (const auto& [joint, weight] : list) {
+            part.joints.push_back(joint);
+            part.weights.push_back(weight);
+        }
+    }
+    part.skin = int(import.source.skins.size());
+    import.source.skins.push_back(std::move(skin));
+}
+
+static void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
+    SourcePart part;
+    part.node = node;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+        const aiFace& face = mesh.mFaces[f];
+        if (face.mNumIndices != 3) continue;  // points and lines cast no shadow
+        for (unsigned k = 0; k < 3; ++k)
+            if (face.mIndices[k] >= mesh.mNumVertices)
+                failAtNode(import.source, node, "names a vertex that does not exist");
+        part.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
+    }
+    if (part.triangles.empty()) return;
+    if (mesh.mMaterialIndex < import.scene->mNumMaterials) {
+        const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
+        if (!name.empty()) part.material = name;
+    }
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+        const aiVector3D& p = mesh.mVertices[v];
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+            failAtNode(import.source, node, "vertex " + std::to_string(v) + " is not finite");
+        part.positions.push_back({p.x, p.y, p.z});
+    }
+    if (mesh.mNumBones > 0) convertBones(import, mesh, part);
+    import.source.parts.push_back(std::move(part));
+}
+
+static void convertMeshes(AssimpImport& import) {
+    std::size_t vertices = 0;
+    for (std::size_t n = 0; n < import.nodes.size(); ++n)
+        for (unsigned m = 0; import.nodes[n] != nullptr && m < import.nodes[n]->mNumMeshes; ++m) {
+            const aiMesh& mesh = *import.scene->mMeshes[import.nodes[n]->mMeshes[m]];
+            vertices += mesh.mNumVertices;
+            if (vertices > kMaxSourceVertices)
+                throw Unsupported(import.source.file.string() + ": has too many vertices");
+            convertMesh(import, int(n), mesh);
+        }
+}
+
+static void appendValue(const aiVector3D& v, std::vector<float>& out) { out.insert(out.end(), {v.x, v.y, v.z}); }
+static void appendValue(const aiQuaternion& q, std::vector<float>& out) { out.insert(out.end(), {q.x, q.y, q.z, q.w}); }
+
+template <class Key>
+static void convertKeys(const AssimpImport& import, std::span<Key> keys, double seconds_a_tick, int node,
+                        Channel::Path path, Clip& clip) {
+    if (keys.empty()) return;
+    const std::string where = "clip '" + clip.name + "': node '" + import.source.nodes[std::size_t(node)].name + "': ";
+    Channel channel;
+    channel.node = node;
+    channel.path = path;
+    for (const Key& key : keys) {
+        const double time = key.mTime * seconds_a_tick;
+        if (!channel.times.empty() && time == channel.times.back()) continue;
+        if (!std::isfinite(time) || (!channel.times.empty() && time < channel.times.back()))
+            import.fail(where + "key times do not ascend");
+        channel.times.push_back(time);
+        appendValue(key.mValue, channel.values);
+    }
+    for (const float v : channel.values)
+        if (!std::isfinite(v)) import.fail(where + "a key is not finite");
+    if (path == Channel::Path::kRotation)
+        for (std::size_t i = 0; i < channel.values.size(); i += 4)
+            if (!normalized({channel.values[i], channel.values[i + 1], channel.values[i + 2], channel.values[i + 3]}))
+                import.fail(where + "a key is a quaternion of length 0");
+    clip.channels.push_back(std::move(channel));
+}
+
+// DirectX counts 4800 ticks a second where the file does not say (AnimTicksPerSecond); assimp's own default is 25.
+static double secondsPerTick(const AssimpImport& import, const aiAnimation& animation) {
+    if (animation.mTicksPerSecond > 0) return 1 / animation.mTicksPerSecond;
+    return isExtension(import.source.file, ".x") ? 1.0 / 4800 : 1.0 / 25;
+}
+
+// The first key moves to 0 s where a clip starts before that.
+static void setDuration(Clip& clip) {
+    double first = 0;
+    for (const Channel& channel : clip.channels) first = std::min(first, channel.times.front());
+    for (Channel& channel : clip.channels) {
+        for (double& t : channel.times) t -= first;
+        clip.duration = std::max(clip.duration, channel.times.back());
+    }
+}
+
+static void convertClips(AssimpImport& import) {
+    for (unsigned a = 0; a < import.scene->mNumAnimations; ++a) {
+        const aiAnimation& animation = *import.scene->mAnimations[a];
+        Clip clip;
+        clip.name = animation.mName.length == 0 ? "clip" + std::to_string(a) : textOf(animation.mName);
+        const double tick = secondsPerTick(import, animation);
+        for (unsigned c = 0; c < animation.mNumChannels; ++c) {
+            const aiNodeAnim& from = *animation.mChannels[c];
+            const auto node = import.node_of_name.find(textOf(from.mNodeName));
+            if (node == import.node_of_name.end()) continue;  // .x may animate frames that it does not have
+            Node& target = import.source.nodes[std::size_t(node->second)];
+            target.matrix.reset();
+            convertKeys(import, std::span(from.mPositionKeys, from.mNumPositionKeys), tick, node->second,
+                        Channel::Path::kTranslation, clip);
+            convertKeys(import, std::span(from.mRotationKeys, from.mNumRotationKeys), tick, node->second,
+                        Channel::Path::kRotation, clip);
+            convertKeys(import, std::span(from.mScalingKeys, from.mNumScalingKeys), tick, node->second,
+                        Channel::Path::kScale, clip);
+        }
+        if (clip.channels.empty()) import.fail("clip '" + clip.name + "' has no keys");
+        setDuration(clip);
+        import.source.clips.push_back(std::move(clip));
+    }
+}
+
+// FBX names its axes by index and sign, and its unit in centimetres: row r of the result is model axis x (its "coord"
+// axis), y (up), z (front).
+static Matrix fbxToModel(const aiScene& scene) {
+    if (scene.mMetaData == nullptr) return kIdentityMatrix;
+    double unit = 100;
+    float unit_float = 0;
+    if (!scene.mMetaData->Get("UnitScaleFactor", unit) && scene.mMetaData->Get("UnitScaleFactor", unit_float))
+        unit = unit_float;
+    const double scale = std::isfinite(unit) && unit > 0 ? unit / 100 : 1;
+    Matrix m{};
+    std::array<bool, 3> used{};
+    std::size_t row = 0;
+    for (const char* axis : {"CoordAxis", "UpAxis", "FrontAxis"}) {
+        std::int32_t index = row == 0 ? 0 : int(row), sign = 1;
+        scene.mMetaData->Get(axis, index);
+        scene.mMetaData->Get(std::string(axis) + "Sign", sign);
+        if (index < 0 || index > 2 || used[std::size_t(index)])
+            return composeTransform({}, {0, 0, 0, 1}, {scale, scale, scale});
+        used[std::size_t(index)] = true;
+        m[4 * row++ + std::size_t(index)] = sign < 0 ? -scale : scale;
+    }
+    return m;
+}
+
+RigSource readWithAssimp(const std::filesystem::path& path) {
+    checkReadable(path);
+    std::error_code error;
+    AssimpImport import;
+    import.source.file = path;
+    import.source.files_read = {path};
+    if (std::filesystem::file_size(path, error) == 0) import.fail("is empty");
+    Assimp::Importer importer;
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
+    import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
+    if (import.scene == nullptr || import.scene->mRootNode == nullptr)
+        import.fail("cannot be read: " +
+                    std::string(importer.GetErrorString()).substr(0, 160));  // it may quote the file
+    const Matrix to_model = isExtension(path, ".fbx") ? fbxToModel(*import.scene) : kIdentityMatrix;
+    convertNodes(import, to_model);
+    convertMeshes(import);
+    convertClips(import);
+    if (isExtension(path, ".fbx")) collapseFbxPivots(import.source);
+    return std::move(import.source);
+}
+
+}  // namespace penumbra

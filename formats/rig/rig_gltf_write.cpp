@@ -1,0 +1,226 @@
+// A rig as a glTF 2.0 binary. What readRig() welded, bound to joints and turned is written as one skinned mesh, so that
+// reading finds nothing left to do.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "formats/common/errors.h"
+#include "formats/common/provenance.h"
+#include "formats/common/write_file.h"
+#include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_poses.h"
+
+namespace penumbra {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+// glTF 2.0 section 5.1.3: component types.
+enum Component : int { kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126 };
+
+class GlbWriter {
+public:
+    Json json;
+
+    // One accessor with a buffer view of its own; returns its index. Every array is a multiple of 4 bytes long.
+    template <class T>
+    std::size_t add(const std::vector<T>& values, Component component, const char* type, std::size_t width) {
+        json["bufferViews"].push_back(
+            {{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", values.size() * sizeof(T)}});
+        const char* bytes = reinterpret_cast<const char*>(values.data());
+        binary_.append(bytes, values.size() * sizeof(T));
+        binary_.resize((binary_.size() + 3) / 4 * 4, '\0');
+        json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
+                                     {"componentType", int(component)},
+                                     {"count", values.size() / width},
+                                     {"type", type}});
+        return json["accessors"].size() - 1;
+    }
+
+    // The specification wants the range of positions and key times.
+    std::size_t addWithRange(const std::vector<float>& values, const char* type, std::size_t width) {
+        const std::size_t index = add(values, kFloat, type, width);
+        std::vector<float> low(values.begin(), values.begin() + std::ptrdiff_t(width)), high = low;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            low[i % width] = std::min(low[i % width], values[i]);
+            high[i % width] = std::max(high[i % width], values[i]);
+        }
+        json["accessors"][index]["min"] = low;
+        json["accessors"][index]["max"] = high;
+        return index;
+    }
+
+    std::string bytes(const std::filesystem::path& path) {
+        json["buffers"] = {{{"byteLength", binary_.size()}}};
+        std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        const std::uint64_t size = 28 + std::uint64_t(text.size()) + binary_.size();
+        if (size > 0xffffffffu) throw Unsupported(path.string() + ": would exceed the 4 GiB of a glTF binary");
+        return "glTF" + number(2) + number(size) + number(text.size()) + "JSON" + text + number(binary_.size()) +
+               std::string("BIN\0", 4) + binary_;
+    }
+
+private:
+    std::string binary_;
+
+    static std::string number(std::uint64_t value) {
+        const auto v = std::uint32_t(value);
+        return {char(v), char(v >> 8), char(v >> 16), char(v >> 24)};
+    }
+};
+
+// Nodes as they are written: glTF allows a node once in a skin, so that the second joint of a node moves with a copy.
+struct WrittenNodes {
+    std::vector<Node> nodes;
+    std::vector<int> original;       // of each node
+    std::vector<int> node_of_joint;  // [J]
+};
+
+}  // namespace
+
+static WrittenNodes nodesToWrite(const Rig& rig) {
+    WrittenNodes out{rig.nodes, {}, {}};
+    for (std::size_t n = 0; n < rig.nodes.size(); ++n) out.original.push_back(int(n));
+    std::map<int, int> uses;
+    for (const int node : rig.node_of_joint) {
+        if (uses[node]++ == 0) {
+            out.node_of_joint.push_back(node);
+            continue;
+        }
+        out.node_of_joint.push_back(int(out.nodes.size()));
+        out.nodes.push_back(rig.nodes[std::size_t(node)]);
+        out.original.push_back(node);
+    }
+    return out;
+}
+
+static void writeNodes(const WrittenNodes& nodes, GlbWriter& out) {
+    Json roots = Json::array(), list = Json::array();
+    for (std::size_t n = 0; n < nodes.nodes.size(); ++n) {
+        const Node& node = nodes.nodes[n];
+        Json entry{{"name", node.name}};
+        if (node.matrix) {
+            entry["matrix"] = *node.matrix;
+        } else {
+            entry["translation"] = node.translation;
+            entry["rotation"] = node.rotation;
+            entry["scale"] = node.scale;
+        }
+        list.push_back(std::move(entry));
+        if (node.parent < 0)
+            roots.push_back(n);
+        else
+            list[std::size_t(node.parent)]["children"].push_back(n);
+    }
+    roots.push_back(list.size());
+    list.push_back({{"name", "mesh"}, {"mesh", 0}, {"skin", 0}});
+    out.json["scene"] = 0;
+    out.json["scenes"] = {{{"nodes", roots}}};
+    out.json["nodes"] = std::move(list);
+}
+
+// Reading turns the triangles whose first vertex hangs on a joint that mirrors at rest (rig_weld.cpp): they are written
+// turned.
+static std::vector<bool> mirroringJoints(const Rig& rig) {
+    const std::vector<Matrix> globals = restGlobals(rig.nodes);
+    std::vector<bool> mirrors;
+    for (std::size_t j = 0; j < rig.inverse_bind.size(); ++j)
+        mirrors.push_back(determinant(multiply(globals[std::size_t(rig.node_of_joint[j])], rig.inverse_bind[j])) < 0);
+    return mirrors;
+}
+
+static std::vector<std::uint32_t> cornersOf(const Rig& rig) {
+    // Any source vertex of a shading point is welded to it again.
+    std::vector<std::uint32_t> source_of_point(rig.mesh.vertexCount());
+    for (std::size_t r = rig.mesh.source_vertex.size(); r-- > 0;)
+        source_of_point[rig.mesh.source_vertex[r]] = std::uint32_t(r);
+    const std::vector<bool> mirrors = mirroringJoints(rig);
+    std::vector<std::uint32_t> corners;
+    for (const Triangle& t : rig.mesh.triangles) {
+        const bool mirrored = mirrors[rig.skin.joints[t[0] * std::size_t(rig.skin.influences)]];
+        for (const std::uint32_t v : {t[0], t[mirrored ? 2 : 1], t[mirrored ? 1 : 2]})
+            corners.push_back(source_of_point[v]);
+    }
+    return corners;
+}
+
+// JOINTS_n and WEIGHTS_n, n = 0, 1, ...: four influences each.
+static void writeInfluences(const Rig& rig, Json& attributes, GlbWriter& out) {
+    const std::size_t influences = std::size_t(rig.skin.influences);
+    for (std::size_t first = 0; first < influences; first += 4) {
+        std::vector<std::uint16_t> joints;
+        std::vector<float> weights;
+        for (const std::uint32_t v : rig.mesh.source_vertex)
+            for (std::size_t k = first; k < first + 4; ++k) {
+                joints.push_back(k < influences ? rig.skin.joints[v * influences + k] : std::uint16_t(0));
+                weights.push_back(k < influences ? rig.skin.weights[v * influences + k] : 0.0f);
+            }
+        const std::string set = std::to_string(first / 4);
+        attributes["JOINTS_" + set] = out.add(joints, kUnsignedShort, "VEC4", 4);
+        attributes["WEIGHTS_" + set] = out.add(weights, kFloat, "VEC4", 4);
+    }
+}
+
+static std::vector<float> bySourceVertex(const Rig& rig, const std::vector<Vec3>& of_point) {
+    std::vector<float> out;
+    for (const std::uint32_t v : rig.mesh.source_vertex)
+        out.insert(out.end(), {of_point[v].x, of_point[v].y, of_point[v].z});
+    return out;
+}
+
+static void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
+    Json attributes;
+    attributes["POSITION"] = out.addWithRange(bySourceVertex(rig, rig.mesh.rest_positions), "VEC3", 3);
+    attributes["NORMAL"] = out.add(bySourceVertex(rig, rig.rest_normals), kFloat, "VEC3", 3);
+    writeInfluences(rig, attributes, out);
+    const std::size_t corners = out.add(cornersOf(rig), kUnsignedInt, "SCALAR", 1);
+    out.json["meshes"] = {{{"primitives", {{{"attributes", attributes}, {"indices", corners}}}}}};
+    std::vector<float> inverse_bind;  // columns
+    for (const Matrix& m : rig.inverse_bind)
+        for (std::size_t c = 0; c < 4; ++c)
+            for (std::size_t r = 0; r < 4; ++r) inverse_bind.push_back(r < 3 ? float(m[4 * r + c]) : float(c == 3));
+    out.json["skins"] = {
+        {{"joints", nodes.node_of_joint}, {"inverseBindMatrices", out.add(inverse_bind, kFloat, "MAT4", 16)}}};
+}
+
+static Json writeChannel(const Channel& channel, Json& samplers, GlbWriter& out) {
+    static constexpr std::array<const char*, 3> kPaths{"translation", "rotation", "scale"};
+    static constexpr std::array<const char*, 3> kModes{"STEP", "LINEAR", "CUBICSPLINE"};
+    const bool rotation = channel.path == Channel::Path::kRotation;
+    const std::size_t times = out.addWithRange({channel.times.begin(), channel.times.end()}, "SCALAR", 1);
+    samplers.push_back({{"input", times},
+                        {"output", out.add(channel.values, kFloat, rotation ? "VEC4" : "VEC3", rotation ? 4 : 3)},
+                        {"interpolation", kModes[std::size_t(channel.interpolation)]}});
+    return {{"sampler", samplers.size() - 1}, {"target", {{"path", kPaths[std::size_t(channel.path)]}}}};
+}
+
+static void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& out) {
+    std::multimap<int, int> written_of_node;
+    for (std::size_t n = 0; n < nodes.original.size(); ++n) written_of_node.emplace(nodes.original[n], int(n));
+    Json samplers = Json::array(), channels = Json::array();
+    for (const Channel& channel : clip.channels) {
+        Json entry = writeChannel(channel, samplers, out);
+        const auto [first, last] = written_of_node.equal_range(channel.node);
+        for (auto it = first; it != last; ++it) {
+            entry["target"]["node"] = it->second;
+            channels.push_back(entry);
+        }
+    }
+    out.json["animations"].push_back({{"name", clip.name}, {"samplers", samplers}, {"channels", channels}});
+}
+
+void writeGlb(const std::filesystem::path& path, const Rig& rig, const std::string& extras) {
+    GlbWriter out;
+    out.json["asset"] = {{"version", "2.0"}, {"generator", "Penumbra " + std::string(penumbraVersion())}};
+    if (!extras.empty()) out.json["extras"] = Json::parse(extras);
+    const WrittenNodes nodes = nodesToWrite(rig);
+    writeNodes(nodes, out);
+    writeMesh(rig, nodes, out);
+    for (const Clip& clip : rig.clips) writeClip(clip, nodes, out);
+    writeWholeFile(path, out.bytes(path));
+}
+
+}  // namespace penumbra

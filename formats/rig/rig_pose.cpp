@@ -1,0 +1,188 @@
+// Poses of a rig: keys to node transforms to skinning matrices. Interpolation as in glTF 2.0 appendix C.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "formats/common/errors.h"
+#include "formats/rig/rig_keys.h"
+#include "formats/rig/rig_matrix.h"
+#include "formats/rig/rig_poses.h"
+
+namespace penumbra {
+
+namespace {
+struct LocalPose {
+    std::array<double, 3> translation;
+    Quaternion rotation;
+    std::array<double, 3> scale;
+};
+
+}  // namespace
+
+template <std::size_t N>
+static std::array<double, N> keyValue(const float* key) {
+    std::array<double, N> out;
+    std::copy_n(key, N, out.begin());
+    return out;
+}
+
+template <std::size_t N>
+static std::array<double, N> valueAt(const Channel& channel, double time) {
+    const KeySpan span = findKeys(channel.times, time);
+    const std::size_t stride = channel.interpolation == Interpolation::kCubicSpline ? 3 * N : N;
+    const float *from = &channel.values[span.from * stride], *to = &channel.values[span.to * stride];
+    if (channel.interpolation == Interpolation::kCubicSpline) {
+        std::array<double, N> out;
+        for (std::size_t i = 0; i < N; ++i) out[i] = cubicSpline(from, to, N, i, span);
+        return out;
+    }
+    const std::array<double, N> a = keyValue<N>(from), b = keyValue<N>(to);
+    if (channel.interpolation == Interpolation::kStep || span.fraction == 0) return a;
+    if constexpr (N == 4) {
+        return slerp(normalized(a).value_or(a), normalized(b).value_or(b), span.fraction);
+    } else {
+        std::array<double, N> out;
+        for (std::size_t i = 0; i < N; ++i) out[i] = a[i] + span.fraction * (b[i] - a[i]);
+        return out;
+    }
+}
+
+static std::vector<LocalPose> localPoses(const std::vector<Node>& nodes, const Clip* clip, double time) {
+    std::vector<LocalPose> poses;
+    poses.reserve(nodes.size());
+    for (const Node& node : nodes) poses.push_back({node.translation, node.rotation, node.scale});
+    if (clip == nullptr) return poses;
+    for (const Channel& channel : clip->channels) {
+        LocalPose& pose = poses[std::size_t(channel.node)];
+        switch (channel.path) {
+            case Channel::Path::kTranslation:
+                pose.translation = valueAt<3>(channel, time);
+                break;
+            case Channel::Path::kRotation:  // a spline through opposite quaternions may pass through zero
+                pose.rotation = normalized(valueAt<4>(channel, time)).value_or(pose.rotation);
+                break;
+            case Channel::Path::kScale:
+                pose.scale = valueAt<3>(channel, time);
+                break;
+        }
+    }
+    return poses;
+}
+
+static std::vector<Matrix> transformsOf(const std::vector<Node>& nodes, const std::vector<LocalPose>& poses) {
+    std::vector<Matrix> locals;
+    locals.reserve(nodes.size());
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+        locals.push_back(nodes[n].matrix ? restTransform(nodes[n])
+                                         : composeTransform(poses[n].translation, poses[n].rotation, poses[n].scale));
+    return locals;
+}
+
+std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, const Clip* clip, double time) {
+    return transformsOf(nodes, localPoses(nodes, clip, time));
+}
+
+// The rotation of `node` in the space of its nearest ancestor that is a joint (or the scene).
+static Quaternion rotationToParentJoint(const Rig& rig, const std::vector<LocalPose>& poses, int node, int stop) {
+    Quaternion q{0, 0, 0, 1};
+    for (int n = node; n >= 0 && n != stop; n = rig.nodes[std::size_t(n)].parent)
+        if (!rig.nodes[std::size_t(n)].matrix) q = multiply(poses[std::size_t(n)].rotation, q);
+    return q;
+}
+
+static std::vector<float> rotationVectors(const Rig& rig, const std::vector<LocalPose>& poses,
+                                          const std::vector<LocalPose>& rest) {
+    std::vector<float> out;
+    for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
+        const int parent = rig.skin.parents[j];
+        const int stop = parent < 0 ? -1 : rig.node_of_joint[std::size_t(parent)];
+        const Quaternion at_rest = rotationToParentJoint(rig, rest, rig.node_of_joint[j], stop);
+        const Quaternion now = rotationToParentJoint(rig, poses, rig.node_of_joint[j], stop);
+        const Vec3 v = toFloat(rotationVector(multiply(conjugate(at_rest), now)));
+        out.insert(out.end(), {v.x, v.y, v.z});
+    }
+    return out;
+}
+
+RigPose evaluatePose(const Rig& rig, int clip, double time) {
+    const Clip* keys = clip < 0 ? nullptr : &rig.clips.at(std::size_t(clip));
+    const std::vector<LocalPose> poses = localPoses(rig.nodes, keys, time);
+    std::vector<Matrix> globals = transformsOf(rig.nodes, poses);
+    for (std::size_t n = 0; n < globals.size(); ++n)
+        if (rig.nodes[n].parent >= 0) globals[n] = multiply(globals[std::size_t(rig.nodes[n].parent)], globals[n]);
+    RigPose pose;
+    for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
+        const Matrix bone = multiply(globals[std::size_t(rig.node_of_joint[j])], rig.inverse_bind[j]);
+        Affine affine;
+        std::copy(bone.begin(), bone.end(), affine.m.begin());
+        for (const float v : affine.m)
+            if (!std::isfinite(v))
+                throw InvalidInput(rig.files_read.at(0).string() + ": node '" + rig.skin.joint_names[j] +
+                                   "': its transform is not finite at " + std::to_string(time) + " s");
+        pose.bones.push_back(affine);
+    }
+    pose.pose = rotationVectors(rig, poses, localPoses(rig.nodes, nullptr, 0));
+    return pose;
+}
+
+// --- Poses as a clip ------------------------------------------------------------------------------------------------
+
+static Channel stepChannel(int node, Channel::Path path, std::size_t keys) {
+    Channel channel{node, path, Interpolation::kStep, {}, {}};
+    for (std::size_t k = 0; k < keys; ++k) channel.times.push_back(double(k));
+    channel.values.reserve(keys * (path == Channel::Path::kRotation ? 4 : 3));
+    return channel;
+}
+
+static void appendValue(const LocalPose& pose, Channel& channel) {
+    const auto append = [&](const auto& value) {
+        for (const double v : value) channel.values.push_back(float(v));
+    };
+    if (channel.path == Channel::Path::kTranslation) append(pose.translation);
+    if (channel.path == Channel::Path::kRotation) append(pose.rotation);
+    if (channel.path == Channel::Path::kScale) append(pose.scale);
+}
+
+Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string name) {
+    std::set<std::pair<int, Channel::Path>> moved;
+    for (const RigFrame& frame : frames)
+        if (frame.clip >= 0)
+            for (const Channel& c : rig.clips.at(std::size_t(frame.clip)).channels) moved.emplace(c.node, c.path);
+    // A clip must have a key; the rest pose has none.
+    for (std::size_t n = 0; moved.empty() && n < rig.nodes.size(); ++n)
+        if (!rig.nodes[n].matrix) moved.emplace(int(n), Channel::Path::kRotation);
+    Clip clip{std::move(name), double(frames.size() - 1), {}};
+    for (const auto& [node, path] : moved) clip.channels.push_back(stepChannel(node, path, frames.size()));
+    for (const RigFrame& frame : frames) {
+        const Clip* keys = frame.clip < 0 ? nullptr : &rig.clips.at(std::size_t(frame.clip));
+        const std::vector<LocalPose> poses = localPoses(rig.nodes, keys, frame.time);
+        for (Channel& channel : clip.channels) appendValue(poses[std::size_t(channel.node)], channel);
+    }
+    return clip;
+}
+
+bool turnsItself(const Rig& rig, std::size_t joint) {
+    const int node = rig.node_of_joint[joint];
+    const auto first = std::find(rig.node_of_joint.begin(), rig.node_of_joint.end(), node);
+    return first - rig.node_of_joint.begin() == std::ptrdiff_t(joint) && !rig.nodes[std::size_t(node)].matrix;
+}
+
+Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::string name) {
+    const std::size_t width = 3 * rig.skin.jointCount(), poses = rotations.size() / width;
+    Clip clip{std::move(name), double(poses - 1), {}};
+    for (std::size_t j = 0; j < rig.skin.jointCount(); ++j) {
+        if (!turnsItself(rig, j)) continue;
+        // The joint's rotation is that of the nodes between it and its parent joint, all at rest, times its own: only
+        // the last factor q_rest becomes q_rest exp(v).
+        const Quaternion& rest = rig.nodes[std::size_t(rig.node_of_joint[j])].rotation;
+        clip.channels.push_back(stepChannel(rig.node_of_joint[j], Channel::Path::kRotation, poses));
+        for (std::size_t p = 0; p < poses; ++p) {
+            const float* v = &rotations[p * width + 3 * j];
+            for (const double q : multiply(rest, rotationOf({v[0], v[1], v[2]})))
+                clip.channels.back().values.push_back(float(q));
+        }
+    }
+    return clip;
+}
+
+}  // namespace penumbra

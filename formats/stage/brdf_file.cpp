@@ -1,0 +1,108 @@
+#include "formats/stage/brdf_file.h"
+
+#include <cassert>
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/stage_parts.h"
+#include "sh/reflectance.h"
+
+namespace penumbra {
+
+constexpr FileKind kKind{"penumbra.brdf", kBrdfVersion};
+
+static void writeOperators(hid_t file, const BrdfOperators& operators) {
+    const hsize_t count = hsize_t(operators.count), columns = operators.view_index.size();
+    const hsize_t rows = hsize_t(coefficientCount(operators.order));
+    assert(count <= kMaxOperators && operators.u.size() == count * rows * 3 &&
+           operators.w.size() == count * columns * 3);
+    writeDoubles(file, "/operators/u", operators.u, {count, rows, 3});
+    writeDoubles(file, "/operators/w", operators.w, {count, columns, 3});
+    const std::vector<std::int64_t> index(operators.view_index.begin(), operators.view_index.end());
+    writeIntegers(file, "/operators/view_index", index, {columns}, H5T_STD_I32LE);
+    writeIntegerAttribute(file, "/operators", "order", operators.order);
+    writeTextAttribute(file, "/operators", "source", operators.source);
+}
+
+void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
+    const hsize_t rows = hsize_t(coefficientCount(brdf.slice_order)), columns = brdf.even_index.size();
+    assert(brdf.even_index == evenIndices(brdf.view_order) && brdf.slices.size() == rows * columns * 3);
+    PartialFile partial(path);
+    Hdf5Handle file = createHdf5(partial.path());
+    writeRoot(file, kKind, brdf.slice_order, brdf.provenance);
+    writeTextAttribute(file, "/", "name", brdf.name);
+    writeIntegerAttribute(file, "/", "view_order", brdf.view_order);
+    writeDoubles(file, "/reflectance/slices", brdf.slices, {rows, columns, 3});
+    const std::vector<std::int64_t> even(brdf.even_index.begin(), brdf.even_index.end());
+    writeIntegers(file, "/reflectance/even_index", even, {columns}, H5T_STD_I32LE);
+    makeGroup(file, "/error");
+    for (const auto& [name, value] : brdf.errors) writeNumberAttribute(file, "/error", name, value);
+    if (brdf.operators.count > 0) writeOperators(file, brdf.operators);
+    closeHdf5(file);
+    partial.commit();
+}
+
+static herr_t collectName(hid_t, const char* name, const H5A_info_t*, void* names) {
+    static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+    return 0;
+}
+
+static std::map<std::string, double> readErrors(const Hdf5Reader& in) {
+    std::map<std::string, double> errors;
+    if (!exists(in, "/error")) return errors;
+    std::vector<std::string> names;
+    if (H5Aiterate_by_name(in.file, "/error", H5_INDEX_NAME, H5_ITER_INC, nullptr, collectName, &names, H5P_DEFAULT) <
+        0)
+        throw InvalidInput(in.name + ": /error: damaged");
+    for (const std::string& name : names) errors[name] = readNumberAttribute(in, "/error", name);
+    return errors;
+}
+
+static BrdfOperators readOperators(const Hdf5Reader& in, const std::vector<int>& even_index) {
+    BrdfOperators operators;
+    operators.source = readTextAttribute(in, "/operators", "source");
+    const bool literal = operators.source == "literal";
+    if (!literal && operators.source != "table" && operators.source != "slices")
+        throw InvalidInput(in.name + ": /operators: source \"" + operators.source +
+                           "\" is none of table, slices, literal");
+    operators.order = int(readIntegerAttribute(in, "/operators", "order", 1, kMaxOrder));
+    std::vector<hsize_t> index_shape{literal ? 0 : even_index.size()};
+    for (std::int64_t index :
+         readIntegers(in, "/operators/view_index", index_shape, 0, coefficientCount(kMaxOrder) - 1)) {
+        if (!operators.view_index.empty() && index <= operators.view_index.back())
+            throw InvalidInput(in.name + ": /operators/view_index: not ascending");
+        operators.view_index.push_back(int(index));
+    }
+    if (!literal && operators.view_index != even_index)
+        throw InvalidInput(in.name + ": /operators/view_index: not that of the slices");
+    std::vector<hsize_t> shape{0, hsize_t(coefficientCount(operators.order)), 3};
+    operators.u = readDoubles(in, "/operators/u", shape);
+    if (shape[0] < 1 || shape[0] > kMaxOperators)
+        throw InvalidInput(in.name + ": /operators/u: " + std::to_string(shape[0]) + " operators; 1.." +
+                           std::to_string(kMaxOperators) + " are possible");
+    operators.count = int(shape[0]);
+    std::vector<hsize_t> w_shape{shape[0], operators.view_index.size(), 3};
+    operators.w = readDoubles(in, "/operators/w", w_shape);
+    return operators;
+}
+
+BrdfFile readBrdf(const std::filesystem::path& path) {
+    const Hdf5Reader in = openHdf5(path);
+    BrdfFile brdf;
+    brdf.slice_order = readRoot(in, kKind, brdf.provenance);
+    brdf.name = readTextAttribute(in, "/", "name");
+    brdf.view_order = int(readIntegerAttribute(in, "/", "view_order", 1, kMaxOrder));
+    brdf.even_index = evenIndices(brdf.view_order);
+    std::vector<hsize_t> even_shape{brdf.even_index.size()};
+    const std::vector<std::int64_t> even =
+        readIntegers(in, "/reflectance/even_index", even_shape, 0, coefficientCount(kMaxOrder) - 1);
+    if (!std::equal(even.begin(), even.end(), brdf.even_index.begin(), brdf.even_index.end()))
+        throw InvalidInput(in.name + ": /reflectance/even_index: not the z-even indices of the view order");
+    std::vector<hsize_t> shape{hsize_t(coefficientCount(brdf.slice_order)), brdf.even_index.size(), 3};
+    brdf.slices = readDoubles(in, "/reflectance/slices", shape);
+    brdf.errors = readErrors(in);
+    if (exists(in, "/operators")) brdf.operators = readOperators(in, brdf.even_index);
+    return brdf;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,41 @@
+#pragma once
+// m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf", version 1), with the operators of paper
+// 000 beside them where asked for.
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "formats/common/provenance.h"
+#include "sh/reflection_operator.h"
+
+namespace penumbra {
+
+constexpr int kBrdfVersion = 1;
+
+// f_i(o) ~= sum_b u^b_i (w^b . y(o)): sh/reflection_operator.h makes M^b of the u. No operators where count is 0.
+struct BrdfOperators {
+    int count = 0;                // k, the same in every channel
+    int order = 0;                // of u
+    std::vector<double> u;        // [k, order^2, 3], colour included
+    std::vector<int> view_index;  // [E'] SH index of each view function: the file's even_index, or any for "literal"
+    std::vector<double> w;        // [k, E', 3]
+    std::string source;           // "table", "slices" or "literal" (fit/reflectance/brdf_operators.h)
+    bool operator==(const BrdfOperators&) const = default;
+};
+
+struct BrdfFile {
+    std::string name;     // "ggx:alpha=0.3,f0=0.9"
+    int slice_order = 5;  // J
+    int view_order = 5;
+    std::vector<double> slices;            // [J^2, E, 3], colour included
+    std::vector<int> even_index;           // [E], SH index of each view function
+    std::map<std::string, double> errors;  // measured at fit time: "fit" (relative, cos-weighted), "albedo", ...
+    Provenance provenance;
+    BrdfOperators operators;
+};
+
+void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf);
+BrdfFile readBrdf(const std::filesystem::path& path);  // IoError, InvalidInput
+
+}  // namespace penumbra

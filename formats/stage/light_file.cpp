@@ -1,0 +1,87 @@
+#include "formats/stage/light_file.h"
+
+#include <cassert>
+#include <cmath>
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/stage_parts.h"
+#include "sh/sh_basis.h"
+
+namespace penumbra {
+
+constexpr FileKind kKind{"penumbra.light", kLightVersion};
+
+static void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
+    const std::size_t count = lobes.directions.size();
+    assert(count <= kMaxFileLobes && lobes.coefficients.size() == count * std::size_t(order) * 3);
+    std::vector<double> directions;
+    for (Vec3d d : lobes.directions) directions.insert(directions.end(), {d.x, d.y, d.z});
+    writeDoubles(file, "/light/lobes/directions", directions, {count, 3});
+    writeDoubles(file, "/light/lobes/coefficients", lobes.coefficients, {count, hsize_t(order), 3});
+    writeTextAttribute(file, "/light/lobes", "mode", lobes.mode);
+    writeNumberAttribute(file, "/light/lobes", "residual", lobes.residual);
+    writeNumberAttribute(file, "/light/lobes", "irradiance_error", lobes.irradiance_error);
+}
+
+void writeLight(const std::filesystem::path& path, const LightFile& light) {
+    const hsize_t count = hsize_t(coefficientCount(light.order));
+    assert(light.sh.size() == count * 3);
+    PartialFile partial(path);
+    Hdf5Handle file = createHdf5(partial.path());
+    writeRoot(file, kKind, light.order, light.provenance);
+    writeTextAttribute(file, "/", "name", light.name);
+    writeDoubles(file, "/light/sh", light.sh, {count, 3});
+    writeNumberAttribute(file, "/light", "residual", light.residual);
+    if (!light.window.empty()) writeDoubles(file, "/light/window", light.window, {hsize_t(light.order)});
+    if (!light.lobes.directions.empty()) writeLobes(file, light.order, light.lobes);
+    closeHdf5(file);
+    partial.commit();
+}
+
+static double readError(const Hdf5Reader& in, const std::string& object, const std::string& attribute) {
+    const double value = readNumberAttribute(in, object, attribute);
+    if (value < 0) throw InvalidInput(in.name + ": " + object + " " + attribute + ": negative");
+    return value;
+}
+
+static LightLobesFit readLobes(const Hdf5Reader& in, int order) {
+    const std::string group = "/light/lobes";
+    const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": " + group + what); };
+    LightLobesFit lobes;
+    std::vector<hsize_t> shape{0, 3};
+    const std::vector<double> directions = readDoubles(in, group + "/directions", shape);
+    if (shape[0] < 1 || shape[0] > kMaxFileLobes)
+        fail("/directions: 1 to " + std::to_string(kMaxFileLobes) + " lobes, not " + std::to_string(shape[0]));
+    for (std::size_t d = 0; d < shape[0]; ++d) {
+        lobes.directions.push_back({directions[3 * d], directions[3 * d + 1], directions[3 * d + 2]});
+        if (!(std::abs(length(lobes.directions[d]) - 1) < 1e-6))
+            fail("/directions: row " + std::to_string(d) + " is not of length 1");
+    }
+    std::vector<hsize_t> coefficient_shape{shape[0], hsize_t(order), 3};
+    lobes.coefficients = readDoubles(in, group + "/coefficients", coefficient_shape);
+    lobes.mode = readTextAttribute(in, group, "mode");
+    if (lobes.mode != "greedy" && lobes.mode != "joint" && lobes.mode != "fixed")
+        fail(" mode: \"" + lobes.mode + "\" is none of greedy, joint, fixed");
+    lobes.residual = readError(in, group, "residual");
+    lobes.irradiance_error = readError(in, group, "irradiance_error");
+    return lobes;
+}
+
+LightFile readLight(const std::filesystem::path& path) {
+    const Hdf5Reader in = openHdf5(path);
+    LightFile light;
+    light.order = readRoot(in, kKind, light.provenance);
+    light.name = readTextAttribute(in, "/", "name");
+    std::vector<hsize_t> shape{hsize_t(coefficientCount(light.order)), 3};
+    light.sh = readDoubles(in, "/light/sh", shape);
+    light.residual = readError(in, "/light", "residual");
+    if (exists(in, "/light/window")) {
+        std::vector<hsize_t> bands{hsize_t(light.order)};
+        light.window = readDoubles(in, "/light/window", bands);
+    }
+    if (exists(in, "/light/lobes")) light.lobes = readLobes(in, light.order);
+    return light;
+}
+
+}  // namespace penumbra

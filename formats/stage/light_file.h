@@ -1,0 +1,38 @@
+#pragma once
+// e.light.h5: an environment light as SH (HDF5, format "penumbra.light", version 1). Radiance, linear Rec.709, model
+// frame.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "formats/common/provenance.h"
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+constexpr int kLightVersion = 1;
+constexpr int kMaxFileLobes = 15;  // of a file: 2n - 1 fixed lobes are exact, n <= 8
+
+// The same SH as a sum of zonal lobes: light_lm = sum_d sqrt(4pi/(2l+1)) z_dl y_lm(direction_d) (sh/zonal.h).
+struct LightLobesFit {
+    std::string mode;                  // "greedy", "joint" or "fixed"; empty: no lobes
+    std::vector<Vec3d> directions;     // [D] unit, model frame
+    std::vector<double> coefficients;  // [D, n, 3] z_l of each channel
+    double residual = 0;               // |sh - lobes| / |sh|, over all coefficients and channels
+    double irradiance_error = 0;       // the same of irradiance over all normals
+};
+
+struct LightFile {
+    std::string name;
+    int order = 4;
+    std::vector<double> sh;      // [n^2, 3]
+    double residual = 0;         // relative L2 error of the SH against the light, over the sphere
+    std::vector<double> window;  // [n] that the bands have been multiplied by; empty: nothing
+    LightLobesFit lobes;
+    Provenance provenance;
+};
+
+void writeLight(const std::filesystem::path& path, const LightFile& light);
+LightFile readLight(const std::filesystem::path& path);  // IoError, InvalidInput
+
+}  // namespace penumbra

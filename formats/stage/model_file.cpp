@@ -1,0 +1,329 @@
+#include "formats/stage/model_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "formats/stage/model_deforming.h"
+#include "formats/stage/stage_parts.h"
+#include "sh/pose_inputs.h"
+
+namespace penumbra {
+
+constexpr FileKind kKind{"penumbra.model", kModelVersion, kSkinnedModelVersion};
+
+static std::string clusterGroup(std::size_t index) {
+    char name[32];
+    std::snprintf(name, sizeof name, "/clusters/%04zu", index);
+    return name;
+}
+
+const char* nameOf(ModelKind kind) {
+    switch (kind) {
+        case ModelKind::kLinear:
+            return "linear";
+        case ModelKind::kQuadratic:
+            return "quadratic";
+        case ModelKind::kNeural:
+            return "neural";
+        case ModelKind::kAdditive:
+            return "additive";
+    }
+    return "";
+}
+
+const char* nameOf(FeatureKind features) {
+    switch (features) {
+        case FeatureKind::kJointAngles:
+            return "joint-angles";
+        case FeatureKind::kRelativeBones:
+            return "relative-bones";
+        case FeatureKind::kDihedrals:
+            return "dihedral-angles";
+    }
+    return "";
+}
+
+std::size_t groupInputs(FeatureKind features) {
+    if (features == FeatureKind::kRelativeBones) return std::size_t(kBoneInputs);
+    return features == FeatureKind::kJointAngles ? 3 : 1;
+}
+
+// --- Writing --------------------------------------------------------------------------------------------------------
+
+static void writeGroups(hid_t file, const std::string& name, const ClusterModel& cluster) {
+    const hsize_t groups = cluster.groups.size(), size = groups ? cluster.group_min.size() / groups : 0;
+    writeIndices(file, name + "/groups", cluster.groups);
+    writeFloats(file, name + "/group_weight", cluster.group_weight, {groups});
+    writeFloats(file, name + "/group_min", cluster.group_min, {groups, size});
+    writeFloats(file, name + "/group_max", cluster.group_max, {groups, size});
+    const hsize_t units = cluster.hidden.empty() ? 0 : cluster.units();
+    writeIndices(file, name + "/unit_group", cluster.unit_group);
+    writeFloats(file, name + "/hidden", cluster.hidden, {units, units ? cluster.hidden.size() / units : 0});
+    writeFloats(file, name + "/center", {&cluster.center.x, 3}, {3});
+}
+
+static void writeCluster(hid_t file, const std::string& group, const ClusterModel& cluster, std::size_t stride) {
+    const hsize_t inputs = cluster.input_min.size(), components = cluster.components();
+    const hsize_t raw = cluster.feature_mean.size(), vertices = cluster.vertices.size();
+    writeIndices(file, group + "/vertices", cluster.vertices);
+    writeFloats(file, group + "/feature_mean", cluster.feature_mean, {raw});
+    writeFloats(file, group + "/input_basis", cluster.input_basis, {inputs, raw});
+    writeFloats(file, group + "/input_min", cluster.input_min, {inputs});
+    writeFloats(file, group + "/input_max", cluster.input_max, {inputs});
+    writeGroups(file, group, cluster);
+    writeFloats(file, group + "/weights", cluster.weights, {components, cluster.units()});
+    writeFloats(file, group + "/bias", cluster.bias, {components});
+    writeFloats(file, group + "/mean", cluster.mean, {vertices, stride});
+    writeFloats(file, group + "/basis", cluster.basis, {components, vertices, stride});
+    writeIntegerAttribute(file, group, "joint", cluster.joint);
+    writeNumberAttribute(file, group, "ridge", cluster.ridge);
+    writeNumberAttribute(file, group, "train_error", cluster.train_error);
+    if (std::isfinite(cluster.holdout_error)) writeNumberAttribute(file, group, "holdout_error", cluster.holdout_error);
+}
+
+static void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
+    std::vector<std::string> clips;
+    std::vector<std::int64_t> held_out;
+    std::vector<double> relative, rms_v, ambient;
+    for (const ClipError& error : errors) {
+        clips.push_back(error.clip);
+        held_out.push_back(error.held_out);
+        relative.push_back(error.relative_error);
+        rms_v.push_back(error.rms_v);
+        ambient.push_back(error.ambient_error);
+    }
+    writeStrings(file, "/errors/clip", clips);
+    writeIntegers(file, "/errors/held_out", held_out, {clips.size()}, H5T_STD_U8LE);
+    writeDoubles(file, "/errors/relative_error", relative, {clips.size()});
+    writeDoubles(file, "/errors/rms_v", rms_v, {clips.size()});
+    writeDoubles(file, "/errors/ambient_error", ambient, {clips.size()});
+}
+
+static void writeModelRoot(hid_t file, const Model& model) {
+    writeRoot(file, {kKind.format, usesVersion3(model) ? kModelVersion : kSkinnedModelVersion}, model.convention.order,
+              model.provenance);
+    writeTextAttribute(file, "/", "convention", model.convention.name());
+    writeTextAttribute(file, "/", "model", nameOf(model.kind));
+    writeTextAttribute(file, "/", "features", nameOf(model.features));
+    writeNumberAttribute(file, "/", "feature_scale", model.feature_scale);
+    writeNumberAttribute(file, "/", "input_variance", model.input_variance);
+    writeNumberAttribute(file, "/", "output_variance", model.output_variance);
+    writeStrings(file, "/clips/holdout", model.holdout_clips);
+}
+
+void writeModel(const std::filesystem::path& path, const Model& model) {
+    PartialFile partial(path);
+    Hdf5Handle file = createHdf5(partial.path());
+    const hsize_t frames = model.frames.frameCount(), joints = model.skin.jointCount();
+    writeModelRoot(file, model);
+    writeMesh(file, model.mesh, model.rest_normals);
+    writeVectors(file, "/mesh/rest_tangents", model.rest_tangents);
+    writeSkin(file, model.skin);
+    writeFrameList(file, model.frames);
+    writeFloats(file, "/frames/bones", floatsOf(model.bones), {frames, joints, 3, 4});
+    writeFloats(file, "/frames/pose", model.pose, {frames, hsize_t(model.pose_size)});
+    writeModelInputs(file, model);
+    writeDeforming(file, model);
+    writeVectors(file, "/model/joint_centers", model.joint_centers);
+    writeFloats(file, "/model/joint_spreads", floatsOf(model.joint_spreads), {joints, 3, 3});
+    writeIndices(file, "/model/cluster_of_vertex", model.cluster_of_vertex);
+    makeGroup(file, "/clusters");
+    writeIntegerAttribute(file, "/clusters", "count", std::int64_t(model.clusters.size()));
+    for (std::size_t c = 0; c < model.clusters.size(); ++c)
+        writeCluster(file, clusterGroup(c), model.clusters[c], std::size_t(model.convention.size()));
+    writeClipErrors(file, model.clip_errors);
+    closeHdf5(file);
+    partial.commit();
+}
+
+// --- Reading --------------------------------------------------------------------------------------------------------
+
+static void readModelRoot(const Hdf5Reader& in, Model& model) {
+    const int order = readRoot(in, kKind, model.provenance);
+    const std::string convention = readTextAttribute(in, "/", "convention");
+    try {
+        model.convention = parseConvention(convention);
+    } catch (const std::invalid_argument& error) {
+        throw InvalidInput(in.name + ": attribute convention: " + error.what());
+    }
+    if (model.convention.order != order)
+        throw InvalidInput(in.name + ": attribute convention: " + convention + " is not of SH order " +
+                           std::to_string(order));
+    const std::string kind = readTextAttribute(in, "/", "model");
+    const auto known =
+        std::find_if(kModelKinds.begin(), kModelKinds.end(), [&](ModelKind k) { return kind == nameOf(k); });
+    if (known == kModelKinds.end()) throw Unsupported(in.name + ": attribute model: \"" + kind + "\" is unknown");
+    model.kind = *known;
+    const std::string features = readTextAttribute(in, "/", "features");
+    const auto known_features =
+        std::find_if(kFeatureKinds.begin(), kFeatureKinds.end(), [&](FeatureKind f) { return features == nameOf(f); });
+    if (known_features == kFeatureKinds.end())
+        throw Unsupported(in.name + ": attribute features: \"" + features + "\" is unknown");
+    model.features = *known_features;
+    model.deforming = hasAttribute(in, "/", "deforming") && readIntegerAttribute(in, "/", "deforming", 0, 1) == 1;
+    if (model.features == (model.deforming ? FeatureKind::kJointAngles : FeatureKind::kDihedrals))
+        throw InvalidInput(in.name + ": attribute features: \"" + features + "\" of a mesh " +
+                           (model.deforming ? "without joints" : "with a skeleton"));
+    model.feature_scale = readNumberAttribute(in, "/", "feature_scale");
+    if (model.feature_scale <= 0) throw InvalidInput(in.name + ": attribute feature_scale: is not positive");
+    model.input_variance = readNumberAttribute(in, "/", "input_variance");
+    model.output_variance = readNumberAttribute(in, "/", "output_variance");
+    model.holdout_clips = readStrings(in, "/clips/holdout");
+}
+
+static void readFrames(const Hdf5Reader& in, Model& model) {
+    model.frames = readFrameList(in);
+    std::vector<hsize_t> shape{model.frames.frameCount(), model.skin.jointCount(), 3, 4};
+    const std::vector<float> bones = readFloats(in, "/frames/bones", shape);
+    model.bones.resize(bones.size() / 12);
+    std::copy(bones.begin(), bones.end(), floatsOf(model.bones).begin());
+    shape = {model.frames.frameCount(), 0};
+    model.pose = readFloats(in, "/frames/pose", shape);
+    model.pose_size = int(shape[1]);
+}
+
+// Numbers that `features` asks for before PCA (model_file.h).
+static std::size_t rawFeatureCount(const Model& model) {
+    return model.features == FeatureKind::kRelativeBones ? 12 * (model.skin.jointCount() - 1)
+                                                         : std::size_t(model.pose_size);
+}
+
+static void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vector<float>& least,
+                       const std::vector<float>& most) {
+    for (std::size_t i = 0; i < least.size(); ++i)
+        if (least[i] > most[i]) throw InvalidInput(in.name + ": " + dataset + ": is above the other end of the range");
+}
+
+static void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
+    const bool angles = model.features != FeatureKind::kRelativeBones;
+    const hsize_t size = groupInputs(model.features);
+    const std::size_t joints = angles ? std::size_t(model.pose_size) / size : model.skin.jointCount();
+    cluster.groups = readIndices(in, name + "/groups", 0, joints);
+    const hsize_t groups = cluster.groups.size();
+    for (std::size_t g = 0; g < groups; ++g)
+        if ((g > 0 && cluster.groups[g] <= cluster.groups[g - 1]) ||
+            (!angles && int(cluster.groups[g]) == cluster.joint))
+            throw InvalidInput(in.name + ": " + name + "/groups: not ascending, or the cluster's own joint");
+    cluster.group_weight = readExactly(in, name + "/group_weight", {groups});
+    cluster.group_min = readExactly(in, name + "/group_min", {groups, size});
+    cluster.group_max = readExactly(in, name + "/group_max", {groups, size});
+    checkRange(in, name + "/group_min", cluster.group_min, cluster.group_max);
+    const std::vector<float> center = readExactly(in, name + "/center", {3});
+    cluster.center = {center[0], center[1], center[2]};
+}
+
+// Weights [K, H] and what the units are made of: H follows from the kind of model, from /unit_group or from /hidden.
+static void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
+    const hsize_t components = cluster.components(), inputs = cluster.input_min.size();
+    hsize_t units = inputs;
+    std::vector<hsize_t> hidden{0, 0};
+    cluster.unit_group = readIndices(in, name + "/unit_group", 0, cluster.groups.size());
+    if (model.kind == ModelKind::kAdditive) {
+        units = cluster.unit_group.size();
+        hidden = {units, units ? groupInputs(model.features) : 0};
+    } else if (!cluster.unit_group.empty()) {
+        throw InvalidInput(in.name + ": " + name + "/unit_group: entries where none belong");
+    }
+    if (model.kind == ModelKind::kQuadratic) units = inputs + inputs * (inputs + 1) / 2;
+    if (model.kind == ModelKind::kNeural) {
+        cluster.hidden = readFloats(in, name + "/hidden", hidden);
+        units = hidden[0];
+        if (hidden[1] != (units ? inputs + 1 : 0))
+            throw InvalidInput(in.name + ": " + name + "/hidden: a row is not the inputs and a bias");
+    } else {
+        cluster.hidden = readExactly(in, name + "/hidden", hidden);
+    }
+    cluster.weights = readExactly(in, name + "/weights", {components, units});
+}
+
+static ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const Model& model) {
+    ClusterModel cluster;
+    const hsize_t stride = hsize_t(model.convention.size());
+    const hsize_t raw = model.kind == ModelKind::kAdditive ? 0 : rawFeatureCount(model);
+    const std::size_t joints = model.skin.jointCount() - model.input_joints.size();  // an input carries no vertices
+    cluster.joint = int(readIntegerAttribute(in, group, "joint", 0, std::int64_t(joints) - 1));
+    cluster.vertices = readIndices(in, group + "/vertices", 0, model.mesh.vertexCount());
+    const hsize_t vertices = cluster.vertices.size();
+    cluster.feature_mean = readExactly(in, group + "/feature_mean", {raw});
+    std::vector<hsize_t> shape{0};
+    cluster.input_min = readFloats(in, group + "/input_min", shape);
+    const hsize_t inputs = shape[0];
+    cluster.input_max = readExactly(in, group + "/input_max", {inputs});
+    cluster.input_basis = readExactly(in, group + "/input_basis", {inputs, raw});
+    checkRange(in, group + "/input_min", cluster.input_min, cluster.input_max);
+    readGroups(in, group, model, cluster);
+    shape = {0};
+    cluster.bias = readFloats(in, group + "/bias", shape);
+    const hsize_t components = shape[0];
+    readUnits(in, group, model, cluster);
+    cluster.mean = readExactly(in, group + "/mean", {vertices, stride});
+    cluster.basis = readExactly(in, group + "/basis", {components, vertices, stride});
+    cluster.ridge = readNumberAttribute(in, group, "ridge");
+    cluster.train_error = readNumberAttribute(in, group, "train_error");
+    cluster.holdout_error = hasAttribute(in, group, "holdout_error") ? readNumberAttribute(in, group, "holdout_error")
+                                                                     : std::numeric_limits<double>::quiet_NaN();
+    return cluster;
+}
+
+// Every vertex in exactly one cluster, and /model/cluster_of_vertex says which.
+static void checkPartition(const Hdf5Reader& in, const Model& model) {
+    std::vector<char> seen(model.mesh.vertexCount(), 0);
+    std::size_t total = 0;
+    for (std::size_t c = 0; c < model.clusters.size(); ++c)
+        for (std::uint32_t v : model.clusters[c].vertices) {
+            if (seen[v] || model.cluster_of_vertex[v] != c)
+                throw InvalidInput(in.name + ": " + clusterGroup(c) + "/vertices: vertex " + std::to_string(v) +
+                                   (seen[v] ? " is in two clusters" : " belongs to another cluster"));
+            seen[v] = 1;
+            ++total;
+        }
+    if (total != seen.size())
+        throw InvalidInput(in.name + ": /clusters: hold " + std::to_string(total) + " of " +
+                           std::to_string(seen.size()) + " vertices");
+}
+
+static std::vector<ClipError> readClipErrors(const Hdf5Reader& in) {
+    const std::vector<std::string> clips = readStrings(in, "/errors/clip");
+    std::vector<hsize_t> shape{clips.size()};
+    const std::vector<std::int64_t> held_out = readIntegers(in, "/errors/held_out", shape, 0, 1);
+    const std::vector<double> relative = readDoubles(in, "/errors/relative_error", shape);
+    const std::vector<double> rms_v = readDoubles(in, "/errors/rms_v", shape);
+    const std::vector<double> ambient = readDoubles(in, "/errors/ambient_error", shape);
+    if (shape[0] != clips.size()) throw InvalidInput(in.name + ": /errors: entries where none belong");
+    std::vector<ClipError> errors;
+    for (std::size_t i = 0; i < clips.size(); ++i)
+        errors.push_back({clips[i], held_out[i] != 0, relative[i], rms_v[i], ambient[i]});
+    return errors;
+}
+
+Model readModel(const std::filesystem::path& path) {
+    const Hdf5Reader in = openHdf5(path);
+    Model model;
+    readModelRoot(in, model);
+    model.mesh = readMesh(in);
+    const std::size_t vertices = model.mesh.vertexCount();
+    model.rest_normals = readVectors(in, "/mesh/rest_normals", vertices);
+    model.rest_tangents = readVectors(in, "/mesh/rest_tangents", vertices);
+    model.skin = readSkin(in, vertices);
+    readFrames(in, model);
+    readModelInputs(in, model);
+    readDeforming(in, model);
+    model.joint_centers = readVectors(in, "/model/joint_centers", model.skin.jointCount());
+    model.joint_spreads.resize(model.skin.jointCount());
+    const std::vector<float> spreads = readExactly(in, "/model/joint_spreads", {model.skin.jointCount(), 3, 3});
+    std::copy(spreads.begin(), spreads.end(), floatsOf(model.joint_spreads).begin());
+    const std::int64_t clusters = readIntegerAttribute(in, "/clusters", "count", 1, std::int64_t(vertices));
+    model.cluster_of_vertex = readIndices(in, "/model/cluster_of_vertex", vertices, std::size_t(clusters));
+    for (std::int64_t c = 0; c < clusters; ++c)
+        model.clusters.push_back(readCluster(in, clusterGroup(std::size_t(c)), model));
+    checkPartition(in, model);
+    model.clip_errors = readClipErrors(in);
+    return model;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,56 @@
+#pragma once
+// What visibility and model files have in common: root attributes, /mesh, /skin, /clips and the frame list.
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/common/mesh.h"
+#include "formats/common/provenance.h"
+#include "formats/stage/hdf5_handle.h"
+
+namespace penumbra {
+
+struct FileKind {
+    std::string_view format;  // "penumbra.visibility"
+    int version;              // the newest that we read, and what we write
+    int oldest = 1;           // that we read
+};
+
+// format, format_version and provenance, which every file has; for files without SH.
+void writeKind(hid_t file, const FileKind& kind, const Provenance& provenance);
+void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
+void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance);
+// Checks format, version and SH convention; returns the SH order.
+int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
+
+// The root attribute two_sided with it, where it is true.
+void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals);
+Mesh readMesh(const Hdf5Reader& in);
+void writeSkin(hid_t file, const Skin& skin);
+Skin readSkin(const Hdf5Reader& in, std::size_t vertices);
+// InvalidInput when a name of `dataset` is there twice.
+void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names);
+void writeFrameList(hid_t file, const FrameList& frames);
+FrameList readFrameList(const Hdf5Reader& in);
+
+void writeVectors(hid_t file, const std::string& dataset, const std::vector<Vec3>& vectors);     // f32[N,3]
+std::vector<Vec3> readVectors(const Hdf5Reader& in, const std::string& dataset, std::size_t n);  // n 0: any number
+std::vector<std::uint32_t> readIndices(const Hdf5Reader& in, const std::string& dataset, std::size_t n,
+                                       std::size_t limit);  // u32[n], each < limit; n 0: any number
+void writeIndices(hid_t file, const std::string& dataset, std::span<const std::uint32_t> indices);
+
+// Floats of exactly this shape: zeros count too, where readFloats() would take any size.
+std::vector<float> readExactly(const Hdf5Reader& in, const std::string& dataset, const std::vector<hsize_t>& shape);
+
+// Vec3 and Affine are their floats.
+template <class T>
+std::span<const float> floatsOf(const std::vector<T>& items) {
+    return {reinterpret_cast<const float*>(items.data()), items.size() * sizeof(T) / sizeof(float)};
+}
+template <class T>
+std::span<float> floatsOf(std::vector<T>& items) {
+    return {reinterpret_cast<float*>(items.data()), items.size() * sizeof(T) / sizeof(float)};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,125 @@
+#include "formats/stage/visibility_header.h"
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+constexpr FileKind kVisibilityKind{"penumbra.visibility", kVisibilityVersion};
+
+static void writeShard(hid_t file, const ShardPlace& shard) {
+    const auto write = [&](const char* dataset, const std::vector<std::uint32_t>& values) {
+        writeIntegers(file, dataset, std::vector<std::int64_t>(values.begin(), values.end()), {values.size()},
+                      H5T_STD_U32LE);
+    };
+    writeStrings(file, "/shard/clip_names", shard.clip_names);
+    write("/shard/clip_frames", shard.clip_frames);
+    write("/shard/frame_in_clip", shard.frame_in_clip);
+}
+
+static void writeEdges(hid_t file, const std::vector<InnerEdge>& edges) {
+    std::vector<std::int64_t> vertices;
+    for (const InnerEdge& edge : edges) vertices.insert(vertices.end(), edge.begin(), edge.end());
+    writeIntegers(file, "/mesh/edges", vertices, {edges.size(), 4}, H5T_STD_U32LE);
+}
+
+void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
+    writeRoot(file, kVisibilityKind, header.order, header.provenance);
+    writeTextAttribute(file, "/", "quantity", header.quantity);
+    writeTextAttribute(file, "/", "frame", "model");
+    writeIntegerAttribute(file, "/", "rays", header.rays);
+    if (header.seed > std::uint64_t(INT64_MAX)) throw UsageError("seed: larger than 2^63 - 1");
+    writeIntegerAttribute(file, "/", "seed", std::int64_t(header.seed));
+    writeIntegerAttribute(file, "/", "bounces", header.bounces);
+    if (header.ground_y) writeNumberAttribute(file, "/", "ground_y", *header.ground_y);
+    writeMesh(file, header.mesh, header.rest_normals);
+    if (!header.edges.empty()) writeEdges(file, header.edges);
+    if (!header.input_names.empty()) writeStrings(file, "/inputs/names", header.input_names);
+    if (header.skin) writeSkin(file, *header.skin);
+    writeFrameList(file, header.frames);
+    if (header.shard) writeShard(file, *header.shard);
+}
+
+// Every frame is one of the sampled frames of a clip, in ascending order.
+static ShardPlace readShard(const Hdf5Reader& in, const FrameList& frames) {
+    ShardPlace shard;
+    shard.clip_names = readStrings(in, "/shard/clip_names");
+    checkUnique(in, "/shard/clip_names", shard.clip_names);
+    std::vector<hsize_t> shape{shard.clip_names.size()};
+    std::vector<std::int64_t> values = readIntegers(in, "/shard/clip_frames", shape, 0, INT32_MAX);
+    shard.clip_frames.assign(values.begin(), values.end());
+    shape = {frames.frameCount()};
+    values = readIntegers(in, "/shard/frame_in_clip", shape, 0, INT32_MAX);
+    shard.frame_in_clip.assign(values.begin(), values.end());
+    std::vector<int> clips;
+    for (const std::string& name : frames.clip_names) {
+        clips.push_back(shard.clipNamed(name));
+        if (clips.back() < 0) throw InvalidInput(in.name + ": /shard/clip_names: no clip '" + name + "'");
+    }
+    for (std::size_t f = 0; f < frames.frameCount(); ++f) {
+        const bool follows = f > 0 && frames.clip[f] == frames.clip[f - 1];
+        if (shard.frame_in_clip[f] >= shard.clip_frames[std::size_t(clips[frames.clip[f]])] ||
+            (follows && shard.frame_in_clip[f] <= shard.frame_in_clip[f - 1]))
+            throw InvalidInput(in.name + ": /shard/frame_in_clip: entry " + std::to_string(f) +
+                               " is beyond the clip or not ascending");
+    }
+    return shard;
+}
+
+static std::vector<InnerEdge> readEdges(const Hdf5Reader& in, const Mesh& mesh) {
+    std::vector<hsize_t> shape{0, 4};
+    const std::vector<std::int64_t> vertices =
+        readIntegers(in, "/mesh/edges", shape, 0, std::int64_t(mesh.frontVertexCount()) - 1);
+    std::vector<InnerEdge> edges(vertices.size() / 4);
+    for (std::size_t i = 0; i < vertices.size(); ++i) edges[i / 4][i % 4] = std::uint32_t(vertices[i]);
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (edges[e][0] >= edges[e][1] ||
+            (e > 0 && std::pair(edges[e][0], edges[e][1]) <= std::pair(edges[e - 1][0], edges[e - 1][1])))
+            throw InvalidInput(in.name + ": /mesh/edges: row " + std::to_string(e) + " is not ascending");
+    return edges;
+}
+
+static std::vector<std::string> readInputNames(const Hdf5Reader& in) {
+    const std::vector<std::string> names = readStrings(in, "/inputs/names");
+    if (names.empty() || names.size() > 65535)
+        throw InvalidInput(in.name + ": /inputs/names: " + std::to_string(names.size()) + " inputs");
+    checkUnique(in, "/inputs/names", names);
+    return names;
+}
+
+void checkPose(const std::string& name, const VisibilityHeader& header) {
+    const auto fail = [&](std::size_t expected, const char* what) {
+        throw InvalidInput(name + ": /frames/pose: " + std::to_string(header.pose_size) + " numbers a frame, not " +
+                           std::to_string(expected) + what);
+    };
+    const std::size_t inputs = header.input_names.size(), size = std::size_t(header.pose_size);
+    if (size < inputs) fail(inputs, " or more, as /inputs/names has");
+    if (size > 0 && header.pose_parameterisation == kDihedralAngles && size != header.edges.size() + inputs)
+        fail(header.edges.size() + inputs, ", as /mesh/edges and /inputs/names have");
+}
+
+VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
+    VisibilityHeader header;
+    header.order = readRoot(in, kVisibilityKind, header.provenance);
+    header.quantity = readTextAttribute(in, "/", "quantity");
+    if (header.quantity != "hemisphere_visibility" && header.quantity != "mirrored_visibility")
+        throw Unsupported(in.name + ": attribute quantity: \"" + header.quantity + "\" is unknown");
+    if (const std::string frame = readTextAttribute(in, "/", "frame"); frame != "model")
+        throw Unsupported(in.name + ": attribute frame: \"" + frame + "\", not \"model\"");
+    header.rays = int(readIntegerAttribute(in, "/", "rays", 0, INT32_MAX));
+    header.seed = std::uint64_t(readIntegerAttribute(in, "/", "seed", 0, INT64_MAX));
+    header.bounces = int(readIntegerAttribute(in, "/", "bounces", 0, INT32_MAX));
+    if (hasAttribute(in, "/", "ground_y")) header.ground_y = float(readNumberAttribute(in, "/", "ground_y"));
+    header.mesh = readMesh(in);
+    const std::size_t vertices = header.mesh.vertexCount();
+    // Files of others may lack them: they are not in the published layout.
+    header.rest_normals = exists(in, "/mesh/rest_normals") ? readVectors(in, "/mesh/rest_normals", vertices)
+                                                           : meshNormals(header.mesh, header.mesh.rest_positions);
+    if (exists(in, "/mesh/edges")) header.edges = readEdges(in, header.mesh);
+    if (exists(in, "/inputs/names")) header.input_names = readInputNames(in);
+    if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
+    header.frames = readFrameList(in);
+    if (exists(in, "/shard")) header.shard = readShard(in, header.frames);
+    return header;
+}
+
+}  // namespace penumbra

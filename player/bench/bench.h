@@ -1,0 +1,56 @@
+#pragma once
+// How long a frame of an asset takes here, stage by stage, on the CPU and with OpenGL.
+#include <string>
+
+#include "formats/asset/asset_file.h"
+#include "player/bench/bench_cpu.h"
+#include "player/bench/gpu_cost.h"
+#include "player/frame/render_options.h"
+
+namespace penumbra {
+
+// Milliseconds a frame. GL times end with glFinish or with the picture read back: llvmpipe's timer queries are wrong.
+struct GlBench {
+    std::string context;
+    double draw_values = 0;  // upload and drawing of what the CPU made
+    double draw_model = 0;   // pose, its upload, evaluation in the compute shader, drawing
+    GpuCost model;           // of it, but for the pose
+    double first_frame = 0;  // upload of the asset, compilation of the shaders, first draw
+    // Pose, skinning, evaluation, shading, upload, drawing and an 8-bit picture read back, as a window shows it; with
+    // one sample a pixel and with as many as asked for.
+    struct WholeFrame {
+        int samples = 1;
+        StageTime time;
+    };
+    std::vector<WholeFrame> whole_frames;
+    double path_difference = 0;  // root mean square between the pictures of both paths, in 8-bit steps of sRGB
+    Switching switching;
+};
+
+// Milliseconds a frame of all `count` characters of one asset, each in a pose of its own; where there are as many as
+// threads, each on one. Draw: upload and drawing of what the CPU made, each at its own place in one picture.
+struct CharactersCost {
+    int count = 0;
+    double pose_skin = 0, evaluate = 0, shade = 0, draw = 0;
+    double cpu() const { return pose_skin + evaluate + shade; }
+    double total() const { return cpu() + draw; }
+    // What malloc has given out for it: a character is its evaluator and its result arrays (positions, normals,
+    // tangents, numbers, radiance). Decoded: what all share beside the mapped asset.
+    std::size_t bytes_decoded = 0, bytes_each = 0;
+    GpuCost glsl;  // of the GLSL path, in one dispatch and one draw
+};
+
+struct BenchResult {
+    std::size_t vertices = 0, triangles = 0;
+    int threads = 1;
+    CpuBench cpu;
+    GlBench gl;
+    std::vector<CharactersCost> characters;
+};
+
+// Shades with options.brdf and options.light, or draws E when the asset has none. Medians of `runs`; threads as in
+// parallelFor(). `characters`: how many of them (bench_characters.h).
+BenchResult benchAsset(const RenderOptions& options, const AssetView& asset, int runs, int threads,
+                       const std::vector<int>& characters = {});
+
+}  // namespace penumbra

@@ -1,0 +1,165 @@
+#include "player/bench/bench_cpu.h"
+
+#include <cmath>
+#include <functional>
+
+#include "formats/common/parallel_for.h"
+
+namespace penumbra {
+
+namespace {
+
+// More than the last-level cache of any machine that this is likely to run on.
+constexpr std::size_t kBeyondCaches = 128u << 20;
+// Of a core's second-level cache, and beyond it.
+constexpr std::size_t kSecondLevel = 256u << 10, kThirdLevel = 8u << 20;
+
+// The stages of a frame of one asset, each to be called on its own.
+class Stages {
+public:
+    Stages(const Shot& shot, ShadingSet* shading, Vec3 eye, int threads)
+        : asset_(shot.asset), shading_(shading), eye_(eye), threads_(threads), evaluator_(*shot.asset) {
+        evaluateFrame(shot, VisibilitySource::kModel, evaluator_, threads, vertices_);
+        if (shading) shadeFrame(*shading, vertices_, eye, threads, radiance_);
+    }
+    void pose(std::size_t run) {
+        const std::size_t frame = run % asset_->animation.frameCount();
+        evaluator_.setFrame(frame);
+    }
+    void skin() { skinFrame(evaluator_, threads_, vertices_); }
+    void evaluate(int threads) { evaluateNumbers(evaluator_, threads, vertices_); }
+    void evaluate() { evaluate(threads_); }
+    void shade() {
+        if (shading_) shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
+    }
+    void emptyCaches() {
+        swept_.resize(kBeyondCaches / sizeof(swept_[0]));
+        for (int& number : swept_) ++number;
+    }
+
+private:
+    const AssetView* asset_;
+    ShadingSet* shading_;
+    Vec3 eye_;
+    int threads_;
+    Evaluator evaluator_;
+    FrameVertices vertices_;
+    std::vector<Vec3> radiance_;
+    std::vector<int> swept_;
+};
+
+void measureRange(const AssetView& asset, CpuBench& bench) {
+    Evaluator evaluator(asset);
+    const std::size_t frames = asset.animation.frameCount();
+    for (std::size_t f = 0; f < frames; ++f) {
+        evaluator.setFrame(f);
+        bench.out_of_range_mean += evaluator.outOfRange() / double(frames);
+        bench.out_of_range_max = std::max(bench.out_of_range_max, evaluator.outOfRange());
+    }
+}
+
+// A stage to time: what comes before each run and is not timed, and the run.
+struct TimedStage {
+    CpuStage stage;
+    std::function<void(std::size_t)> prepare, body;
+    int runs;
+};
+
+std::vector<TimedStage> stagesOf(const AssetView& asset, const ShadingSet* shading, int runs, int threads,
+                                 Stages& stages) {
+    const auto nothing = [](std::size_t) {};
+    const StageWork evaluate = evaluateWork(asset);
+    std::vector<TimedStage> timed = {
+        {{"pose", {}, poseWork(asset), 1}, nothing, [&](std::size_t run) { stages.pose(run); }, runs},
+        {{"skin", {}, skinWork(asset), threads}, nothing, [&](std::size_t) { stages.skin(); }, runs},
+        {{"evaluate, 1 thread", {}, evaluate, 1}, nothing, [&](std::size_t) { stages.evaluate(1); }, runs},
+        {{"evaluate", {}, evaluate, threads}, nothing, [&](std::size_t) { stages.evaluate(); }, runs},
+        {{"evaluate, cold", {}, evaluate, threads, kBeyondCaches},
+         [&](std::size_t) { stages.emptyCaches(); },
+         [&](std::size_t) { stages.evaluate(); },
+         std::min(runs, 10)}};
+    if (shading)
+        timed.push_back(
+            {{"shade", {}, shadeWork(*shading), threads}, nothing, [&](std::size_t) { stages.shade(); }, runs});
+    return timed;
+}
+
+// In several rounds over all stages: a processor that others use too is at times a fifth slower for a while.
+void timeStages(const AssetView& asset, const ShadingSet* shading, int runs, int threads, Stages& stages,
+                CpuBench& bench) {
+    constexpr int kRounds = 5;
+    const std::vector<TimedStage> timed = stagesOf(asset, shading, runs, threads, stages);
+    std::vector<std::vector<double>> times(timed.size());
+    for (int round = 0; round < kRounds; ++round)
+        for (std::size_t s = 0; s < timed.size(); ++s)
+            collectRuns((timed[s].runs + kRounds - 1) / kRounds, timed[s].prepare, timed[s].body, times[s]);
+    for (std::size_t s = 0; s < timed.size(); ++s) {
+        bench.stages.push_back(timed[s].stage);
+        bench.stages.back().time = summaryOf(times[s]);
+    }
+    if (shading) bench.shade = bench.stages.back().time;
+}
+
+// Each against a bandwidth that was measured on a working set of its own size: that is in whichever cache it lives in.
+void compareWithRoof(CpuBench& bench, int threads) {
+    std::vector<std::size_t> of_one = {kSecondLevel, kThirdLevel, kBeyondCaches};
+    std::vector<std::size_t> of_all = {kSecondLevel * std::size_t(threads), kThirdLevel, kBeyondCaches};
+    for (CpuStage& stage : bench.stages) {
+        if (stage.working_set == 0) stage.working_set = stage.work.bytes();
+        (stage.threads == 1 ? of_one : of_all).push_back(stage.working_set);
+    }
+    bench.one_thread = measureRoofline(1, of_one);
+    bench.all_threads = measureRoofline(threads, of_all);
+    for (CpuStage& stage : bench.stages) {
+        const Roofline& roofline = stage.threads == 1 ? bench.one_thread : bench.all_threads;
+        const auto memory = std::find_if(roofline.memory.begin(), roofline.memory.end(),
+                                         [&](const Bandwidth& b) { return b.bytes == stage.working_set; });
+        stage.roof = attainable(roofline, *memory, stage.intensity());
+        stage.memory_bound = stage.roof < roofline.peak;
+    }
+}
+
+}  // namespace
+
+// The next material that can be on for one of the parts, the next light that can be, and another rotation.
+void switchAll(ShadingSet& set, std::size_t run) {
+    const AssetView& asset = set.asset();
+    const std::size_t slot = run % set.slotCount();
+    std::size_t material = set.materialOfSlot()[slot], light = set.light();
+    do material = (material + 1) % asset.materials.size();
+    while (!set.hasMaterial(material));
+    do light = (light + 1) % asset.lights.size();
+    while (!set.hasLight(light));
+    set.setMaterial(slot, material);
+    set.setLight(light);
+    const float turn = 0.1f * float(run), c = std::cos(turn), s = std::sin(turn);
+    set.setLightRotation({{c, 0, s, 0, 1, 0, -s, 0, c}});
+}
+
+CpuBench benchCpu(const Shot& shot, ShadingSet* shading, Vec3 eye, int runs, int threads) {
+    if (threads <= 0) threads = hardwareThreads();
+    CpuBench bench;
+    measureRange(*shot.asset, bench);
+    Stages stages(shot, shading, eye, threads);
+    timeStages(*shot.asset, shading, runs, threads, stages, bench);
+    compareWithRoof(bench, threads);
+    bench.pose_evaluate = timeRuns(runs, [&](std::size_t run) {
+        stages.pose(run);
+        stages.evaluate();
+    });
+    bench.pose_skin_evaluate = timeRuns(runs, [&](std::size_t run) {
+        stages.pose(run);
+        stages.skin();
+        stages.evaluate();
+    });
+    bench.frame = timeRuns(runs, [&](std::size_t run) {
+        stages.pose(run);
+        stages.skin();
+        stages.evaluate();
+        stages.shade();
+    });
+    if (shading) bench.switching = timeSwitching(*shading, runs, [&](std::size_t) { stages.shade(); });
+    return bench;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,11 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+
+#include "player/bench/bench.h"
+
+namespace penumbra {
+
+void printBench(const BenchResult& result);
+nlohmann::ordered_json figuresOf(const BenchResult& result);  // all that is printed
+
+}  // namespace penumbra

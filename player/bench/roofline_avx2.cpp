@@ -1,0 +1,18 @@
+// Compiled with -mavx2 -mfma and contraction of a * b + c allowed, called only where the processor has them.
+#include "player/bench/roofline.h"
+
+#ifdef __AVX2__
+#include "player/bench/roofline_kernels.h"
+
+namespace penumbra {
+static const RooflinePath kPath{"avx2", multiplyAdds, 2 * kChains* kRoofLanes, readAll, triad};
+const RooflinePath* const kRooflineAvx2 = &kPath;
+}  // namespace penumbra
+
+#else
+
+namespace penumbra {
+const RooflinePath* const kRooflineAvx2 = nullptr;
+}
+
+#endif

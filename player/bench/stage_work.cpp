@@ -1,0 +1,140 @@
+#include "player/bench/stage_work.h"
+
+#include <algorithm>
+
+namespace penumbra {
+
+constexpr std::size_t kFloat = sizeof(float);
+
+static std::size_t storedBytes(const NumbersView& numbers) { return numbers.count * bytesPerNumber(numbers.precision); }
+
+// Evaluator::relativeBoneFeatures: a point moved, differences, the inverse bone applied, a product of rotations.
+static double featureFlop(std::size_t joints) { return double(joints - 1) * (18 + 3 + 15 + 3 + 6 + 45 + 3); }
+
+// Regressor::groupInputs with boneInputs (sh/pose_inputs.h), then three a number for clamping and what it cut off.
+static double groupFlop(bool bones, std::size_t inputs) {
+    return (bones ? 3 + 6 + 2 + 3 + 1 + 45 + 9 : 0) + 3.0 * double(inputs);
+}
+
+static double regressionFlop(const ModelView& model, const ClusterView& cluster) {
+    const bool bones = model.features == AssetFeatures::kRelativeBones;
+    const double inputs = double(cluster.inputs()), units = double(cluster.units);
+    const std::size_t group_inputs = cluster.groups.empty() ? 0 : cluster.group_min.count / cluster.groups.size();
+    double flop = double(cluster.groups.size()) * groupFlop(bones, group_inputs);
+    switch (model.kind) {
+        case AssetModel::kAdditive:
+            flop += units * (3 * double(group_inputs) + 2);
+            break;
+        case AssetModel::kQuadratic:
+            flop += inputs * (inputs + 1) / 2;
+            break;
+        case AssetModel::kNeural:
+            flop += units * (2 * inputs + 1);
+            break;
+        case AssetModel::kLinear:
+            break;
+    }
+    if (model.kind != AssetModel::kAdditive) flop += 2 * double(cluster.input_basis.count);
+    return flop + 2 * units * double(cluster.components());
+}
+
+// partMotions (sh/rigid_fit.h): sums, then differences, a square and an outer product; vertexNormals
+// (sh/vertex_normals.h): two differences, a cross product and three sums a triangle, then a length.
+static void addDeformation(const AssetView& asset, StageWork& work) {
+    const auto points = double(asset.mesh.pointCount()), triangles = double(asset.mesh.frontTriangles().size()) / 3;
+    work.flop += points * (6 + 6 + 5 + 18) + triangles * (6 + 9 + 9) + points * 9;
+    work.read +=
+        asset.mesh.pointCount() * (2 * sizeof(Vec3) + sizeof(std::uint16_t)) + asset.mesh.frontTriangles().size_bytes();
+    work.written += asset.mesh.pointCount() * 2 * sizeof(Vec3);
+}
+
+StageWork poseWork(const AssetView& asset) {
+    const ModelView& model = asset.model;
+    const std::size_t joints = asset.animation.jointCount();
+    StageWork work;
+    work.read = joints * sizeof(Affine);
+    if (model.deforming) addDeformation(asset, work);
+    int features_of = -1;
+    for (const ClusterView& cluster : model.clusters) {
+        if (model.features == AssetFeatures::kRelativeBones && cluster.joint != features_of)
+            work.flop += featureFlop(joints);
+        features_of = cluster.joint;
+        work.flop += regressionFlop(model, cluster);
+        // Decoded to floats when the evaluator was made.
+        for (const NumbersView& numbers :
+             {cluster.input_basis, cluster.group_min, cluster.group_max, cluster.hidden, cluster.weights})
+            work.read += numbers.count * kFloat;
+        work.written += cluster.components() * kFloat;
+    }
+    return work;
+}
+
+StageWork skinWork(const AssetView& asset) {
+    const MeshView& mesh = asset.mesh;
+    const std::size_t vertices = mesh.positions.size();
+    StageWork work;
+    work.read = vertices * 3 * sizeof(Vec3) + mesh.skin_joints.size_bytes() + mesh.skin_weights.size_bytes();
+    work.written = vertices * 3 * sizeof(Vec3);
+    if (asset.model.deforming) {  // the tangent turned, projected, its length
+        work.read += mesh.shading_point.size_bytes();
+        work.flop = double(vertices) * (15 + 11 + 9);
+        return work;
+    }
+    const auto used = std::count_if(mesh.skin_weights.begin(), mesh.skin_weights.end(), [](float w) { return w != 0; });
+    // Blending; a point moved, the cofactor and a normal through it, its length; the tangent turned, projected, its
+    // length.
+    work.flop = 24.0 * double(used) + double(vertices) * ((18 + 27 + 15 + 9) + (15 + 11 + 9));
+    return work;
+}
+
+StageWork evaluateWork(const AssetView& asset) {
+    const ModelView& model = asset.model;
+    StageWork work;
+    for (const ClusterView& cluster : model.clusters) {
+        work.read += storedBytes(cluster.mean) + storedBytes(cluster.basis) + cluster.components() * kFloat;
+        work.written += cluster.mean.count * kFloat;
+        work.flop += 2 * double(cluster.basis.count);
+    }
+    return work;
+}
+
+// laneBasis (runtime/shade_lanes.h).
+static double basisFlop(int order) {
+    const double n = order;
+    return n * (n - 1) / 2 * 4 + n * n + 6 * n;
+}
+
+static double materialFlop(const ShadeMaterial& material) {
+    double flop = basisFlop(material.view_order);
+    for (std::size_t c = 0; c < material.channels; ++c) {
+        flop += 2 * double(material.view_terms[c]);
+        for (std::size_t r = 0; r < material.row_count; ++r)
+            flop += 2.0 * material.rows[r].terms + (r < material.mirrored_rows ? 4 : 2);
+    }
+    return flop;
+}
+
+static double lightFlop(const ShadeLight& light, std::size_t channels) {
+    const double n = light.order, numbers = n * n, each = double(channels);
+    if (light.lobes) return double(light.axis_count) * (15 + basisFlop(light.order) + 2 * each * numbers + 6 * n);
+    const double turn = 6 * n * (n - 1) / 2;  // turnBack
+    return each * (3 * turn + 4 * double(light.turn_count)) + 3 * 6 * (n - 2) + 6 * numbers;
+}
+
+StageWork shadeWork(const ShadingSet& shading) {
+    const ModelView& model = shading.asset().model;
+    StageWork work;
+    const std::size_t vertices = shading.asset().mesh.positions.size();
+    work.read = vertices * (3 * sizeof(Vec3) + std::size_t(model.convention.size()) * kFloat);
+    work.written = vertices * sizeof(Vec3);
+    for (std::size_t slot = 0; slot < shading.slotCount(); ++slot) {
+        const ShadeMaterial material = shading.materialView(slot);
+        // Bitangent, unit direction to the eye, into the local frame; the colour's factors.
+        const double of_vertex = 9 + 3 + 10 + 15 + 3;
+        work.flop += double(shading.vertexCount(slot)) *
+                     (of_vertex + materialFlop(material) + lightFlop(shading.lightTables().view(), material.channels));
+    }
+    return work;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,156 @@
+#include "player/draw/gl_asset.h"
+
+#include <limits>
+
+#include "formats/common/errors.h"
+#include "player/frame/frame_values.h"
+
+namespace penumbra {
+
+constexpr GLuint kArraysBinding = 0;  // in evaluate.comp
+
+// The asset's arrays, one after another at multiples of 16 bytes, and where each begins.
+class ArrayList {
+public:
+    template <class T>
+    std::uint32_t place(std::span<const T> array) {  // in words
+        return placeBytes(std::as_bytes(array));
+    }
+    std::uint32_t placeBytes(std::span<const std::byte> array) {
+        const std::size_t at = bytes_;
+        if (at / 4 > std::numeric_limits<std::uint32_t>::max() / 2) throw Unsupported("an asset too large for a GPU");
+        arrays_.push_back({at, array});
+        bytes_ += (array.size() + 15) / 16 * 16;
+        return std::uint32_t(at / 4);
+    }
+    std::size_t bytes() const { return bytes_; }
+    // From where they are, the mapped file: no copy of them is made.
+    GlObject upload() const {
+        checkStorageBlock("the asset", bytes_);
+        GlObject buffer = makeStorage(bytes_);
+        for (const auto& [at, array] : arrays_)
+            gl::BufferSubData(GL_SHADER_STORAGE_BUFFER, GLintptr(at), GLsizeiptr(array.size()), array.data());
+        return buffer;
+    }
+
+private:
+    std::vector<std::pair<std::size_t, std::span<const std::byte>>> arrays_;
+    std::size_t bytes_ = 0;
+};
+
+static std::uint32_t placeNumbers(ArrayList& arrays, const NumbersView& numbers) {
+    return arrays.placeBytes({numbers.data, numbers.count * bytesPerNumber(numbers.precision)});
+}
+
+static std::optional<AssetPrecision> sharedPrecision(const ModelView& model, NumbersView ClusterView::*array) {
+    std::optional<AssetPrecision> shared;
+    for (const ClusterView& cluster : model.clusters) {
+        const AssetPrecision precision = (cluster.*array).precision;
+        if (shared && *shared != precision) return std::nullopt;
+        shared = precision;
+    }
+    return shared;
+}
+
+// kClusterWords a cluster; places the model's arrays.
+static std::vector<std::uint32_t> clusterTable(const ModelView& model, ArrayList& arrays) {
+    std::vector<std::uint32_t> table;
+    std::uint32_t first_score = 0;
+    for (const ClusterView& cluster : model.clusters) {
+        const auto components = std::uint32_t(cluster.components());
+        table.insert(table.end(), {cluster.first_vertex, cluster.vertex_count, components, first_score,
+                                   placeNumbers(arrays, cluster.mean), placeNumbers(arrays, cluster.basis),
+                                   std::uint32_t(cluster.mean.precision), std::uint32_t(cluster.basis.precision)});
+        first_score += components;
+    }
+    return table;
+}
+
+GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading) : asset_(&asset) {
+    recipe_.convention = asset.model.convention;
+    recipe_.stride = asset.model.stride;
+    recipe_.influences = asset.mesh.influences;
+    recipe_.deforming = asset.model.deforming;
+    recipe_.slots = !asset.mesh.slot_of_vertex.empty();
+    recipe_.mean = sharedPrecision(asset.model, &ClusterView::mean);
+    recipe_.basis = sharedPrecision(asset.model, &ClusterView::basis);
+    uploadArrays();
+    if (shading) uploadMaterials(*shading);
+    placePose();
+    vertex_array_ = makeVertexArray();
+    gl::BindVertexArray(vertex_array_.id());
+    triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, asset.mesh.triangles);
+    bytes_ += asset.mesh.triangles.size_bytes();
+    checkGl("uploading the asset");
+}
+
+void GlAsset::uploadArrays() {
+    const MeshView& mesh = asset_->mesh;
+    ArrayList arrays;
+    const std::vector<std::uint32_t> cluster_of_vertex = clusterOfVertex(*asset_),
+                                     table = clusterTable(asset_->model, arrays);
+    AssetPlaces& places = recipe_.asset;
+    places.positions = arrays.place(mesh.positions);
+    places.normals = arrays.place(mesh.normals);
+    places.tangents = arrays.place(mesh.tangents);
+    places.skin_joints = arrays.place(mesh.skin_joints);
+    places.skin_weights = arrays.place(mesh.skin_weights);
+    places.slots = arrays.place(mesh.slot_of_vertex);
+    places.cluster_of_vertex = arrays.place(std::span(cluster_of_vertex));
+    places.clusters = arrays.place(std::span(table));
+    arrays_ = arrays.upload();
+    bytes_ += arrays.bytes();
+}
+
+void GlAsset::uploadMaterials(const ShadingSet& shading) {
+    shading_ = shadingLayout(shading);
+    const std::vector<float> data = materialData(*shading_, shading);
+    materials_ = makeTextureBuffer(GL_RGBA32F, std::span<const float>(data));
+    bytes_ += data.size() * sizeof(float);
+}
+
+void GlAsset::placePose() {
+    const auto texels = [](std::size_t numbers) { return (numbers + 3) / 4; };
+    std::size_t scores = 0;
+    for (const ClusterView& cluster : asset_->model.clusters) scores += cluster.components();
+    PosePlaces& pose = recipe_.pose;
+    pose.rotations = pose.bones + 3 * asset_->animation.jointCount();
+    pose.scores = pose.rotations + 3 * asset_->model.clusters.size();
+    pose.materials = pose.scores + texels(scores);
+    pose.light = pose.materials + texels(std::max<std::size_t>(1, asset_->mesh.slots.size()));
+    pose.size = pose.light + (shading_ ? shading_->lightTexels() : 0);
+}
+
+const GlAsset::Program& GlAsset::evaluateProgram(Channel channel) {
+    const auto [found, is_new] = evaluate_.try_emplace(channel);
+    Program& made = found->second;
+    if (!is_new) return made;
+    ShaderRecipe recipe = recipe_;
+    recipe.channel = channel;
+    if (channel == Channel::kShaded) recipe.shading = &shading();
+    made.program = makeComputeProgram(evaluateSource(recipe));
+    made.eye = gl::GetUniformLocation(made.program.id(), "eye");
+    made.vertex_count = gl::GetUniformLocation(made.program.id(), "vertex_count");
+    return made;
+}
+
+const GlAsset::Program& GlAsset::drawProgram(Channel channel) {
+    const auto [found, is_new] = draw_.try_emplace(channel);
+    Program& made = found->second;
+    if (!is_new) return made;
+    made.program = makeProgram(evaluatedVertexSource(channel), channelFragmentSource(channel));
+    made.view = viewUniforms(made.program);
+    made.vertex_count = gl::GetUniformLocation(made.program.id(), "vertex_count");
+    return made;
+}
+
+void GlAsset::bindArrays() const {
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kArraysBinding, arrays_.id());
+    if (!shading_) return;
+    gl::ActiveTexture(GL_TEXTURE0);  // the only sampler, unit 0
+    gl::BindTexture(GL_TEXTURE_BUFFER, materials_.texture.id());
+}
+
+void GlAsset::bindTriangles() const { gl::BindVertexArray(vertex_array_.id()); }
+
+}  // namespace penumbra

@@ -1,0 +1,51 @@
+#pragma once
+// All that the characters of one asset share on the GPU: its arrays, materials and programs.
+#include <map>
+
+#include "player/draw/draw_frame.h"
+#include "player/draw/shader_source.h"
+#include "player/gl/gl_objects.h"
+#include "player/runtime/evaluator.h"
+
+namespace penumbra {
+
+class GlAsset {
+public:
+    // `asset` has a model and outlives this, as its bytes do. `shading` may be null, where nothing is shaded; sets of
+    // characters drawn with this are of the same materials, lights and choice.
+    GlAsset(const AssetView& asset, const ShadingSet* shading);
+
+    const AssetView& view() const { return *asset_; }
+    std::size_t vertexCount() const { return asset_->mesh.positions.size(); }
+    const PosePlaces& pose() const { return recipe_.pose; }
+    const ShadingLayout& shading() const { return *shading_; }
+    std::size_t bytes() const { return bytes_; }  // of GL memory
+
+    struct Program {
+        GlObject program;
+        GLint eye = -1, vertex_count = -1;
+        ViewUniforms view;
+    };
+    // Compiled when they are first asked for. The painter's shaders have the bindings.
+    const Program& evaluateProgram(Channel channel);
+    const Program& drawProgram(Channel channel);
+    // The asset's arrays and materials, for evaluating; its triangles, for drawing.
+    void bindArrays() const;
+    void bindTriangles() const;
+    GLsizei indexCount() const { return GLsizei(asset_->mesh.triangles.size()); }
+
+private:
+    const AssetView* asset_;
+    std::optional<ShadingLayout> shading_;
+    ShaderRecipe recipe_;
+    GlObject arrays_, vertex_array_, triangles_;
+    TextureBuffer materials_;
+    std::size_t bytes_ = 0;
+    std::map<Channel, Program> evaluate_, draw_;
+
+    void placePose();
+    void uploadArrays();
+    void uploadMaterials(const ShadingSet& shading);
+};
+
+}  // namespace penumbra

@@ -1,0 +1,151 @@
+#include "player/draw/model_painter.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4,
+                 kVerticesBinding = 5;
+constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction: what every OpenGL has
+
+ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
+    : asset_(std::move(asset)), capacity_(capacity), poses_(4 * capacity * asset_->pose().size) {
+    if (capacity > kMaxGroups || asset_->vertexCount() / kWorkGroup >= kMaxGroups)
+        throw Unsupported("too many characters or vertices for one dispatch; use --path cpu");
+    checkStorageBlock("what is drawn of all characters", evaluatedBytes());
+    evaluated_ = makeTextureStorage(GL_RGBA32F, evaluatedBytes());
+}
+
+// Position and value of every vertex, a vec4 each.
+std::size_t ModelPainter::evaluatedBytes() const { return capacity_ * asset_->vertexCount() * 8 * sizeof(float); }
+
+std::size_t ModelPainter::bytes() const {
+    return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) +
+           (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
+}
+
+// PosePlaces of one character, in order; `out` is written only.
+static void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_looks, std::span<float> out) {
+    const PosePlaces& places = asset.pose();
+    const std::vector<ClusterView>& clusters = asset.view().model.clusters;
+    const Vec3 o = character.offset;
+    const float first[4] = {o.x, o.y, o.z, character.numbers.empty() ? 0.0f : 1.0f};
+    std::copy_n(first, 4, out.data());
+    float* at = out.data() + 4 * places.bones;
+    for (const Affine& bone : character.evaluator->bones()) at = std::copy_n(bone.m.data(), 12, at);
+    for (std::size_t c = 0; c < clusters.size(); ++c) {
+        const Mat3& r = character.evaluator->clusterRotation(c);
+        const float rows[12] = {r.m[0], r.m[1], r.m[2], 0, r.m[3], r.m[4], r.m[5], 0, r.m[6], r.m[7], r.m[8], 0};
+        at = std::copy_n(rows, 12, at);
+    }
+    for (std::size_t c = 0; c < clusters.size(); ++c) {
+        const std::span<const float> y = character.evaluator->scores(c), scale = clusters[c].basis.scale;
+        for (std::size_t k = 0; k < y.size(); ++k) *at++ = scale.empty() ? y[k] : y[k] * scale[k];
+    }
+    if (!with_looks) return;
+    at = out.data() + 4 * places.materials;
+    for (const std::uint16_t material : character.shading->materialOfSlot()) *at++ = float(material);
+    writeLightData(asset.shading(), character.shading->lightTables(), out.subspan(4 * places.light));
+}
+
+void ModelPainter::uploadPoses(std::span<const PosedCharacter> characters) {
+    const std::span<float> out = poses_.next();
+    const std::size_t size = 4 * asset_->pose().size;
+    for (std::size_t i = 0; i < characters.size(); ++i)
+        writePose(*asset_, characters[i], channel_ == Channel::kShaded, out.subspan(i * size, size));
+    poses_.bind(kPosesBinding);
+}
+
+void ModelPainter::uploadArrays(std::optional<UploadRing>& ring, std::span<const PosedCharacter> characters,
+                                std::span<const float> PosedCharacter::*member, std::size_t of_one) {
+    if (!ring) ring.emplace(capacity_ * of_one);
+    const std::span<float> out = ring->next();
+    for (std::size_t i = 0; i < characters.size(); ++i) {
+        const std::span<const float> values = characters[i].*member;
+        assert(values.empty() || values.size() == of_one);
+        std::copy(values.begin(), values.end(), out.begin() + std::ptrdiff_t(i * of_one));
+    }
+}
+
+// Position and normal of every vertex of a deforming mesh; skinned ones need none.
+void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
+    const AssetView& asset = asset_->view();
+    if (!asset.model.deforming) return;
+    if (!vertices_) vertices_.emplace(capacity_ * asset_->vertexCount() * 6);
+    float* at = vertices_->next().data();
+    for (const PosedCharacter& character : characters) {
+        const Evaluator& evaluator = *character.evaluator;
+        for (std::size_t v = 0; v < asset_->vertexCount(); ++v) {
+            const std::size_t point = asset.mesh.pointOf(v);
+            const Vec3 p = evaluator.points()[point], front = evaluator.pointNormals()[point],
+                       n = asset.mesh.isBack(v) ? -front : front;
+            for (const float number : {p.x, p.y, p.z, n.x, n.y, n.z}) *at++ = number;
+        }
+    }
+    vertices_->bind(kVerticesBinding);
+}
+
+void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
+    const std::size_t vertices = asset_->vertexCount();
+    const auto given = [](const PosedCharacter& character) { return !character.numbers.empty(); };
+    has_numbers_ = std::any_of(characters.begin(), characters.end(), given);
+    if (has_numbers_) {
+        uploadArrays(numbers_, characters, &PosedCharacter::numbers,
+                     vertices * std::size_t(asset_->view().model.stride));
+        numbers_->bind(kNumbersBinding);
+    } else {
+        poses_.bind(kNumbersBinding);  // anything: it is not read
+    }
+    if (channel_ != Channel::kError) return;
+    uploadArrays(true_ambient_, characters, &PosedCharacter::true_ambient, vertices);
+    true_ambient_->bind(kAmbientBinding);
+}
+
+void ModelPainter::release() {
+    poses_.release();
+    if (has_numbers_) numbers_->release();
+    if (channel_ == Channel::kError) true_ambient_->release();
+    if (vertices_) vertices_->release();
+}
+
+void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> characters, Vec3 eye) {
+    assert(characters.size() <= capacity_);
+    channel_ = channel;
+    count_ = characters.size();
+    if (count_ == 0) return;
+    const std::size_t vertices = asset_->vertexCount();
+    const GlAsset::Program& program = asset_->evaluateProgram(channel);
+    gl::UseProgram(program.program.id());
+    gl::Uniform3f(program.eye, eye.x, eye.y, eye.z);
+    gl::Uniform1ui(program.vertex_count, GLuint(vertices));
+    asset_->bindArrays();
+    uploadPoses(characters);
+    uploadVertices(characters);
+    uploadNumbers(characters);
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kEvaluatedBinding, evaluated_.buffer.id());
+    gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // after what the last frame's draws read
+    gl::DispatchCompute(GLuint((vertices + kWorkGroup - 1) / kWorkGroup), GLuint(count_), 1);
+    gl::MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    release();
+    checkGl("evaluating");
+}
+
+void ModelPainter::draw(const FrameView& view) const {
+    if (count_ == 0) return;
+    const GlAsset::Program& program = asset_->drawProgram(channel_);
+    setView(program.program, program.view, view);
+    gl::Uniform1i(program.vertex_count, GLint(asset_->vertexCount()));
+    gl::ActiveTexture(GL_TEXTURE0);
+    gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());
+    asset_->bindTriangles();
+    const bool two_sided = asset_->view().mesh.two_sided;  // a back has triangles of its own
+    if (two_sided) gl::Enable(GL_CULL_FACE);
+    gl::DrawElementsInstanced(GL_TRIANGLES, asset_->indexCount(), GL_UNSIGNED_INT, nullptr, GLsizei(count_));
+    if (two_sided) gl::Disable(GL_CULL_FACE);
+    checkGl("drawing");
+}
+
+}  // namespace penumbra

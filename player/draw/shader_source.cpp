@@ -1,0 +1,68 @@
+#include "player/draw/shader_source.h"
+
+#include "player/runtime/shading_glsl.h"
+#include "player_shaders.h"
+
+namespace penumbra {
+
+static std::string define(const std::string& name, std::size_t value) {
+    return "#define " + name + " " + std::to_string(value) + "\n";
+}
+
+static std::string preamble(Channel channel) {
+    std::string text = "#version 430 core\n";
+    const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS"};  // in the order of Channel
+    for (std::size_t i = 0; i < 5; ++i) text += define(std::string("CHANNEL_") + names[i], i);
+    return text + define("CHANNEL", std::size_t(channel));
+}
+
+// Centroid: at a silhouette, values at a covered point and not extrapolated beyond the triangle.
+static std::string interpolation(Channel channel) {
+    return std::string("#define INTERPOLATION ") + (channel == Channel::kClusters ? "flat" : "centroid") + "\n";
+}
+
+static std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
+    return define("POSITIONS", asset.positions) + define("NORMALS", asset.normals) +
+           define("TANGENTS", asset.tangents) + define("SKIN_JOINTS", asset.skin_joints) +
+           define("SKIN_WEIGHTS", asset.skin_weights) + define("SLOTS", asset.slots) +
+           define("CLUSTER_OF_VERTEX", asset.cluster_of_vertex) + define("CLUSTERS", asset.clusters) +
+           define("CLUSTER_WORDS", kClusterWords) + define("POSE_BONES", pose.bones) +
+           define("POSE_ROTATIONS", pose.rotations) + define("POSE_SCORES", pose.scores) +
+           define("POSE_MATERIALS", pose.materials) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
+}
+
+// The precision of an array: a number, or where the cluster's table has it.
+static std::string precisionOf(const char* array, const std::optional<AssetPrecision>& shared, int word) {
+    return std::string("#define ") + array + "_PRECISION " +
+           (shared ? std::to_string(int(*shared)) + "u" : "clusterWord(" + std::to_string(word) + ")") + "\n";
+}
+
+std::string evaluateSource(const ShaderRecipe& recipe) {
+    std::string defines = define("WORK_GROUP", kWorkGroup) + define("INFLUENCES", std::size_t(recipe.influences)) +
+                          define("PENUMBRA_STRIDE4", std::size_t(recipe.stride) / 4) +
+                          places(recipe.asset, recipe.pose) + precisionOf("MEAN", recipe.mean, 6) +
+                          precisionOf("BASIS", recipe.basis, 7);
+    if (recipe.slots) defines += "#define HAS_SLOTS\n";
+    if (recipe.deforming) defines += "#define DEFORMING\n";
+    std::string generated;
+    if (recipe.channel != Channel::kNormals && recipe.channel != Channel::kClusters)
+        generated = ambientGlsl(recipe.convention);
+    if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
+    // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.
+    std::string text = kShaderEvaluateComp;
+    const std::string mark = "\nGENERATED\n";
+    text.replace(text.find(mark), mark.size(), "\n" + generated + kShaderPenumbraGlsl + "\n");
+    return preamble(recipe.channel) + defines + text;
+}
+
+std::string valueVertexSource(Channel channel) { return preamble(channel) + interpolation(channel) + kShaderValueVert; }
+
+std::string evaluatedVertexSource(Channel channel) {
+    return preamble(channel) + interpolation(channel) + kShaderEvaluatedVert;
+}
+
+std::string channelFragmentSource(Channel channel) {
+    return preamble(channel) + interpolation(channel) + kShaderChannelFrag;
+}
+
+}  // namespace penumbra

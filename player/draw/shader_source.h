@@ -1,0 +1,33 @@
+#pragma once
+// GLSL text: the files of player/shaders/ with a preamble, and the sums over SH functions written out for one
+// convention and shading layout.
+#include <optional>
+#include <string>
+
+#include "player/draw/evaluate_layout.h"
+#include "player/frame/channel.h"
+#include "player/runtime/shading_layout.h"
+
+namespace penumbra {
+
+struct ShaderRecipe {
+    Channel channel = Channel::kShaded;
+    Convention convention;
+    int stride = 0, influences = 0;
+    bool slots = false;      // the mesh has them
+    bool deforming = false;  // positions and normals are given, not skinned
+    // That all clusters have; unset: each its own.
+    std::optional<AssetPrecision> mean = {}, basis = {};
+    const ShadingLayout* shading = nullptr;  // kShaded only
+    AssetPlaces asset = {};
+    PosePlaces pose = {};
+};
+
+constexpr std::size_t kWorkGroup = 64;  // vertices: two warps or one wave
+
+std::string evaluateSource(const ShaderRecipe& recipe);
+std::string valueVertexSource(Channel channel);
+std::string evaluatedVertexSource(Channel channel);
+std::string channelFragmentSource(Channel channel);
+
+}  // namespace penumbra

@@ -1,0 +1,30 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+// Where `list` has what is called `name`, else the only one whose name begins so ("ggx" for "ggx:alpha=0.3"), or the
+// first for "". UsageError lists what there is.
+template <class T>
+std::size_t findByName(const std::vector<T>& list, std::string_view name, const std::string& option) {
+    if (name.empty()) return 0;
+    std::size_t beginning = 0, beginnings = 0;
+    std::string known;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        const std::string_view element = list[i].name;
+        if (element == name) return i;
+        known += (known.empty() ? "" : ", ") + std::string(element);
+        if (!element.starts_with(name)) continue;
+        beginning = i;
+        ++beginnings;
+    }
+    if (beginnings == 1) return beginning;
+    throw UsageError("--" + option + ": the asset has " + (beginnings == 0 ? "no" : "more than one") + " \"" +
+                     std::string(name) + "\"; it has " + known);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,110 @@
+#include "player/frame/frame_values.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/common/parallel_for.h"
+
+namespace penumbra {
+
+// body(begin, end) over pieces of [0, vertices).
+template <class Body>
+static void overVertices(std::size_t vertices, int threads, const Body& body) {
+    constexpr std::size_t kPiece = 512;  // some 0.1 ms of shading
+    parallelFor((vertices + kPiece - 1) / kPiece, threads,
+                [&](std::size_t i) { body(i * kPiece, std::min(vertices, (i + 1) * kPiece)); });
+}
+
+std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads) {
+    const ModelView& model = shot.asset->model;
+    std::vector<float> numbers(vertices.positions.size() * std::size_t(model.stride));
+    overVertices(vertices.positions.size(), threads, [&](std::size_t begin, std::size_t end) {
+        numbersFromTruth(*shot.truth, shot.truth_frame, model.convention, model.stride, begin, end,
+                         shot.asset->mesh.shading_point, vertices.normals, vertices.tangents, numbers);
+    });
+    return numbers;
+}
+
+void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
+    const std::size_t count = evaluator.vertexCount();
+    vertices.positions.resize(count);
+    vertices.normals.resize(count);
+    vertices.tangents.resize(count);
+    overVertices(count, threads, [&](std::size_t begin, std::size_t end) {
+        evaluator.skin(begin, end, vertices.positions, vertices.normals, vertices.tangents);
+    });
+}
+
+void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices) {
+    vertices.numbers.resize(evaluator.vertexCount() * std::size_t(evaluator.asset().model.stride));
+    parallelFor(evaluator.clusterCount(), threads,
+                [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.numbers); });
+}
+
+void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
+                   FrameVertices& vertices) {
+    evaluator.setFrame(shot.frame);
+    skinFrame(evaluator, threads, vertices);
+    if (source == VisibilitySource::kModel)
+        evaluateNumbers(evaluator, threads, vertices);
+    else
+        vertices.numbers = truthNumbers(shot, vertices, threads);
+}
+
+std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
+    const ModelView& model = shot.asset->model;
+    std::vector<float> e(numbers.size() / std::size_t(model.stride));
+    overVertices(e.size(), threads, [&](std::size_t begin, std::size_t end) {
+        ambient(model.convention, model.stride, begin, end, numbers, e);
+    });
+    return e;
+}
+
+std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads) {
+    return ambientOf(shot, truthNumbers(shot, vertices, threads), threads);
+}
+
+void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
+                std::vector<Vec3>& radiance) {
+    radiance.resize(vertices.positions.size());
+    const std::span<const std::uint32_t> order = shading.shadingOrder();
+    overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
+        shading.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
+                      radiance);
+        for (std::size_t at = begin; at < end; ++at) {
+            Vec3& v = radiance[order.empty() ? at : order[at]];
+            for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
+        }
+    });
+}
+
+std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {
+    std::vector<std::uint32_t> cluster_of_vertex(asset.mesh.positions.size());
+    for (std::size_t c = 0; c < asset.model.clusters.size(); ++c) {
+        const ClusterView& cluster = asset.model.clusters[c];
+        std::fill_n(cluster_of_vertex.begin() + cluster.first_vertex, cluster.vertex_count, std::uint32_t(c));
+    }
+    return cluster_of_vertex;
+}
+
+std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
+                                const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
+                                int threads) {
+    if (channel == Channel::kNormals) return vertices.normals;
+    std::vector<Vec3> values(vertices.positions.size());
+    if (channel == Channel::kShaded) {
+        shadeFrame(*shading, vertices, eye, threads, values);
+        return values;
+    }
+    if (channel == Channel::kClusters) {
+        const std::vector<std::uint32_t> cluster = clusterOfVertex(*shot.asset);
+        for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(cluster[v]);
+        return values;
+    }
+    const std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
+    for (std::size_t v = 0; v < values.size(); ++v)
+        values[v].x = channel == Channel::kError ? std::abs(e[v] - true_ambient[v]) : e[v];
+    return values;
+}
+
+}  // namespace penumbra

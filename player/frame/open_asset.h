@@ -1,0 +1,13 @@
+#pragma once
+#include "formats/asset/asset_file.h"
+
+namespace penumbra {
+
+// A mapped asset file and the checked view into it.
+struct OpenAsset {
+    MappedFile file;
+    AssetView view;
+    explicit OpenAsset(const std::filesystem::path& path) : file(path), view(openAsset(file.bytes(), path.string())) {}
+};
+
+}  // namespace penumbra

@@ -1,0 +1,55 @@
+#include "player/frame/orbit_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace penumbra {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kMaxPitch = 89 * kPi / 180;  // as makeCamera()
+
+BoundingBox boundsOf(std::span<const Vec3> positions) {
+    if (positions.empty()) return {};
+    BoundingBox box{positions.front(), positions.front()};
+    for (const Vec3& p : positions) box = joined(box, {p, p});
+    return box;
+}
+
+BoundingBox joined(const BoundingBox& a, const BoundingBox& b) {
+    BoundingBox box;
+    for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = std::min(a.low[axis], b.low[axis]);
+        box.high[axis] = std::max(a.high[axis], b.high[axis]);
+    }
+    return box;
+}
+
+void frameAll(Camera& camera, const BoundingBox& box, double aspect) {
+    camera.target = toDouble(box.low + box.high) * 0.5;
+    const double half = std::atan(std::tan(camera.vertical_fov / 2) * std::min(1.0, aspect));
+    camera.distance = std::max(box.radius(), 1e-9) / std::sin(half);
+}
+
+void orbit(Camera& camera, double right, double down, double height) {
+    camera.yaw = std::remainder(camera.yaw - kPi * right / height, 2 * kPi);
+    camera.pitch = std::clamp(camera.pitch + kPi * down / height, -kMaxPitch, kMaxPitch);
+}
+
+void pan(Camera& camera, double right, double down, double height) {
+    const double size = 2 * camera.distance * std::tan(camera.vertical_fov / 2) / height;  // of a pixel
+    const Vec3d right_axis{std::cos(camera.yaw), 0, -std::sin(camera.yaw)};
+    const Vec3d backward = normalized(cameraPosition(camera) - camera.target);
+    camera.target += right_axis * (-right * size) + cross(backward, right_axis) * (down * size);
+}
+
+void dolly(Camera& camera, double steps, double radius) {
+    const double scale = std::max(radius, 1e-9);
+    camera.distance = std::clamp(camera.distance * std::pow(0.9, steps), 0.02 * scale, 100 * scale);
+}
+
+void turntable(Camera& camera, double seconds) {
+    camera.yaw = std::remainder(camera.yaw + 2 * kPi * seconds / 12, 2 * kPi);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,48 @@
+#include "player/frame/posed_frame.h"
+
+#include <cassert>
+
+namespace penumbra {
+
+PosedFrame::PosedFrame(const Shot& look, int threads) : shot_(look), threads_(threads), evaluator_(*look.asset) {}
+
+void PosedFrame::pose(std::size_t frame, std::optional<std::size_t> truth_frame) {
+    shot_.frame = frame;
+    shot_.truth_frame = truth_frame.value_or(0);
+    has_truth_ = truth_frame.has_value();
+    evaluator_.setFrame(frame);
+    skinFrame(evaluator_, threads_, vertices_);
+    for (Source& source : sources_) source.known = source.ambient_known = false;
+}
+
+const FrameVertices& PosedFrame::vertices(VisibilitySource source) {
+    assert(source == VisibilitySource::kModel || has_truth_);
+    if (within_ != source) {
+        sources_[std::size_t(within_)].numbers.swap(vertices_.numbers);
+        sources_[std::size_t(source)].numbers.swap(vertices_.numbers);
+        within_ = source;
+    }
+    Source& wanted = sources_[std::size_t(source)];
+    if (wanted.known) return vertices_;
+    if (source == VisibilitySource::kModel)
+        evaluateNumbers(evaluator_, threads_, vertices_);
+    else
+        vertices_.numbers = truthNumbers(shot_, vertices_, threads_);
+    wanted.known = true;
+    return vertices_;
+}
+
+std::span<const float> PosedFrame::numbers(VisibilitySource source) {
+    return vertices(source).numbers;  // a swap of vectors keeps their elements where they are
+}
+
+const std::vector<float>& PosedFrame::ambient(VisibilitySource source) {
+    Source& wanted = sources_[std::size_t(source)];
+    if (!wanted.ambient_known) {
+        wanted.ambient = ambientOf(shot_, vertices(source).numbers, threads_);
+        wanted.ambient_known = true;
+    }
+    return wanted.ambient;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,46 @@
+#pragma once
+// One frame after another on the CPU, by model and by truth; each is computed when it is first asked for.
+#include <array>
+#include <optional>
+
+#include "player/frame/frame_values.h"
+
+namespace penumbra {
+
+class PosedFrame {
+public:
+    // `look` (resolveLook()) outlives it. `threads` as in parallelFor().
+    PosedFrame(const Shot& look, int threads);
+
+    // To a frame of the asset's animation; its frame of the truth, if there is one.
+    void pose(std::size_t frame, std::optional<std::size_t> truth_frame);
+
+    int threads() const { return threads_; }
+    const Shot& shot() const { return shot_; }  // of this frame
+    bool hasTruth() const { return has_truth_; }
+    const Evaluator& evaluator() const { return evaluator_; }
+    const std::vector<Vec3>& positions() const { return vertices_.positions; }
+
+    // With the numbers of `source` until the next call. kTruth only where hasTruth().
+    const FrameVertices& vertices(VisibilitySource source);
+    // The same numbers; stays valid until the next pose().
+    std::span<const float> numbers(VisibilitySource source);
+    // E of every vertex.
+    const std::vector<float>& ambient(VisibilitySource source);
+
+private:
+    Shot shot_;
+    int threads_;
+    bool has_truth_ = false;
+    Evaluator evaluator_;
+    FrameVertices vertices_;
+    VisibilitySource within_ = VisibilitySource::kModel;  // whose numbers `vertices_` has
+    struct Source {
+        std::vector<float> numbers;  // empty while they are in `vertices_`
+        std::vector<float> ambient;
+        bool known = false, ambient_known = false;
+    };
+    std::array<Source, 2> sources_;  // by VisibilitySource
+};
+
+}  // namespace penumbra

@@ -1,0 +1,110 @@
+#include "player/frame/render_options.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+static UsageError wrongWord(std::string_view option, std::string_view takes, std::string_view word) {
+    return UsageError(std::string(option) + " is " + std::string(takes) + ", not \"" + std::string(word) + "\"");
+}
+
+std::string findProblem(const RenderOptions& options) {
+    const auto outside = [](const std::string& option, const std::string& range, double value) {
+        std::string text = std::to_string(value);
+        text.erase(text.find_last_not_of('0') + 1);
+        if (text.back() == '.') text.pop_back();
+        return option + " must be " + range + ", not " + text;
+    };
+    if (options.frame < 0) return outside("--frame", "0 or more", options.frame);
+    if (options.width < 1 || options.width > 16384) return outside("--size: the width", "1..16384", options.width);
+    if (options.height < 1 || options.height > 16384) return outside("--size: the height", "1..16384", options.height);
+    if (options.samples != 1 && options.samples != 2 && options.samples != 4 && options.samples != 8)
+        return outside("--aa", "1, 2, 4 or 8", options.samples);
+    if (!(options.exposure > 0) || !std::isfinite(options.exposure))
+        return outside("--exposure", "a finite number above 0", double(options.exposure));
+    if (!(options.error_max > 0) || !std::isfinite(options.error_max))
+        return outside("--error-max", "a finite number above 0", double(options.error_max));
+    return "";
+}
+
+constexpr std::array<std::string_view, 5> kChannels = {"shaded", "ao", "error", "clusters", "normals"};
+
+std::string_view nameOf(Channel channel) { return kChannels[std::size_t(channel)]; }
+
+Channel parseChannel(std::string_view word) {
+    for (std::size_t i = 0; i < kChannels.size(); ++i)
+        if (word == kChannels[i]) return Channel(i);
+    throw wrongWord("--channel", "shaded, ao, error, clusters or normals", word);
+}
+
+VisibilitySource parseSource(std::string_view word) {
+    if (word == "model") return VisibilitySource::kModel;
+    if (word == "truth") return VisibilitySource::kTruth;
+    throw wrongWord("--source", "model or truth", word);
+}
+
+std::optional<EvaluationPath> parsePath(std::string_view word) {
+    if (word == "auto") return std::nullopt;
+    if (word == "cpu") return EvaluationPath::kCpu;
+    if (word == "glsl") return EvaluationPath::kGlsl;
+    throw wrongWord("--path", "auto, cpu or glsl", word);
+}
+
+Reflectance parseReflectance(std::string_view word) {
+    if (word == "slices") return Reflectance::kSlices;
+    if (word == "operators") return Reflectance::kOperators;
+    throw wrongWord("--reflectance", "slices or operators", word);
+}
+
+std::string_view nameOf(Reflectance reflectance) {
+    return reflectance == Reflectance::kSlices ? "slices" : "operators";
+}
+
+std::string_view nameOf(LightForm form) {
+    constexpr std::array<std::string_view, 3> kNames = {"lobes", "fixed", "rotation"};
+    return kNames[std::size_t(form)];
+}
+
+LightForm parseLightForm(std::string_view word) {
+    if (word == "auto") return ShadingChoice().light_form;
+    for (const LightForm form : {LightForm::kLobes, LightForm::kFixed, LightForm::kRotation})
+        if (word == nameOf(form)) return form;
+    throw wrongWord("--light-form", "auto, lobes, fixed or rotation", word);
+}
+
+template <class T>
+static bool readNumber(std::string_view& text, T& value) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    text.remove_prefix(std::size_t(end - text.data()));
+    return error == std::errc();
+}
+
+static bool readSeparator(std::string_view& text, char separator) {
+    if (text.empty() || text.front() != separator) return false;
+    text.remove_prefix(1);
+    return true;
+}
+
+std::optional<Vec3> parseBackground(std::string_view text) {
+    if (text == "transparent") return std::nullopt;
+    std::string_view rest = text;
+    Vec3 color;
+    const bool read = readNumber(rest, color.x) && readSeparator(rest, '/') && readNumber(rest, color.y) &&
+                      readSeparator(rest, '/') && readNumber(rest, color.z) && rest.empty();
+    if (!read || !(std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z)) || color.x < 0 ||
+        color.y < 0 || color.z < 0)
+        throw wrongWord("--background", "transparent or R/G/B (linear, 0 or more)", text);
+    return color;
+}
+
+void parseSize(std::string_view text, int& width, int& height) {
+    std::string_view rest = text;
+    if (!readNumber(rest, width) || !readSeparator(rest, 'x') || !readNumber(rest, height) || !rest.empty())
+        throw wrongWord("--size", "WIDTHxHEIGHT in pixels, each 1..16384", text);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,59 @@
+#pragma once
+// What `penumbra-player render` needs to know. The defaults here are the documented ones.
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "player/frame/channel.h"
+#include "player/gl/gl_context.h"
+#include "player/runtime/shading.h"
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+enum class VisibilitySource {
+    kModel,
+    kTruth,  // baked moments, shaded in the same way: what differs is the regression alone
+};
+
+enum class EvaluationPath {
+    kCpu,   // player/runtime evaluates, GL draws vertex colours: the faster one in software
+    kGlsl,  // a compute shader evaluates from the asset's arrays
+};
+
+struct RenderOptions {
+    std::string clip;  // "" = the first one
+    int frame = 0;     // of the clip, 0 = its first sampled frame
+    // Names in the asset, or how only one of them begins. brdf: of every part, "" = what the asset gives each.
+    // slots: SLOT=NAME (formats/common/slot_choice.h), after brdf. light: "" = the first one.
+    std::string brdf, light;
+    std::vector<std::string> slots;
+    ShadingChoice shading;
+    std::string light_rotation;     // sh/light_rotation.h
+    int width = 512, height = 512;  // pixels, 1..16384
+    std::string camera;             // sh/camera.h
+    Channel channel = Channel::kShaded;
+    VisibilitySource source = VisibilitySource::kModel;
+    std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU
+    GlBackend backend = GlBackend::kAuto;
+    float exposure = 1;              // factor on the colours of a shaded PNG, > 0
+    std::optional<Vec3> background;  // linear; unset: transparent
+    int samples = 4;                 // a pixel, 1, 2, 4 or 8
+    float error_max = 0.25f;         // the error that gets the brightest colour, > 0
+};
+
+// Empty when the options can be used, else one sentence that names the option, its range and the value given.
+std::string findProblem(const RenderOptions& options);
+
+// Words of the command line; UsageError names the option and what it takes.
+VisibilitySource parseSource(std::string_view word);             // model | truth
+std::optional<EvaluationPath> parsePath(std::string_view word);  // auto | cpu | glsl
+Reflectance parseReflectance(std::string_view word);             // slices | operators
+LightForm parseLightForm(std::string_view word);                 // auto | lobes | fixed | rotation
+std::string_view nameOf(Reflectance reflectance);                // slices | operators
+std::string_view nameOf(LightForm form);                         // lobes | fixed | rotation
+std::optional<Vec3> parseBackground(std::string_view text);      // transparent | r/g/b
+void parseSize(std::string_view text, int& width, int& height);  // WxH
+
+}  // namespace penumbra

@@ -1,0 +1,124 @@
+#include "player/frame/shot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "formats/common/errors.h"
+#include "formats/common/slot_choice.h"
+#include "player/frame/find_by_name.h"
+#include "player/frame/truth_frames.h"
+#include "sh/light_rotation.h"
+
+namespace penumbra {
+
+template <class T>
+static void checkSome(const AssetView& asset, const std::vector<T>& list, const std::string& option) {
+    if (list.empty())
+        throw InvalidInput(asset.name + ": holds no " + option + "; give penumbra-pack asset one with --" + option);
+}
+
+static const ClipView* findClip(const AnimationView& animation, std::string_view name) {
+    for (const ClipView& clip : animation.clips)
+        if (clip.name == name) return &clip;
+    return nullptr;
+}
+
+// The truth's frame of the same clip and number; its time must be the same too.
+static std::size_t truthFrame(const AssetView& asset, const AssetView& truth, const ClipView& clip,
+                              std::size_t number) {
+    const ClipView* baked = findClip(truth.animation, clip.name);
+    if (!baked) throw InvalidInput(truth.name + ": has no clip \"" + std::string(clip.name) + "\"");
+    if (number >= baked->frame_count)
+        throw InvalidInput(truth.name + ": has " + std::to_string(baked->frame_count) + " frames of clip \"" +
+                           std::string(clip.name) + "\", so none of number " + std::to_string(number));
+    const std::size_t frame = baked->first_frame + number;
+    const double expected = asset.animation.times[clip.first_frame + number], time = truth.animation.times[frame];
+    if (std::abs(time - expected) > 1e-6)
+        throw InvalidInput(truth.name + ": frame " + std::to_string(number) + " is at " + std::to_string(time) +
+                           " s and the asset's at " + std::to_string(expected) + " s: they were sampled differently");
+    return frame;
+}
+
+// "SLOT=NAME"
+static void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot) {
+    const SlotChoice choice = parseSlotChoice(text);
+    if (asset.mesh.slots.empty()) throw UsageError("--slot: the asset's mesh is one part without a name; use --brdf");
+    std::vector<std::string_view> names;
+    for (const MaterialView& material : asset.materials) names.push_back(material.name);
+    for (const std::size_t slot : findSlots(asset.mesh.slots, choice.slot))
+        shot.material_of_slot[slot] = findMaterial(names, choice.material);
+}
+
+static void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
+    checkSome(asset, asset.materials, "brdf");
+    checkSome(asset, asset.lights, "light");
+    shot.shaded = true;
+    shot.shading = options.shading;
+    shot.material_of_slot.assign(asset.slot_material.begin(), asset.slot_material.end());
+    shot.material_of_slot.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
+    if (!options.brdf.empty())
+        std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
+                  findByName(asset.materials, options.brdf, "brdf"));
+    for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
+    shot.light = findByName(asset.lights, options.light, "light");
+    for (const std::size_t material : shot.material_of_slot)
+        if (!hasReflectance(asset.materials[material], shot.shading.reflectance))
+            throw UsageError("--reflectance operators: the asset's material \"" +
+                             std::string(asset.materials[material].name) +
+                             "\" has none; fit it with penumbra-fit brdf --operators");
+    if (!hasForm(asset.lights[shot.light], shot.shading.light_form))
+        throw UsageError("--light-form lobes: the asset's light \"" + std::string(asset.lights[shot.light].name) +
+                         "\" has none; fit it with penumbra-fit light --lobes");
+    try {
+        const Mat3d rotation = parseLightRotation(options.light_rotation);
+        for (std::size_t i = 0; i < 9; ++i) shot.light_rotation.m[i] = float(rotation.m[i]);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--light-rotation: ") + error.what());
+    }
+}
+
+void requireFrames(const AssetView& asset) {
+    if (asset.model.deforming && asset.animation.frameCount() > 0 && asset.animation.playback.positions.empty())
+        throw Unsupported(asset.name +
+                          ": its frames were left out (penumbra-pack asset --no-playback): nothing says "
+                          "where its vertices are");
+}
+
+Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
+    if (!asset.has_mesh || !asset.has_model)
+        throw InvalidInput(asset.name + ": holds no model; make one with penumbra-pack asset");
+    const bool needs_truth = options.channel == Channel::kError || options.source == VisibilitySource::kTruth;
+    if (needs_truth && !truth)
+        throw UsageError("--channel error and --source truth need --truth X.truth.pnb (penumbra-pack truth makes it)");
+    Shot shot;
+    shot.asset = &asset;
+    checkSome(asset, asset.animation.clips, "clip");
+    requireFrames(asset);
+    if (truth) checkTruth(asset, *truth);
+    shot.truth = truth;
+    if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
+    return shot;
+}
+
+Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
+    Shot shot = resolveLook(options, asset, truth);
+    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "clip")];
+    if (std::size_t(options.frame) >= clip.frame_count)
+        throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
+                         std::string(clip.name) + "\", not " + std::to_string(options.frame));
+    shot.frame = clip.first_frame + std::size_t(options.frame);
+    if (truth) shot.truth_frame = truthFrame(asset, *truth, clip, std::size_t(options.frame));
+    return shot;
+}
+
+ShadingSet shadingOf(const Shot& shot) {
+    ShadingSet set(*shot.asset, shot.shading);
+    for (std::size_t slot = 0; slot < shot.material_of_slot.size(); ++slot)
+        set.setMaterial(slot, shot.material_of_slot[slot]);
+    set.setLight(shot.light);
+    set.setLightRotation(shot.light_rotation);
+    return set;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,43 @@
+#include "player/gl/gl_context.h"
+
+#include "formats/common/errors.h"
+#include "player/gl/gl_context_backends.h"
+#include "player/gl/gl_loader.h"
+
+namespace penumbra {
+
+GlBackend parseGlBackend(std::string_view word) {
+    if (word == "auto") return GlBackend::kAuto;
+    if (word == "egl") return GlBackend::kEgl;
+    if (word == "osmesa") return GlBackend::kOsMesa;
+    throw UsageError("--gl is auto, egl or osmesa, not \"" + std::string(word) + "\"");
+}
+
+static std::string glString(GLenum name) {
+    const GLubyte* text = gl::GetString(name);
+    return text ? reinterpret_cast<const char*>(text) : "unknown";
+}
+
+void describe(GlContext& context, const std::string& system) {
+    const std::string renderer = glString(GL_RENDERER);
+    context.description = system + ", " + renderer + ", " + glString(GL_VERSION);
+    // Mesa's software rasterisers; there is no portable query for this.
+    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SWR"})
+        if (renderer.find(name) != std::string::npos) context.software = true;
+}
+
+std::unique_ptr<GlContext> createGlContext(GlBackend backend) {
+    std::string egl_reason, osmesa_reason;
+    std::unique_ptr<GlContext> context;
+    if (backend == GlBackend::kAuto) context = createEglContext(/*gpu_only=*/true, egl_reason);
+    if (!context && backend != GlBackend::kEgl) context = createOsMesaContext(osmesa_reason);
+    if (!context && backend != GlBackend::kOsMesa) context = createEglContext(/*gpu_only=*/false, egl_reason);
+    if (context) return context;
+    std::string message = "no OpenGL 4.3 context:";
+    if (!egl_reason.empty()) message += " EGL: " + egl_reason + ";";
+    if (!osmesa_reason.empty()) message += " OSMesa: " + osmesa_reason + ";";
+    message.back() = '.';
+    throw Unsupported(message + " Debian's packages libosmesa6 and libegl1 bring both");
+}
+
+}  // namespace penumbra

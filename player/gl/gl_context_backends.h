@@ -1,0 +1,19 @@
+#pragma once
+// What gl_context.cpp knows of the two window-less systems. Each returns a context that is current, its entry points
+// loaded, or null with `reason` filled in.
+#include <memory>
+#include <string>
+
+#include "player/gl/gl_context.h"
+
+namespace penumbra {
+
+constexpr int kGlMajor = 4, kGlMinor = 3;
+
+std::unique_ptr<GlContext> createEglContext(bool gpu_only, std::string& reason);
+std::unique_ptr<GlContext> createOsMesaContext(std::string& reason);
+
+// Fills in description and `software` from the current context.
+void describe(GlContext& context, const std::string& system);
+
+}  // namespace penumbra

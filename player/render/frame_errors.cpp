@@ -1,0 +1,83 @@
+#include "player/render/frame_errors.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "formats/common/write_file.h"
+#include "player/frame/truth_frames.h"
+
+namespace penumbra {
+
+static std::vector<double> storedMean(const AssetView& asset) {
+    std::vector<double> mean;
+    std::vector<float> decoded;
+    for (const ClusterView& cluster : asset.model.clusters) {
+        decoded.resize(cluster.mean.count);
+        decode(cluster.mean, decoded);
+        mean.insert(mean.end(), decoded.begin(), decoded.end());
+    }
+    return mean;
+}
+
+TruthMean truthMean(PosedFrame& frame) {
+    const Shot& shot = frame.shot();
+    TruthMean mean;
+    mean.numbers.resize(shot.asset->mesh.positions.size() * std::size_t(shot.asset->model.stride));
+    double frames = 0;
+    for (const ClipView& clip : shot.asset->animation.clips) {
+        if (clip.held_out) continue;
+        for (std::size_t f = clip.first_frame; f < clip.first_frame + clip.frame_count; ++f) {
+            throwIfInterrupted();
+            const std::optional<std::size_t> truth_frame = findTruthFrame(*shot.asset, *shot.truth, f);
+            if (!truth_frame) continue;
+            frame.pose(f, truth_frame);
+            const std::vector<float>& numbers = frame.vertices(VisibilitySource::kTruth).numbers;
+            for (std::size_t i = 0; i < numbers.size(); ++i) mean.numbers[i] += numbers[i];
+            ++frames;
+        }
+    }
+    mean.from_truth = frames > 0;
+    if (!mean.from_truth) return {storedMean(*shot.asset), false};
+    for (double& number : mean.numbers) number /= frames;
+    return mean;
+}
+
+void ErrorSums::add(const ErrorSums& other) {
+    frames += other.frames;
+    vertices += other.vertices;
+    ambient += other.ambient;
+    ambient_max = std::max(ambient_max, other.ambient_max);
+    squares += other.squares;
+    variation += other.variation;
+}
+
+double ErrorSums::rmsV() const { return std::sqrt(squares / double(vertices) / (4 * std::numbers::pi)); }
+
+double ErrorSums::relativeError() const { return std::sqrt(squares / variation); }
+
+ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean) {
+    ErrorSums sums;
+    sums.frames = 1;
+    const std::vector<float>& e = frame.ambient(VisibilitySource::kModel);
+    const std::vector<float>& e_truth = frame.ambient(VisibilitySource::kTruth);
+    sums.vertices = e.size();
+    for (std::size_t v = 0; v < e.size(); ++v) {
+        const double difference = std::abs(double(e[v]) - e_truth[v]);
+        sums.ambient += difference;
+        sums.ambient_max = std::max(sums.ambient_max, difference);
+    }
+    const std::span<const float> model = frame.numbers(VisibilitySource::kModel);
+    const std::span<const float> truth = frame.numbers(VisibilitySource::kTruth);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        const double difference = double(model[i]) - truth[i];
+        sums.squares += difference * difference;
+        if (!mean) continue;
+        const double variation = truth[i] - mean->numbers[i];
+        sums.variation += variation * variation;
+    }
+    if (!mean) sums.variation = std::numeric_limits<double>::quiet_NaN();
+    return sums;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,106 @@
+#include "player/render/frame_figures.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+struct FigureName {
+    std::string_view word, key;
+};
+constexpr std::array<FigureName, kFigures.size()> kNames = {{{"ambient-mean", "ambient_error_mean"},
+                                                             {"ambient-max", "ambient_error_max"},
+                                                             {"rms-v", "rms_v"},
+                                                             {"relative", "relative_error"},
+                                                             {"image-rmse", "image_rmse"},
+                                                             {"flip", "flip"},
+                                                             {"out-of-range", "out_of_range"}}};
+
+Figure parseFigure(const std::string& option, std::string_view word) {
+    std::string known;
+    for (const Figure figure : kFigures) {
+        if (word == nameOf(figure)) return figure;
+        known += (known.empty() ? "" : ", ") + std::string(nameOf(figure));
+    }
+    throw UsageError(option + " is one of " + known + ", not \"" + std::string(word) + "\"");
+}
+
+std::string_view nameOf(Figure figure) { return kNames[std::size_t(figure)].word; }
+std::string_view keyOf(Figure figure) { return kNames[std::size_t(figure)].key; }
+
+static double figureOf(const ErrorSums& errors, const ImageError& image, double out_of_range, Figure figure) {
+    switch (figure) {
+        case Figure::kAmbientMean:
+            return errors.ambientMean();
+        case Figure::kAmbientMax:
+            return errors.vertices > 0 ? errors.ambient_max : kNotMeasured;
+        case Figure::kRmsV:
+            return errors.rmsV();
+        case Figure::kRelative:
+            return errors.relativeError();
+        case Figure::kImageRmse:
+            return image.rmse();
+        case Figure::kFlip:
+            return image.flip();
+        default:
+            return out_of_range;
+    }
+}
+
+double figureOf(const FrameRecord& record, Figure figure) {
+    return figureOf(record.errors.value_or(ErrorSums()), record.image.value_or(ImageError()), record.out_of_range,
+                    figure);
+}
+
+void RunFigures::add(const FrameRecord& record) {
+    ++frames;
+    out_of_range = std::max(out_of_range, record.out_of_range);
+    if (record.errors) {
+        ++with_truth;
+        errors.add(*record.errors);
+    }
+    if (record.image) image.add(*record.image);
+}
+
+double figureOf(const RunFigures& run, Figure figure) {
+    return figureOf(run.errors, run.image, run.out_of_range, figure);
+}
+
+// --- CSV ------------------------------------------------------------------------------------------------------------
+
+static std::string number(double value) {
+    if (!std::isfinite(value)) return "";
+    std::array<char, 32> text;
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 9).ptr;
+    return {text.data(), end};
+}
+
+static std::string csvField(std::string_view text) {
+    if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+    std::string out = "\"";
+    for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+    return out + "\"";
+}
+
+std::string figuresCsv(std::span<const FrameRecord> records, const AnimationView& animation) {
+    std::string csv = "clip,frame,time,held_out,truth";
+    for (const Figure figure : kFigures) csv += "," + std::string(keyOf(figure));
+    csv += ",file\n";
+    for (const FrameRecord& record : records) {
+        const ClipView& clip = animation.clips[record.at.clip];
+        csv += csvField(clip.name) + "," + std::to_string(record.at.number) + "," +
+               number(animation.times[record.at.frame]) + "," + (clip.held_out ? "1," : "0,") +
+               (record.errors ? "1" : "0");
+        for (const Figure figure : kFigures) csv += "," + number(figureOf(record, figure));
+        csv += "," + csvField(record.file.string()) + "\n";
+    }
+    return csv;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,23 @@
+#pragma once
+// Two pictures of one frame, as they are displayed.
+#include <optional>
+
+#include "formats/image/image_file.h"
+
+namespace penumbra {
+
+struct ImageError {
+    std::size_t pixels = 0;       // that both cover entirely
+    double squares = 0;           // sum over them of the squared differences of the three 8-bit colours
+    double flip_sum = 0;          // of FLIP over the pixels that either covers at all, both over the same grey
+    std::size_t flip_pixels = 0;  // 0: not measured
+
+    void add(const ImageError& other);
+    double rmse() const;  // steps of 8 bits, 0..255; NaN where no pixel is covered
+    double flip() const;  // mean; NaN where it was not measured
+};
+
+// Both have alpha and one size; what a PNG of this exposure would store is compared.
+ImageError imageError(const Image& model, const Image& truth, float exposure, bool flip, int threads);
+
+}  // namespace penumbra

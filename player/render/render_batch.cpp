@@ -1,0 +1,129 @@
+#include "player/render/render_batch.h"
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "player/draw/picture_view.h"
+#include "player/frame/truth_frames.h"
+
+namespace penumbra {
+
+Framing parseFraming(std::string_view word) {
+    if (word == "clips") return Framing::kClips;
+    if (word == "clip") return Framing::kClip;
+    if (word == "frame") return Framing::kFrame;
+    throw UsageError("--framing is clips, clip or frame, not \"" + std::string(word) + "\"");
+}
+
+static bool showsTruth(const Panel& panel) {
+    return panel.channel == Channel::kError || panel.source == VisibilitySource::kTruth;
+}
+
+void findTruth(BatchPlan& plan) {
+    if (!plan.look.truth) return;
+    const AssetView &asset = *plan.look.asset, &truth = *plan.look.truth;
+    const bool needed = !plan.files.empty() && showsTruth({plan.options.channel, plan.options.source});
+    for (const ListedFrame& at : plan.chosen.frames) {
+        plan.truth_frames.push_back(findTruthFrame(asset, truth, at.frame));
+        if (needed && !plan.truth_frames.back())
+            throw InvalidInput(truth.name + ": has no frame " + std::to_string(at.number) + " of clip \"" +
+                               std::string(asset.animation.clips[at.clip].name) + "\", or at another time");
+    }
+}
+
+namespace {
+
+// The pictures of one frame, each drawn when it is first asked for.
+class FramePictures {
+public:
+    FramePictures(OffscreenRenderer& renderer, PosedFrame& frame, const FrameView& view)
+        : renderer_(renderer), frame_(frame), view_(view) {}
+
+    const Image& of(const Panel& panel) {
+        throwIfInterrupted();
+        const auto [at, added] = drawn_.try_emplace(panel);
+        if (added && (frame_.hasTruth() || !showsTruth(panel))) at->second = renderer_.draw(panel, frame_, view_);
+        return at->second;
+    }
+
+private:
+    OffscreenRenderer& renderer_;
+    PosedFrame& frame_;
+    const FrameView& view_;
+    std::map<Panel, Image> drawn_;
+};
+
+class Batch {
+public:
+    Batch(const BatchPlan& plan, int threads, BatchResult& result);
+    FrameRecord run(std::size_t index, const BatchSink& sink);
+
+private:
+    const BatchPlan& plan_;
+    PosedFrame frame_;
+    std::optional<TruthMean> mean_;
+    std::optional<OffscreenRenderer> renderer_;
+    FrameView view_;
+    std::optional<std::size_t> framed_clip_;  // of view_, for Framing::kClip
+
+    void frameClips(std::span<const std::size_t> clips);
+    void draw(std::size_t index, const BatchSink& sink, FrameRecord& record);
+};
+
+Batch::Batch(const BatchPlan& plan, int threads, BatchResult& result) : plan_(plan), frame_(plan.look, threads) {
+    if (plan.look.truth && plan.relative_error) mean_ = truthMean(frame_);
+    result.mean_from_truth = mean_ && mean_->from_truth;
+    if (!plan.draws()) return;
+    if (plan.framing == Framing::kClips) frameClips(plan.chosen.clips);
+    renderer_.emplace(plan.options, plan.look);
+    result.gl = renderer_->gl();
+    result.path = renderer_->path();
+}
+
+void Batch::frameClips(std::span<const std::size_t> clips) {
+    view_ = makeSequenceView(plan_.options, *plan_.look.asset, boundsOfClips(frame_, clips));
+}
+
+void Batch::draw(std::size_t index, const BatchSink& sink, FrameRecord& record) {
+    const RenderOptions& options = plan_.options;
+    if (plan_.framing == Framing::kFrame) view_ = makePictureView(options, *plan_.look.asset, frame_.positions());
+    FramePictures pictures(*renderer_, frame_, view_);
+    if (!plan_.files.empty()) {
+        record.file = plan_.files[index];
+        sink.picture(index, pictures.of({options.channel, options.source}));
+    }
+    std::vector<Image> panels;
+    for (const Panel& panel : plan_.panels) panels.push_back(pictures.of(panel));
+    if (!panels.empty()) sink.panels(index, std::move(panels));
+    if (!plan_.image_error || !frame_.hasTruth()) return;
+    record.image = imageError(pictures.of({options.channel, VisibilitySource::kModel}),
+                              pictures.of({options.channel, VisibilitySource::kTruth}),
+                              options.channel == Channel::kShaded ? options.exposure : 1, plan_.flip, frame_.threads());
+}
+
+FrameRecord Batch::run(std::size_t index, const BatchSink& sink) {
+    FrameRecord record{plan_.chosen.frames[index]};
+    if (renderer_ && plan_.framing == Framing::kClip && framed_clip_ != record.at.clip) {
+        framed_clip_ = record.at.clip;
+        frameClips({&record.at.clip, 1});
+    }
+    frame_.pose(record.at.frame, plan_.truth_frames.empty() ? std::nullopt : plan_.truth_frames[index]);
+    record.out_of_range = frame_.evaluator().outOfRange();
+    if (frame_.hasTruth()) record.errors = errorsOf(frame_, mean_ ? &*mean_ : nullptr);
+    if (renderer_) draw(index, sink, record);
+    return record;
+}
+
+}  // namespace
+
+BatchResult runBatch(const BatchPlan& plan, int threads, const BatchSink& sink) {
+    BatchResult result;
+    Batch batch(plan, threads, result);
+    for (std::size_t i = 0; i < plan.chosen.frames.size(); ++i) {
+        throwIfInterrupted();
+        result.frames.push_back(batch.run(i, sink));
+        sink.progress(i + 1);
+    }
+    return result;
+}
+
+}  // namespace penumbra

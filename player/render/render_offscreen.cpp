@@ -1,0 +1,75 @@
+#include "player/render/render_offscreen.h"
+
+#include "player/draw/picture_view.h"
+
+namespace penumbra {
+
+static const std::vector<float> kNoTruth;
+
+OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& look)
+    : asset_(look.asset),
+      context_(createGlContext(options.backend)),
+      path_(options.path.value_or(context_->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
+      target_(options.width, options.height, options.samples) {
+    if (look.shaded) shading_.emplace(shadingOf(look));
+}
+
+void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    auto at = value_painters_.find(panel.channel);
+    if (at == value_painters_.end())
+        at = value_painters_.emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth)).first;
+    const std::vector<float>& truth =
+        panel.channel == Channel::kError ? frame.ambient(VisibilitySource::kTruth) : kNoTruth;
+    const std::vector<Vec3> values = channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr,
+                                                   frame.vertices(panel.source), truth, view.eye, frame.threads());
+    target_.begin();
+    at->second.draw(view, frame.positions(), values);
+}
+
+void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    const ShadingSet* shading = shading_ ? &*shading_ : nullptr;
+    if (!model_painter_) model_painter_.emplace(std::make_shared<GlAsset>(*asset_, shading), 1);
+    PosedCharacter character{&frame.evaluator(), {}, shading};
+    if (panel.source == VisibilitySource::kTruth) character.numbers = frame.numbers(VisibilitySource::kTruth);
+    if (panel.channel == Channel::kError) character.true_ambient = frame.ambient(VisibilitySource::kTruth);
+    model_painter_->evaluate(panel.channel, {&character, 1}, view.eye);
+    target_.begin();
+    model_painter_->draw(view);
+}
+
+Image OffscreenRenderer::draw(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    if (path_ == EvaluationPath::kCpu)
+        drawValues(panel, frame, view);
+    else
+        drawModel(panel, frame, view);
+    return target_.read();
+}
+
+void putBehind(Image& image, Vec3 background) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += background * (1 - image.alpha[i]);
+    image.alpha.clear();
+}
+
+Image forDisplay(Image image, Channel channel) {
+    if (channel != Channel::kNormals) return image;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const float alpha = image.alpha.empty() ? 1 : image.alpha[i];
+        if (alpha == 0) continue;
+        for (int c = 0; c < 3; ++c) image.pixels[i][c] = alpha * linearFromSrgb(image.pixels[i][c] / alpha);
+    }
+    return image;
+}
+
+RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asset, const AssetView* truth,
+                             int threads) {
+    const Shot shot = resolveShot(options, asset, truth);
+    PosedFrame frame(shot, threads);
+    frame.pose(shot.frame, truth ? std::optional(shot.truth_frame) : std::nullopt);
+    const FrameView view = makePictureView(options, asset, frame.positions());
+    OffscreenRenderer renderer(options, shot);
+    RenderResult result{renderer.draw({options.channel, options.source}, frame, view), renderer.gl(), renderer.path()};
+    if (options.background) putBehind(result.image, *options.background);
+    return result;
+}
+
+}  // namespace penumbra

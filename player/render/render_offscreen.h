@@ -1,0 +1,60 @@
+#pragma once
+// Pictures of frames, without a window: one OpenGL context, whose shaders and uploads are made once.
+#include <map>
+
+#include "player/draw/draw_frame.h"
+#include "player/draw/model_painter.h"
+#include "player/frame/posed_frame.h"
+#include "player/gl/gl_context.h"
+#include "player/gl/offscreen_target.h"
+
+namespace penumbra {
+
+// What one picture shows of a frame.
+struct Panel {
+    Channel channel = Channel::kShaded;
+    VisibilitySource source = VisibilitySource::kModel;
+    auto operator<=>(const Panel&) const = default;
+};
+
+class OffscreenRenderer {
+public:
+    // `look` (resolveLook()) outlives it. Errors: createGlContext(), OffscreenTarget.
+    OffscreenRenderer(const RenderOptions& options, const Shot& look);
+
+    const std::string& gl() const { return context_->description; }
+    EvaluationPath path() const { return path_; }
+    // Linear Rec.709 with alpha, the colours multiplied by it. The frame has truth where the panel shows it; a shaded
+    // panel needs a shaded look.
+    Image draw(const Panel& panel, PosedFrame& frame, const FrameView& view);
+
+private:
+    const AssetView* asset_;
+    std::unique_ptr<GlContext> context_;  // before what must be released while it is current
+    EvaluationPath path_;
+    OffscreenTarget target_;
+    std::optional<ShadingSet> shading_;
+    std::map<Channel, ValuePainter> value_painters_;
+    std::optional<ModelPainter> model_painter_;
+
+    void drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view);
+    void drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view);
+};
+
+// The background behind pixels that the mesh covers in part or not at all.
+void putBehind(Image& image, Vec3 background);
+// What a PNG shows of a channel. Normals are numbers, so that a PNG's 8-bit value / 255 must give them back: the
+// inverse of the transfer function that writePng() applies, on colours that it then divides by alpha.
+Image forDisplay(Image image, Channel channel);
+
+struct RenderResult {
+    Image image;     // over options.background, if there is one
+    std::string gl;  // GlContext::description
+    EvaluationPath path = EvaluationPath::kCpu;
+};
+
+// One frame alone. `truth` may be null where nothing needs it. Errors: resolveShot(), OffscreenRenderer, makeCamera()
+// (as UsageError).
+RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asset, const AssetView* truth, int threads);
+
+}  // namespace penumbra

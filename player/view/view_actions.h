@@ -1,0 +1,42 @@
+#pragma once
+// What the keyboard does. One table: the keys, the help of F1 and the tests read it.
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "player/view/view_state.h"
+
+namespace penumbra {
+
+// GLFW's numbers: printable keys are their capital ASCII character.
+enum Key : int {
+    kKeyTab = 258,
+    kKeyRight = 262,
+    kKeyLeft = 263,
+    kKeyDown = 264,
+    kKeyUp = 265,
+    kKeyPageUp = 266,
+    kKeyPageDown = 267,
+    kKeyHome = 268,
+    kKeyF1 = 290,
+    kKeyF11 = 300,
+    kKeyF12 = 301,
+    kKeyEscape = 256,
+};
+struct KeyPress {
+    int key = 0;
+    bool shift = false;
+};
+
+struct Shortcut {
+    int key;
+    std::string_view name, shifted;  // of the key, and what Shift does: "" = the same as without
+    std::string_view text;
+    void (*apply)(ViewState& state, const ViewContents& contents, bool shift);
+};
+std::span<const Shortcut> shortcuts();
+
+// Does what the key stands for; false when it stands for nothing.
+bool applyKey(ViewState& state, const ViewContents& contents, KeyPress press);
+
+}  // namespace penumbra

@@ -1,0 +1,32 @@
+#pragma once
+// What is behind and below the characters: the light as they see it, and a ground plane.
+#include <optional>
+
+#include "player/draw/draw_frame.h"
+#include "player/view/view_scene.h"
+#include "player/view/view_shapes.h"
+
+namespace penumbra {
+
+class Backdrop {
+public:
+    // Into the pane that is set; clears its depth. `view` has the pane's camera; `aspect` is its shape.
+    void draw(const Scene& scene, const ViewState& state, const FrameView& view, double aspect);
+
+private:
+    // What the uploaded values were made for.
+    struct Made {
+        std::size_t light = 0;
+        std::uint64_t version = 0;
+        bool operator==(const Made&) const = default;
+    };
+    std::optional<ValuePainter> sky_, ground_;
+    Shape sphere_;
+    std::optional<Made> sky_made_, ground_made_;
+    float ground_height_ = 0;
+
+    void drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view, double aspect);
+    void drawGround(const Scene& scene, const ViewState& state, const FrameView& view);
+};
+
+}  // namespace penumbra

@@ -1,0 +1,33 @@
+#pragma once
+// "penumbra-player view": the window from its opening to its end.
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "player/frame/render_options.h"
+
+namespace penumbra {
+
+struct ViewOptions {
+    std::vector<std::filesystem::path> files;  // characters, truths, materials and lights in any order
+    std::optional<std::pair<int, int>> size;   // of the window; unset: as it was left, or 1280 x 800
+    bool settings = true;                      // read and keep them (view_settings.h)
+    std::optional<EvaluationPath> path;        // unset: cpu on software GL, glsl on a GPU
+    ShadingChoice shading;                     // as wished: lights without lobes, say, are used as they are
+    std::filesystem::path screenshots = ".";   // folder
+};
+
+struct ViewResult {
+    std::string gl;
+    EvaluationPath path = EvaluationPath::kCpu;
+    std::size_t frames = 0;  // drawn
+    std::string problem;     // with keeping the settings, which is not worth a failure
+};
+
+// Returns when the user quits. One line on stdout per picture that is written, unless quiet: file, clip, frame and what
+// was on.
+// Errors: openScene(), ViewWindow; IoError of a screenshot is shown in the window instead.
+ViewResult runView(const ViewOptions& options, int threads, bool quiet);
+
+}  // namespace penumbra

@@ -1,0 +1,152 @@
+#include "player/view/view_painter.h"
+
+#include <chrono>
+
+#include "player/view/visibility_lobe.h"
+
+namespace penumbra {
+
+constexpr double kLobeRadius = 0.14;  // of visibility 1, in radii of the scene
+
+FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, Vec3 offset) {
+    Camera camera = state.camera;
+    camera.target = camera.target - toDouble(offset);
+    FrameView view;
+    clipFromModel(camera, double(area.width) / area.height, scene_radius, view.clip_from_model);
+    view.eye = toFloat(cameraPosition(camera));
+    view.error_max = state.error_max;
+    view.display = state.display;
+    return view;
+}
+
+// Differences of vertex values are formed on the CPU, and the error's figures are.
+bool ScenePainter::needsValues(const ViewState& state) const {
+    return path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
+           state.channel == Channel::kError || state.component.has_value();
+}
+
+// GL counts rows from below.
+static void setPane(const Pane& pane, int window_height) {
+    const auto below = [&](const Rectangle& r) { return window_height - r.y - r.height; };
+    gl::Viewport(pane.area.x, below(pane.area), pane.area.width, pane.area.height);
+    gl::Scissor(pane.clip.x, below(pane.clip), pane.clip.width, pane.clip.height);
+}
+
+ScenePainter::ScenePainter(const Scene& scene, EvaluationPath path) : scene_(&scene), path_(path) {
+    std::map<const Vec3*, std::size_t> group_of_file;  // by where a file is mapped
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const Vec3* file = scene.characters[i]->asset.mesh.positions.data();
+        const auto [found, is_new] = group_of_file.try_emplace(file, groups_.size());
+        if (is_new) groups_.emplace_back();
+        groups_[found->second].characters.push_back(i);
+    }
+}
+
+// A frame without truth shows its model wherever truth is asked for.
+static Shown shownOf(const Character& character, Shown shown) {
+    return shown == Shown::kTruth && !character.truth_frame ? Shown::kModel : shown;
+}
+
+void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye) {
+    const Character& first = *scene_->characters[group.characters.front()];
+    if (!group.asset) group.asset = std::make_shared<GlAsset>(first.asset, first.shading.get());
+    std::optional<ModelPainter>& painter = group.painters[std::size_t(shown)];
+    if (!painter) painter.emplace(group.asset, group.characters.size());
+    posed_.clear();
+    for (const std::size_t i : group.characters) {
+        const Character& character = *scene_->characters[i];
+        PosedCharacter& posed =
+            posed_.emplace_back(PosedCharacter{character.evaluator.get(), character.offset, character.shading.get()});
+        if (shownOf(character, shown) == Shown::kTruth) posed.numbers = character.truth_numbers;
+    }
+    painter->evaluate(first.channel, posed_, eye);
+}
+
+void ScenePainter::uploadValues(std::size_t index, Shown shown) {
+    const Character& character = *scene_->characters[index];
+    const Key key{index, shownOf(character, shown), character.channel};
+    const auto at = value_painters_.try_emplace(key, character.asset.mesh, character.channel, Sides::kSeen).first;
+    at->second.upload(character.vertices.positions, character.values[std::size_t(key.shown)]);
+}
+
+void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& panes, double radius) {
+    for (const Pane& pane : panes) {
+        if (pane.clip.width == 0) continue;
+        if (needsValues(state)) {
+            for (std::size_t i = 0; i < scene_->characters.size(); ++i) uploadValues(i, pane.shown);
+            continue;
+        }
+        const Vec3 eye = paneView(state, pane.area, radius, {}).eye;
+        for (Group& group : groups_) evaluate(group, pane.shown, eye);
+    }
+}
+
+void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, double radius) {
+    if (!needsValues(state)) {
+        const FrameView view = paneView(state, pane.area, radius, {});
+        for (const Group& group : groups_) group.painters[std::size_t(pane.shown)]->draw(view);
+        return;
+    }
+    for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
+        const Character& character = *scene_->characters[i];
+        FrameView view = paneView(state, pane.area, radius, character.offset);
+        if (character.plain) view.display = DisplayTransform();
+        value_painters_.at({i, shownOf(character, pane.shown), character.channel}).draw(view);
+    }
+}
+
+// Over everything that is in the pane.
+void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
+    const auto [index, vertex] = *state.picked;
+    const Character& character = *scene_->characters[index];
+    const VertexFigures figures = figuresOf(character, vertex);
+    const bool truth = pane.shown == Shown::kTruth && !figures.truth.empty();
+    const std::span<const float> numbers = truth ? figures.truth : figures.model;
+    const FrameVertices& at = character.vertices;
+    Shape lobe =
+        visibilityLobe(character.asset.model.convention, numbers, localFrame(at.normals[vertex], at.tangents[vertex]),
+                       at.positions[vertex], float(kLobeRadius * radius));
+    FrameView view = paneView(state, pane.area, radius, character.offset);
+    view.display = DisplayTransform();
+    shadeLobe(lobe, view.eye);
+    if (!lobe_) lobe_.emplace(lobe.triangles, Channel::kShaded);
+    lobe_->upload(lobe.positions, lobe.values);
+    gl::Clear(GL_DEPTH_BUFFER_BIT);
+    lobe_->draw(view);
+}
+
+void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double radius, int window_height) {
+    setPane(pane, window_height);
+    gl::ClearColor(0.11f, 0.12f, 0.13f, 1);
+    gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}), double(pane.area.width) / pane.area.height);
+    drawCharacters(state, pane, radius);
+    if (state.picked) drawLobe(state, pane, radius);
+}
+
+void ScenePainter::draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost) {
+    const double radius = boundsOf(*scene_).radius();
+    const std::vector<Pane> panes = panesOf(state, picture);
+    const auto start = std::chrono::steady_clock::now();
+    evaluate_timer_.begin();
+    prepare(state, panes, radius);
+    evaluate_timer_.end();
+    cost.upload = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    draw_timer_.begin();
+    gl::Disable(GL_SCISSOR_TEST);
+    gl::ClearColor(0, 0, 0, 1);
+    gl::Clear(GL_COLOR_BUFFER_BIT);  // under the panels
+    gl::Enable(GL_SCISSOR_TEST);
+    gl::Enable(GL_DEPTH_TEST);
+    gl::Disable(GL_CULL_FACE);
+    gl::Disable(GL_BLEND);
+    for (const Pane& pane : panes)
+        if (pane.clip.width > 0) drawPane(state, pane, radius, window_height);
+    gl::Disable(GL_SCISSOR_TEST);
+    draw_timer_.end();
+    cost.gpu_evaluate = evaluate_timer_.milliseconds();
+    cost.gpu_draw = draw_timer_.milliseconds();
+    checkGl("drawing the scene");
+}
+
+}  // namespace penumbra

@@ -1,0 +1,98 @@
+#include "player/view/view_scene.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "player/view/visibility_lobe.h"
+
+namespace penumbra {
+
+ViewContents contentsOf(const Scene& scene) {
+    ViewContents contents;
+    for (const auto& character : scene.characters) {
+        const bool known = character->error_strip.clip() == character->strip.clip();  // the errors come after the range
+        contents.characters.push_back(
+            {&character->asset.animation, std::max<std::size_t>(1, character->asset.mesh.slots.size()),
+             mostComponents(character->asset.model), character->truth != nullptr, character->strip.clip(),
+             character->strip.outOfRange(), known ? character->error_strip.errors() : std::span<const FrameError>()});
+    }
+    contents.materials = scene.material_names.size();
+    contents.lights = scene.light_names.size();
+    return contents;
+}
+
+ViewState stateFor(const Scene& scene, const ViewState& old) {
+    ViewState state = old;
+    const ViewContents contents = contentsOf(scene);
+    state.characters.resize(scene.characters.size());
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const AssetView& asset = scene.characters[i]->asset;
+        CharacterChoice& choice = state.characters[i];
+        if (choice.clip >= asset.animation.clips.size()) choice.clip = 0;
+        if (choice.material_of_slot.size() != contents.characters[i].slots) {
+            choice.material_of_slot.assign(asset.slot_material.begin(), asset.slot_material.end());
+            choice.material_of_slot.resize(contents.characters[i].slots);
+        }
+    }
+    if (state.selected >= scene.characters.size()) state.selected = 0;
+    state.slot = std::min(state.slot, contents.characters[state.selected].slots);
+    if (state.light >= contents.lights) state.light = 0;
+    if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
+    if (!contents.hasTruth()) state.compare = Compare::kModel;
+    state.frame_all = true;
+    state.picked.reset();
+    state.score_edit.reset();
+    if (state.component && *state.component >= contents.components()) state.component.reset();
+    return state;
+}
+
+static std::string_view nameOf(Compare compare) {
+    static constexpr std::string_view kNames[] = {"model", "truth", "side by side", "wipe", "difference"};
+    return kNames[std::size_t(compare)];
+}
+
+// "3", or "3.42" between two frames
+static std::string frameText(const ClipPosition& position) {
+    char text[32];
+    std::snprintf(text, sizeof text, position.part > 0 ? "%.2f" : "%.0f", double(position.frame) + position.part);
+    return text;
+}
+
+std::string describe(const Scene& scene, const ViewState& state) {
+    const ViewContents contents = contentsOf(scene);
+    const ClipView& clip = selectedClip(state, contents);
+    std::string text =
+        "clip " + std::string(clip.name) + ", frame " + frameText(shownPosition(state, contents, state.selected)) +
+        ", " +
+        (state.component ? "component " + std::to_string(*state.component) : std::string(nameOf(state.channel))) +
+        ", " + std::string(nameOf(shownCompare(state)));
+    const bool shaded = state.channel == Channel::kShaded && !state.component;
+    if (shaded)
+        text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + ", light " +
+                std::string(scene.light_names[state.light]);
+    const ShadingChoice shading = shownShading(scene, state);
+    if (shaded && shading != ShadingChoice())
+        text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
+                std::string(nameOf(shading.light_form));
+    if (state.score_edit) text += ", scores of cluster " + std::to_string(state.score_edit->cluster) + " changed";
+    return text;
+}
+
+static BoundingBox boundsOf(const Scene& scene, bool rest) {
+    BoundingBox all;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const Character& character = *scene.characters[i];
+        const bool posed = character.posed && !rest;
+        BoundingBox box =
+            boundsOf(posed ? std::span<const Vec3>(character.vertices.positions) : character.asset.mesh.positions);
+        box.low += character.offset;
+        box.high += character.offset;
+        all = i == 0 ? box : joined(all, box);
+    }
+    return all;
+}
+
+BoundingBox boundsOf(const Scene& scene) { return boundsOf(scene, false); }
+BoundingBox restBounds(const Scene& scene) { return boundsOf(scene, true); }
+
+}  // namespace penumbra

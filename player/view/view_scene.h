@@ -1,0 +1,104 @@
+#pragma once
+// The opened files and, per character, what its vertices show at the moment. No GL.
+#include <array>
+#include <memory>
+
+#include "player/frame/frame_values.h"
+#include "player/frame/open_asset.h"
+#include "player/frame/orbit_camera.h"
+#include "player/view/clip_strip.h"
+#include "player/view/error_strip.h"
+#include "player/view/pose_interpolation.h"
+#include "player/view/position_interpolation.h"
+#include "player/view/score_ranges.h"
+#include "player/view/view_state.h"
+
+namespace penumbra {
+
+// Whose values are drawn.
+enum class Shown { kModel, kTruth, kDifference };
+constexpr std::size_t kShownCount = 3;
+
+// Milliseconds of one update.
+struct UpdateCost {
+    double evaluate = 0;  // pose, skinning, visibility; of the last update that had any to compute
+    double shade = 0;     // what every vertex shows
+};
+
+struct Character {
+    AssetView asset;  // with the materials and lights of every file
+    const AssetView* truth = nullptr;
+    Vec3 offset;  // of its model frame in the scene
+    std::unique_ptr<Evaluator> evaluator;
+    std::unique_ptr<ShadingSet> shading;  // null without materials or lights
+
+    std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
+    std::unique_ptr<PositionInterpolation> position_interpolation;  // null of a skinned one
+    std::size_t frame = 0;  // of the animation; the pose is `part` of the way from it to the next
+    double part = 0;
+    std::optional<std::size_t> truth_frame;  // of sampled frames only
+    std::optional<ScoreEdit> edited;         // that the evaluator has
+    bool posed = false, has_model_numbers = false, has_truth_numbers = false;
+    FrameVertices vertices;            // numbers: of the model
+    std::vector<float> truth_numbers;  // in the same local frames
+    std::array<std::vector<Vec3>, kShownCount> values;
+    Channel channel = Channel::kShaded;    // of the values: without truth, error is shown as ambient visibility
+    bool plain = false;                    // the values are colours, neither exposed nor tone mapped
+    std::vector<float> component_ambient;  // of ViewState::component, componentAmbient()
+    std::optional<std::size_t> component;  // that these are of
+    float component_most = 0;              // the largest of them, without its sign
+    ClipStrip strip;
+    ErrorStrip error_strip;  // with truth
+    ScoreRanges score_ranges;
+    std::optional<std::size_t> components_of;  // cluster; known when the ranges are
+    std::vector<ComponentFigures> components;
+    std::size_t file_bytes = 0;
+    std::unique_ptr<Evaluator> strip_evaluator;  // of poses that are not drawn
+    double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError
+};
+
+// A file of any kind that a scene is made of.
+struct SceneFile {
+    std::unique_ptr<OpenAsset> asset;  // null: a picture of a light
+    std::string light_name;
+    std::vector<float> light_sh;  // [kPictureLightOrder^2, 3]
+};
+constexpr int kPictureLightOrder = 5;
+
+struct Scene {
+    std::vector<SceneFile> files;
+    std::vector<std::unique_ptr<Character>> characters;
+    std::vector<std::string_view> material_names, light_names;
+};
+
+// A .pnb is a character, truth for the characters that it fits, or brings materials or lights; an .exr or .hdr is a
+// light's picture (lat-long or a cube's cross). InvalidInput: none is a character, a truth fits no character.
+Scene openScene(std::span<const std::filesystem::path> paths, int threads);
+ViewContents contentsOf(const Scene& scene);
+// Characters, clips and materials as the files have them; what `old` has chosen is kept where it still exists.
+ViewState stateFor(const Scene& scene, const ViewState& old);
+
+// Which of its numbers a frame needs on the CPU.
+struct UpdateNeeds {
+    bool values = true;  // what every vertex shows, for the CPU path
+    int threads = 0;
+};
+// Makes the characters what `state` says. Recomputes only what changed.
+void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
+
+// What of state.shading all chosen materials and the light have: operators, fitted lobes.
+ShadingChoice shownShading(const Scene& scene, const ViewState& state);
+// Makes every character's ShadingSet anew where it has another choice; true then: painters keep references to them.
+bool useShading(Scene& scene, const ViewState& state);
+
+// Computes on, for some milliseconds, what the timeline shows of the selected character's clip.
+void computeStrips(Scene& scene, const ViewState& state, double milliseconds);
+bool stripsAreComplete(const Scene& scene, const ViewState& state);
+
+// "clip walk, frame 3, shaded, model, material lambert, light sky"
+std::string describe(const Scene& scene, const ViewState& state);
+
+BoundingBox boundsOf(const Scene& scene);
+BoundingBox restBounds(const Scene& scene);  // of the rest poses
+
+}  // namespace penumbra

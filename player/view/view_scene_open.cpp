@@ -1,0 +1,122 @@
+// Files to characters, materials and lights.
+#include <algorithm>
+
+#include "formats/common/errors.h"
+#include "formats/image/project_map.h"
+#include "player/frame/truth_frames.h"
+#include "player/view/view_scene.h"
+
+namespace penumbra {
+
+static bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
+
+// Every file's materials and lights; the slots of the character's own file keep theirs.
+static void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
+    asset.slot_material.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));  // the first, where none is said
+    asset.materials.clear();
+    asset.lights.clear();
+    for (const SceneFile& file : scene.files) {
+        if (!file.asset) {
+            asset.lights.push_back({file.light_name, kPictureLightOrder, file.light_sh});
+            continue;
+        }
+        const AssetView& view = file.asset->view;
+        if (&file == &own && !view.materials.empty())  // of none of its own: the scene's first
+            for (std::uint16_t& material : asset.slot_material) material += std::uint16_t(asset.materials.size());
+        asset.materials.insert(asset.materials.end(), view.materials.begin(), view.materials.end());
+        asset.lights.insert(asset.lights.end(), view.lights.begin(), view.lights.end());
+    }
+}
+
+static void attachTruth(Scene& scene, const AssetView& truth) {
+    std::string problem;
+    bool fits = false;
+    for (const auto& character : scene.characters) try {
+            checkTruth(character->asset, truth);
+            character->truth = &truth;
+            fits = true;
+        } catch (const InvalidInput& error) {
+            problem = error.what();
+        }
+    if (!fits) throw InvalidInput(problem);
+}
+
+// A row along x, each as wide as the widest and a third more.
+static void placeCharacters(Scene& scene) {
+    float widest = 0;
+    for (const auto& character : scene.characters) {
+        const BoundingBox box = boundsOf(character->asset.mesh.positions);
+        widest = std::max(widest, box.high.x - box.low.x);
+    }
+    const float middle = 0.5f * float(scene.characters.size() - 1);
+    for (std::size_t i = 0; i < scene.characters.size(); ++i)
+        scene.characters[i]->offset = {(float(i) - middle) * 4 / 3 * widest, 0, 0};
+}
+
+// `like`: a character of the same file, whose decoded regressors it shares, or null.
+static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file, const Character* like) {
+    auto character = std::make_unique<Character>();
+    character->file_bytes = file.asset->file.bytes().size();
+    character->asset = file.asset->view;
+    if (character->asset.animation.clips.empty()) throw InvalidInput(character->asset.name + ": holds no clip");
+    requireFrames(character->asset);
+    gatherLibrary(scene, file, character->asset);
+    character->evaluator =
+        like ? std::make_unique<Evaluator>(*like->evaluator) : std::make_unique<Evaluator>(character->asset);
+    character->strip_evaluator = std::make_unique<Evaluator>(*character->evaluator);
+    if (character->asset.model.deforming)
+        character->position_interpolation = std::make_unique<PositionInterpolation>(character->asset);
+    else
+        character->interpolation = std::make_unique<PoseInterpolation>(character->asset);
+    if (!character->asset.materials.empty() && !character->asset.lights.empty())
+        character->shading = std::make_unique<ShadingSet>(character->asset);
+    return character;
+}
+
+static SceneFile openFile(const std::filesystem::path& path, int threads) {
+    SceneFile file;
+    if (path.extension() != ".exr" && path.extension() != ".hdr") {
+        file.asset = std::make_unique<OpenAsset>(path);
+        return file;
+    }
+    const MapProjection projection = projectMap(readEnvironmentMap(path, ""), kPictureLightOrder, threads);
+    file.light_name = path.filename();
+    file.light_sh.assign(projection.sh.begin(), projection.sh.end());
+    return file;
+}
+
+// Opens each file once, however often it is named; for every path, which of scene.files it is.
+static std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths, int threads, Scene& scene) {
+    std::vector<std::size_t> file_of_path;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        std::error_code unreadable;  // then it is opened, and the reason said
+        std::size_t same = 0;
+        while (same < i && !std::filesystem::equivalent(paths[same], paths[i], unreadable)) ++same;
+        file_of_path.push_back(same < i ? file_of_path[same] : scene.files.size());
+        if (same == i) scene.files.push_back(openFile(paths[i], threads));
+    }
+    return file_of_path;
+}
+
+Scene openScene(std::span<const std::filesystem::path> paths, int threads) {
+    Scene scene;
+    const std::vector<std::size_t> file_of_path = openFiles(paths, threads, scene);
+    std::vector<const Character*> first_of_file(scene.files.size());
+    for (const std::size_t index : file_of_path) {
+        const SceneFile& file = scene.files[index];
+        if (!file.asset || !isCharacter(file.asset->view)) continue;
+        scene.characters.push_back(makeCharacter(scene, file, first_of_file[index]));
+        if (!first_of_file[index]) first_of_file[index] = scene.characters.back().get();
+    }
+    if (scene.characters.empty())
+        throw InvalidInput(paths.front().string() + ": holds no model; make one with penumbra-pack asset");
+    for (const SceneFile& file : scene.files)
+        if (file.asset && file.asset->view.has_truth) attachTruth(scene, file.asset->view);
+    const AssetView& first = scene.characters.front()->asset;
+    for (const MaterialView& material : first.materials) scene.material_names.push_back(material.name);
+    for (const LightView& light : first.lights) scene.light_names.push_back(light.name);
+    placeCharacters(scene);
+    return scene;
+}
+
+}  // namespace penumbra

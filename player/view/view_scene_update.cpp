@@ -1,0 +1,220 @@
+// What a frame of the window computes.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "player/frame/truth_frames.h"
+#include "player/view/view_scene.h"
+#include "player/view/visibility_lobe.h"
+
+namespace penumbra {
+
+static double millisecondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+static Shot shotOf(const Character& character) {
+    Shot shot;
+    shot.asset = &character.asset;
+    shot.frame = character.frame;
+    shot.truth = character.truth;
+    shot.truth_frame = character.truth_frame.value_or(0);
+    return shot;
+}
+
+static void editScores(Character& character, const std::optional<ScoreEdit>& edit) {
+    character.edited = edit;
+    if (!edit) return;
+    const std::span<const float> scores = character.evaluator->scores(edit->cluster);
+    std::vector<float> sum(scores.begin(), scores.end());
+    for (std::size_t k = 0; k < std::min(sum.size(), edit->added.size()); ++k) sum[k] += edit->added[k];
+    character.evaluator->setScores(edit->cluster, sum);
+}
+
+// False where it has that pose already.
+static bool poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position,
+                          const std::optional<ScoreEdit>& edit, int threads) {
+    const std::size_t frame = clip.first_frame + position.frame;
+    if (character.posed && character.frame == frame && character.part == position.part && character.edited == edit)
+        return false;
+    if (PositionInterpolation* positions = character.position_interpolation.get()) {
+        positions->evaluate(frame, clip.first_frame + position.next, position.part);
+        character.evaluator->setPositions(positions->points(), positions->inputs());
+    } else {
+        PoseInterpolation& pose = *character.interpolation;
+        pose.evaluate(frame, clip.first_frame + position.next, position.part);
+        character.evaluator->setPose(pose.bones(), pose.pose());
+    }
+    editScores(character, edit);
+    skinFrame(*character.evaluator, threads, character.vertices);
+    character.frame = frame;
+    character.part = position.part;
+    character.truth_frame.reset();
+    if (character.truth && position.part == 0)
+        character.truth_frame = findTruthFrame(character.asset, *character.truth, frame);
+    character.posed = true;
+    character.has_model_numbers = character.has_truth_numbers = false;
+    return true;
+}
+
+ShadingChoice shownShading(const Scene& scene, const ViewState& state) {
+    ShadingChoice choice = state.shading;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        const AssetView& asset = scene.characters[i]->asset;
+        if (!scene.characters[i]->shading) continue;
+        if (!hasForm(asset.lights[state.light], choice.light_form)) choice.light_form = LightForm::kRotation;
+        for (const std::size_t material : state.characters[i].material_of_slot)
+            if (!hasReflectance(asset.materials[material], choice.reflectance))
+                choice.reflectance = Reflectance::kSlices;
+    }
+    return choice;
+}
+
+bool useShading(Scene& scene, const ViewState& state) {
+    const ShadingChoice choice = shownShading(scene, state);
+    bool changed = false;
+    for (const auto& character : scene.characters) {
+        if (!character->shading || character->shading->choice() == choice) continue;
+        character->shading = std::make_unique<ShadingSet>(character->asset, choice);
+        changed = true;
+    }
+    return changed;
+}
+
+static void setShading(Character& character, const CharacterChoice& choice, const ViewState& state) {
+    if (!character.shading) return;
+    ShadingSet& set = *character.shading;
+    for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
+        if (set.materialOfSlot()[slot] != choice.material_of_slot[slot])
+            set.setMaterial(slot, choice.material_of_slot[slot]);
+    if (set.light() != state.light) set.setLight(state.light);
+    const Mat3 rotation = lightRotation(state);
+    if (set.lightRotation() != rotation) set.setLightRotation(rotation);
+}
+
+// Whether any had to be evaluated.
+static bool needNumbers(Character& character, bool model, bool truth, int threads) {
+    const bool needs_model = model && !character.has_model_numbers;
+    const bool needs_truth = truth && character.truth_frame && !character.has_truth_numbers;
+    if (needs_model) {
+        evaluateNumbers(*character.evaluator, threads, character.vertices);
+        character.has_model_numbers = true;
+    }
+    if (needs_truth) {
+        character.truth_numbers = truthNumbers(shotOf(character), character.vertices, threads);
+        character.has_truth_numbers = true;
+    }
+    return needs_model || needs_truth;
+}
+
+static std::vector<Vec3> valuesOf(Character& character, bool truth, Channel channel, Vec3 eye, int threads) {
+    std::vector<float> true_ambient;
+    if (channel == Channel::kError) true_ambient = ambientOf(shotOf(character), character.truth_numbers, threads);
+    // The same local frames, other numbers.
+    if (truth) std::swap(character.vertices.numbers, character.truth_numbers);
+    std::vector<Vec3> values = channelValues(shotOf(character), channel, character.shading.get(), character.vertices,
+                                             true_ambient, eye, threads);
+    if (truth) std::swap(character.vertices.numbers, character.truth_numbers);
+    return values;
+}
+
+static void noteError(Character& character) {
+    character.mean_error = character.max_error = 0;
+    const std::vector<Vec3>& values = character.values[std::size_t(Shown::kModel)];
+    for (const Vec3& value : values) {
+        character.mean_error += double(value.x) / double(values.size());
+        character.max_error = std::max(character.max_error, double(value.x));
+    }
+}
+
+// A frame without truth shows its model wherever truth is asked for.
+static void showValues(Character& character, Compare compare, Vec3 eye, int threads) {
+    const bool has_truth = character.truth_frame.has_value();
+    auto& [model, truth, difference] = character.values;
+    if (compare != Compare::kTruth || !has_truth) model = valuesOf(character, false, character.channel, eye, threads);
+    if (compare != Compare::kModel)
+        truth = has_truth ? valuesOf(character, true, character.channel, eye, threads) : model;
+    if (character.channel == Channel::kError) noteError(character);
+    if (compare != Compare::kDifference) return;
+    difference.resize(model.size());
+    for (std::size_t v = 0; v < model.size(); ++v)
+        for (int c = 0; c < 3; ++c) difference[v][c] = std::abs(model[v][c] - truth[v][c]);
+}
+
+// The component's effect on E as colours, in the place of what the channel shows.
+static void showComponent(Character& character, std::size_t component) {
+    if (character.component != component) {
+        character.component_ambient =
+            componentAmbient(character.asset.model, character.vertices.positions.size(), component);
+        character.component = component;
+        character.component_most = 0;
+        for (const float e : character.component_ambient)
+            character.component_most = std::max(character.component_most, std::abs(e));
+    }
+    std::vector<Vec3>& values = character.values[std::size_t(Shown::kModel)];
+    values.clear();
+    for (const float e : character.component_ambient) values.push_back(divergingColor(e, character.component_most));
+    character.channel = Channel::kShaded;
+}
+
+void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost) {
+    const ViewContents contents = contentsOf(scene);
+    const Vec3 eye = toFloat(cameraPosition(state.camera));
+    UpdateCost spent;
+    bool evaluated = false;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        Character& character = *scene.characters[i];
+        auto start = std::chrono::steady_clock::now();
+        const ClipView& clip = character.asset.animation.clips[state.characters[i].clip];
+        const bool is_edited = state.score_edit && state.score_edit->character == i;
+        evaluated |= poseCharacter(character, clip, shownPosition(state, contents, i),
+                                   is_edited ? state.score_edit : std::nullopt, needs.threads);
+        const Compare compare = shownCompare(state);
+        const bool picked = state.picked && state.picked->character == i;
+        const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
+        const bool model = compare != Compare::kTruth || !character.truth_frame;
+        character.channel =
+            state.channel == Channel::kError && !character.truth_frame ? Channel::kAmbient : state.channel;
+        evaluated |= needNumbers(character, (needs.values && model) || picked, truth, needs.threads);
+        spent.evaluate += millisecondsSince(start);
+        start = std::chrono::steady_clock::now();
+        setShading(character, state.characters[i], state);
+        character.plain = state.component.has_value();
+        if (state.component)
+            showComponent(character, *state.component);
+        else if (needs.values)
+            showValues(character, compare, eye - character.offset, needs.threads);
+        spent.shade += millisecondsSince(start);
+    }
+    cost.shade = spent.shade;
+    if (evaluated) cost.evaluate = spent.evaluate;
+}
+
+static void computeComponents(Character& character, std::size_t vertex, double milliseconds) {
+    character.score_ranges.compute(*character.strip_evaluator, milliseconds);
+    const std::size_t cluster = clusterAt(character.asset.model, vertex);
+    if (character.components_of == cluster || !character.score_ranges.complete()) return;
+    character.components = character.score_ranges.figures(*character.strip_evaluator, cluster);
+    character.components_of = cluster;
+}
+
+void computeStrips(Scene& scene, const ViewState& state, double milliseconds) {
+    Character& character = *scene.characters[state.selected];
+    const std::size_t clip = state.characters[state.selected].clip;
+    const auto start = std::chrono::steady_clock::now();
+    character.strip.compute(*character.strip_evaluator, clip, milliseconds);
+    const double left = milliseconds - millisecondsSince(start);
+    if (character.truth && left > 0)
+        character.error_strip.compute(*character.strip_evaluator, *character.truth, clip, left);
+    if (state.picked) computeComponents(*scene.characters[state.picked->character], state.picked->vertex, left);
+}
+
+bool stripsAreComplete(const Scene& scene, const ViewState& state) {
+    const Character& character = *scene.characters[state.selected];
+    const ClipView& clip = character.asset.animation.clips[state.characters[state.selected].clip];
+    return character.strip.outOfRange().size() >= clip.frame_count &&
+           (!character.truth || character.error_strip.errors().size() >= clip.frame_count) &&
+           (!state.picked || scene.characters[state.picked->character]->score_ranges.complete());
+}
+
+}  // namespace penumbra

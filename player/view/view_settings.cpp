@@ -1,0 +1,127 @@
+#include "player/view/view_settings.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "formats/common/write_file.h"
+
+namespace penumbra {
+
+using Json = nlohmann::ordered_json;
+
+std::filesystem::path settingsPath() {
+    const char* config = std::getenv("XDG_CONFIG_HOME");
+    if (config && *config) return std::filesystem::path(config) / "penumbra" / "view.json";
+    const char* home = std::getenv("HOME");
+    if (home && *home) return std::filesystem::path(home) / ".config" / "penumbra" / "view.json";
+    return {};
+}
+
+// A field that is absent leaves its value as it was; so does one that is of no use, which is told.
+class FieldReader {
+public:
+    explicit FieldReader(std::string& problem) : problem_(&problem) {}
+
+    template <class T>
+    void number(const Json& json, const char* name, double low, double high, T& value) {
+        const Json* field = find(json, name);
+        if (!field) return;
+        if (!field->is_number()) return refuse(name, "is not a number");
+        const double read = field->get<double>();
+        if (!(read >= low && read <= high)) return refuse(name, "is out of range");
+        value = T(read);
+    }
+    void flag(const Json& json, const char* name, bool& value) {
+        const Json* field = find(json, name);
+        if (field && !field->is_boolean()) return refuse(name, "is neither true nor false");
+        if (field) value = field->get<bool>();
+    }
+    const Json* object(const Json& json, const char* name) {
+        const Json* field = find(json, name);
+        if (!field || field->is_object()) return field;
+        refuse(name, "is not an object");
+        return nullptr;
+    }
+
+private:
+    std::string* problem_;
+
+    static const Json* find(const Json& json, const char* name) {
+        const auto found = json.find(name);
+        return found == json.end() ? nullptr : &*found;
+    }
+    void refuse(const char* name, const char* reason) {
+        *problem_ += (problem_->empty() ? "" : ", ") + std::string(name) + " " + reason;
+    }
+};
+
+static ViewSettings parseSettings(const Json& json, std::string& problem) {
+    if (!json.is_object()) throw std::runtime_error("not a JSON object");
+    ViewSettings settings;
+    FieldReader read(problem);
+    if (const Json* window = read.object(json, "window")) {
+        read.number(*window, "width", kLeastWidth, kMostWidth, settings.window.width);
+        read.number(*window, "height", kLeastHeight, kMostHeight, settings.window.height);
+        read.number(*window, "x", -32768, 32767, settings.window.x);  // what X11 has
+        read.number(*window, "y", -32768, 32767, settings.window.y);
+    }
+    read.number(json, "exposure", 1 / 64.0, 64, settings.display.exposure);
+    read.number(json, "tone_map", 0, 2, settings.display.tone_map);
+    read.number(json, "speed", 0.125, 8, settings.speed);
+    read.number(json, "error_max", 1e-3, 1, settings.error_max);
+    read.flag(json, "background", settings.background);
+    read.flag(json, "ground", settings.ground);
+    read.flag(json, "panels", settings.panels);
+    return settings;
+}
+
+ViewSettings readSettings(const std::filesystem::path& path, std::string& problem) {
+    if (path.empty() || !std::filesystem::exists(path)) return {};
+    try {
+        std::ifstream file(path);
+        std::string fields;
+        const ViewSettings settings = parseSettings(Json::parse(file), fields);
+        if (!fields.empty()) problem = path.string() + ": " + fields + "; everything else is used";
+        return settings;
+    } catch (const std::exception& error) {
+        problem = path.string() + " is not used: " + error.what();
+        return {};
+    }
+}
+
+void writeSettings(const std::filesystem::path& path, const ViewSettings& settings) {
+    Json json;
+    json["schema"] = "penumbra.view";
+    json["schema_version"] = 1;
+    json["window"] = {{"width", settings.window.width}, {"height", settings.window.height}};
+    if (settings.window.x) json["window"]["x"] = *settings.window.x;
+    if (settings.window.y) json["window"]["y"] = *settings.window.y;
+    json["exposure"] = settings.display.exposure;
+    json["tone_map"] = int(settings.display.tone_map);
+    json["speed"] = settings.speed;
+    json["error_max"] = settings.error_max;
+    json["background"] = settings.background;
+    json["ground"] = settings.ground;
+    json["panels"] = settings.panels;
+    std::error_code failed;  // writeWholeFile says what cannot be written
+    std::filesystem::create_directories(path.parent_path(), failed);
+    writeWholeFile(path, json.dump(2) + "\n");
+}
+
+void applySettings(const ViewSettings& settings, ViewState& state) {
+    state.display = settings.display;
+    state.playhead.speed = settings.speed;
+    state.error_max = settings.error_max;
+    state.background = settings.background;
+    state.ground = settings.ground;
+    state.panels = settings.panels;
+}
+
+ViewSettings settingsOf(const ViewState& state, const WindowPlace& window) {
+    return {window, state.display, state.playhead.speed, state.error_max, state.background, state.ground, state.panels};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,149 @@
+#include "player/view/view_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+namespace penumbra {
+
+bool ViewContents::hasTruth() const {
+    return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.has_truth; });
+}
+
+std::size_t ViewContents::components() const {
+    std::size_t most = 0;
+    for (const CharacterContents& character : characters) most = std::max(most, character.components);
+    return most;
+}
+
+static const ClipView& clipOf(const ViewState& state, const ViewContents& contents, std::size_t character) {
+    return contents.characters[character].animation->clips[state.characters[character].clip];
+}
+
+const ClipView& selectedClip(const ViewState& state, const ViewContents& contents) {
+    return clipOf(state, contents, state.selected);
+}
+
+bool snapsToFrames(const ViewState& state) {
+    const bool error = state.channel == Channel::kError && !state.component;
+    return !state.smooth || error || shownCompare(state) != Compare::kModel;
+}
+
+static void showFrame(ViewState& state, const ViewContents& contents, std::size_t number) {
+    state.playhead.playing = false;
+    state.playhead.time =
+        frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number);
+}
+
+// Where the largest figure is. The figures may still be those of a clip that was on before: none then. How many are
+// known.
+template <class Figures, class Projection>
+static std::size_t showLargest(ViewState& state, const ViewContents& contents, const Figures& figures,
+                               Projection projection) {
+    if (figures.empty() || contents.characters[state.selected].strip_clip != state.characters[state.selected].clip)
+        return 0;
+    showFrame(state, contents, std::size_t(std::ranges::max_element(figures, {}, projection) - figures.begin()));
+    return figures.size();
+}
+
+static void showWorst(ViewState& state, const ViewContents& contents, bool out_of_range) {
+    const CharacterContents& character = contents.characters[state.selected];
+    state.awaited.reset();
+    if (!out_of_range && !character.has_truth) return;
+    state.playhead.playing = false;
+    const std::size_t known = out_of_range ? showLargest(state, contents, character.out_of_range, std::identity())
+                                           : showLargest(state, contents, character.errors, &FrameError::mean);
+    if (known < selectedClip(state, contents).frame_count)
+        state.awaited =
+            AwaitedWorst{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
+}
+
+void showWorstError(ViewState& state, const ViewContents& contents) { showWorst(state, contents, false); }
+void showWorstRange(ViewState& state, const ViewContents& contents) { showWorst(state, contents, true); }
+
+static void showAwaited(ViewState& state, const ViewContents& contents) {
+    if (!state.awaited) return;
+    const bool out_of_range = state.awaited->out_of_range;
+    const AwaitedWorst here{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
+    const CharacterContents& character = contents.characters[state.selected];
+    const std::size_t known = out_of_range ? character.out_of_range.size() : character.errors.size();
+    if (state.playhead.playing || *state.awaited != here)
+        state.awaited.reset();
+    else if (known >= selectedClip(state, contents).frame_count)
+        showWorst(state, contents, out_of_range);
+}
+
+ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character) {
+    const ClipView& clip = clipOf(state, contents, character);
+    ClipPosition position = clipPosition(*contents.characters[character].animation, clip, state.playhead.time);
+    if (!snapsToFrames(state)) return position;
+    return {position.frame, position.frame, 0};
+}
+
+std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character) {
+    const ClipView& clip = clipOf(state, contents, character);
+    return clip.first_frame + frameNumber(*contents.characters[character].animation, clip, state.playhead.time);
+}
+
+void chooseClip(ViewState& state, std::size_t clip) {
+    state.characters[state.selected].clip = clip;
+    state.playhead.time = 0;
+}
+
+void chooseMaterial(ViewState& state, std::size_t material) {
+    std::vector<std::size_t>& slots = state.characters[state.selected].material_of_slot;
+    if (state.slot < slots.size())
+        slots[state.slot] = material;
+    else
+        std::fill(slots.begin(), slots.end(), material);
+}
+
+std::size_t chosenMaterial(const ViewState& state) {
+    const std::vector<std::size_t>& slots = state.characters[state.selected].material_of_slot;
+    return slots[state.slot < slots.size() ? state.slot : 0];
+}
+
+void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel) {
+    if (channel == Channel::kShaded && !contents.shaded()) return;
+    if (channel == Channel::kError && !contents.hasTruth()) return;
+    state.channel = channel;
+    state.component.reset();
+}
+
+void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t component) {
+    if (component < contents.components()) state.component = component;
+}
+
+void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare) {
+    if (compare == Compare::kModel || contents.hasTruth()) state.compare = compare;
+}
+
+Compare shownCompare(const ViewState& state) {
+    const bool compares = !state.component && (state.channel == Channel::kShaded || state.channel == Channel::kAmbient);
+    return compares ? state.compare : Compare::kModel;
+}
+
+void dragLight(ViewState& state, double right, double down, double height) {
+    state.light_yaw = std::remainder(state.light_yaw + 180 * right / height, 360);
+    state.light_pitch = std::remainder(state.light_pitch - 180 * down / height, 360);
+}
+
+// R = R_y(yaw) R_x(-pitch): +z rises towards +y, then moves towards +x.
+Mat3 lightRotation(const ViewState& state) {
+    const double yaw = state.light_yaw * std::numbers::pi / 180, pitch = state.light_pitch * std::numbers::pi / 180;
+    const double sy = std::sin(yaw), cy = std::cos(yaw), sp = std::sin(pitch), cp = std::cos(pitch);
+    const Mat3d about_y{{cy, 0, sy, 0, 1, 0, -sy, 0, cy}}, about_x{{1, 0, 0, 0, cp, sp, 0, -sp, cp}};
+    const Mat3d r = about_y * about_x;
+    Mat3 out;
+    for (std::size_t i = 0; i < 9; ++i) out.m[i] = float(r.m[i]);
+    return out;
+}
+
+void advanceView(ViewState& state, const ViewContents& contents, double seconds) {
+    showAwaited(state, contents);
+    state.playhead.smooth = !snapsToFrames(state);
+    advance(state.playhead, *contents.characters[state.selected].animation, selectedClip(state, contents), seconds);
+}
+
+}  // namespace penumbra
