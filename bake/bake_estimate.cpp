@@ -12,6 +12,8 @@
 #include "formats/stage/stored_size.h"
 
 namespace penumbra {
+namespace {
+
 using std::chrono::steady_clock;
 
 constexpr double kProbeSeconds = 8;     // of processor time: others on the machine change neither frames nor figures
@@ -20,7 +22,7 @@ constexpr std::size_t kRunFrames = 64;  // consecutive ones, as in the writer's 
 constexpr std::size_t kTasks = 8;       // blocks of vertices that a chunk keeps together
 
 // Of all threads.
-static double processorSeconds() {
+double processorSeconds() {
     timespec time{};
     ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
     return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
@@ -33,7 +35,7 @@ struct ProbeSums {
 };
 
 // Vertices of the probe: kTasks blocks, spread evenly.
-static std::vector<std::size_t> probedTasks(std::size_t tasks) {
+std::vector<std::size_t> probedTasks(std::size_t tasks) {
     std::vector<std::size_t> out;
     const std::size_t count = std::min(tasks, kTasks);
     for (std::size_t i = 0; i < count; ++i) out.push_back((2 * i + 1) * tasks / (2 * count));
@@ -46,7 +48,7 @@ struct RunOfFrames {
     std::size_t frames = 0;
 };
 
-static void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision precision, ProbeSums& sums) {
+void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision precision, ProbeSums& sums) {
     const double start = processorSeconds();
     const std::size_t n2 = plan.header.coefficientCount();
     double bytes = 0, vertices = 0;
@@ -63,12 +65,12 @@ static void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision pre
     sums.stored_frames += double(run.frames);
 }
 
-static void append(std::span<const float> values, std::vector<float>& out) {
+void append(std::span<const float> values, std::vector<float>& out) {
     out.insert(out.end(), values.begin(), values.end());
 }
 
-static void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size_t frame, int threads,
-                       RunOfFrames& run, ProbeSums& sums) {
+void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size_t frame, int threads, RunOfFrames& run,
+                ProbeSums& sums) {
     double start = processorSeconds();
     PosedFrame posed = poseFrame(plan, frame);
     sums.pose_seconds += processorSeconds() - start;
@@ -104,7 +106,7 @@ static void probeFrame(const BakePlan& plan, const RayDirections& directions, st
     ++run.frames;
 }
 
-static ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int threads) {
+ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int threads) {
     const double start = processorSeconds();
     const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
     const std::size_t frames = plan.header.frames.frameCount();
@@ -124,6 +126,8 @@ static ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int thr
     }
     return sums;
 }
+
+}  // namespace
 
 BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int threads) {
     const auto start = steady_clock::now();

@@ -16,13 +16,15 @@
 #include "formats/common/write_file.h"
 
 namespace penumbra {
+namespace {
+
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "PNBJRNL1";
 constexpr std::uint64_t kMaxKeyBytes = std::uint64_t(64) << 20;
 
 // Tells a record that was written to its end from one that was not; no protection against forgery.
-static std::uint64_t checksum(std::uint64_t seed, std::span<const std::byte> bytes) {
+std::uint64_t checksum(std::uint64_t seed, std::span<const std::byte> bytes) {
     std::uint64_t sum = seed ^ (bytes.size() * 0x9e3779b97f4a7c15u);
     for (std::size_t i = 0; i < bytes.size(); i += 8) {
         std::uint64_t word = 0;
@@ -33,7 +35,7 @@ static std::uint64_t checksum(std::uint64_t seed, std::span<const std::byte> byt
     return sum;
 }
 
-static std::string keyOf(const VisibilityHeader& header, std::size_t frame_bytes) {
+std::string keyOf(const VisibilityHeader& header, std::size_t frame_bytes) {
     nlohmann::ordered_json key;
     key["provenance"] = nlohmann::ordered_json::parse(toJson(header.provenance));
     key["frames"] = header.frames.frameCount();
@@ -41,7 +43,7 @@ static std::string keyOf(const VisibilityHeader& header, std::size_t frame_bytes
     return key.dump();
 }
 
-static bool readAll(int file, std::uint64_t offset, std::span<std::byte> out) {
+bool readAll(int file, std::uint64_t offset, std::span<std::byte> out) {
     while (!out.empty()) {
         const ssize_t count = ::pread(file, out.data(), out.size(), off_t(offset));
         if (count < 0 && errno == EINTR) continue;
@@ -52,7 +54,7 @@ static bool readAll(int file, std::uint64_t offset, std::span<std::byte> out) {
     return true;
 }
 
-static bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) {
+bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) {
     while (!bytes.empty()) {
         const ssize_t count = ::pwrite(file, bytes.data(), bytes.size(), off_t(offset));
         if (count < 0 && errno == EINTR) continue;
@@ -62,6 +64,8 @@ static bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> 
     }
     return true;
 }
+
+}  // namespace
 
 BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, bool resume)
     : path_(fs::path(output) += ".journal"), precision_(precision), keep_(resume) {
@@ -110,8 +114,10 @@ void BakeJournal::open(bool resume) {
     throw IoError(path_.string() + ": cannot write");
 }
 
+namespace {
+
 // Why the journal of another bake cannot be one with this key.
-static std::string whyForeign(const std::string& found, const std::string& key) try {
+std::string whyForeign(const std::string& found, const std::string& key) try {
     if (nestedTooDeep(found)) return "of another bake";
     const auto parse = [](const std::string& text) {
         return provenanceFromJson(nlohmann::ordered_json::parse(text).at("provenance").dump());
@@ -123,6 +129,8 @@ static std::string whyForeign(const std::string& found, const std::string& key) 
 } catch (const std::exception&) {
     return "of another bake";
 }
+
+}  // namespace
 
 // Counts the whole frames of what is there into kept_; what speaks against going on from them, or "".
 std::string BakeJournal::adopt(const std::string& key) {

@@ -22,7 +22,9 @@
 
 namespace penumbra {
 
-static double peakMegabytes() {
+namespace {
+
+double peakMegabytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return double(usage.ru_maxrss) * 1024e-6;  // Linux counts in KiB
@@ -40,7 +42,7 @@ struct VisibilityCommand {
 };
 
 // `--ground` alone, or with a height.
-static void readGround(VisibilityCommand& command) {
+void readGround(VisibilityCommand& command) {
     BakeOptions& options = command.options;
     options.ground = command.ground_option->count() > 0;
     if (!options.ground || command.ground == "rest") return;
@@ -53,11 +55,11 @@ static void readGround(VisibilityCommand& command) {
     options.ground_y = height;
 }
 
-static std::string asJson(const std::vector<std::string>& names) {
+std::string asJson(const std::vector<std::string>& names) {
     return nlohmann::ordered_json(names).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report) {
+void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report) {
     report.figures["frames"] = plan.header.frames.frameCount();
     report.figures["vertices"] = plan.header.mesh.vertexCount();
     report.figures["triangles"] = plan.header.mesh.triangles.size();
@@ -65,7 +67,7 @@ static void reportPlan(const BakePlan& plan, const BakeOptions& options, Report&
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
 }
 
-static void reportNotes(const BakePlan& plan) {
+void reportNotes(const BakePlan& plan) {
     std::vector<const BakeSource*> sources = {&plan.source};
     for (const Occluder& occluder : plan.occluders) sources.push_back(&occluder.source);
     for (const BakeSource* source : sources)
@@ -73,7 +75,7 @@ static void reportNotes(const BakePlan& plan) {
             for (const std::string& note : source->cache->notes) reportWarning("penumbra-bake", note);
 }
 
-static void printEstimate(const BakeEstimate& estimate, int threads, Report& report) {
+void printEstimate(const BakeEstimate& estimate, int threads, Report& report) {
     report.figures["estimated_seconds"] = estimate.seconds;
     report.figures["estimated_bytes"] = estimate.bytes;
     report.figures["estimated_memory_bytes"] = estimate.memory;
@@ -84,7 +86,7 @@ static void printEstimate(const BakeEstimate& estimate, int threads, Report& rep
         estimate.journal * 1e-6);
 }
 
-static void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
+void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
     BakeOptions& options = command.options;
     if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
     if (!command.poses.empty()) options.poses = command.poses;
@@ -140,7 +142,7 @@ static void runVisibility(VisibilityCommand& command, const CommonOptions& commo
                     peakMegabytes());
 }
 
-static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
+void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     BakeOptions& options = command.options;
     app.add_option("rig", command.rigs, "rig or point cache; further files may bring clips only")->required();
     app.add_option("-o,--output", command.output, "X.vis.h5")->required();
@@ -180,7 +182,7 @@ static void defineVisibility(CLI::App& app, VisibilityCommand& command) {
 }
 
 // The files that were read; before that, those that the command names, but for patterns and folders of numbered ones.
-static std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
+std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     if (!command.files_read.empty()) return command.files_read;
     std::vector<std::filesystem::path> inputs = singleFilesOf(command.options.occluders);
     std::copy_if(command.rigs.begin(), command.rigs.end(), std::back_inserter(inputs),
@@ -190,7 +192,7 @@ static std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& comm
     return inputs;
 }
 
-static Verb visibilityVerb() {
+Verb visibilityVerb() {
     const auto command = std::make_shared<VisibilityCommand>();
     return {"visibility",
             "Ray-trace per-vertex SH visibility over an animation.",
@@ -199,6 +201,8 @@ static Verb visibilityVerb() {
             [command] { return command->output; },
             [command](const CommonOptions& common, Report& report) { runVisibility(*command, common, report); }};
 }
+
+}  // namespace
 
 }  // namespace penumbra
 

@@ -8,12 +8,16 @@
 
 namespace penumbra {
 
+namespace {
+
 template <class T>
-static std::string outOfRange(const char* option, const char* range, T value) {
+std::string outOfRange(const char* option, const char* range, T value) {
     std::ostringstream text;
     text << option << " must be " << range << ", not " << value;
     return text.str();
 }
+
+}  // namespace
 
 std::string findProblem(const BakeOptions& options) {
     // Written as "not inside" so that NaN is a problem too.

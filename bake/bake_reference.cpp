@@ -26,6 +26,8 @@ std::string findProblem(const ReferenceOptions& options) {
     return "";
 }
 
+namespace {
+
 // The frame in the ray tracer's own frame.
 struct ReferenceScene {
     const ReferenceFrame& input;
@@ -38,7 +40,7 @@ struct ReferenceScene {
     const OcclusionScene& blocking() const { return shadows ? *shadows : scene; }
 };
 
-static ReferenceScene makeScene(const ReferenceFrame& input, const std::vector<RgbBrdf>& brdfs, int threads) {
+ReferenceScene makeScene(const ReferenceFrame& input, const std::vector<RgbBrdf>& brdfs, int threads) {
     const std::vector<Vec3>& model = input.frame.positions;
     const double diagonal = boxDiagonal(model);
     const SceneScale scale = sceneScale(model, diagonal > 0 ? diagonal : 1);
@@ -65,7 +67,7 @@ struct Corners {
     }
 };
 
-static Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d normal) {
+Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d normal) {
     if (!input.tangents) return shadingFrame(normal);
     const PosedTangents& field = *input.tangents;
     Vec3d tangent;
@@ -76,7 +78,7 @@ static Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d 
 }
 
 // From a point of a triangle to the `wanted` start of its rays.
-static RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted, double bias) {
+RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted, double bias) {
     if (!scene.input.blockers) return {toFloat(wanted), false};
     const auto fronts = std::uint32_t(scene.input.mesh.frontVertexCount());
     const Triangle own{corners.vertex[0] % fronts, corners.vertex[1] % fronts, corners.vertex[2] % fronts};
@@ -93,7 +95,7 @@ static RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Ve
 
 // Shading normal, interpolated; shadow rays start on the smooth surface that the normals suggest, not on the flat
 // triangle below it, so that triangles do not shadow themselves (Hanika 2021, "Hacking the shadow terminator").
-static SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye, double bias) {
+SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye, double bias) {
     const auto& [corner, weight] = corners;
     Vec3d p[3], n[3], point, normal;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -110,12 +112,12 @@ static SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& cor
     return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed};
 }
 
-static std::size_t materialAt(const ReferenceFrame& input, const Corners& corners) {
+std::size_t materialAt(const ReferenceFrame& input, const Corners& corners) {
     return input.brdf_of_vertex.empty() ? 0 : input.brdf_of_vertex[corners.nearest()];
 }
 
-static Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
-                   const EnvironmentLight& light, const ReferenceOptions& options, std::uint64_t seed) {
+Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
+            const EnvironmentLight& light, const ReferenceOptions& options, std::uint64_t seed) {
     const ShadowCaster caster{scene.blocking(), scene.input.ground};
     const int samples = std::max(4, options.samples / options.camera_rays);
     switch (options.channel) {
@@ -132,7 +134,7 @@ static Vec3d shade(const ReferenceScene& scene, const Corners& corners, const Su
 }
 
 // The fixed points inside a pixel that its camera rays go through: a Hammersley set, the centre for one ray.
-static double pixelOffset(int i, int n, bool vertical) {
+double pixelOffset(int i, int n, bool vertical) {
     if (!vertical) return (i + 0.5) / n;
     double inverse = 0.5 / n, digit = 0.5;
     for (int rest = i; rest > 0; rest /= 2, digit /= 2) inverse += (rest % 2) * digit;
@@ -140,15 +142,15 @@ static double pixelOffset(int i, int n, bool vertical) {
 }
 
 // The corners on the side that a camera ray meets.
-static Corners cornersOf(const Mesh& mesh, const SurfaceHit& hit, Vec3d ray_direction) {
+Corners cornersOf(const Mesh& mesh, const SurfaceHit& hit, Vec3d ray_direction) {
     Corners corners{mesh.triangles[hit.triangle], {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v}};
     if (mesh.two_sided && dot(toDouble(hit.normal), ray_direction) > 0)
         for (std::uint32_t& corner : corners.vertex) corner += std::uint32_t(mesh.frontVertexCount());
     return corners;
 }
 
-static void renderPixel(const ReferenceScene& scene, const Camera& camera, const EnvironmentLight& light,
-                        const ReferenceOptions& options, std::size_t index, Image& image) {
+void renderPixel(const ReferenceScene& scene, const Camera& camera, const EnvironmentLight& light,
+                 const ReferenceOptions& options, std::size_t index, Image& image) {
     const int x = int(index % std::size_t(options.width)), y = int(index / std::size_t(options.width));
     const Vec3 eye = toFloat((cameraPosition(camera) - scene.scale.centre) / scene.scale.diagonal);
     Vec3d sum;
@@ -174,6 +176,8 @@ static void renderPixel(const ReferenceScene& scene, const Camera& camera, const
     image.pixels[index] = toFloat(sum);
     image.alpha[index] = float(alpha);
 }
+
+}  // namespace
 
 Image renderReference(const ReferenceFrame& frame, const Camera& camera, const EnvironmentLight& light,
                       const ReferenceOptions& options, int threads, ProgressStyle style) {

@@ -18,6 +18,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // Counts rays from many threads; whoever finds the printer free prints.
 class RayCount {
 public:
@@ -39,8 +41,8 @@ private:
     Progress progress_;
 };
 
-static void traceTask(const PosedFrame& posed, const MomentTracer& tracer, std::size_t task, std::span<float> out,
-                      RayCount& count) {
+void traceTask(const PosedFrame& posed, const MomentTracer& tracer, std::size_t task, std::span<float> out,
+               RayCount& count) {
     const auto n2 = std::size_t(coefficientCount(tracer.directions.order));
     const std::span<const Vec3> positions(posed.frame.positions), normals(posed.frame.normals);
     const std::size_t end = std::min(positions.size(), (task + 1) * kVerticesPerTask);
@@ -57,8 +59,8 @@ static void traceTask(const PosedFrame& posed, const MomentTracer& tracer, std::
 
 // Frames [begin, F): while frame f is traced, one task writes frame f - 1 and one prepares frame f + 1, so that three
 // frames are in memory.
-static void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t begin, int threads,
-                        RayCount& count, const std::function<void(const VisibilityFrame&)>& write) {
+void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t begin, int threads, RayCount& count,
+                 const std::function<void(const VisibilityFrame&)>& write) {
     const std::size_t frame_count = plan.header.frames.frameCount();
     if (begin == frame_count) return;
     const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
@@ -78,6 +80,8 @@ static void traceFrames(const BakePlan& plan, const BakeOptions& options, std::s
     }
     write(*done);
 }
+
+}  // namespace
 
 BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,
                           ProgressStyle progress) {

@@ -13,8 +13,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // Which connected part each vertex is of, by its first vertex.
-static std::vector<std::uint32_t> partsOfVertices(std::span<const Triangle> triangles, std::size_t vertices) {
+std::vector<std::uint32_t> partsOfVertices(std::span<const Triangle> triangles, std::size_t vertices) {
     std::vector<std::uint32_t> parent(vertices);
     std::iota(parent.begin(), parent.end(), 0u);
     const auto root = [&](std::uint32_t v) {
@@ -30,7 +32,6 @@ static std::vector<std::uint32_t> partsOfVertices(std::span<const Triangle> tria
     return parent;
 }
 
-namespace {
 struct Part {
     std::int64_t open_edges = 0;  // sides of triangles that meet no other one
     double volume = 0;            // six times, signed
@@ -65,10 +66,14 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
     vertices += rest.size();
 }
 
-static bool standsStill(const BakeSource& source) {
+namespace {
+
+bool standsStill(const BakeSource& source) {
     if (source.rig) return source.rig->clips.empty();
     return source.cache->clips.empty() || (source.cache->clips.size() == 1 && source.cache->clips[0].times.size() == 1);
 }
+
+}  // namespace
 
 std::vector<std::filesystem::path> filesOfOccluder(const std::filesystem::path& occluder) {
     std::error_code error;
@@ -112,9 +117,13 @@ std::vector<Occluder> readOccluders(const std::vector<std::filesystem::path>& pa
     return out;
 }
 
-static double endOf(const BakeSource& source, std::size_t clip) {
+namespace {
+
+double endOf(const BakeSource& source, std::size_t clip) {
     return source.rig ? source.rig->clips[clip].duration : source.cache->clips[clip].times.back();
 }
+
+}  // namespace
 
 void appendPositions(const Occluder& occluder, std::size_t clip, double time, std::vector<Vec3>& positions) {
     const int own = occluder.clips[clip];

@@ -9,17 +9,17 @@
 
 namespace penumbra {
 
-constexpr double kPi = std::numbers::pi;
+namespace {
 
 // --- Points ---------------------------------------------------------------------------------------------------------
 
-static double hashToUnit(std::uint64_t x) {
+double hashToUnit(std::uint64_t x) {
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
     return double((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
-static double radicalInverse(std::uint32_t i) {
+double radicalInverse(std::uint32_t i) {
     i = (i << 16) | (i >> 16);
     i = ((i & 0x00ff00ffu) << 8) | ((i & 0xff00ff00u) >> 8);
     i = ((i & 0x0f0f0f0fu) << 4) | ((i & 0xf0f0f0f0u) >> 4);
@@ -27,6 +27,8 @@ static double radicalInverse(std::uint32_t i) {
     i = ((i & 0x55555555u) << 1) | ((i & 0xaaaaaaaau) >> 1);
     return double(i) * 0x1p-32;
 }
+
+}  // namespace
 
 UnitSquare stratified(int i, int n, std::uint64_t seed) {
     double u = (i + 0.5) / n + hashToUnit(seed * 2 + 1),
@@ -38,16 +40,22 @@ UnitSquare stratified(int i, int n, std::uint64_t seed) {
 
 // --- Directions -----------------------------------------------------------------------------------------------------
 
-static Vec3d onCircle(double z, double azimuth) {
+namespace {
+
+Vec3d onCircle(double z, double azimuth) {
     const double r = std::sqrt(std::max(0.0, 1 - z * z));
     return {r * std::cos(azimuth), r * std::sin(azimuth), z};
 }
 
-Vec3d sampleCosine(UnitSquare s) { return onCircle(std::sqrt(1 - s.u), 2 * kPi * s.v); }
-double cosineDensity(Vec3d wi) { return std::max(0.0, wi.z) / kPi; }
+}  // namespace
+
+Vec3d sampleCosine(UnitSquare s) { return onCircle(std::sqrt(1 - s.u), 2 * std::numbers::pi * s.v); }
+double cosineDensity(Vec3d wi) { return std::max(0.0, wi.z) / std::numbers::pi; }
+
+namespace {
 
 // `local`, given around the unit `axis`, in the axis' own space.
-static Vec3d around(Vec3d axis, Vec3d local) {
+Vec3d around(Vec3d axis, Vec3d local) {
     // Duff et al. 2017, "Building an orthonormal basis, revisited".
     const double sign = std::copysign(1.0, axis.z), a = -1 / (sign + axis.z), b = axis.x * axis.y * a;
     const Vec3d x{1 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x};
@@ -55,11 +63,13 @@ static Vec3d around(Vec3d axis, Vec3d local) {
     return x * local.x + y * local.y + axis * local.z;
 }
 
+}  // namespace
+
 Vec3d sampleLobe(const BrdfLobe& lobe, Vec3d wo, UnitSquare s) {
     if (lobe.kind == BrdfLobe::Kind::kPower)
-        return around({-wo.x, -wo.y, wo.z}, onCircle(std::pow(1 - s.u, 1 / (lobe.x + 1)), 2 * kPi * s.v));
+        return around({-wo.x, -wo.y, wo.z}, onCircle(std::pow(1 - s.u, 1 / (lobe.x + 1)), 2 * std::numbers::pi * s.v));
     // Slopes of a GGX surface are a circular distribution, stretched.
-    const double slope = std::sqrt(s.u / (1 - s.u)), azimuth = 2 * kPi * s.v;
+    const double slope = std::sqrt(s.u / (1 - s.u)), azimuth = 2 * std::numbers::pi * s.v;
     const Vec3d h = normalized(Vec3d{lobe.x * slope * std::cos(azimuth), lobe.y * slope * std::sin(azimuth), 1});
     return 2 * dot(wo, h) * h - wo;
 }
@@ -67,13 +77,13 @@ Vec3d sampleLobe(const BrdfLobe& lobe, Vec3d wo, UnitSquare s) {
 double lobeDensity(const BrdfLobe& lobe, Vec3d wo, Vec3d wi) {
     if (lobe.kind == BrdfLobe::Kind::kPower) {
         const double cosine = dot(Vec3d{-wo.x, -wo.y, wo.z}, wi);
-        return cosine > 0 ? (lobe.x + 1) / (2 * kPi) * std::pow(cosine, lobe.x) : 0;
+        return cosine > 0 ? (lobe.x + 1) / (2 * std::numbers::pi) * std::pow(cosine, lobe.x) : 0;
     }
     const Vec3d h = normalized(wi + wo);
     const double projected = std::abs(dot(wo, h));
     if (h.z <= 0 || projected <= 0) return 0;
     const double x = h.x / lobe.x, y = h.y / lobe.y, d = x * x + y * y + h.z * h.z;
-    return h.z / (kPi * lobe.x * lobe.y * d * d) / (4 * projected);
+    return h.z / (std::numbers::pi * lobe.x * lobe.y * d * d) / (4 * projected);
 }
 
 // --- The fit --------------------------------------------------------------------------------------------------------
@@ -84,17 +94,16 @@ struct Trial {
     double weight;  // (f cos)^2 / (albedo of the view)^2 / density of the trial
     double cosine;  // density of cosine-weighted directions
 };
-}  // namespace
 
 // Half vectors of every width there may be, so that one of them finds the lobe.
-static const std::array<BrdfLobe, 6>& probes() {
+const std::array<BrdfLobe, 6>& probes() {
     constexpr auto probe = [](double alpha) { return BrdfLobe{BrdfLobe::Kind::kHalfVector, alpha, alpha, 0}; };
     static const std::array<BrdfLobe, 6> all = {probe(1),    probe(0.3),   probe(0.1),
                                                 probe(0.03), probe(0.008), probe(0.002)};
     return all;
 }
 
-static void addTrials(const RgbBrdf& brdf, Vec3d wo, std::vector<Trial>& trials) {
+void addTrials(const RgbBrdf& brdf, Vec3d wo, std::vector<Trial>& trials) {
     constexpr int kSamples = 512;  // of each probe
     const std::size_t first = trials.size();
     double albedo = 0;
@@ -115,7 +124,7 @@ static void addTrials(const RgbBrdf& brdf, Vec3d wo, std::vector<Trial>& trials)
 }
 
 // Mean over views of the second moment of (f cos) / density, in albedos squared; `lobe` gets its best share.
-static double secondMoment(const std::vector<Trial>& trials, BrdfLobe& lobe) {
+double secondMoment(const std::vector<Trial>& trials, BrdfLobe& lobe) {
     constexpr std::array<double, 3> kShares = {0.5, 0.75, 0.9};
     std::array<double, kShares.size()> sums{};
     for (const Trial& t : trials) {
@@ -128,7 +137,7 @@ static double secondMoment(const std::vector<Trial>& trials, BrdfLobe& lobe) {
     return *best;
 }
 
-static std::vector<BrdfLobe> candidates(bool isotropic) {
+std::vector<BrdfLobe> candidates(bool isotropic) {
     std::vector<BrdfLobe> all;
     for (double exponent = 1; exponent < 1e6; exponent *= 2) all.push_back({BrdfLobe::Kind::kPower, exponent, 0, 0});
     for (double x = 0.002; x < 1.2; x *= std::sqrt(2.0)) all.push_back({BrdfLobe::Kind::kHalfVector, x, x, 0});
@@ -139,12 +148,14 @@ static std::vector<BrdfLobe> candidates(bool isotropic) {
     return all;
 }
 
+}  // namespace
+
 BrdfLobe fitLobe(const RgbBrdf& brdf) {
     const bool isotropic = brdf.symmetry == BrdfSymmetry::kIsotropic;
     std::vector<Trial> trials;
     for (double z : {0.95, 0.75, 0.45, 0.2})
         for (int azimuth = 0; azimuth < (isotropic ? 1 : 3); ++azimuth)
-            addTrials(brdf, onCircle(z, 0.3 + azimuth * kPi / 3), trials);
+            addTrials(brdf, onCircle(z, 0.3 + azimuth * std::numbers::pi / 3), trials);
     BrdfLobe best;
     double least = 0;
     for (const Trial& t : trials) least += t.weight / t.cosine;

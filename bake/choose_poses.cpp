@@ -14,18 +14,19 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::size_t kFramesPerTask = 256;
 // Distances are of rest diagonals; floats of features end at about 1e-7 of one.
 constexpr double kSamePose = 1e-6;
 constexpr std::size_t kMostMedians = 23170;  // 2 GiB of float distances
 
-static double squaredDistance(std::span<const float> a, std::span<const float> b) {
+double squaredDistance(std::span<const float> a, std::span<const float> b) {
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i) sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
     return sum;
 }
 
-namespace {
 // Squared distance of every frame to the nearest chosen one.
 class Gaps {
 public:
@@ -57,9 +58,8 @@ private:
     int threads_;
     std::vector<double> squared_;
 };
-}  // namespace
 
-static std::size_t nearestToMean(const PoseFeatures& features) {
+std::size_t nearestToMean(const PoseFeatures& features) {
     std::vector<double> mean(features.width);
     for (std::size_t f = 0; f < features.frames; ++f)
         for (std::size_t i = 0; i < features.width; ++i) mean[i] += features.row(f)[i] / double(features.frames);
@@ -75,6 +75,8 @@ static std::size_t nearestToMean(const PoseFeatures& features) {
     }
     return best;
 }
+
+}  // namespace
 
 ChosenPoses chooseFarthest(const PoseFeatures& features, std::size_t count, int threads) {
     assert(features.frames > 0 && count > 0);

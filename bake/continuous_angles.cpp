@@ -7,6 +7,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // The angles of the last frame, unwrapped.
 struct Unwrapper {
     std::vector<float> before;
@@ -22,6 +24,8 @@ struct Unwrapper {
         return out;
     }
 };
+
+}  // namespace
 
 std::vector<std::vector<EdgeTurns>> continuousTurns(const BakeSource& source, std::span<const InnerEdge> edges,
                                                     const FrameList& all, std::span<const std::size_t> wanted) {

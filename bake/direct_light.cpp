@@ -6,7 +6,11 @@
 
 namespace penumbra {
 
-static Vec3d toWorld(const Mat3d& frame, Vec3d local) { return transposed(frame) * local; }
+namespace {
+
+Vec3d toWorld(const Mat3d& frame, Vec3d local) { return transposed(frame) * local; }
+
+}  // namespace
 
 Mat3d shadingFrame(Vec3d normal) {
     // Shortest rotation of (0, s, 0) to the normal, s = +-1, applied to the x axis (Duff et al. 2017, with y for z).

@@ -12,9 +12,11 @@
 
 namespace penumbra {
 
-constexpr double kPi = std::numbers::pi;
+namespace {
 
-static double luminance(Vec3d rgb) { return std::abs(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
+double luminance(Vec3d rgb) { return std::abs(0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z); }
+
+}  // namespace
 
 void EnvironmentLight::shareSamples() {
     double whole = 0;
@@ -125,15 +127,19 @@ Vec3d EnvironmentLight::radiance(Vec3d direction) const {
     return sum;
 }
 
+namespace {
+
 // Uniform over the cone around the disc's axis: 1 - cos is.
-static LightSample sampleDisc(const DiscLight& disc, double u, double v) {
-    const double solid_angle = disc.solidAngle(), rise = u * solid_angle / (2 * kPi), cosine = 1 - rise,
-                 sine = std::sqrt(rise * (2 - rise)), q = 2 * kPi * v;
+LightSample sampleDisc(const DiscLight& disc, double u, double v) {
+    const double solid_angle = disc.solidAngle(), rise = u * solid_angle / (2 * std::numbers::pi), cosine = 1 - rise,
+                 sine = std::sqrt(rise * (2 - rise)), q = 2 * std::numbers::pi * v;
     const Vec3d side = normalized(
                     cross(disc.direction, std::abs(disc.direction.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
                 other = cross(disc.direction, side);
     return {disc.direction * cosine + (side * std::cos(q) + other * std::sin(q)) * sine, 1 / solid_angle};
 }
+
+}  // namespace
 
 LightSample EnvironmentLight::sample(double u, double v) const {
     double before = 0;

@@ -9,8 +9,10 @@
 
 namespace penumbra {
 
-static std::size_t clipOfRow(const InputTable& table, std::size_t row, const std::vector<std::string>& clips,
-                             const std::string& where) {
+namespace {
+
+std::size_t clipOfRow(const InputTable& table, std::size_t row, const std::vector<std::string>& clips,
+                      const std::string& where) {
     if (table.clips.empty()) {
         if (clips.size() > 1) throw InvalidInput(where + "a column 'clip' is needed: there are several clips");
         return 0;
@@ -20,8 +22,8 @@ static std::size_t clipOfRow(const InputTable& table, std::size_t row, const std
     return std::size_t(found - clips.begin());
 }
 
-static double timeOfRow(const InputTable& table, std::size_t row, const BakeSource& source, std::size_t clip,
-                        const std::string& where) {
+double timeOfRow(const InputTable& table, std::size_t row, const BakeSource& source, std::size_t clip,
+                 const std::string& where) {
     if (!table.by_frame) return table.keys[row];
     if (source.rig) throw InvalidInput(where + "a rig has no numbered frames; give a column 'time'");
     const std::vector<double>& times = source.cache->clips.at(clip).times;
@@ -32,28 +34,30 @@ static double timeOfRow(const InputTable& table, std::size_t row, const BakeSour
     return times[std::size_t(table.keys[row])];
 }
 
-static std::string numberText(double number) {
+std::string numberText(double number) {
     std::ostringstream text;
     text << std::setprecision(10) << number;
     return text.str();
 }
 
 // "frame 7", "0.5 s".
-static std::string keyText(const ExtraInputs& inputs, double key) {
+std::string keyText(const ExtraInputs& inputs, double key) {
     return inputs.by_frame ? "frame " + numberText(key) : numberText(key) + " s";
 }
 
-static std::string rowText(const ExtraInputs& inputs, const ExtraInputs::Rows& rows, std::size_t row) {
+std::string rowText(const ExtraInputs& inputs, const ExtraInputs::Rows& rows, std::size_t row) {
     return keyText(inputs, rows.keys[row]) + " (line " + std::to_string(rows.lines[row]) + ")";
 }
 
 // What a table by frames would call this time: between two frames 6.25.
-static double frameAt(const std::vector<double>& frame_times, double time) {
+double frameAt(const std::vector<double>& frame_times, double time) {
     const auto next = std::lower_bound(frame_times.begin(), frame_times.end(), time - kSameTime);
     const double number = double(next - frame_times.begin());
     if (next == frame_times.end() || next == frame_times.begin() || *next <= time + kSameTime) return number;
     return number - (*next - time) / (*next - *(next - 1));
 }
+
+}  // namespace
 
 [[noreturn]] static void failWithoutRow(const ExtraInputs& inputs, const ExtraInputs::Rows& rows, double time) {
     std::string what = numberText(time) + " s";
@@ -66,7 +70,9 @@ static double frameAt(const std::vector<double>& frame_times, double time) {
     throw InvalidInput(inputs.file + ": no line for " + what + "; " + has);
 }
 
-static ExtraInputs emptyInputs(const InputTable& table, const std::string& file, const BakeSource& source) {
+namespace {
+
+ExtraInputs emptyInputs(const InputTable& table, const std::string& file, const BakeSource& source) {
     const std::vector<std::string> clips = source.clipNames();
     ExtraInputs out{file, table.names, table.by_frame, {}};
     out.of_clip.resize(std::max<std::size_t>(1, clips.size()));
@@ -76,6 +82,8 @@ static ExtraInputs emptyInputs(const InputTable& table, const std::string& file,
     }
     return out;
 }
+
+}  // namespace
 
 ExtraInputs placeInputs(const InputTable& table, const std::string& file, const BakeSource& source) {
     const std::vector<std::string> clips = source.clipNames();

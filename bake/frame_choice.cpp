@@ -80,7 +80,9 @@ void checkClipName(const Rig& rig, const std::string& option, const std::string&
     throw UsageError(option + ": no clip '" + name + "'; the rig has " + (known.empty() ? "none" : known));
 }
 
-static void checkPoses(const std::filesystem::path& path, const PoseFile& poses, const Rig& rig) {
+namespace {
+
+void checkPoses(const std::filesystem::path& path, const PoseFile& poses, const Rig& rig) {
     const std::vector<int> clips = clipIndices(rig, poses.frames.clip_names);
     const auto fail = [&](const std::string& what) { throw InvalidInput(path.string() + ": " + what); };
     for (std::size_t c = 0; c < clips.size(); ++c) {
@@ -98,6 +100,8 @@ static void checkPoses(const std::filesystem::path& path, const PoseFile& poses,
     if (poses.sampledCount() > 0 && poses.joint_names != rig.skin.joint_names)
         fail("/skin/joint_names: sampled poses of a rig with other joints");
 }
+
+}  // namespace
 
 FrameList readPoseFrames(const std::filesystem::path& path, Rig& rig) {
     const PoseFile poses = readPoseFile(path);

@@ -20,14 +20,16 @@
 #include "formats/stage/visibility_file.h"
 
 namespace penumbra {
+namespace {
+
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 // Every describer returns what it found as JSON: that goes into --report, and is printed line by line.
 
-static Json describe(const Provenance& provenance) { return Json::parse(toJson(provenance)); }
+Json describe(const Provenance& provenance) { return Json::parse(toJson(provenance)); }
 
-static Json describe(const Mesh& mesh) {
+Json describe(const Mesh& mesh) {
     Json json{{"vertices", mesh.vertexCount()},
               {"source_vertices", mesh.source_vertex.size()},
               {"triangles", mesh.triangles.size()},
@@ -37,7 +39,7 @@ static Json describe(const Mesh& mesh) {
     return json;
 }
 
-static Json describe(const FrameList& frames) {
+Json describe(const FrameList& frames) {
     Json clips = Json::array();
     for (std::size_t c = 0; c < frames.clip_names.size(); ++c) {
         const auto [begin, end] = std::equal_range(frames.clip.begin(), frames.clip.end(), std::uint16_t(c));
@@ -52,7 +54,7 @@ static Json describe(const FrameList& frames) {
 }
 
 // Of a bake of some frames: which, of how many.
-static Json describe(const ShardPlace& shard, const FrameList& frames) {
+Json describe(const ShardPlace& shard, const FrameList& frames) {
     std::vector<ClipFrame> here;
     for (std::size_t f = 0; f < frames.frameCount(); ++f)
         here.push_back({frames.clip_names[frames.clip[f]], shard.frame_in_clip[f]});
@@ -64,7 +66,7 @@ static Json describe(const ShardPlace& shard, const FrameList& frames) {
 // Least and greatest coefficient, and the mean open share of the hemisphere: b_0 = y_0 integral of V, which is 2 pi y_0
 // where nothing blocks, y_0 = 1 / sqrt(4 pi) (twice that for mirrored visibility). All frames of some vertices, in the
 // blocks that the file keeps together, or of all vertices.
-static Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
+Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
     constexpr std::size_t kBlock = 64, kSampledBlocks = 16;
     const VisibilityHeader& header = reader.header();
     const std::size_t vertices = header.mesh.vertexCount(), blocks = (vertices + kBlock - 1) / kBlock;
@@ -90,7 +92,7 @@ static Json describeCoefficients(const VisibilityReader& reader, bool all_vertic
             {"mean_open_share", open / double(frames * read)}};
 }
 
-static Json describeVisibility(const fs::path& path, bool all_vertices) {
+Json describeVisibility(const fs::path& path, bool all_vertices) {
     const VisibilityReader reader(path);
     const VisibilityHeader& header = reader.header();
     Json json{{"quantity", header.quantity},
@@ -115,14 +117,14 @@ static Json describeVisibility(const fs::path& path, bool all_vertices) {
 }
 
 template <class Number>
-static Json rangeOf(const std::vector<ClusterModel>& clusters, Number number) {
+Json rangeOf(const std::vector<ClusterModel>& clusters, Number number) {
     std::vector<std::size_t> values;
     for (const ClusterModel& cluster : clusters) values.push_back(number(cluster));
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     return {{"least", *low}, {"most", *high}};
 }
 
-static Json describeModel(const fs::path& path) {
+Json describeModel(const fs::path& path) {
     const Model model = readModel(path);
     Json json{{"model", nameOf(model.kind)},
               {"features", nameOf(model.features)},
@@ -152,7 +154,7 @@ static Json describeModel(const fs::path& path) {
     return json;
 }
 
-static Json describeBrdf(const fs::path& path) {
+Json describeBrdf(const fs::path& path) {
     const BrdfFile brdf = readBrdf(path);
     Json json{{"name", brdf.name},
               {"slice_order", brdf.slice_order},
@@ -168,7 +170,7 @@ static Json describeBrdf(const fs::path& path) {
     return json;
 }
 
-static Json describeLobes(const LightFile& light) {
+Json describeLobes(const LightFile& light) {
     const LightLobesFit& lobes = light.lobes;
     Json json{{"fit", lobes.mode},
               {"count", lobes.directions.size()},
@@ -179,7 +181,7 @@ static Json describeLobes(const LightFile& light) {
     return json;
 }
 
-static Json describeLight(const fs::path& path) {
+Json describeLight(const fs::path& path) {
     const LightFile light = readLight(path);
     Json json{{"name", light.name}, {"sh_order", light.order}, {"residual", light.residual}};
     // Mean radiance over the sphere: coefficient 0 over y_0 4 pi, y_0 = 1 / sqrt(4 pi).
@@ -191,7 +193,7 @@ static Json describeLight(const fs::path& path) {
     return json;
 }
 
-static Json describePoses(const fs::path& path) {
+Json describePoses(const fs::path& path) {
     const PoseFile poses = readPoseFile(path);
     const std::size_t frames = poses.frames.frameCount();
     Json json{{"joints", poses.joint_names.size()}, {"frames", frames}, {"sampled", poses.sampledCount()}};
@@ -204,11 +206,11 @@ static Json describePoses(const fs::path& path) {
     return json;
 }
 
-static const char* nameOf(AssetPrecision precision) {
+const char* nameOf(AssetPrecision precision) {
     return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
 }
 
-static void describeAssetModel(const AssetView& asset, Json& json) {
+void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
     json["model"] = {{"model", nameOf(kModelKinds[std::size_t(model.kind)])},  // one order in both lists
                      {"features", model.features == AssetFeatures::kJointAngles ? "joint-angles" : "relative-bones"},
@@ -218,7 +220,7 @@ static void describeAssetModel(const AssetView& asset, Json& json) {
                      {"quantization_error", model.quantization_error}};
 }
 
-static Json describeAsset(const fs::path& path) {
+Json describeAsset(const fs::path& path) {
     const MappedFile file(path);
     AssetView asset;
     try {
@@ -253,7 +255,7 @@ static Json describeAsset(const fs::path& path) {
 
 // --- Printing -------------------------------------------------------------------------------------------------------
 
-static std::string shortText(const Json& value) {
+std::string shortText(const Json& value) {
     if (value.is_string()) return value.get<std::string>();
     if (value.is_number_float()) {
         char text[32];
@@ -265,18 +267,18 @@ static std::string shortText(const Json& value) {
 }
 
 // Control characters of a name in a file must not reach the terminal.
-static void printLine(const std::string& indent, const std::string& key, std::string text) {
+void printLine(const std::string& indent, const std::string& key, std::string text) {
     for (char& c : text)
         if (static_cast<unsigned char>(c) < ' ' || c == 127) c = ' ';
     std::printf("%s%-*s %s\n", indent.c_str(), int(22 - std::min<std::size_t>(indent.size(), 20)), key.c_str(),
                 text.c_str());
 }
 
-static bool isFlat(const Json& value) {
+bool isFlat(const Json& value) {
     return std::none_of(value.begin(), value.end(), [](const Json& item) { return item.is_structured(); });
 }
 
-static void print(const std::string& indent, const Json& object) {
+void print(const std::string& indent, const Json& object) {
     for (const auto& [name_or_index, value] : object.items()) {
         const std::string key = object.is_array() ? "-" : name_or_index;
         if (!value.is_structured()) {
@@ -295,7 +297,7 @@ static void print(const std::string& indent, const Json& object) {
 
 // --- The verb -------------------------------------------------------------------------------------------------------
 
-static Json describeFile(const fs::path& path, bool all_vertices) {
+Json describeFile(const fs::path& path, bool all_vertices) {
     std::array<char, 8> head{};
     std::ifstream(path, std::ios::binary).read(head.data(), head.size());
     Json json{{"file", path.string()}, {"bytes", fs::file_size(path)}};
@@ -321,6 +323,8 @@ struct InfoCommand {
     std::string file;
     bool all = false;
 };
+
+}  // namespace
 
 Verb infoVerb() {
     const auto command = std::make_shared<InfoCommand>();

@@ -14,17 +14,21 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr double kTail = 0.01;  // share of the frames beyond each end of a range
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::uintmax_t kMaxFileBytes = 16 << 20;
 
 // Between the two nearest of the sorted values (numpy's default).
-static double quantile(const std::vector<float>& sorted, double share) {
+double quantile(const std::vector<float>& sorted, double share) {
     const double at = share * double(sorted.size() - 1);
     const auto below = std::size_t(at);
     const std::size_t above = std::min(below + 1, sorted.size() - 1);
     return sorted[below] + (at - double(below)) * (double(sorted[above]) - sorted[below]);
 }
+
+}  // namespace
 
 JointLimits limitsOfFrames(const Rig& rig, std::span<const RigFrame> frames, int threads) {
     const std::size_t width = 3 * rig.skin.jointCount();
@@ -50,9 +54,8 @@ struct Row {
     std::size_t component = 0;  // 3 joint + axis
     double low = 0, high = 0;   // radians
 };
-}  // namespace
 
-static double degrees(const std::string& text) {
+double degrees(const std::string& text) {
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
     if (text.empty() || *end != '\0' || !(value >= -180 && value <= 180))
@@ -61,7 +64,7 @@ static double degrees(const std::string& text) {
 }
 
 // "joint,axis,min,max"; the joint's name may have commas itself.
-static std::array<std::string, 4> fieldsOf(std::string line) {
+std::array<std::string, 4> fieldsOf(std::string line) {
     std::array<std::string, 4> fields;
     for (std::size_t i = 3; i > 0; --i) {
         const std::size_t comma = line.rfind(',');
@@ -73,7 +76,7 @@ static std::array<std::string, 4> fieldsOf(std::string line) {
     return fields;
 }
 
-static Row parseRow(const std::string& line, const Rig& rig) {
+Row parseRow(const std::string& line, const Rig& rig) {
     const std::array<std::string, 4> fields = fieldsOf(line);
     const std::vector<std::string>& names = rig.skin.joint_names;
     const auto joint = std::size_t(std::find(names.begin(), names.end(), fields[0]) - names.begin());
@@ -87,6 +90,8 @@ static Row parseRow(const std::string& line, const Rig& rig) {
     if (row.low > row.high) throw InvalidInput("min " + fields[2] + " is above max " + fields[3]);
     return row;
 }
+
+}  // namespace
 
 void applyLimitsFile(const std::filesystem::path& path, const Rig& rig, JointLimits& limits) {
     checkReadable(path);

@@ -7,22 +7,26 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr double kPi = std::numbers::pi;
 
 // Of one pixel of row y, steradians.
-static double latLongSolidAngle(const MapShape& shape, int y) {
+double latLongSolidAngle(const MapShape& shape, int y) {
     return 2 * kPi / shape.width * (std::cos(kPi * y / shape.height) - std::cos(kPi * (y + 1) / shape.height));
 }
 
 // Of a pixel, nearly: what is drawn in proportion to it is weighted with the exact density. A pixel that the rim cuts
 // counts with what nine of its points see.
-static double solidAngle(const MapShape& shape, int x, int y) {
+double solidAngle(const MapShape& shape, int x, int y) {
     if (shape.layout == MapLayout::kLatLong) return latLongSolidAngle(shape, y);
     double sum = 0;
     for (double v : {0.05, 0.5, 0.95})
         for (double u : {0.05, 0.5, 0.95}) sum += mapSteradians(shape, x + u, y + v);
     return sum / 9;
 }
+
+}  // namespace
 
 LightTable makeLightTable(const MapShape& shape, std::span<const double> radiance) {
     assert(radiance.size() == std::size_t(shape.width) * std::size_t(shape.height));

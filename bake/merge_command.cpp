@@ -19,9 +19,8 @@ struct MergeCommand {
     std::string frames;
     bool index = false;  // --virtual
 };
-}  // namespace
 
-static void reportProblems(const MergeProblems& problems, Report& report) {
+void reportProblems(const MergeProblems& problems, Report& report) {
     report.figures["unreadable"] = problems.unreadable;
     report.figures["unusable"] = problems.unusable;
     report.figures["unsupported"] = problems.unsupported;
@@ -34,7 +33,7 @@ static void reportProblems(const MergeProblems& problems, Report& report) {
 }
 
 // One run names all that has to be baked again: damage that the merge came upon is looked for in every shard.
-static void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& common, ProgressStyle style) try {
+void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& common, ProgressStyle style) try {
     if (command.index)
         writeIndex(plan, command.output, common.threads);
     else
@@ -44,7 +43,7 @@ static void write(MergePlan& plan, const MergeCommand& command, const CommonOpti
     if (!plan.problems.any()) throw;
 }
 
-static void runMerge(MergeCommand& command, const CommonOptions& common, Report& report) {
+void runMerge(MergeCommand& command, const CommonOptions& common, Report& report) {
     if (!command.frames.empty()) command.options.frames = parseFrameRange(command.frames);
     const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
     report.phase("check");
@@ -72,7 +71,7 @@ static void runMerge(MergeCommand& command, const CommonOptions& common, Report&
                     double(bytes) * 1e-6);
 }
 
-static void defineMerge(CLI::App& app, MergeCommand& command) {
+void defineMerge(CLI::App& app, MergeCommand& command) {
     app.add_option("shard", command.shards, "bakes of one rig with --frames or --clips")->required();
     app.add_option("-o,--output", command.output, "X.vis.h5")->required();
     addNameListOption(app, "--clips", command.options.clips,
@@ -80,6 +79,8 @@ static void defineMerge(CLI::App& app, MergeCommand& command) {
     app.add_flag("--virtual", command.index, "write a small index of the shards, which have to stay where they are");
     app.add_option("--frames", command.frames, "A:B[:S] of the unsplit bake (default: all frames)");
 }
+
+}  // namespace
 
 Verb mergeVerb() {
     const auto command = std::make_shared<MergeCommand>();

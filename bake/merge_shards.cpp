@@ -14,6 +14,8 @@
 #include "formats/stage/visibility_check.h"
 
 namespace penumbra {
+namespace {
+
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
@@ -33,18 +35,18 @@ struct Shard {
 
 // --- Sameness -------------------------------------------------------------------------------------------------------
 
-static bool sameSkin(const std::optional<Skin>& a, const std::optional<Skin>& b) {
+bool sameSkin(const std::optional<Skin>& a, const std::optional<Skin>& b) {
     if (!a || !b) return a.has_value() == b.has_value();
     return a->joint_names == b->joint_names && a->parents == b->parents && a->influences == b->influences &&
            a->joints == b->joints && a->weights == b->weights;
 }
 
-static bool sameChoice(const ShardPlace& a, const ShardPlace& b) {
+bool sameChoice(const ShardPlace& a, const ShardPlace& b) {
     return a.clip_names == b.clip_names && a.clip_frames == b.clip_frames;
 }
 
 // Equal provenance implies equal values here, unless somebody edited the file.
-static std::vector<std::string> differencesOf(const VisibilityHeader& other, const VisibilityHeader& expected) {
+std::vector<std::string> differencesOf(const VisibilityHeader& other, const VisibilityHeader& expected) {
     std::vector<std::string> out = differencesOf(other.provenance, expected.provenance, {"clips", "frames"});
     if (!out.empty()) return out;
     const auto check = [&](bool same, const char* what) {
@@ -68,14 +70,14 @@ static std::vector<std::string> differencesOf(const VisibilityHeader& other, con
     return out;
 }
 
-static std::vector<std::string> toldClips(const std::string& file, const Provenance& provenance) try {
+std::vector<std::string> toldClips(const std::string& file, const Provenance& provenance) try {
     return Json::parse(provenance.options_json).at("clips").get<std::vector<std::string>>();
 } catch (const nlohmann::json::exception&) {
     throw InvalidInput(file + ": attribute provenance: no list of clips in the options");
 }
 
 // A whole bake is a shard too: the only one.
-static void completePlace(const std::string& file, VisibilityHeader& header) {
+void completePlace(const std::string& file, VisibilityHeader& header) {
     if (header.provenance.tool != kBakeTool)
         throw InvalidInput(file + ": made by " + header.provenance.tool + ", not by " + kBakeTool);
     if (header.shard) return;
@@ -87,8 +89,8 @@ static void completePlace(const std::string& file, VisibilityHeader& header) {
 // --- The whole ------------------------------------------------------------------------------------------------------
 
 // The provenance of the unsplit bake: that of a shard but for --clips and --frames.
-static std::string wholeOptions(const std::string& shard_options, const std::vector<std::string>& clips,
-                                const MergeOptions& options) {
+std::string wholeOptions(const std::string& shard_options, const std::vector<std::string>& clips,
+                         const MergeOptions& options) {
     const Json shard = Json::parse(shard_options);
     Json whole{{"clips", clips}};
     for (const auto& [name, value] : shard.items()) {
@@ -105,7 +107,7 @@ struct ClipChoice {
 };
 
 // The clips as the frames have them: with --blocks a clip is its blocks.
-static std::vector<std::string> namesOfClips(const std::vector<std::string>& clips, const ShardPlace& place) {
+std::vector<std::string> namesOfClips(const std::vector<std::string>& clips, const ShardPlace& place) {
     std::vector<std::string> names;
     for (const std::string& clip : clips) {
         const std::size_t before = names.size();
@@ -117,7 +119,7 @@ static std::vector<std::string> namesOfClips(const std::vector<std::string>& cli
     return names;
 }
 
-static ClipChoice clipsOfWhole(const std::vector<Shard>& shards, const ShardPlace& place, const MergeOptions& options) {
+ClipChoice clipsOfWhole(const std::vector<Shard>& shards, const ShardPlace& place, const MergeOptions& options) {
     const std::vector<std::string>& told = options.clips.empty() ? shards[0].told_clips : options.clips;
     if (std::all_of(shards.begin(), shards.end(), [&](const Shard& shard) { return shard.told_clips == told; }))
         return {told, shards[0].clip_names};
@@ -130,7 +132,7 @@ struct Whole {
     std::vector<std::uint32_t> frame_in_clip;
 };
 
-static Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, const MergeOptions& options) {
+Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, const MergeOptions& options) {
     FrameList all{names, {}, {}};
     for (std::size_t c = 0; c < all.clip_names.size(); ++c) {
         const int known = place.clipNamed(all.clip_names[c]);
@@ -159,7 +161,7 @@ private:
     std::map<std::string, std::vector<ClipFrame>> frames_;
 };
 
-static void placeFrames(const std::vector<Shard>& shards, const Whole& whole, MergePlan& plan) {
+void placeFrames(const std::vector<Shard>& shards, const Whole& whole, MergePlan& plan) {
     constexpr std::uint32_t kNone = UINT32_MAX;
     std::map<std::pair<std::string, std::uint32_t>, std::size_t> position;
     for (std::size_t f = 0; f < whole.frames.frameCount(); ++f)
@@ -186,7 +188,7 @@ static void placeFrames(const std::vector<Shard>& shards, const Whole& whole, Me
             plan.problems.missing.push_back({whole.frames.clip_names[whole.frames.clip[f]], whole.frame_in_clip[f]});
 }
 
-static void describeWhole(const std::vector<Shard>& shards, const MergeOptions& options, MergePlan& plan) {
+void describeWhole(const std::vector<Shard>& shards, const MergeOptions& options, MergePlan& plan) {
     VisibilityHeader& header = plan.header;
     const ClipChoice choice = clipsOfWhole(shards, *header.shard, options);
     const Whole whole = listWhole(*header.shard, choice.names, options);
@@ -200,7 +202,7 @@ static void describeWhole(const std::vector<Shard>& shards, const MergeOptions& 
 
 // Runs `read`, of one shard. What is wrong with its file is a problem of the merge; the others are still to be read.
 template <class Read>
-static void collectProblem(MergeProblems& problems, const Read& read) try {
+void collectProblem(MergeProblems& problems, const Read& read) try {
     throwIfInterrupted();
     read();
 } catch (const IoError& error) {
@@ -211,7 +213,7 @@ static void collectProblem(MergeProblems& problems, const Read& read) try {
     problems.unsupported.push_back(error.what());
 }
 
-static void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan) {
+void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan) {
     const VisibilityReader reader(path);
     VisibilityHeader header = reader.header();
     completePlace(path.string(), header);
@@ -231,6 +233,8 @@ static void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan
     shards.push_back({path.string(), told_clips, header.frames.clip_names, header.frames.clip,
                       header.shard->frame_in_clip, header.frames.time, header.provenance.inputs});
 }
+
+}  // namespace
 
 MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& options) {
     refuseTwice(paths);
@@ -253,11 +257,15 @@ void findDamage(MergePlan& plan) {
 
 // --- Messages -------------------------------------------------------------------------------------------------------
 
-static std::string joined(const std::vector<std::string>& items, std::size_t most) {
+namespace {
+
+std::string joined(const std::vector<std::string>& items, std::size_t most) {
     std::string text;
     for (std::size_t i = 0; i < std::min(items.size(), most); ++i) text += (i ? ", " : "") + items[i];
     return items.size() > most ? text + " and " + std::to_string(items.size() - most) + " more" : text;
 }
+
+}  // namespace
 
 bool MergeProblems::any() const {
     return !(unreadable.empty() && unusable.empty() && unsupported.empty() && different.empty() && missing.empty() &&
@@ -288,6 +296,8 @@ void MergeProblems::raise() const {
 }
 
 // --- Writing --------------------------------------------------------------------------------------------------------
+
+namespace {
 
 // Open shards, the last used first. A reader keeps up to two blocks of frames, so few stay open: shards of consecutive
 // frames need one at a time, those of every S-th frame S.
@@ -325,6 +335,8 @@ private:
     std::size_t most_;
     std::list<OpenShard> open_;
 };
+
+}  // namespace
 
 void writeMerged(const MergePlan& plan, const fs::path& output, ProgressStyle style) {
     assert(!plan.problems.any());

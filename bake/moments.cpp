@@ -5,7 +5,9 @@
 
 namespace penumbra {
 
-static RayStart startOf(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
+namespace {
+
+RayStart startOf(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
     if (!tracer.blockers || dot(normal, normal) == 0) return {scaled + normal * tracer.bias, false};
     const std::size_t fronts = tracer.mesh->frontVertexCount();
@@ -16,6 +18,8 @@ static RayStart startOf(const MomentTracer& tracer, Vec3 position, Vec3 normal, 
         tracer.scene, *tracer.blockers,
         {scaled, direction, tracer.bias, {front, front, front}, tracer.blockers->solid_of_vertex[front]});
 }
+
+}  // namespace
 
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
                          std::span<float> coefficients, std::size_t first_vertex) {

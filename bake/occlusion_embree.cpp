@@ -13,6 +13,8 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Embree wants denormals flushed to zero in every thread that traces; the thread gets its own mode back.
@@ -27,12 +29,14 @@ private:
     unsigned saved_;
 };
 
-static void check(RTCDevice device, const char* what) {
+void check(RTCDevice device, const char* what) {
     const RTCError error = rtcGetDeviceError(device);
     if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
     if (error != RTC_ERROR_NONE)
         throw std::runtime_error(std::string("Embree: ") + what + " failed (error " + std::to_string(error) + ")");
 }
+
+}  // namespace
 
 // One for the process. "threads=1" would cap TBB for the whole process, our own loops included (Embree holds a
 // tbb::global_control); with loops on std::thread it keeps Embree's builder, which ThreadSanitizer cannot see into, on
@@ -43,7 +47,9 @@ constexpr const char* kDeviceConfig = "threads=1";
 constexpr const char* kDeviceConfig = "";
 #endif
 
-static RTCDevice sharedDevice() {
+namespace {
+
+RTCDevice sharedDevice() {
     static const struct Device {
         RTCDevice handle = rtcNewDevice(kDeviceConfig);
         ~Device() { rtcReleaseDevice(handle); }
@@ -51,6 +57,8 @@ static RTCDevice sharedDevice() {
     if (!device.handle) check(nullptr, "making a device");
     return device.handle;
 }
+
+}  // namespace
 
 struct OcclusionScene::Impl {
     RTCDevice device = sharedDevice();
@@ -63,8 +71,10 @@ struct OcclusionScene::Impl {
     ~Impl() { rtcReleaseScene(scene); }
 };
 
+namespace {
+
 template <class T>
-static void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::span<const T> values) {
+void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::span<const T> values) {
     static_assert(sizeof(T) == 12);
     void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), values.size());
     if (buffer) std::memcpy(buffer, values.data(), values.size_bytes());
@@ -78,12 +88,14 @@ struct PassingContext {
 };
 
 // Embree calls it for single rays that look for the closest hit.
-static void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
+void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
     const auto& passing = *reinterpret_cast<const PassingContext*>(arguments->context);
     for (const std::uint32_t corner : (*passing.triangles)[RTCHitN_primID(arguments->hit, arguments->N, 0)])
         for (const std::uint32_t passed : passing.passed)
             if (corner == passed) arguments->valid[0] = 0;
 }
+
+}  // namespace
 
 OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing)
     : impl_(std::make_unique<Impl>()) {
@@ -106,7 +118,9 @@ OcclusionScene::~OcclusionScene() = default;
 OcclusionScene::OcclusionScene(OcclusionScene&&) noexcept = default;
 OcclusionScene& OcclusionScene::operator=(OcclusionScene&&) noexcept = default;
 
-static RTCRay makeRay(Vec3 origin, Vec3 direction, float min_distance) {
+namespace {
+
+RTCRay makeRay(Vec3 origin, Vec3 direction, float min_distance) {
     RTCRay ray{};
     ray.org_x = origin.x;
     ray.org_y = origin.y;
@@ -120,6 +134,8 @@ static RTCRay makeRay(Vec3 origin, Vec3 direction, float min_distance) {
     return ray;
 }
 
+}  // namespace
+
 bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distance) const {
     const FlushDenormals flush;
     RTCIntersectContext context;
@@ -129,9 +145,13 @@ bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distan
     return ray.tfar < 0;
 }
 
-static SurfaceHit surfaceHit(const RTCRayHit& hit) {
+namespace {
+
+SurfaceHit surfaceHit(const RTCRayHit& hit) {
     return {hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar, {hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z}};
 }
+
+}  // namespace
 
 std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_direction) const {
     const FlushDenormals flush;

@@ -10,9 +10,11 @@
 
 namespace penumbra {
 
+namespace {
+
 // Every option that changes the result; what came later than 0.1.0 only where it is used, so that older bakes stay what
 // they are.
-static std::string optionsJson(const BakeOptions& options) {
+std::string optionsJson(const BakeOptions& options) {
     nlohmann::ordered_json json;
     json["clips"] = options.clips;
     json["fps"] = options.fps;
@@ -40,7 +42,7 @@ static std::string optionsJson(const BakeOptions& options) {
 }
 
 // All frames of the chosen clips; --frames slices them.
-static FrameList listFrames(BakeSource& source, const BakeOptions& options) {
+FrameList listFrames(BakeSource& source, const BakeOptions& options) {
     if (!options.poses) return sampleFrames(source, options.clips, options.fps);
     if (!source.rig) throw UsageError("--poses lists frames of a rig, not of a point cache");
     FrameList frames = readPoseFrames(*options.poses, *source.rig);
@@ -49,7 +51,7 @@ static FrameList listFrames(BakeSource& source, const BakeOptions& options) {
     return frames;
 }
 
-static void chooseFrames(BakePlan& plan, const BakeOptions& options) {
+void chooseFrames(BakePlan& plan, const BakeOptions& options) {
     VisibilityHeader& header = plan.header;
     const FrameList listed = listFrames(plan.source, options);
     const FrameList all = cutIntoBlocks(listed, options.blocks);
@@ -71,7 +73,7 @@ static void chooseFrames(BakePlan& plan, const BakeOptions& options) {
 }
 
 // Everything that the rays of a frame can hit, and the numbers that only other files know.
-static void addSurroundings(BakePlan& plan, const BakeOptions& options) {
+void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     VisibilityHeader& header = plan.header;
     std::vector<std::string> clips = header.frames.clip_names;
     if (options.blocks > 1)
@@ -97,7 +99,7 @@ static void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     if (header.skin) header.skin = withBacks(*header.skin);
 }
 
-static std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const BakeOptions& options) {
+std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const BakeOptions& options) {
     std::vector<std::filesystem::path> files = plan.source.filesRead();
     for (const Occluder& occluder : plan.occluders)
         files.insert(files.end(), occluder.source.filesRead().begin(), occluder.source.filesRead().end());
@@ -106,7 +108,7 @@ static std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const 
 }
 
 // What describes a pose. Before the frames are chosen: their angles need the edges.
-static void describePose(const BakeSource& source, VisibilityHeader& header) {
+void describePose(const BakeSource& source, VisibilityHeader& header) {
     if (source.rig) {
         header.skin = source.rig->skin;
         header.rest_normals = source.rig->rest_normals;
@@ -120,12 +122,14 @@ static void describePose(const BakeSource& source, VisibilityHeader& header) {
 }
 
 // --units, --up and --cache-fps say what a cache does not; rigs state their own.
-static void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
+void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
     const auto is_cache = [](const Occluder& occluder) { return occluder.source.cache.has_value(); };
     const bool any = plan.source.cache || std::any_of(plan.occluders.begin(), plan.occluders.end(), is_cache);
     if (!any && (options.metres != 1 || options.z_up || options.fps > 0))
         throw UsageError("--units, --up and --cache-fps are for point caches, and none is read");
 }
+
+}  // namespace
 
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
     BakePlan plan;

@@ -28,9 +28,8 @@ struct Pair {
     std::size_t from, to;  // indices into Bones
     double weight = 1;
 };
-}  // namespace
 
-static Bones movingBones(const Rig& rig) {
+Bones movingBones(const Rig& rig) {
     std::vector<double> weight(rig.skin.jointCount());
     for (std::size_t i = 0; i < rig.skin.weights.size(); ++i) weight[rig.skin.joints[i]] += rig.skin.weights[i];
     const std::vector<Vec3> centers = jointCenters(rig.mesh, rig.skin);
@@ -45,15 +44,15 @@ static Bones movingBones(const Rig& rig) {
     return bones;
 }
 
-static Matrix toMatrix(const Affine& a) {
+Matrix toMatrix(const Affine& a) {
     Matrix m;
     std::copy(a.m.begin(), a.m.end(), m.begin());
     return m;
 }
 
 // p_ij for every pair; of a bone that cannot be inverted (scaled to nothing), as at rest.
-static void relativePositions(const Rig& rig, const Bones& bones, const std::vector<Pair>& pairs, RigFrame frame,
-                              std::span<float> out) {
+void relativePositions(const Rig& rig, const Bones& bones, const std::vector<Pair>& pairs, RigFrame frame,
+                       std::span<float> out) {
     const RigPose pose = evaluatePose(rig, frame.clip, frame.time);
     std::vector<Vec3d> moved;
     std::vector<std::optional<Matrix>> to_rest;
@@ -70,8 +69,8 @@ static void relativePositions(const Rig& rig, const Bones& bones, const std::vec
 }
 
 // Mean squared distance of the centres of every ordered pair, in diagonals, seen from the first: [count, count].
-static std::vector<double> meanSquaredDistances(const Rig& rig, const Bones& bones, std::span<const RigFrame> frames,
-                                                int threads) {
+std::vector<double> meanSquaredDistances(const Rig& rig, const Bones& bones, std::span<const RigFrame> frames,
+                                         int threads) {
     const std::size_t n = bones.count();
     std::vector<Pair> all;
     for (std::size_t i = 0; i < n; ++i)
@@ -94,7 +93,7 @@ static std::vector<double> meanSquaredDistances(const Rig& rig, const Bones& bon
 }
 
 // Every bone with its nearest others, weighted by sqrt(s_i n_ij).
-static std::vector<Pair> choosePairs(const Bones& bones, const std::vector<double>& distances) {
+std::vector<Pair> choosePairs(const Bones& bones, const std::vector<double>& distances) {
     std::vector<Pair> pairs;
     for (std::size_t i = 0; i < bones.count(); ++i) {
         std::vector<std::size_t> others;
@@ -111,6 +110,8 @@ static std::vector<Pair> choosePairs(const Bones& bones, const std::vector<doubl
     }
     return pairs;
 }
+
+}  // namespace
 
 PoseFeatures poseFeatures(const Rig& rig, std::span<const RigFrame> frames, int threads) {
     const Bones bones = movingBones(rig);

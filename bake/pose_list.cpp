@@ -26,7 +26,9 @@ std::string findProblem(const PoseOptions& options) {
     return "";
 }
 
-static std::vector<std::string> candidateClips(const Rig& rig, const PoseOptions& options) {
+namespace {
+
+std::vector<std::string> candidateClips(const Rig& rig, const PoseOptions& options) {
     for (const std::string& name : options.holdout) checkClipName(rig, "--holdout", name);
     std::vector<std::string> clips = options.clips;
     if (clips.empty())
@@ -37,6 +39,8 @@ static std::vector<std::string> candidateClips(const Rig& rig, const PoseOptions
     if (clips.empty() && !rig.clips.empty()) throw UsageError("--holdout: no clip is left to choose from");
     return clips;
 }
+
+}  // namespace
 
 PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options) {
     PosePlan plan{readRig(rigs), {}};
@@ -50,8 +54,10 @@ PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOpt
     return plan;
 }
 
+namespace {
+
 // Chosen candidates in the order of the list, each with its rank; clips without a chosen frame are left out.
-static void listChosen(const FrameList& candidates, const ChosenPoses& choice, PoseFile& out) {
+void listChosen(const FrameList& candidates, const ChosenPoses& choice, PoseFile& out) {
     std::vector<std::size_t> by_frame(choice.frames.size());
     std::iota(by_frame.begin(), by_frame.end(), 0);
     std::sort(by_frame.begin(), by_frame.end(),
@@ -68,7 +74,7 @@ static void listChosen(const FrameList& candidates, const ChosenPoses& choice, P
     }
 }
 
-static void listSampled(std::size_t count, PoseFile& out) {
+void listSampled(std::size_t count, PoseFile& out) {
     if (count == 0) return;
     out.frames.clip_names.push_back(kSampledClip);
     for (std::size_t i = 0; i < count; ++i) {
@@ -79,7 +85,7 @@ static void listSampled(std::size_t count, PoseFile& out) {
     }
 }
 
-static ChosenPoses choosePoses(const PoseFeatures& features, const PoseOptions& options, int threads) {
+ChosenPoses choosePoses(const PoseFeatures& features, const PoseOptions& options, int threads) {
     const auto count = std::size_t(options.choose);
     switch (options.method) {
         case ChoiceMethod::kFarthest:
@@ -91,6 +97,8 @@ static ChosenPoses choosePoses(const PoseFeatures& features, const PoseOptions& 
     }
     return {};
 }
+
+}  // namespace
 
 PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads) {
     const std::vector<RigFrame> candidates = rigFrames(plan.rig, plan.candidates);

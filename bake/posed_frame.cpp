@@ -6,7 +6,9 @@
 
 namespace penumbra {
 
-static void checkFinite(const BakePlan& plan, std::size_t f, const SourcePose& pose) {
+namespace {
+
+void checkFinite(const BakePlan& plan, std::size_t f, const SourcePose& pose) {
     const FrameList& frames = plan.header.frames;
     for (std::size_t v = 0; v < pose.positions.size(); ++v)
         if (!std::isfinite(dot(pose.positions[v], pose.positions[v]) + dot(pose.normals[v], pose.normals[v])))
@@ -15,11 +17,13 @@ static void checkFinite(const BakePlan& plan, std::size_t f, const SourcePose& p
                                " s): vertex " + std::to_string(v) + " is not finite");
 }
 
-static std::vector<float> inputsOf(const BakePlan& plan, std::size_t f) {
+std::vector<float> inputsOf(const BakePlan& plan, std::size_t f) {
     if (plan.inputs.names.empty()) return {};
     const FrameList& frames = plan.header.frames;
     return inputsAt(plan.inputs, plan.source_clip[frames.clip[f]], frames.time[f]);
 }
+
+}  // namespace
 
 VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     const FrameList& frames = plan.header.frames;

@@ -6,8 +6,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // Of the parts of a deforming mesh, as the fit has them.
-static std::vector<Affine> fittedBones(const Model& model, const VisibilityFrame& frame) {
+std::vector<Affine> fittedBones(const Model& model, const VisibilityFrame& frame) {
     const std::size_t fronts = model.mesh.frontVertexCount();
     std::vector<PartSums> sums(model.skin.jointCount());
     std::vector<Affine> bones(sums.size());
@@ -15,6 +17,8 @@ static std::vector<Affine> fittedBones(const Model& model, const VisibilityFrame
                 std::span(frame.positions).first(fronts), sums, bones);
     return bones;
 }
+
+}  // namespace
 
 PosedTangents posedTangents(const Model& model, const Mesh& mesh, const VisibilityFrame& frame,
                             const std::string& name) {

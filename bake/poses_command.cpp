@@ -22,10 +22,9 @@ struct PosesCommand {
     std::string frames, method = "farthest", limits;
     std::int64_t seed = std::int64_t(PoseOptions{}.seed);  // signed, so that -1 is refused and does not wrap
 };
-}  // namespace
 
 // Every option that changes the result, defaults included.
-static std::string optionsJson(const PosesCommand& command) {
+std::string optionsJson(const PosesCommand& command) {
     const PoseOptions& options = command.options;
     Json json{{"clips", options.clips}, {"holdout", options.holdout}, {"fps", options.fps}};
     if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
@@ -36,9 +35,9 @@ static std::string optionsJson(const PosesCommand& command) {
     return json.dump();
 }
 
-static bool isGlb(const PosesCommand& command) { return command.output.extension() == ".glb"; }
+bool isGlb(const PosesCommand& command) { return command.output.extension() == ".glb"; }
 
-static void finishOptions(PosesCommand& command) {
+void finishOptions(PosesCommand& command) {
     PoseOptions& options = command.options;
     if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
     options.method = command.method == "random"           ? ChoiceMethod::kRandom
@@ -53,7 +52,7 @@ static void finishOptions(PosesCommand& command) {
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
 }
 
-static Json poseTable(const PoseFile& file) {
+Json poseTable(const PoseFile& file) {
     Json table = Json::array();
     for (std::size_t f = 0; f < file.frames.frameCount(); ++f)
         table.push_back({{"clip", file.frames.clip_names[file.frames.clip[f]]},
@@ -63,7 +62,7 @@ static Json poseTable(const PoseFile& file) {
     return table;
 }
 
-static Json limitsTable(const JointLimits& limits, const Skin& skin) {
+Json limitsTable(const JointLimits& limits, const Skin& skin) {
     Json table = Json::array();
     for (std::size_t c = 0; c < limits.low.size(); ++c)
         if (limits.low[c] != 0 || limits.high[c] != 0)
@@ -74,7 +73,7 @@ static Json limitsTable(const JointLimits& limits, const Skin& skin) {
     return table;
 }
 
-static void fillReport(const PosePlan& plan, const PoseList& list, Report& report) {
+void fillReport(const PosePlan& plan, const PoseList& list, Report& report) {
     Json& figures = report.figures;
     figures["candidates"] = plan.candidates.frameCount();
     figures["chosen"] = list.choice.frames.size();
@@ -90,7 +89,7 @@ static void fillReport(const PosePlan& plan, const PoseList& list, Report& repor
     figures["limits_degrees"] = limitsTable(list.limits, plan.rig.skin);
 }
 
-static void printSummary(const PosesCommand& command, const PosePlan& plan, const PoseList& list) {
+void printSummary(const PosesCommand& command, const PosePlan& plan, const PoseList& list) {
     const auto& names = list.file.frames.clip_names;
     std::printf("%s: %zu of %zu frames", command.output.c_str(), list.choice.frames.size(),
                 plan.candidates.frameCount());
@@ -107,12 +106,12 @@ static void printSummary(const PosesCommand& command, const PosePlan& plan, cons
             std::size_t(std::count(list.file.frames.clip.begin(), list.file.frames.clip.end(), std::uint16_t(c))));
 }
 
-static void writeGlbOfPoses(const PosesCommand& command, const PosePlan& plan, const PoseFile& file) {
+void writeGlbOfPoses(const PosesCommand& command, const PosePlan& plan, const PoseFile& file) {
     Json extras{{"penumbra_poses", poseTable(file)}, {"provenance", Json::parse(toJson(file.provenance))}};
     writeGlb(command.output, rigOfPoses(plan.rig, file), extras.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-static void runPoses(PosesCommand& command, const CommonOptions& common, Report& report) {
+void runPoses(PosesCommand& command, const CommonOptions& common, Report& report) {
     finishOptions(command);
     report.phase("read");
     const PosePlan plan = planPoses(command.rigs, command.options);
@@ -135,7 +134,7 @@ static void runPoses(PosesCommand& command, const CommonOptions& common, Report&
     if (!common.quiet) printSummary(command, plan, list);
 }
 
-static void definePoses(CLI::App& app, PosesCommand& command) {
+void definePoses(CLI::App& app, PosesCommand& command) {
     PoseOptions& options = command.options;
     app.add_option("rig", command.rigs, "rig; further files may bring clips only")->required();
     app.add_option("-o,--output", command.output,
@@ -154,6 +153,8 @@ static void definePoses(CLI::App& app, PosesCommand& command) {
     app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
     app.add_option("--seed", command.seed, "of --method random and of --sample (0: plain Halton points)");
 }
+
+}  // namespace
 
 Verb posesVerb() {
     const auto command = std::make_shared<PosesCommand>();

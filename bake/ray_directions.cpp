@@ -9,8 +9,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // Uniform over rotations (Shoemake 1992, "Uniform random rotations"), from a unit quaternion x y z w.
-static Mat3d randomRotation(std::uint64_t seed) {
+Mat3d randomRotation(std::uint64_t seed) {
     const double u = nextUniform(seed), a = 2 * std::numbers::pi * nextUniform(seed),
                  c = 2 * std::numbers::pi * nextUniform(seed);
     const double x = std::sqrt(1 - u) * std::sin(a), y = std::sqrt(1 - u) * std::cos(a);
@@ -19,6 +21,8 @@ static Mat3d randomRotation(std::uint64_t seed) {
              2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
              2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
 }
+
+}  // namespace
 
 RayDirections makeRayDirections(int rays, std::uint64_t seed, int order) {
     assert(rays > 0 && order >= 1 && order <= kMaxOrder);
@@ -61,8 +65,10 @@ std::size_t aboveHorizon(const RayDirections& directions, Vec3 normal, bool grou
     return std::size_t(count);  // exact: at most 2^21 < 2^24
 }
 
+namespace {
+
 template <std::size_t kSize>
-static void accumulate(const RayDirections& directions, std::span<const LaneWeights> visible, std::span<float> b) {
+void accumulate(const RayDirections& directions, std::span<const LaneWeights> visible, std::span<float> b) {
     alignas(32) float sum[kSize][kLanes] = {};
     const float* basis = directions.basis.data();
     for (std::size_t p = 0; p < visible.size(); ++p, basis += kSize * kLanes) {
@@ -77,6 +83,8 @@ static void accumulate(const RayDirections& directions, std::span<const LaneWeig
         b[i] = float(total);
     }
 }
+
+}  // namespace
 
 void accumulateMoments(const RayDirections& directions, std::span<const LaneWeights> visible, std::span<float> b) {
     assert(visible.size() == directions.packets.size() && int(b.size()) == coefficientCount(directions.order));

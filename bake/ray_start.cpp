@@ -12,11 +12,10 @@ struct Met {
     bool front;      // it faces the rays
     std::int32_t solid;
 };
-}  // namespace
 
 // The first surface beyond `from`, a distance from the point.
-static std::optional<Met> nextSurface(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at,
-                                      Vec3 direction, float from, float to) {
+std::optional<Met> nextSurface(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at,
+                               Vec3 direction, float from, float to) {
     // The ray starts a little behind the point, so that what touches it is met whichever side rounding puts it on.
     const Vec3 origin = at.position - direction * kTouching;
     const auto hit = scene.nextHit(origin, direction, {from + kTouching, to + kTouching}, at.own);
@@ -26,14 +25,16 @@ static std::optional<Met> nextSurface(const OcclusionScene& scene, const Blocker
     return Met{hit->distance - kTouching, solid < 0 ? !towards : towards, std::abs(solid)};
 }
 
-static float beyond(float distance) { return std::nextafter(distance, INFINITY) + 1e-7f; }
+float beyond(float distance) { return std::nextafter(distance, INFINITY) + 1e-7f; }
 
 // How far it is out of the solid backwards; infinite when its wall is not the first thing there.
-static float wayOutBackwards(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at,
-                             std::int32_t solid) {
+float wayOutBackwards(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at,
+                      std::int32_t solid) {
     const auto met = nextSurface(scene, blockers, at, -at.direction, -kTouching, kSunkIn);
     return met && !met->front && met->solid == solid ? met->distance : INFINITY;
 }
+
+}  // namespace
 
 RayStart startOfRays(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at) {
     constexpr int kMostSurfaces = 64;

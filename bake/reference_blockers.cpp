@@ -10,6 +10,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // What the bake was told. Files of other programs say nothing.
 struct BakeWords {
     std::vector<std::string> occluders;
@@ -17,7 +19,7 @@ struct BakeWords {
     bool blocks = false;
 };
 
-static BakeWords wordsOf(const Provenance& provenance) try {
+BakeWords wordsOf(const Provenance& provenance) try {
     const nlohmann::json options = nlohmann::json::parse(provenance.options_json);
     BakeWords words;
     words.occluders = options.value("occluders", words.occluders);
@@ -30,14 +32,14 @@ static BakeWords wordsOf(const Provenance& provenance) try {
     return {};
 }
 
-static std::string listOf(const std::vector<std::string>& names) {
+std::string listOf(const std::vector<std::string>& names) {
     std::string text;
     for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
     return text;
 }
 
 // Those of a sequence too, that a pattern or a folder names.
-static std::vector<std::filesystem::path> everyFileOf(const std::filesystem::path& occluder) {
+std::vector<std::filesystem::path> everyFileOf(const std::filesystem::path& occluder) {
     std::vector<std::filesystem::path> all;
     for (const std::filesystem::path& path : filesOfOccluder(occluder)) {
         const NumberedFiles numbered =
@@ -47,8 +49,8 @@ static std::vector<std::filesystem::path> everyFileOf(const std::filesystem::pat
     return all;
 }
 
-static void checkGiven(const VisibilityHeader& header, const std::string& name, const BakeWords& words,
-                       const std::vector<std::filesystem::path>& occluders) {
+void checkGiven(const VisibilityHeader& header, const std::string& name, const BakeWords& words,
+                const std::vector<std::filesystem::path>& occluders) {
     if (occluders.size() != words.occluders.size())
         throw UsageError(name + ": baked " +
                          (words.occluders.empty() ? "without an occluder"
@@ -62,6 +64,8 @@ static void checkGiven(const VisibilityHeader& header, const std::string& name, 
                                  listOf(words.occluders) + ")");
         }
 }
+
+}  // namespace
 
 ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t frame, const std::string& name,
                                   const std::vector<std::filesystem::path>& occluders) {

@@ -16,6 +16,8 @@
 
 namespace penumbra {
 
+namespace {
+
 struct ReferenceCommand {
     std::filesystem::path input, output, tangents;
     std::string light, layout;  // a file or analytic lights; "": by the picture's shape
@@ -31,7 +33,7 @@ struct ReferenceCommand {
     float exposure = 1;
 };
 
-static Vec3 parseColor(const std::string& text) {
+Vec3 parseColor(const std::string& text) {
     Vec3 color;
     int used = 0;
     const int read = std::sscanf(text.c_str(), "%f/%f/%f%n", &color.x, &color.y, &color.z, &used);
@@ -41,7 +43,7 @@ static Vec3 parseColor(const std::string& text) {
     return color;
 }
 
-static void finishOptions(ReferenceCommand& command) {
+void finishOptions(ReferenceCommand& command) {
     ReferenceOptions& options = command.options;
     int used = 0;
     if (std::sscanf(command.size.c_str(), "%5dx%5d%n", &options.width, &options.height, &used) != 2 ||
@@ -66,13 +68,13 @@ static void finishOptions(ReferenceCommand& command) {
 }
 
 // Text that starts with the name of an analytic light is one.
-static bool isAnalytic(const std::string& light) {
+bool isAnalytic(const std::string& light) {
     const std::vector<std::string> names = analyticLightNames();
     const std::string start = light.substr(0, light.find_first_of(":+"));
     return std::find(names.begin(), names.end(), start) != names.end();
 }
 
-static EnvironmentLight readLight(const ReferenceCommand& command) {
+EnvironmentLight readLight(const ReferenceCommand& command) {
     if (!isAnalytic(command.light)) return readEnvironmentLight(command.light, command.layout);
     if (!command.layout.empty()) throw UsageError("--layout is of pictures, not of --light " + command.light);
     try {
@@ -82,7 +84,7 @@ static EnvironmentLight readLight(const ReferenceCommand& command) {
     }
 }
 
-static EnvironmentLight readLightOf(const ReferenceCommand& command) {
+EnvironmentLight readLightOf(const ReferenceCommand& command) {
     if (command.light.empty()) return EnvironmentLight::white();
     EnvironmentLight light = readLight(command);
     if (command.light_order > 0) light = light.bandLimited(command.light_order);
@@ -93,13 +95,13 @@ static EnvironmentLight readLightOf(const ReferenceCommand& command) {
     }
 }
 
-static BrdfSource slotSource(const SlotChoice& choice) {
+BrdfSource slotSource(const SlotChoice& choice) {
     BrdfSource source = brdfSource(choice.material);
     source.analytic_option = "--slot";
     return source;
 }
 
-static BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) {
+BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) {
     BrdfSource source = command.brdf;
     source.analytic_option = "--brdf";
     if (source.analytic.empty() && source.files().empty()) source.analytic = "lambert";
@@ -107,7 +109,7 @@ static BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) 
 }
 
 // Materials of the parts that have one of their own, and which of options.brdfs each vertex has.
-static std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& mesh, int threads) {
+std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& mesh, int threads) {
     if (command.slots.empty()) return {};
     const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
     std::vector<std::uint16_t> brdf_of_slot(slots.size(), 0), brdf_of_vertex;
@@ -121,7 +123,7 @@ static std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const M
     return brdf_of_vertex;
 }
 
-static void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
+void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
     finishOptions(command);
     report.phase("read");
     const BrdfReading material = readMaterialOf(command, common.threads);
@@ -166,7 +168,7 @@ static void runReference(ReferenceCommand& command, const CommonOptions& common,
     writeImage(command.output, image, shaded ? command.exposure : 1);
 }
 
-static void defineReference(CLI::App& app, ReferenceCommand& command) {
+void defineReference(CLI::App& app, ReferenceCommand& command) {
     ReferenceOptions& options = command.options;
     app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used")->required();
     app.add_option("-o,--output", command.output, "REF.exr or REF.png")->required();
@@ -205,6 +207,8 @@ static void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option("--channel", command.channel, "what to draw")->check(CLI::IsMember({"shaded", "ao", "normals"}));
     app.footer(describeBrdfs() + "\n" + describeAnalyticLights() + "\n" + app.get_footer());
 }
+
+}  // namespace
 
 Verb referenceVerb() {
     const auto command = std::make_shared<ReferenceCommand>();

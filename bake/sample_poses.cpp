@@ -7,13 +7,17 @@
 
 namespace penumbra {
 
-static std::uint32_t primeNumber(std::size_t index) {
+namespace {
+
+std::uint32_t primeNumber(std::size_t index) {
     static std::vector<std::uint32_t> primes{2};
     for (std::uint32_t n = primes.back() + 1; primes.size() <= index; ++n)
         if (std::none_of(primes.begin(), primes.end(), [&](std::uint32_t p) { return n % p == 0; }))
             primes.push_back(n);
     return primes[index];
 }
+
+}  // namespace
 
 HaltonDimension::HaltonDimension(std::size_t dimension, std::uint64_t seed) : base_(primeNumber(dimension)) {
     std::uint64_t state = seed * 0x9e3779b97f4a7c15u + dimension;

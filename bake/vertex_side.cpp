@@ -24,10 +24,8 @@ struct Sector {
     std::array<Vec3d, 2> edges;  // unit
     Vec3d normal;                // unit, of the side
 };
-}  // namespace
 
-static std::vector<Sector> sectorsOf(const VertexFans& fans, std::span<const Vec3> positions, std::uint32_t vertex,
-                                     int side) {
+std::vector<Sector> sectorsOf(const VertexFans& fans, std::span<const Vec3> positions, std::uint32_t vertex, int side) {
     std::vector<Sector> sectors;
     const Vec3d p = toDouble(positions[vertex]);
     for (std::uint32_t i = fans.begin[vertex]; i < fans.begin[vertex + 1]; ++i) {
@@ -40,20 +38,20 @@ static std::vector<Sector> sectorsOf(const VertexFans& fans, std::span<const Vec
 }
 
 // Of both triangles at the edge to `corner`.
-static Vec3d edgeNormal(const std::vector<Sector>& sectors, std::uint32_t corner) {
+Vec3d edgeNormal(const std::vector<Sector>& sectors, std::uint32_t corner) {
     Vec3d sum;
     for (const Sector& s : sectors)
         if (s.corners[0] == corner || s.corners[1] == corner) sum += s.normal;
     return sum;
 }
 
-static bool within(const Sector& sector, Vec3d in_plane) {
+bool within(const Sector& sector, Vec3d in_plane) {
     const Vec3d outward = cross(sector.edges[0], sector.edges[1]);
     return dot(cross(sector.edges[0], in_plane), outward) >= 0 && dot(cross(in_plane, sector.edges[1]), outward) >= 0;
 }
 
 // Squared sine of the angle to the nearest triangle (1 beyond a right angle), negative in the wrong part.
-static double clearance(const std::vector<Sector>& sectors, Vec3d direction, Vec3d normal) {
+double clearance(const std::vector<Sector>& sectors, Vec3d direction, Vec3d normal) {
     double nearest = 1, sign = dot(direction, normal);
     for (const Sector& sector : sectors) {
         const double height = dot(direction, sector.normal);
@@ -72,6 +70,8 @@ static double clearance(const std::vector<Sector>& sectors, Vec3d direction, Vec
     }
     return sign > 0 ? nearest : -nearest;
 }
+
+}  // namespace
 
 Vec3 directionToSide(const VertexFans& fans, std::span<const Vec3> positions, std::uint32_t vertex, Vec3 normal,
                      int side) {

@@ -11,13 +11,15 @@
 
 namespace penumbra {
 
+namespace {
+
 namespace fs = std::filesystem;
 
 struct CheckCommand {
     fs::path asset, truth, predictions, second_bake, model;
 };
 
-static void printRow(const ErrorFigures& f, bool predictions) {
+void printRow(const ErrorFigures& f, bool predictions) {
     std::printf("%-24s %-8s %6zu %9.4f %10.4f %10.4f %8.4f %8.4f", f.name.substr(0, 24).c_str(),
                 f.held_out ? "held out" : "training", f.frames, f.relative_error, f.truncation, f.regression, f.rms_v,
                 f.ambient_error);
@@ -25,7 +27,7 @@ static void printRow(const ErrorFigures& f, bool predictions) {
     std::printf("\n");
 }
 
-static nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
+nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
     nlohmann::ordered_json json;
     json["name"] = f.name;
     json["held_out"] = f.held_out;
@@ -40,7 +42,7 @@ static nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
 }
 
 // One table: a row a source of error, held-out and training frames side by side, relative and as rms V.
-static void reportBudget(const CheckResult& result, Report& report) {
+void reportBudget(const CheckResult& result, Report& report) {
     const std::vector<BudgetRow> held_out = errorBudget(result.held_out), training = errorBudget(result.training);
     const auto cell = [](const ErrorFigures& set, const BudgetRow& row) {
         char text[64];
@@ -74,7 +76,7 @@ static void reportBudget(const CheckResult& result, Report& report) {
         "unpacked model + rank and quantisation = total up to their correlation. Bake noise is in the truth.\n");
 }
 
-static void reportFrames(const CheckResult& result, Report& report) {
+void reportFrames(const CheckResult& result, Report& report) {
     for (const FrameCheck& f : result.frames)
         report.figures["per_frame"].push_back({{"clip", f.clip},
                                                {"time", f.time},
@@ -89,7 +91,7 @@ static void reportFrames(const CheckResult& result, Report& report) {
                 result.held_out.frames);
 }
 
-static void reportCheck(const CheckResult& result, const AssetView& asset, bool predictions, Report& report) {
+void reportCheck(const CheckResult& result, const AssetView& asset, bool predictions, Report& report) {
     std::printf("%-24s %-8s %6s %9s %10s %10s %8s %8s%s\n", "clip", "", "frames", "relative", "truncation",
                 "regression", "rms V", "ambient", predictions ? " predictions" : "");
     for (const ErrorFigures& clip : result.clips) {
@@ -117,7 +119,7 @@ struct UnpackedModel {
     AssetView asset;
 };
 
-static UnpackedModel unpackedModel(const fs::path& path, int threads) {
+UnpackedModel unpackedModel(const fs::path& path, int threads) {
     UnpackedModel result;
     const Model model = readModel(path);
     naming(path, [&] {
@@ -127,7 +129,7 @@ static UnpackedModel unpackedModel(const fs::path& path, int threads) {
     return result;
 }
 
-static void runCheck(const CheckCommand& command, const CommonOptions& common, Report& report) {
+void runCheck(const CheckCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
     const MappedFile file(command.asset);
     const AssetView asset = openAsset(file.bytes(), command.asset.string());
@@ -167,6 +169,8 @@ static void runCheck(const CheckCommand& command, const CommonOptions& common, R
     }
     reportCheck(result, asset, predictions.has_value(), report);
 }
+
+}  // namespace
 
 Verb checkVerb() {
     const auto command = std::make_shared<CheckCommand>();

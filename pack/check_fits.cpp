@@ -7,7 +7,9 @@
 
 namespace penumbra {
 
-static void checkFits(const AssetView& asset, const VisibilityHeader& header) {
+namespace {
+
+void checkFits(const AssetView& asset, const VisibilityHeader& header) {
     if (!asset.has_model) throw InvalidInput("the asset has no model to check");
     const MeshView& mesh = asset.mesh;
     if (asset.model.deforming && header.skin) throw InvalidInput("has a skin; the asset's mesh is deforming");
@@ -37,6 +39,8 @@ static void checkFits(const AssetView& asset, const VisibilityHeader& header) {
             throw InvalidInput("/mesh/rest_positions are not those of the asset (vertex " +
                                std::to_string(mesh.shading_point[v]) + ")");
 }
+
+}  // namespace
 
 void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references) {
     checkFits(asset, truth);

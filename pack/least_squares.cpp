@@ -5,11 +5,15 @@
 
 namespace penumbra {
 
-static double dotOf(const float* a, const float* b, std::size_t n) {
+namespace {
+
+double dotOf(const float* a, const float* b, std::size_t n) {
     double sum = 0;
     for (std::size_t i = 0; i < n; ++i) sum += double(a[i]) * b[i];
     return sum;
 }
+
+}  // namespace
 
 // Gram-Schmidt on coefficients: q_k = (b_k - sum_j (q_j . b_k) q_j) / |.|, each q kept as its row over the b.
 SpanProjector::SpanProjector(std::vector<float> basis, std::size_t length)

@@ -8,6 +8,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // The channel of the largest entry and, if all three are that one times a factor, the factors.
 struct Channels {
     std::size_t strongest = 0;
@@ -15,7 +17,7 @@ struct Channels {
     bool proportional = true;
 };
 
-static Channels channelsOf(const BrdfFile& brdf) {
+Channels channelsOf(const BrdfFile& brdf) {
     const std::vector<double>& slices = brdf.slices;
     std::size_t largest = 0;
     for (std::size_t i = 0; i < slices.size(); ++i)
@@ -40,13 +42,15 @@ static Channels channelsOf(const BrdfFile& brdf) {
 }
 
 // [count, 3] as [channels, count].
-static std::vector<float> byChannel(const std::vector<double>& values, const Channels& channels) {
+std::vector<float> byChannel(const std::vector<double>& values, const Channels& channels) {
     std::vector<float> numbers;
     for (std::size_t c = 0; c < (channels.proportional ? 1 : 3); ++c)
         for (std::size_t i = 0; i < values.size() / 3; ++i)
             numbers.push_back(float(values[3 * i + (channels.proportional ? channels.strongest : c)]));
     return numbers;
 }
+
+}  // namespace
 
 void checkMaterial(const BrdfFile& brdf) {
     const BrdfOperators& operators = brdf.operators;

@@ -12,6 +12,8 @@
 
 namespace penumbra {
 
+namespace {
+
 const char* nameOf(AssetPrecision precision) {
     switch (precision) {
         case AssetPrecision::kF32:
@@ -25,14 +27,14 @@ const char* nameOf(AssetPrecision precision) {
 }
 
 // Vertices in the order of the clusters: order[new] = old.
-static std::vector<std::uint32_t> clusterOrder(const Model& model) {
+std::vector<std::uint32_t> clusterOrder(const Model& model) {
     std::vector<std::uint32_t> order;
     for (const ClusterModel& cluster : model.clusters)
         order.insert(order.end(), cluster.vertices.begin(), cluster.vertices.end());
     return order;
 }
 
-static MeshSection reorderedMesh(const Model& model, const std::vector<std::uint32_t>& order) {
+MeshSection reorderedMesh(const Model& model, const std::vector<std::uint32_t>& order) {
     const std::size_t influences = std::size_t(model.skin.influences);
     MeshSection mesh;
     mesh.influences = model.skin.influences;
@@ -59,7 +61,7 @@ static MeshSection reorderedMesh(const Model& model, const std::vector<std::uint
 }
 
 // Rows of `size` numbers, each filled up with zeros to `stride`.
-static std::vector<float> padded(std::span<const float> numbers, std::size_t size, std::size_t stride) {
+std::vector<float> padded(std::span<const float> numbers, std::size_t size, std::size_t stride) {
     std::vector<float> out(numbers.size() / size * stride, 0.0f);
     for (std::size_t row = 0; row * size < numbers.size(); ++row)
         std::copy_n(numbers.begin() + std::ptrdiff_t(row * size), size, out.begin() + std::ptrdiff_t(row * stride));
@@ -71,8 +73,8 @@ struct Precisions {
     AssetPrecision basis, weights;
 };
 
-static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, std::size_t index,
-                                         std::uint32_t first_vertex, Precisions precisions) {
+Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, std::size_t index,
+                                  std::uint32_t first_vertex, Precisions precisions) {
     const AssetPrecision precision = precisions.basis;
     const ClusterModel& cluster = model.clusters[index];
     const std::string what = "model.clusters[" + std::to_string(index) + "]";
@@ -108,7 +110,7 @@ static Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model
                               mean, basis);
 }
 
-static fbs::ModelKind kindOf(ModelKind kind) {
+fbs::ModelKind kindOf(ModelKind kind) {
     switch (kind) {
         case ModelKind::kLinear:
             return fbs::ModelKind::Linear;
@@ -122,7 +124,7 @@ static fbs::ModelKind kindOf(ModelKind kind) {
     return {};
 }
 
-static fbs::FeatureKind featuresOf(FeatureKind features) {
+fbs::FeatureKind featuresOf(FeatureKind features) {
     switch (features) {
         case FeatureKind::kJointAngles:
             return fbs::FeatureKind::JointAngles;
@@ -134,8 +136,8 @@ static fbs::FeatureKind featuresOf(FeatureKind features) {
     return {};
 }
 
-static Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> writeInputJoints(FlatBufferBuilder& builder,
-                                                                             const std::vector<InputJoint>& joints) {
+Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> writeInputJoints(FlatBufferBuilder& builder,
+                                                                      const std::vector<InputJoint>& joints) {
     std::vector<Offset<fbs::InputJoint>> written;
     for (const InputJoint& input : joints)
         written.push_back(fbs::CreateInputJoint(builder, std::uint16_t(input.joint), input.column,
@@ -143,8 +145,8 @@ static Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> writeInputJoints(Fla
     return builder.CreateVector(written);
 }
 
-static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
-                                            double quantization_error) {
+Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
+                                     double quantization_error) {
     std::vector<Offset<fbs::Cluster>> clusters;
     std::uint32_t next = 0;
     for (std::size_t c = 0; c < model.clusters.size(); ++c) {
@@ -174,7 +176,7 @@ static Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Mo
 // What of the frames is written.
 enum class FramesOf { kAttempt, kPlayback, kNoPlayback };
 
-static AnimationSection animationOf(const Model& model, FramesOf frames) {
+AnimationSection animationOf(const Model& model, FramesOf frames) {
     AnimationSection animation{model.skin.joint_names,
                                model.skin.parents,
                                clipsOf(model.frames, model.holdout_clips),
@@ -197,7 +199,7 @@ static AnimationSection animationOf(const Model& model, FramesOf frames) {
     return animation;
 }
 
-static Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& lobes) {
+Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& lobes) {
     if (lobes.directions.empty()) return {};
     std::vector<float> directions;
     for (Vec3d d : lobes.directions) directions.insert(directions.end(), {float(d.x), float(d.y), float(d.z)});
@@ -207,7 +209,7 @@ static Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobe
     return fbs::CreateLobes(builder, direction_vector, z_vector);
 }
 
-static Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile& light) {
+Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile& light) {
     const std::vector<float> sh(light.sh.begin(), light.sh.end());
     const auto name = builder.CreateString(light.name);
     const auto values = writeVector<float>(builder, sh);
@@ -215,10 +217,9 @@ static Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const Li
     return fbs::CreateLight(builder, name, std::uint8_t(light.order), values, lobes);
 }
 
-static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
-                                       std::span<const LightFile> lights,
-                                       const std::vector<std::uint16_t>& slot_material, Precisions precisions,
-                                       double error, FramesOf frames, const std::string& provenance) {
+std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
+                                std::span<const LightFile> lights, const std::vector<std::uint16_t>& slot_material,
+                                Precisions precisions, double error, FramesOf frames, const std::string& provenance) {
     FlatBufferBuilder builder(1 << 20);
     AssetSections sections;
     sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
@@ -231,7 +232,7 @@ static std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfF
     return {bytes.begin(), bytes.end()};  // a copy: the builder's buffer is not 16-byte aligned
 }
 
-static void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
+void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
     if (materials.size() > kMaxMaterials)
         throw InvalidInput(std::to_string(materials.size()) + " materials are given; an asset has " +
                            std::to_string(kMaxMaterials) + " at most");
@@ -243,6 +244,8 @@ static void checkNames(std::span<const BrdfFile> materials, std::span<const Ligh
         for (std::size_t j = 0; j < i; ++j)
             if (lights[i].name == lights[j].name) throw InvalidInput("light \"" + lights[i].name + "\" is given twice");
 }
+
+}  // namespace
 
 std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                                    const std::string& provenance) {
@@ -260,9 +263,11 @@ std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::spa
     return {bytes.begin(), bytes.end()};
 }
 
+namespace {
+
 // The material of each slot: those that were asked for, else the first.
-static std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
-                                                std::span<const SlotChoice> choices) {
+std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
+                                         std::span<const SlotChoice> choices) {
     if (choices.empty()) return {};
     const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
     std::vector<std::string_view> names;
@@ -275,7 +280,7 @@ static std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<cons
 }
 
 // What the reader of the model file promises and a model made in memory may break.
-static void checkModel(const Model& model) {
+void checkModel(const Model& model) {
     std::vector<bool> seen(model.mesh.vertexCount());
     std::size_t count = 0;
     for (const ClusterModel& cluster : model.clusters)
@@ -293,7 +298,7 @@ static void checkModel(const Model& model) {
 
 // Half, unless that is felt: the weights of a model of few training frames can be large and nearly cancel (18% of the
 // signal of an additive model of 38 frames), or be too large for a half.
-static AssetPrecision weightPrecision(const Model& model, int threads) {
+AssetPrecision weightPrecision(const Model& model, int threads) {
     const auto large = [](const std::vector<float>& v) {
         return std::any_of(v.begin(), v.end(), [](float x) { return std::abs(x) > 60000; });
     };
@@ -307,6 +312,8 @@ static AssetPrecision weightPrecision(const Model& model, int threads) {
     const double error = comparePacked(openAsset(half), openAsset(exact), threads).relative();
     return error > kFelt ? AssetPrecision::kF32 : AssetPrecision::kF16;
 }
+
+}  // namespace
 
 Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads) {
@@ -326,9 +333,13 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
     return packWithin(model, options, write, threads);
 }
 
-static std::size_t bytesOf(const NumbersView& numbers) {
+namespace {
+
+std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
+
+}  // namespace
 
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) {
     const MeshView& m = asset.mesh;

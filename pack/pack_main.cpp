@@ -15,9 +15,11 @@
 
 namespace penumbra {
 
+namespace {
+
 namespace fs = std::filesystem;
 
-static AssetPrecision parsePrecision(const std::string& word) {
+AssetPrecision parsePrecision(const std::string& word) {
     return word == "f32" ? AssetPrecision::kF32 : word == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
 }
 
@@ -40,7 +42,7 @@ struct AssetCommand {
     }
 };
 
-static std::string provenanceOf(const AssetCommand& command) {
+std::string provenanceOf(const AssetCommand& command) {
     nlohmann::ordered_json options;
     options["precision"] = command.precision.empty() ? "auto" : command.precision;
     if (command.max_error) options["max_error"] = *command.max_error;
@@ -51,7 +53,7 @@ static std::string provenanceOf(const AssetCommand& command) {
 }
 
 // Bytes of every section, and what counts at run time: bytes a vertex of the visibility model alone and of everything.
-static void reportSizes(const Packed& packed, bool quiet, Report& report) {
+void reportSizes(const Packed& packed, bool quiet, Report& report) {
     const AssetView asset = openAsset(packed.bytes);
     const double vertices = double(asset.mesh.positions.size());
     const double model = double(modelBytes(asset, packed.bytes.size()));
@@ -76,7 +78,7 @@ static void reportSizes(const Packed& packed, bool quiet, Report& report) {
                     model, model / vertices, "file", all, all / vertices);
 }
 
-static BrdfFile readMaterial(const fs::path& path) {
+BrdfFile readMaterial(const fs::path& path) {
     BrdfFile brdf = readBrdf(path);
     naming<Unsupported>(path, [&] { checkMaterial(brdf); });
     return brdf;
@@ -84,7 +86,7 @@ static BrdfFile readMaterial(const fs::path& path) {
 
 // Two files of one name cannot be in an asset. `verb` of penumbra-fit makes such files.
 template <class File>
-static void checkNames(const std::vector<File>& files, const std::vector<fs::path>& paths, const std::string& verb) {
+void checkNames(const std::vector<File>& files, const std::vector<fs::path>& paths, const std::string& verb) {
     for (std::size_t i = 0; i < files.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (files[i].name == files[j].name)
@@ -92,7 +94,7 @@ static void checkNames(const std::vector<File>& files, const std::vector<fs::pat
                                    "\": penumbra-fit " + verb + " --name gives one another name");
 }
 
-static void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
+void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
     PackOptions options;
     if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
     options.max_error = command.max_error;
@@ -144,7 +146,7 @@ static void runAsset(const AssetCommand& command, const CommonOptions& common, R
     if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
 }
 
-static Verb assetVerb() {
+Verb assetVerb() {
     const auto command = std::make_shared<AssetCommand>();
     return {"asset",
             "Pack a model with materials and lights into a run-time asset.",
@@ -183,7 +185,7 @@ struct TruthCommand {
     TruthOptions options;
 };
 
-static void runTruth(TruthCommand& command, const CommonOptions& common, Report& report) {
+void runTruth(TruthCommand& command, const CommonOptions& common, Report& report) {
     command.options.precision = parsePrecision(command.precision);
     report.phase("read");
     const VisibilityReader reader(command.input);
@@ -207,7 +209,7 @@ static void runTruth(TruthCommand& command, const CommonOptions& common, Report&
     });
 }
 
-static Verb truthVerb() {
+Verb truthVerb() {
     const auto command = std::make_shared<TruthCommand>();
     return {
         "truth",
@@ -222,6 +224,8 @@ static Verb truthVerb() {
         [command] { return command->output; },
         [command](const CommonOptions& common, Report& report) { runTruth(*command, common, report); }};
 }
+
+}  // namespace
 
 }  // namespace penumbra
 

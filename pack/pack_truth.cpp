@@ -38,7 +38,9 @@ TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options)
     return plan;
 }
 
-static MeshSection meshOf(const VisibilityHeader& header) {
+namespace {
+
+MeshSection meshOf(const VisibilityHeader& header) {
     MeshSection mesh;
     mesh.positions = header.mesh.rest_positions;
     mesh.normals = header.rest_normals;
@@ -57,7 +59,7 @@ static MeshSection meshOf(const VisibilityHeader& header) {
 }
 
 // Moments of one frame to their place in the file.
-static void storeMoments(std::span<const float> moments, AssetPrecision precision, std::uint8_t* to) {
+void storeMoments(std::span<const float> moments, AssetPrecision precision, std::uint8_t* to) {
     for (float b : moments)
         if (!(std::abs(b) < 1e4f)) throw InvalidInput("/visibility/coefficients: a moment is not finite, or above 1e4");
     if (precision == AssetPrecision::kF32)
@@ -65,6 +67,8 @@ static void storeMoments(std::span<const float> moments, AssetPrecision precisio
     else
         floatToHalf(moments, {reinterpret_cast<std::uint16_t*>(to), moments.size()});
 }
+
+}  // namespace
 
 void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const TruthOptions& options,
                const std::string& provenance, const std::filesystem::path& output,

@@ -10,8 +10,10 @@ namespace penumbra {
 
 double PackingSums::relative() const { return signal > 0 ? std::sqrt(difference / signal) : 0; }
 
-static void addCluster(const ClusterView& exact, std::size_t stride, std::span<const float> a, std::span<const float> b,
-                       PackingSums& sums) {
+namespace {
+
+void addCluster(const ClusterView& exact, std::size_t stride, std::span<const float> a, std::span<const float> b,
+                PackingSums& sums) {
     const auto* mean = reinterpret_cast<const float*>(exact.mean.data);
     const std::size_t first = exact.first_vertex * stride;
     for (std::size_t i = 0; i < exact.mean.count; ++i) {
@@ -20,6 +22,8 @@ static void addCluster(const ClusterView& exact, std::size_t stride, std::span<c
         sums.signal += signal * signal;
     }
 }
+
+}  // namespace
 
 PackingSums comparePacked(const AssetView& packed, const AssetView& exact, int threads) {
     Evaluator evaluate_packed(packed), evaluate_exact(exact);

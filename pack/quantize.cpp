@@ -10,9 +10,11 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr float kLargestHalf = 65504;
 
-static void toBytes(std::span<const float> values, StoredNumbers& stored) {
+void toBytes(std::span<const float> values, StoredNumbers& stored) {
     auto* bytes = reinterpret_cast<std::int8_t*>(stored.data.data());
     for (std::size_t first = 0; first < values.size(); first += stored.row_length) {
         const std::span<const float> row = values.subspan(first, stored.row_length);
@@ -27,6 +29,8 @@ static void toBytes(std::span<const float> values, StoredNumbers& stored) {
                 usable ? std::int8_t(std::clamp(std::lround(row[i] / scale), -127L, 127L)) : std::int8_t(0);
     }
 }
+
+}  // namespace
 
 StoredNumbers quantize(std::span<const float> values, std::size_t row_length, AssetPrecision precision,
                        const std::string& what) {

@@ -8,8 +8,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // 0 .. n - 1, less their mean.
-static std::vector<double> centredRanks(std::span<const double> values) {
+std::vector<double> centredRanks(std::span<const double> values) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
     std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return values[i] < values[j]; });
@@ -21,6 +23,8 @@ static std::vector<double> centredRanks(std::span<const double> values) {
     }
     return ranks;
 }
+
+}  // namespace
 
 double rankCorrelation(std::span<const double> a, std::span<const double> b) {
     const std::vector<double> x = centredRanks(a), y = centredRanks(b);

@@ -7,8 +7,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // Turns rows and columns p, q of the symmetric `a` so that a_pq = 0, and rows p, q of `vectors` with them.
-static void rotate(std::vector<double>& a, std::vector<double>& vectors, std::size_t n, std::size_t p, std::size_t q) {
+void rotate(std::vector<double>& a, std::vector<double>& vectors, std::size_t n, std::size_t p, std::size_t q) {
     const double off = a[p * n + q];
     if (off == 0) return;
     const double theta = (a[q * n + q] - a[p * n + p]) / (2 * off);
@@ -28,6 +30,8 @@ static void rotate(std::vector<double>& a, std::vector<double>& vectors, std::si
         vectors[q * n + i] = s * u + c * v;
     }
 }
+
+}  // namespace
 
 SymmetricEigen symmetricEigen(std::span<const double> matrix, std::size_t n) {
     assert(matrix.size() == n * n);

@@ -8,6 +8,8 @@
 
 namespace penumbra {
 
+namespace {
+
 struct BenchCommand {
     std::filesystem::path asset;
     RenderOptions options;
@@ -16,7 +18,7 @@ struct BenchCommand {
     std::vector<int> characters;
 };
 
-static void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
+void runBench(BenchCommand& command, const CommonOptions& common, Report& report) {
     command.options.backend = parseGlBackend(command.backend);
     command.options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     if (!command.size.empty()) parseSize(command.size, command.options.width, command.options.height);
@@ -31,7 +33,7 @@ static void runBench(BenchCommand& command, const CommonOptions& common, Report&
     if (!common.quiet) printBench(r);
 }
 
-static void defineBench(CLI::App& app, BenchCommand& command) {
+void defineBench(CLI::App& app, BenchCommand& command) {
     app.add_option("asset", command.asset, "X.pnb with a model")->required();
     app.add_option("--runs", command.runs, "frames to time; the median counts")
         ->check(CLI::Range(1, 100000))
@@ -52,6 +54,8 @@ static void defineBench(CLI::App& app, BenchCommand& command) {
     app.add_option("--aa", command.options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str();
     app.add_option("--gl", command.backend, "auto (a GPU, else software), egl or osmesa")->capture_default_str();
 }
+
+}  // namespace
 
 Verb benchVerb() {
     const auto command = std::make_shared<BenchCommand>();

@@ -9,6 +9,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // A plan, and the frames' cells of its contact sheet as they come.
 struct RenderRun {
     const RenderCommand& command;
@@ -16,7 +18,7 @@ struct RenderRun {
     std::vector<SheetCell> cells = {};
 };
 
-static BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const AssetView* truth) {
+BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const AssetView* truth) {
     BatchPlan plan;
     plan.options = command.options;
     RenderOptions look = command.options;
@@ -40,7 +42,7 @@ static BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, 
 }
 
 // What the run writes beside the output that the verb has.
-static std::vector<std::filesystem::path> moreFiles(const RenderRun& run) {
+std::vector<std::filesystem::path> moreFiles(const RenderRun& run) {
     std::vector<std::filesystem::path> files;
     if (FramePattern::looksLikeOne(run.command.output)) files = run.plan.files;
     for (const std::filesystem::path& file : {run.command.csv, run.command.sheet.file})
@@ -48,7 +50,7 @@ static std::vector<std::filesystem::path> moreFiles(const RenderRun& run) {
     return files;
 }
 
-static void listFiles(const RenderRun& run) {
+void listFiles(const RenderRun& run) {
     const RenderOptions& options = run.plan.options;
     for (std::size_t i = 0; i < run.plan.files.size(); ++i) {
         const ListedFrame& at = run.plan.chosen.frames[i];
@@ -68,7 +70,7 @@ static void listFiles(const RenderRun& run) {
         std::printf("would measure %zu frames\n", frames);
 }
 
-static BatchSink sinkOf(RenderRun& run, Progress& progress) {
+BatchSink sinkOf(RenderRun& run, Progress& progress) {
     const auto write = [&run](std::size_t i, const Image& picture) {
         const RenderOptions& options = run.plan.options;
         Image image = picture;
@@ -83,13 +85,13 @@ static BatchSink sinkOf(RenderRun& run, Progress& progress) {
     return {write, keep, [&progress](std::size_t done) { progress.update(double(done)); }};
 }
 
-static BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
+BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
     Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "rendering", "frames",
                       double(run.plan.chosen.frames.size()));
     return runBatch(run.plan, common.threads, sinkOf(run, progress));
 }
 
-static void runRender(RenderCommand& command, const CommonOptions& common, Report& report) {
+void runRender(RenderCommand& command, const CommonOptions& common, Report& report) {
     parseRender(command);
     report.phase("read");
     const OpenAsset asset(command.asset);
@@ -119,6 +121,8 @@ static void runRender(RenderCommand& command, const CommonOptions& common, Repor
         reportFrame(command, result, common, report);
     if (gate && !gate->passed) throw std::runtime_error(gate->message);
 }
+
+}  // namespace
 
 Verb renderVerb() {
     const auto command = std::make_shared<RenderCommand>();

@@ -7,7 +7,9 @@ namespace penumbra {
 
 // --- Definition -----------------------------------------------------------------------------------------------------
 
-static void defineFrames(CLI::App& app, RenderCommand& command) {
+namespace {
+
+void defineFrames(CLI::App& app, RenderCommand& command) {
     app.add_option("-o,--output", command.output,
                    "OUT.png or OUT.exr (half floats, colours times coverage); the files of a sequence have %d or %0Nd "
                    "in their name, as out.%04d.png");
@@ -25,7 +27,7 @@ static void defineFrames(CLI::App& app, RenderCommand& command) {
         "framed alone (default: clips for -o's sequences, else frame)"));
 }
 
-static void defineShading(CLI::App& app, RenderCommand& command) {
+void defineShading(CLI::App& app, RenderCommand& command) {
     RenderOptions& options = command.options;
     command.shading = {
         app.add_option(
@@ -49,7 +51,7 @@ static void defineShading(CLI::App& app, RenderCommand& command) {
     command.picture.insert(command.picture.end(), command.shading.begin(), command.shading.end());
 }
 
-static void definePicture(CLI::App& app, RenderCommand& command) {
+void definePicture(CLI::App& app, RenderCommand& command) {
     RenderOptions& options = command.options;
     command.source_option =
         app.add_option("--source", command.source, "visibility of the model or of the truth")->capture_default_str();
@@ -73,7 +75,7 @@ static void definePicture(CLI::App& app, RenderCommand& command) {
 
 constexpr const char* kGroup = "Errors of many frames";
 
-static void defineErrors(CLI::App& app, RenderCommand& command) {
+void defineErrors(CLI::App& app, RenderCommand& command) {
     app.add_option("--truth", command.truth,
                    "X.truth.pnb: baked frames, for errors, --channel error and --source truth")
         ->group(kGroup);
@@ -83,7 +85,7 @@ static void defineErrors(CLI::App& app, RenderCommand& command) {
     app.add_flag("--flip", command.flip, "measure FLIP between pictures of model and truth, too")->group(kGroup);
 }
 
-static void defineSheet(CLI::App& app, RenderCommand& command) {
+void defineSheet(CLI::App& app, RenderCommand& command) {
     app.add_option("--sheet", command.sheet.file, "write all frames on one PNG, each with its figures")
         ->type_name("FILE")
         ->group(kGroup);
@@ -100,7 +102,7 @@ static void defineSheet(CLI::App& app, RenderCommand& command) {
             ->group(kGroup)};
 }
 
-static void defineGate(CLI::App& app, RenderCommand& command) {
+void defineGate(CLI::App& app, RenderCommand& command) {
     command.fail_option =
         app.add_option("--fail-above", command.fail_above,
                        "exit with 4, after everything is written, when an error is above this or cannot be measured")
@@ -120,6 +122,8 @@ static void defineGate(CLI::App& app, RenderCommand& command) {
                              ->check(CLI::Range(0.0, 99.999))
                              ->group(kGroup)};
 }
+
+}  // namespace
 
 void defineRender(CLI::App& app, RenderCommand& command) {
     app.add_option("asset", command.asset, "X.pnb with a model")->required();
@@ -141,7 +145,9 @@ bool RenderCommand::imageError() const {
     return comparable && !truth.empty() && (asked || (batch && (!output.empty() || !sheet.file.empty())));
 }
 
-static void parseWords(RenderCommand& command) {
+namespace {
+
+void parseWords(RenderCommand& command) {
     RenderOptions& options = command.options;
     if (!command.size.empty()) parseSize(command.size, options.width, options.height);
     options.channel = parseChannel(command.channel);
@@ -153,7 +159,7 @@ static void parseWords(RenderCommand& command) {
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
 }
 
-static void parseGate(RenderCommand& command) {
+void parseGate(RenderCommand& command) {
     if (command.fail_option->count() == 0) return;
     const Figure figure = parseFigure("--fail-metric", command.fail_figure);
     command.gate = ErrorGate{figure, command.fail_above, command.fail_per == "run", command.fail_percent};
@@ -164,7 +170,7 @@ static void parseGate(RenderCommand& command) {
     command.flip = command.flip || figure == Figure::kFlip;
 }
 
-static void parseFrames(RenderCommand& command) {
+void parseFrames(RenderCommand& command) {
     FrameChoice& choice = command.choice;
     if (!command.frames.empty()) choice.frames = parseFrameRange(command.frames);
     if (command.frame_option->count() > 0) choice.frame = command.options.frame;
@@ -180,7 +186,7 @@ static void parseFrames(RenderCommand& command) {
     if (!command.framing_word.empty()) command.framing = parseFraming(command.framing_word);
 }
 
-static void parsePanels(RenderCommand& command) {
+void parsePanels(RenderCommand& command) {
     std::vector<SheetPanel>& panels = command.sheet.panels;
     for (const std::string& word : command.panels) panels.push_back(parseSheetPanel(word));
     const Channel channel = command.options.channel;
@@ -197,7 +203,7 @@ static void parsePanels(RenderCommand& command) {
     if ((comparable && !command.truth.empty()) || channel == Channel::kError) panels.push_back(SheetPanel::kError);
 }
 
-static void checkNames(const RenderCommand& command) {
+void checkNames(const RenderCommand& command) {
     const std::filesystem::path& output = command.output;
     const std::string extension = output.extension();
     if (!output.empty() && extension != ".png" && extension != ".exr")
@@ -209,12 +215,12 @@ static void checkNames(const RenderCommand& command) {
         throw UsageError("nothing to do without -o, --sheet, --csv or --fail-above");
 }
 
-static void refuse(const std::vector<const CLI::Option*>& options, const std::string& why) {
+void refuse(const std::vector<const CLI::Option*>& options, const std::string& why) {
     for (const CLI::Option* option : options)
         if (option->count() > 0) throw UsageError(option->get_name() + " is of no use " + why);
 }
 
-static void refuseUnused(const RenderCommand& command) {
+void refuseUnused(const RenderCommand& command) {
     const Channel channel = command.options.channel;
     if (channel != Channel::kShaded) refuse(command.shading, "to --channel " + command.channel);
     if (command.sheet.file.empty()) refuse(command.sheet_only, "without --sheet");
@@ -232,6 +238,8 @@ static void refuseUnused(const RenderCommand& command) {
         !command.batch)
         throw UsageError("--truth is of no use without --channel error, --source truth or a sequence");
 }
+
+}  // namespace
 
 void parseRender(RenderCommand& command) {
     parseWords(command);

@@ -5,8 +5,10 @@
 
 namespace penumbra {
 
-static void reportPictures(const RenderCommand& command, const BatchResult& result, const CommonOptions& common,
-                           Report& report) {
+namespace {
+
+void reportPictures(const RenderCommand& command, const BatchResult& result, const CommonOptions& common,
+                    Report& report) {
     if (result.gl.empty()) return;
     const char* path = result.path == EvaluationPath::kCpu ? "cpu" : "glsl";
     report.figures["width"] = command.options.width;
@@ -19,6 +21,8 @@ static void reportPictures(const RenderCommand& command, const BatchResult& resu
     }
     if (common.verbosity > 0) std::printf("%s; path %s\n", result.gl.c_str(), path);
 }
+
+}  // namespace
 
 void reportFrame(const RenderCommand& command, const BatchResult& result, const CommonOptions& common, Report& report) {
     reportPictures(command, result, common, report);
@@ -39,15 +43,17 @@ void reportFrame(const RenderCommand& command, const BatchResult& result, const 
 
 // --- Many frames ----------------------------------------------------------------------------------------------------
 
+namespace {
+
 template <class Measured>
-static void putFigures(const Measured& measured, nlohmann::ordered_json& json) {
+void putFigures(const Measured& measured, nlohmann::ordered_json& json) {
     for (const Figure figure : kFigures) {
         const double value = figureOf(measured, figure);
         if (std::isfinite(value)) json[std::string(keyOf(figure))] = value;
     }
 }
 
-static nlohmann::ordered_json frameJson(const FrameRecord& record, const AnimationView& animation) {
+nlohmann::ordered_json frameJson(const FrameRecord& record, const AnimationView& animation) {
     const ClipView& clip = animation.clips[record.at.clip];
     nlohmann::ordered_json json = {{"clip", clip.name},
                                    {"frame", record.at.number},
@@ -66,7 +72,7 @@ struct Row {
     RunFigures run;
 };
 
-static nlohmann::ordered_json rowJson(const Row& row) {
+nlohmann::ordered_json rowJson(const Row& row) {
     nlohmann::ordered_json json = {{"name", row.name},
                                    {"held_out", row.held_out},
                                    {"frames", row.run.frames},
@@ -75,7 +81,7 @@ static nlohmann::ordered_json rowJson(const Row& row) {
     return json;
 }
 
-static void printRow(const Row& row) {
+void printRow(const Row& row) {
     std::printf("%-24s %-8s %6zu %6zu", row.name.substr(0, 24).c_str(), row.held_out ? "held out" : "training",
                 row.run.frames, row.run.with_truth);
     constexpr int kDigits[] = {4, 4, 4, 4, 2, 4, 4};  // by Figure
@@ -89,7 +95,7 @@ static void printRow(const Row& row) {
     std::printf("\n");
 }
 
-static std::vector<Row> rowsOf(const BatchPlan& plan, const BatchResult& result) {
+std::vector<Row> rowsOf(const BatchPlan& plan, const BatchResult& result) {
     const AnimationView& animation = plan.look.asset->animation;
     std::vector<Row> rows;
     for (const std::size_t c : plan.chosen.clips)
@@ -106,7 +112,7 @@ static std::vector<Row> rowsOf(const BatchPlan& plan, const BatchResult& result)
     return rows;
 }
 
-static void reportRows(const std::vector<Row>& rows, const CommonOptions& common, Report& report) {
+void reportRows(const std::vector<Row>& rows, const CommonOptions& common, Report& report) {
     if (!common.quiet)
         std::printf("%-24s %-8s %6s %6s %9s %9s %9s %9s %9s %9s %9s\n", "clip", "", "frames", "truth", "E mean",
                     "E max", "rms V", "relative", "rmse/255", "FLIP", "out of r.");
@@ -118,7 +124,7 @@ static void reportRows(const std::vector<Row>& rows, const CommonOptions& common
     }
 }
 
-static nlohmann::ordered_json gateJson(const ErrorGate& gate, const GateResult& result) {
+nlohmann::ordered_json gateJson(const ErrorGate& gate, const GateResult& result) {
     nlohmann::ordered_json json = {
         {"metric", nameOf(gate.figure)},    {"above", gate.above},     {"per", gate.over_run ? "run" : "frame"},
         {"percent", gate.percent},          {"passed", result.passed}, {"failed_frames", result.failed.size()},
@@ -126,6 +132,8 @@ static nlohmann::ordered_json gateJson(const ErrorGate& gate, const GateResult& 
     if (!result.passed) json["message"] = result.message;
     return json;
 }
+
+}  // namespace
 
 void reportBatch(const BatchPlan& plan, const BatchResult& result, const GateResult* gate, const RenderCommand& command,
                  const CommonOptions& common, Report& report) {

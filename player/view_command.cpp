@@ -9,6 +9,8 @@
 
 namespace penumbra {
 
+namespace {
+
 struct ViewCommand {
     std::vector<std::filesystem::path> assets, truths;
     ViewOptions options;
@@ -16,7 +18,7 @@ struct ViewCommand {
     std::string size, path = "auto", reflectance = "slices", light_form = "auto";
 };
 
-static std::pair<int, int> parseWindowSize(const std::string& text) {
+std::pair<int, int> parseWindowSize(const std::string& text) {
     int width = 0, height = 0;
     parseSize(text, width, height);
     if (width < kLeastWidth || width > kMostWidth || height < kLeastHeight || height > kMostHeight)
@@ -25,7 +27,7 @@ static std::pair<int, int> parseWindowSize(const std::string& text) {
     return {width, height};
 }
 
-static void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {
+void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& report) {
     ViewOptions& options = command.options;
     if (!command.size.empty()) options.size = parseWindowSize(command.size);
     options.settings = !command.no_settings;
@@ -49,7 +51,7 @@ static void runViewCommand(ViewCommand& command, const CommonOptions& common, Re
     if (!result.problem.empty()) std::fprintf(stderr, "penumbra-player: %s\n", result.problem.c_str());
 }
 
-static void defineView(CLI::App& app, ViewCommand& command) {
+void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("assets", command.assets,
                    "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light")
         ->required();
@@ -65,6 +67,8 @@ static void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into")
         ->capture_default_str();
 }
+
+}  // namespace
 
 Verb viewVerb() {
     const auto command = std::make_shared<ViewCommand>();

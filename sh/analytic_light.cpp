@@ -16,6 +16,8 @@
 
 namespace penumbra {
 
+namespace {
+
 using std::numbers::pi;
 
 // --- The language
@@ -32,7 +34,7 @@ struct LightKind {
     std::vector<LightParameter> parameters;
 };
 
-static const std::vector<LightKind>& lightKinds() {
+const std::vector<LightKind>& lightKinds() {
     using Kind = LightParameter::Kind;
     static const LightParameter direction{"direction", {0, 1, 0}, -1e6, 1e6, Kind::kDirection},
         angle{"angle", {0.267, 0, 0}, 0.01, 180, Kind::kNumber}, radiance{"radiance", {1, 1, 1}, 0, 1e9, Kind::kColor},
@@ -54,13 +56,17 @@ static const std::vector<LightKind>& lightKinds() {
     return kinds;
 }
 
+}  // namespace
+
 std::vector<std::string> analyticLightNames() {
     std::vector<std::string> names;
     for (const LightKind& kind : lightKinds()) names.push_back(kind.name);
     return names;
 }
 
-static const LightKind& findKind(std::string_view name) {
+namespace {
+
+const LightKind& findKind(std::string_view name) {
     std::string known;
     for (const LightKind& kind : lightKinds()) {
         if (kind.name == name) return kind;
@@ -69,7 +75,7 @@ static const LightKind& findKind(std::string_view name) {
     throw std::invalid_argument("no light '" + std::string(name) + "': use one of " + known);
 }
 
-static Vec3d parseValue(const std::string& what, const LightParameter& parameter, std::string_view text) {
+Vec3d parseValue(const std::string& what, const LightParameter& parameter, std::string_view text) {
     if (parameter.kind == LightParameter::Kind::kNumber)
         return {parseNumber(what, text, parameter.least, parameter.most), 0, 0};
     const Vec3d value = parseTriple(what, text, parameter.least, parameter.most);
@@ -81,7 +87,7 @@ static Vec3d parseValue(const std::string& what, const LightParameter& parameter
     return unit;
 }
 
-static void setParameter(AnalyticLight& light, const LightKind& kind, const KeyValue& item) {
+void setParameter(AnalyticLight& light, const LightKind& kind, const KeyValue& item) {
     std::string known;
     for (const LightParameter& parameter : kind.parameters) {
         if (item.key == parameter.name) {
@@ -93,7 +99,7 @@ static void setParameter(AnalyticLight& light, const LightKind& kind, const KeyV
     throw std::invalid_argument("light " + light.name + " has no '" + std::string(item.key) + "': use " + known);
 }
 
-static AnalyticLight parseLight(std::string_view text) {
+AnalyticLight parseLight(std::string_view text) {
     const std::size_t colon = text.find(':');
     const LightKind& kind = findKind(text.substr(0, colon));
     AnalyticLight light{kind.name, {}};
@@ -103,6 +109,8 @@ static AnalyticLight parseLight(std::string_view text) {
         for (const KeyValue& item : splitKeyValues(text.substr(colon + 1))) setParameter(light, kind, item);
     return light;
 }
+
+}  // namespace
 
 // A '+' before a letter starts another light; one in 1e+5 does not.
 std::vector<AnalyticLight> parseLights(std::string_view text) {
@@ -118,10 +126,9 @@ std::vector<AnalyticLight> parseLights(std::string_view text) {
     return lights;
 }
 
-static std::string shortest(double value) {
-    std::array<char, 32> buffer;
-    return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
-}
+namespace {
+
+}  // namespace
 
 std::string toString(std::span<const AnalyticLight> lights) {
     std::string text;
@@ -168,15 +175,17 @@ double DiscLight::solidAngle() const {
     return 4 * pi * s * s;
 }
 
+namespace {
+
 // The sum over bands of zonal functions around `axis` times a colour.
-static void addZonal(std::span<const double> zonal, Vec3d axis, Vec3d color, std::span<double> sh) {
+void addZonal(std::span<const double> zonal, Vec3d axis, Vec3d color, std::span<double> sh) {
     std::vector<double> one(sh.size() / 3);
     rotateZonal(zonal, axis, one);
     for (std::size_t i = 0; i < one.size(); ++i)
         for (int c = 0; c < 3; ++c) sh[3 * i + std::size_t(c)] += color[c] * one[i];
 }
 
-static SmoothLight uniformLight(Vec3d radiance) {
+SmoothLight uniformLight(Vec3d radiance) {
     return {[radiance](Vec3d) { return radiance; },
             [radiance](int order) {
                 std::vector<double> sh(3 * std::size_t(coefficientCount(order)), 0.0);
@@ -187,7 +196,7 @@ static SmoothLight uniformLight(Vec3d radiance) {
 }
 
 // L = zenith (1 + 2 cos t) / 3; its irradiance on the ground is 7 pi / 9 zenith.
-static SmoothLight overcastLight(Vec3d zenith, Vec3d albedo) {
+SmoothLight overcastLight(Vec3d zenith, Vec3d albedo) {
     const Vec3d ground = albedo * zenith * (7.0 / 9);
     return {[=](Vec3d d) { return d.y < 0 ? ground : zenith * ((1 + 2 * d.y) / 3); },
             [=](int order) {
@@ -203,7 +212,7 @@ static SmoothLight overcastLight(Vec3d zenith, Vec3d albedo) {
             false};
 }
 
-static void addSky(const AnalyticLight& light, LightParts& parts) {
+void addSky(const AnalyticLight& light, LightParts& parts) {
     const auto number = [&](const char* key) { return light.parameters.at(key).x; };
     SkyOptions options;
     options.turbidity = number("turbidity");
@@ -220,6 +229,8 @@ static void addSky(const AnalyticLight& light, LightParts& parts) {
     disc.radiance = sky.sun_irradiance / (pi * std::pow(std::sin(disc.angle), 2));
     parts.discs.push_back(disc);
 }
+
+}  // namespace
 
 LightParts partsOf(std::span<const AnalyticLight> lights) {
     LightParts parts;
@@ -261,11 +272,15 @@ std::vector<double> projectLights(const LightParts& parts, int order) {
     return sh;
 }
 
-static Vec3d smoothRadiance(const LightParts& parts, Vec3d d) {
+namespace {
+
+Vec3d smoothRadiance(const LightParts& parts, Vec3d d) {
     Vec3d sum;
     for (const SmoothLight& light : parts.smooth) sum += light.radiance(d);
     return sum;
 }
+
+}  // namespace
 
 double energyOf(const LightParts& parts) {
     if (!parts.directional.empty()) return std::numeric_limits<double>::infinity();

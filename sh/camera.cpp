@@ -10,15 +10,15 @@
 
 namespace penumbra {
 
-static double radians(double degrees) { return degrees * std::numbers::pi / 180; }
-
 namespace {
+
+double radians(double degrees) { return degrees * std::numbers::pi / 180; }
+
 struct Box {
     Vec3d low, high;
 };
-}  // namespace
 
-static Box boxOf(std::span<const Vec3> positions) {
+Box boxOf(std::span<const Vec3> positions) {
     if (positions.empty()) return {};
     Box box{toDouble(positions[0]), toDouble(positions[0])};
     for (const Vec3& p : positions)
@@ -28,6 +28,8 @@ static Box boxOf(std::span<const Vec3> positions) {
         }
     return box;
 }
+
+}  // namespace
 
 double defaultPitch(std::span<const Vec3> rest_positions) {
     const Box box = boxOf(rest_positions);
@@ -59,15 +61,19 @@ Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double
     return camera;
 }
 
+namespace {
+
 struct Axes {
     Vec3d right, up, forward;
 };
 
-static Axes axesOf(const Camera& camera) {
+Axes axesOf(const Camera& camera) {
     const double sy = std::sin(camera.yaw), cy = std::cos(camera.yaw), sp = std::sin(camera.pitch),
                  cp = std::cos(camera.pitch);
     return {{cy, 0, -sy}, {-sp * sy, cp, -sp * cy}, {-cp * sy, -sp, -cp * cy}};
 }
+
+}  // namespace
 
 Vec3d cameraPosition(const Camera& camera) { return camera.target - axesOf(camera).forward * camera.distance; }
 

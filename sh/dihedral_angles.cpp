@@ -7,12 +7,16 @@
 
 namespace penumbra {
 
+namespace {
+
 // An edge as one triangle has it.
 struct HalfEdge {
     std::uint32_t a, b;  // a < b
     bool forward;        // the triangle has it as a -> b
     std::uint32_t opposite;
 };
+
+}  // namespace
 
 std::vector<InnerEdge> innerEdges(std::span<const std::array<std::uint32_t, 3>> triangles) {
     std::vector<HalfEdge> halves;

@@ -9,12 +9,16 @@
 
 namespace penumbra {
 
+namespace {
+
 // The parts before and after the first `separator`; the second is empty when there is none.
-static std::pair<std::string_view, std::string_view> cut(std::string_view text, char separator) {
+std::pair<std::string_view, std::string_view> cut(std::string_view text, char separator) {
     const std::size_t at = text.find(separator);
     if (at == std::string_view::npos) return {text, {}};
     return {text.substr(0, at), text.substr(at + 1)};
 }
+
+}  // namespace
 
 std::vector<KeyValue> splitKeyValues(std::string_view text) {
     std::vector<KeyValue> items;
@@ -33,7 +37,7 @@ std::vector<KeyValue> splitKeyValues(std::string_view text) {
     return items;
 }
 
-static std::string shortest(double value) {
+std::string shortest(double value) {
     char buffer[32];
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
 }

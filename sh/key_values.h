@@ -1,6 +1,7 @@
 #pragma once
 // "key=value,key=value": the small language of cameras and BRDFs. Every failure is a std::invalid_argument with one
 // sentence that names what is wrong, the range and the value.
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +18,8 @@ std::vector<KeyValue> splitKeyValues(std::string_view text);
 
 // A finite number in [least, most]; `what` names it in the message.
 double parseNumber(std::string_view what, std::string_view text, double least, double most);
+// As few digits as read back to the same number.
+std::string shortest(double value);
 // "x/y/z", or one number for all three.
 Vec3d parseTriple(std::string_view what, std::string_view text, double least, double most);
 

@@ -10,8 +10,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // Rodrigues: R = cos I + (1 - cos) a a^T + sin [a]x, axis unit, angle in degrees.
-static Mat3d turnAbout(Vec3d a, double degrees) {
+Mat3d turnAbout(Vec3d a, double degrees) {
     const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
     Mat3d r;
     for (int i = 0; i < 3; ++i)
@@ -21,6 +23,8 @@ static Mat3d turnAbout(Vec3d a, double degrees) {
     r(1, 2) -= s * a.x, r(2, 1) += s * a.x;
     return r;
 }
+
+}  // namespace
 
 Mat3d parseLightRotation(std::string_view text) {
     double yaw = 0, pitch = 0, roll = 0;

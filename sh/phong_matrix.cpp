@@ -5,13 +5,15 @@
 
 namespace penumbra {
 
+namespace {
+
 // The 20 entries of appendix A that differ; a1 = alpha + 1 and so on. Corrected: M_0C, M_6C, M_BB, M_66.
 struct PhongEntry {
     int i, j;
     double value;
 };
 
-static std::vector<PhongEntry> phongEntries(double a) {
+std::vector<PhongEntry> phongEntries(double a) {
     const double a1 = a + 1, a2 = a + 2, a3 = a + 3, a4 = a + 4, a5 = a + 5, a6 = a + 6, a7 = a + 7;
     const auto root = [](double x) { return std::sqrt(x); };
     return {{0, 0, 1 / (2 * a1)},
@@ -37,11 +39,13 @@ static std::vector<PhongEntry> phongEntries(double a) {
 }
 
 // (l, m) -> (l, -m)
-static int mirrored(int index) {
+int mirrored(int index) {
     int band = 0;
     while ((band + 1) * (band + 1) <= index) ++band;
     return 2 * band * (band + 1) - index;
 }
+
+}  // namespace
 
 std::vector<double> phongMatrix(double alpha) {
     assert(alpha >= 0);

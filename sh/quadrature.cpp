@@ -13,10 +13,9 @@ namespace {
 struct Node {
     double z, weight;
 };
-}  // namespace
 
 // Nodes and weights of Gauss-Legendre quadrature on (-1, 1), ascending: Newton's method on P_n from Tricomi's guess.
-static std::vector<Node> gaussLegendre(int n) {
+std::vector<Node> gaussLegendre(int n) {
     assert(n > 0);
     std::vector<Node> nodes(n);
     for (int i = 0; i < n; ++i) {
@@ -36,7 +35,7 @@ static std::vector<Node> gaussLegendre(int n) {
     return nodes;
 }
 
-static std::vector<WeightedDirection> productGrid(const std::vector<Node>& nodes, int n_phi) {
+std::vector<WeightedDirection> productGrid(const std::vector<Node>& nodes, int n_phi) {
     assert(n_phi > 0);
     std::vector<WeightedDirection> grid;
     grid.reserve(nodes.size() * n_phi);
@@ -50,6 +49,8 @@ static std::vector<WeightedDirection> productGrid(const std::vector<Node>& nodes
     }
     return grid;
 }
+
+}  // namespace
 
 std::vector<WeightedNumber> gaussInterval(int n) {
     std::vector<WeightedNumber> nodes;
@@ -76,7 +77,9 @@ std::vector<Vec3d> fibonacciSphere(int n) {
     return directions;
 }
 
-static std::uint32_t spreadBits(std::uint32_t x) {
+namespace {
+
+std::uint32_t spreadBits(std::uint32_t x) {
     x = (x | x << 8) & 0x00ff00ffu;
     x = (x | x << 4) & 0x0f0f0f0fu;
     x = (x | x << 2) & 0x33333333u;
@@ -84,7 +87,7 @@ static std::uint32_t spreadBits(std::uint32_t x) {
 }
 
 // Octahedral map of the sphere onto the square [0, 65535]^2, its two coordinates interleaved.
-static std::uint32_t mortonCode(Vec3d d) {
+std::uint32_t mortonCode(Vec3d d) {
     const double sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
     double u = d.x / sum, v = d.y / sum;
     if (d.z < 0) {
@@ -95,6 +98,8 @@ static std::uint32_t mortonCode(Vec3d d) {
     const auto quantised = [](double t) { return std::uint32_t(std::clamp((t + 1) * 32768, 0.0, 65535.0)); };
     return spreadBits(quantised(u)) | spreadBits(quantised(v)) << 1;
 }
+
+}  // namespace
 
 std::vector<Vec3d> mortonSorted(std::vector<Vec3d> directions) {
     std::stable_sort(directions.begin(), directions.end(),

@@ -13,7 +13,11 @@ Quaternion multiply(const Quaternion& a, const Quaternion& b) {
 
 Quaternion conjugate(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
-static double norm(const Quaternion& q) { return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]); }
+namespace {
+
+double norm(const Quaternion& q) { return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]); }
+
+}  // namespace
 
 std::optional<Quaternion> normalized(const Quaternion& q) {
     const double n = norm(q);

@@ -5,9 +5,11 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr double kPrior = 1e-5;  // well above what nearestRotation() loses to float
 
-static Affine motionOf(const PartSums& part) {
+Affine motionOf(const PartSums& part) {
     if (part.count == 0) return {};
     Mat3d turned = part.cross;
     for (int i = 0; i < 3; ++i) turned(i, i) += kPrior * part.size;
@@ -24,6 +26,8 @@ static Affine motionOf(const PartSums& part) {
     }
     return bone;
 }
+
+}  // namespace
 
 void partMotions(std::span<const Vec3> rest, std::span<const std::uint16_t> part_of_vertex,
                  std::span<const Vec3> positions, std::span<PartSums> sums, std::span<Affine> bones) {

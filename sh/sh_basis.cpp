@@ -16,6 +16,8 @@ int bandOfIndex(int index) {
     return band;
 }
 
+namespace {
+
 // y(l,+-m) = Q_lm(z) {Re, Im} (x+iy)^m with the normalisation in Q:
 //   Q_mm = (-1)^m sqrt(2 - delta_m0) sqrt((2m+1)!! / (2m)!! / 4pi),  Q_m+1,m = sqrt(2m+3) z Q_mm,
 //   Q_lm = rise_lm z Q_l-1,m - fall_lm Q_l-2,m.
@@ -25,7 +27,7 @@ struct LegendreRecurrence {
     double fall[kMaxOrder][kMaxOrder] = {};
 };
 
-static constexpr LegendreRecurrence makeRecurrence() {
+constexpr LegendreRecurrence makeRecurrence() {
     LegendreRecurrence r;
     double product = 1 / (4 * std::numbers::pi);
     for (int m = 0; m < kMaxOrder; ++m) {
@@ -40,11 +42,11 @@ static constexpr LegendreRecurrence makeRecurrence() {
     }
     return r;
 }
-static constexpr LegendreRecurrence kRecurrence = makeRecurrence();
+constexpr LegendreRecurrence kRecurrence = makeRecurrence();
 
 // The order is a template parameter so that the loops unroll and the table becomes immediate constants.
 template <int Order, class T>
-static void evalBasisFixed(BasicVec3<T> d, T* out) {
+void evalBasisFixed(BasicVec3<T> d, T* out) {
     T re = 1, im = 0;  // (x+iy)^m
     for (int m = 0; m < Order; ++m) {
         T before = 0, q = T(kRecurrence.start[m]);
@@ -64,7 +66,7 @@ static void evalBasisFixed(BasicVec3<T> d, T* out) {
 }
 
 template <class T>
-static void evalBasisAny(int order, BasicVec3<T> d, std::span<T> out) {
+void evalBasisAny(int order, BasicVec3<T> d, std::span<T> out) {
     assert(order >= 1 && order <= kMaxOrder && int(out.size()) == coefficientCount(order));
     switch (order) {
         case 1:
@@ -86,11 +88,15 @@ static void evalBasisAny(int order, BasicVec3<T> d, std::span<T> out) {
     }
 }
 
+}  // namespace
+
 void evalBasis(int order, Vec3 direction, std::span<float> out) { evalBasisAny(order, direction, out); }
 void evalBasis(int order, Vec3d direction, std::span<double> out) { evalBasisAny(order, direction, out); }
 
+namespace {
+
 // P_lm(z) with the sign (-1)^m, for l = m .. order-1 at p[l]; `sine` = sqrt(1 - z^2).
-static void associatedLegendre(int order, int m, double z, double sine, std::array<double, kMaxProductOrder>& p) {
+void associatedLegendre(int order, int m, double z, double sine, std::array<double, kMaxProductOrder>& p) {
     p[m] = 1;
     for (int k = 1; k <= m; ++k) p[m] *= -(2 * k - 1) * sine;
     if (m + 1 < order) p[m + 1] = (2 * m + 1) * z * p[m];
@@ -98,11 +104,13 @@ static void associatedLegendre(int order, int m, double z, double sine, std::arr
 }
 
 // sqrt((2l+1)/4pi (l-m)!/(l+m)!), times sqrt 2 for m > 0.
-static double normalisation(int l, int m) {
+double normalisation(int l, int m) {
     double ratio = (2 * l + 1) / (4 * std::numbers::pi);
     for (int k = l - m + 1; k <= l + m; ++k) ratio /= k;
     return std::sqrt(m > 0 ? 2 * ratio : ratio);
 }
+
+}  // namespace
 
 void evalBasisReference(int order, Vec3d direction, std::span<double> out) {
     assert(order >= 1 && order <= kMaxProductOrder && int(out.size()) == coefficientCount(order));

@@ -16,6 +16,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // y(l,m) = N_l|m|(z) trig_m(azimuth), trig_m = cos(m phi) for m >= 0 and sin(|m| phi) for m < 0, so that
 //   Gamma_ijk = (integral of N N N over z) (integral of trig trig trig over the azimuth).
 // The second factor is a closed form and mostly zero. Where it is not, |m1|+|m2|+|m3| is even, so the first integrand
@@ -23,7 +25,7 @@ namespace penumbra {
 constexpr int kNodes = 22;  // exact to degree 43
 
 // Integral of trig_a trig_b trig_c over [0, 2pi]: each of the four sums a+-b+-c that vanishes gives pi/2.
-static double azimuthIntegral(int a, int b, int c) {
+double azimuthIntegral(int a, int b, int c) {
     if (((a < 0) + (b < 0) + (c < 0)) % 2 != 0) return 0;
     if (a < 0) std::swap(a, b >= 0 ? b : c);  // the cosine first, then two cosines or two sines
     const bool sines = b < 0;
@@ -39,7 +41,7 @@ struct LegendreTable {
     std::array<std::array<double, kNodes>, coefficientCount(kMaxProductOrder)> n;  // N_l|m| at shIndex(l, m >= 0)
 };
 
-static LegendreTable makeLegendreTable() {
+LegendreTable makeLegendreTable() {
     LegendreTable table;
     std::array<double, coefficientCount(kMaxProductOrder)> y;
     const std::vector<WeightedDirection> nodes = gaussSphere(kNodes, 1);  // azimuth 0: trig_m = 1 for m >= 0
@@ -51,7 +53,7 @@ static LegendreTable makeLegendreTable() {
     return table;
 }
 
-static std::vector<TripleProductEntry> computeTripleProduct(int order_i, int order_j, int order_k) {
+std::vector<TripleProductEntry> computeTripleProduct(int order_i, int order_j, int order_k) {
     static const LegendreTable table = makeLegendreTable();
     std::vector<TripleProductEntry> entries;
     for (int i = 0; i < coefficientCount(order_i); ++i)
@@ -75,6 +77,8 @@ static std::vector<TripleProductEntry> computeTripleProduct(int order_i, int ord
         }
     return entries;
 }
+
+}  // namespace
 
 const std::vector<TripleProductEntry>& tripleProduct(int order_i, int order_j, int order_k) {
     assert(order_i >= 1 && order_i <= kMaxProductOrder && order_j >= 1 && order_j <= kMaxProductOrder && order_k >= 1 &&

@@ -7,6 +7,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // Ivanic and Ruedenberg 1996 (with the 1998 additions and corrections), rearranged by rows. Row m of band l is
 //   R_l[m][n] = g_l[n] sum over i in {-1,0,1} of P_i(T_i, n),   T_i = a combination of at most two rows of band l-1,
 //   P_i(T, n) = r_i0 T[n] for |n| < l;  r_i,1 T[l-1] - r_i,-1 T[1-l] for n = l;  r_i,1 T[1-l] + r_i,-1 T[l-1], n = -l,
@@ -29,14 +31,14 @@ struct BandRecipe {
 };
 
 template <class T>
-static constexpr RowTerm<T> makeTerm(int l, int row, double factor) {
+constexpr RowTerm<T> makeTerm(int l, int row, double factor) {
     if (row < -(l - 1) || row > l - 1) return {};  // the formula's factor is zero there
     return {T(factor), row + l - 1};
 }
 
 // u, v and w of the paper without the column's part, spread over the rows that they multiply.
 template <class T>
-static constexpr RowRecipe<T> makeRow(int l, int m) {
+constexpr RowRecipe<T> makeRow(int l, int m) {
     const int a = m < 0 ? -m : m;
     const double u = constexprSqrt((l + m) * (l - m)), root2 = constexprSqrt(2);
     const double v = constexprSqrt((l + a - 1) * (l + a)) / 2;
@@ -61,7 +63,7 @@ static constexpr RowRecipe<T> makeRow(int l, int m) {
 }
 
 template <class T>
-static constexpr std::array<BandRecipe<T>, kMaxOrder> makeRecipes() {
+constexpr std::array<BandRecipe<T>, kMaxOrder> makeRecipes() {
     std::array<BandRecipe<T>, kMaxOrder> recipes{};
     for (int l = 2; l < kMaxOrder; ++l)
         for (int m = -l; m <= l; ++m) {
@@ -73,11 +75,11 @@ static constexpr std::array<BandRecipe<T>, kMaxOrder> makeRecipes() {
 }
 
 template <class T>
-static constexpr std::array<BandRecipe<T>, kMaxOrder> kRecipes = makeRecipes<T>();
+constexpr std::array<BandRecipe<T>, kMaxOrder> kRecipes = makeRecipes<T>();
 
 // Band L from band L-1 (`before`); r is band 1, row-major, rows and columns m = -1, 0, 1. All loops have fixed bounds.
 template <int L, class T>
-static void makeBand(const T* r, const T* before, T* out) {
+void makeBand(const T* r, const T* before, T* out) {
     constexpr int kWidth = 2 * L + 1, kInner = 2 * L - 1;
     const BandRecipe<T>& recipe = kRecipes<T>[L];
     const T* scale = recipe.column_scale.data();
@@ -107,7 +109,7 @@ static void makeBand(const T* r, const T* before, T* out) {
 }
 
 template <int L, class T>
-static void makeBandsFrom(int order, const T* r, T* before) {
+void makeBandsFrom(int order, const T* r, T* before) {
     if constexpr (L < kMaxOrder) {
         if (L >= order) return;
         T* out = before + (2 * L - 1) * (2 * L - 1);
@@ -117,7 +119,7 @@ static void makeBandsFrom(int order, const T* r, T* before) {
 }
 
 template <class T>
-static void makeBlocks(BasicShRotation<T>& rotation, int order, const BasicMat3<T>& q) {
+void makeBlocks(BasicShRotation<T>& rotation, int order, const BasicMat3<T>& q) {
     assert(order >= 1 && order <= kMaxOrder);
     rotation.order = order;
     rotation.blocks[0] = 1;
@@ -127,6 +129,8 @@ static void makeBlocks(BasicShRotation<T>& rotation, int order, const BasicMat3<
     std::copy(band1.begin(), band1.end(), r);
     makeBandsFrom<2>(order, r, r);
 }
+
+}  // namespace
 
 ShRotation makeShRotation(int order, const Mat3& rotation) {
     ShRotation result;
@@ -140,8 +144,10 @@ ShRotationD makeShRotation(int order, const Mat3d& rotation) {
     return result;
 }
 
+namespace {
+
 template <int L, bool kTransposed, class T>
-static void applyBandsFrom(int order, const T* block, const T* in, T* out) {
+void applyBandsFrom(int order, const T* block, const T* in, T* out) {
     if constexpr (L < kMaxOrder) {
         if (L >= order) return;
         constexpr int kWidth = 2 * L + 1;
@@ -162,10 +168,12 @@ static void applyBandsFrom(int order, const T* block, const T* in, T* out) {
 }
 
 template <bool kTransposed, class T>
-static void applyBlocks(const BasicShRotation<T>& r, std::span<const T> in, std::span<T> out) {
+void applyBlocks(const BasicShRotation<T>& r, std::span<const T> in, std::span<T> out) {
     assert(int(in.size()) == coefficientCount(r.order) && out.size() == in.size());
     applyBandsFrom<0, kTransposed>(r.order, r.blocks.data(), in.data(), out.data());
 }
+
+}  // namespace
 
 void apply(const ShRotation& r, std::span<const float> in, std::span<float> out) { applyBlocks<false>(r, in, out); }
 void apply(const ShRotationD& r, std::span<const double> in, std::span<double> out) { applyBlocks<false>(r, in, out); }

@@ -11,44 +11,46 @@
 
 namespace penumbra {
 
+namespace {
+
 using std::numbers::pi;
 
-static double perezOf(const double (&p)[5], double cos_zenith, double sun_angle) {
+double perezOf(const double (&p)[5], double cos_zenith, double sun_angle) {
     const double cosine = std::cos(sun_angle);
     return (1 + p[0] * std::exp(p[1] / cos_zenith)) * (1 + p[2] * std::exp(p[3] * sun_angle) + p[4] * cosine * cosine);
 }
 
 // The paper's table 2, A .. E of Y, x and y: slope times turbidity plus offset.
-static constexpr double kSlopes[3][5] = {{0.1787, -0.3554, -0.0227, 0.1206, -0.0670},
-                                         {-0.0193, -0.0665, -0.0004, -0.0641, -0.0033},
-                                         {-0.0167, -0.0950, -0.0079, -0.0441, -0.0109}};
-static constexpr double kOffsets[3][5] = {{-1.4630, 0.4275, 5.3251, -2.5771, 0.3703},
-                                          {-0.2592, 0.0008, 0.2125, -0.8989, 0.0452},
-                                          {-0.2608, 0.0092, 0.2102, -1.6537, 0.0529}};
+constexpr double kSlopes[3][5] = {{0.1787, -0.3554, -0.0227, 0.1206, -0.0670},
+                                  {-0.0193, -0.0665, -0.0004, -0.0641, -0.0033},
+                                  {-0.0167, -0.0950, -0.0079, -0.0441, -0.0109}};
+constexpr double kOffsets[3][5] = {{-1.4630, 0.4275, 5.3251, -2.5771, 0.3703},
+                                   {-0.2592, 0.0008, 0.2125, -0.8989, 0.0452},
+                                   {-0.2608, 0.0092, 0.2102, -1.6537, 0.0529}};
 // Chromaticity of the zenith: rows T^2, T, 1; columns a^3, a^2, a, 1 of the sun's angle a from the zenith.
-static constexpr double kZenithX[3][4] = {
+constexpr double kZenithX[3][4] = {
     {0.00166, -0.00375, 0.00209, 0}, {-0.02903, 0.06377, -0.03202, 0.00394}, {0.11693, -0.21196, 0.06052, 0.25886}};
-static constexpr double kZenithY[3][4] = {
+constexpr double kZenithY[3][4] = {
     {0.00275, -0.00610, 0.00317, 0}, {-0.04214, 0.08970, -0.04153, 0.00516}, {0.15346, -0.26756, 0.06670, 0.26688}};
 
-static double zenithChromaticity(const double (&m)[3][4], double t, double a) {
+double zenithChromaticity(const double (&m)[3][4], double t, double a) {
     const auto row = [&](int i) { return ((m[i][0] * a + m[i][1]) * a + m[i][2]) * a + m[i][3]; };
     return (row(0) * t + row(1)) * t + row(2);
 }
 
 // kcd/m^2
-static double zenithLuminance(double t, double a) {
+double zenithLuminance(double t, double a) {
     return (4.0453 * t - 4.9710) * std::tan((4.0 / 9 - t / 120) * (pi - 2 * a)) - 0.2155 * t + 2.4192;
 }
 
-static Vec3d toRec709(double luminance, double x, double y) {
+Vec3d toRec709(double luminance, double x, double y) {
     const double xx = x / y * luminance, zz = (1 - x - y) / y * luminance;
     return {3.2406 * xx - 1.5372 * luminance - 0.4986 * zz, -0.9689 * xx + 1.8758 * luminance + 0.0415 * zz,
             0.0557 * xx - 0.2040 * luminance + 1.0570 * zz};
 }
 
 // Through Rayleigh scattering and aerosol; air mass of Kasten 1965; wavelengths (um) of the Rec.709 primaries.
-static Vec3d transmittance(double turbidity, double zenith_angle) {
+Vec3d transmittance(double turbidity, double zenith_angle) {
     const double mass = 1 / (std::cos(zenith_angle) + 0.15 * std::pow(93.885 - zenith_angle * 180 / pi, -1.253));
     const double haze = 0.04608 * turbidity - 0.04586;
     Vec3d out;
@@ -61,7 +63,7 @@ static Vec3d transmittance(double turbidity, double zenith_angle) {
 // Calls visit(direction, steradians) for nodes over the upper hemisphere. Circles around the sun, angle g: whole ones
 // for g below the sun's elevation h, then arcs down to the horizon, which end like square roots at h and pi - h; the
 // substitution g(s) with s^2 (3 - 2s) takes those away.
-static void visitSky(const Sky& sky, const std::function<void(Vec3d, double)>& visit) {
+void visitSky(const Sky& sky, const std::function<void(Vec3d, double)>& visit) {
     static const std::vector<WeightedDirection> nodes = gaussSphere(48, 1);
     const Vec3d sun = sky.sun_direction, up{0, 1, 0};
     const double h = sky.options.elevation;
@@ -82,6 +84,8 @@ static void visitSky(const Sky& sky, const std::function<void(Vec3d, double)>& v
         if (h < pi / 2) circle(h + (pi - 2 * h) * s * s * (3 - 2 * s), (pi - 2 * h) * 6 * s * (1 - s) * w);
     }
 }
+
+}  // namespace
 
 Sky makeSky(const SkyOptions& options) {
     Sky sky;

@@ -18,8 +18,10 @@ const char* nameOf(SliceForm form) {
     return "";
 }
 
+namespace {
+
 // May the entry that pairs m of the incident direction with M of the view be other than zero?
-static bool pairs(SliceForm form, int m, int view_m) {
+bool pairs(SliceForm form, int m, int view_m) {
     switch (form) {
         case SliceForm::kGeneral:
             return true;
@@ -32,10 +34,12 @@ static bool pairs(SliceForm form, int m, int view_m) {
 }
 
 // m of y_lm; index = l (l + 1) + m with |m| <= l.
-static int orderOf(int index) {
+int orderOf(int index) {
     const int l = int(std::sqrt(double(index)));
     return index - l * (l + 1);
 }
+
+}  // namespace
 
 std::vector<int> entryPositions(SliceForm form, int slice_order, int view_order) {
     const std::vector<int> even = evenIndices(view_order);

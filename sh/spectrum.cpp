@@ -7,6 +7,8 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr int kFirst = 380, kLast = 780;  // nm, where the eye sees
 
 // CIE standard illuminant D65, relative power at 380, 390, ... 780 nm (CIE 15:2004, table T.1).
@@ -16,7 +18,7 @@ constexpr std::array<double, 41> kD65 = {
     90.0062, 89.5991, 87.6987, 83.2886, 83.6992, 80.0268, 80.2146, 82.2778, 78.2842, 69.7213, 71.6091,
     74.3490, 61.6040, 69.8856, 75.0870, 63.5927, 46.4182, 66.8054, 63.3828};
 
-static double d65(double wavelength) {
+double d65(double wavelength) {
     const double at = std::clamp((wavelength - kFirst) / 10, 0.0, double(kD65.size() - 1));
     const std::size_t below = std::min(std::size_t(at), kD65.size() - 2);
     return kD65[below] + (at - double(below)) * (kD65[below + 1] - kD65[below]);
@@ -24,7 +26,7 @@ static double d65(double wavelength) {
 
 // Wyman, Sloan and Shirley 2013, "Simple analytic approximations to the CIE XYZ color matching functions", section 2.2:
 // sums of Gaussians with another width on either side of the peak.
-static Vec3d colourMatching(double w) {
+Vec3d colourMatching(double w) {
     const auto lobe = [w](double height, double peak, double below, double above) {
         const double t = (w - peak) / (w < peak ? below : above);
         return height * std::exp(-t * t / 2);
@@ -33,6 +35,8 @@ static Vec3d colourMatching(double w) {
             lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1),
             lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8)};
 }
+
+}  // namespace
 
 std::vector<Vec3d> rec709Weights(std::span<const double> wavelengths) {
     assert(wavelengths.size() >= 2 && std::is_sorted(wavelengths.begin(), wavelengths.end()));

@@ -4,11 +4,13 @@
 
 namespace penumbra {
 
+namespace {
+
 using Mat4d = std::array<std::array<double, 4>, 4>;
 
 // Davenport's matrix of the attitude problem: q^T K q = trace(R(q)^T A) for a unit quaternion q = (w, x, y, z), so the
 // eigenvector of the largest eigenvalue is the nearest rotation, whatever the sign of det A.
-static Mat4d davenport(const Mat3d& a) {
+Mat4d davenport(const Mat3d& a) {
     const double s01 = a(0, 1) + a(1, 0), s02 = a(0, 2) + a(2, 0), s12 = a(1, 2) + a(2, 1);
     const double d12 = a(2, 1) - a(1, 2), d20 = a(0, 2) - a(2, 0), d01 = a(1, 0) - a(0, 1);
     return {{{a(0, 0) + a(1, 1) + a(2, 2), d12, d20, d01},
@@ -18,7 +20,7 @@ static Mat4d davenport(const Mat3d& a) {
 }
 
 // One Jacobi rotation that annihilates k[p][q]; `v` collects the rotations in its columns.
-static void jacobiRotate(Mat4d& k, Mat4d& v, int p, int q) {
+void jacobiRotate(Mat4d& k, Mat4d& v, int p, int q) {
     if (k[p][q] == 0) return;
     const double theta = (k[q][q] - k[p][p]) / (2 * k[p][q]);
     const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
@@ -41,7 +43,7 @@ static void jacobiRotate(Mat4d& k, Mat4d& v, int p, int q) {
     k[p][q] = k[q][p] = 0;
 }
 
-static std::array<double, 4> largestEigenvector(Mat4d k) {
+std::array<double, 4> largestEigenvector(Mat4d k) {
     Mat4d v{};
     for (int i = 0; i < 4; ++i) v[i][i] = 1;
     constexpr int kMostSweeps = 16;  // 4 to 6 reach machine precision
@@ -58,6 +60,8 @@ static std::array<double, 4> largestEigenvector(Mat4d k) {
         if (k[i][i] > k[best][best]) best = i;
     return {v[0][best], v[1][best], v[2][best], v[3][best]};
 }
+
+}  // namespace
 
 Mat3 nearestRotation(const Mat3& a) {
     double scale = 0;

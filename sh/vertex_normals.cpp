@@ -6,11 +6,15 @@
 
 namespace penumbra {
 
-static Vec3d centroidOf(std::span<const Vec3> positions) {
+namespace {
+
+Vec3d centroidOf(std::span<const Vec3> positions) {
     Vec3d centroid;
     for (Vec3 p : positions) centroid += toDouble(p) / double(positions.size());
     return centroid;
 }
+
+}  // namespace
 
 void vertexNormals(std::span<const std::uint32_t> triangles, std::span<const Vec3> positions, std::span<Vec3d> scratch,
                    std::span<Vec3> normals) {

@@ -92,12 +92,12 @@ Range opened(Range range, const Axis& axis) {
     return {axis.from_zero && range.low == 0 ? 0 : range.low - margin, range.high + margin};
 }
 
-struct Frame {
+struct PlotFrame {
     Scale x, y;
     std::vector<double> x_ticks, y_ticks;
 };
 
-Frame frameOf(const Plot& plot) {
+PlotFrame frameOf(const Plot& plot) {
     Range x, y;
     for (const Series& series : plot.series)
         for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -110,10 +110,10 @@ Frame frameOf(const Plot& plot) {
     else
         x = opened(x, plot.x);
     y = opened(y, plot.y);
-    Frame frame{{x.low, x.high, kLeft, kWidth - kRight, plot.x.log},
-                {y.low, y.high, kHeight - kBottom, kTop, plot.y.log},
-                plot.x.ticks,
-                plot.y.ticks};
+    PlotFrame frame{{x.low, x.high, kLeft, kWidth - kRight, plot.x.log},
+                    {y.low, y.high, kHeight - kBottom, kTop, plot.y.log},
+                    plot.x.ticks,
+                    plot.y.ticks};
     if (plot.bars)
         for (std::size_t i = 0; i < plot.x.names.size(); ++i) frame.x_ticks.push_back(double(i));
     if (frame.x_ticks.empty()) frame.x_ticks = plot.x.log ? logTicks(x.low, x.high) : linearTicks(x.low, x.high);
@@ -125,7 +125,7 @@ std::string tickText(const Axis& axis, double tick) {
     return escapeXml(axis.names.empty() ? shortNumber(tick) : axis.names[std::size_t(tick)]);
 }
 
-std::string axesSvg(const Plot& plot, const Frame& frame) {
+std::string axesSvg(const Plot& plot, const PlotFrame& frame) {
     const double bottom = kHeight - kBottom, right = kWidth - kRight;
     std::string svg = "<g class=\"axes\">";
     for (double tick : frame.y_ticks) {
@@ -184,7 +184,7 @@ std::string pointTitle(const Plot& plot, const Series& series, std::size_t i) {
            "</title>";
 }
 
-std::string linesSvg(const Plot& plot, const Series& series, const Frame& frame) {
+std::string linesSvg(const Plot& plot, const Series& series, const PlotFrame& frame) {
     std::string path, marks;
     bool pen_down = false;
     for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -200,7 +200,7 @@ std::string linesSvg(const Plot& plot, const Series& series, const Frame& frame)
     return "<path class=\"line\" d=\"" + path + "\"/>" + marks;
 }
 
-std::string barsSvg(const Plot& plot, std::size_t index, const Frame& frame) {
+std::string barsSvg(const Plot& plot, std::size_t index, const PlotFrame& frame) {
     const Series& series = plot.series[index];
     const double slot = frame.x(1) - frame.x(0), width = 0.8 * slot / double(plot.series.size());
     std::string svg;
@@ -240,7 +240,7 @@ std::string escapeXml(std::string_view text) {
 std::string shortNumber(double value) { return std::isfinite(value) ? format("%.4g", value) : "-"; }
 
 std::string plotSvg(const Plot& plot) {
-    const Frame frame = frameOf(plot);
+    const PlotFrame frame = frameOf(plot);
     const std::string id = escapeXml(plot.id), title = escapeXml(plot.title);
     std::string svg = "<svg class=\"plot\" id=\"" + id + "\" role=\"group\" aria-label=\"" + title + "\"";
     svg += format(" viewBox=\"0 0 %g %g\">", kWidth, kHeight) + axesSvg(plot, frame);

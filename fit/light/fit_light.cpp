@@ -11,12 +11,14 @@
 
 namespace penumbra {
 
-static double squareOf(std::span<const double> values) {
+namespace {
+
+double squareOf(std::span<const double> values) {
     return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
 }
 
 // The projection is orthogonal: |L - SH|^2 = |L|^2 - |SH|^2.
-static LightFile makeLight(const std::string& name, int order, std::vector<double> sh, double energy) {
+LightFile makeLight(const std::string& name, int order, std::vector<double> sh, double energy) {
     LightFile light;
     light.name = name;
     light.order = order;
@@ -24,6 +26,8 @@ static LightFile makeLight(const std::string& name, int order, std::vector<doubl
     light.sh = std::move(sh);
     return light;
 }
+
+}  // namespace
 
 LightFile fitLight(const EnvironmentMap& map, const std::string& name, int order, int threads) {
     MapProjection projection = projectMap(map, order, threads);
@@ -36,7 +40,9 @@ LightFile fitLight(std::span<const AnalyticLight> lights, const std::string& nam
     return makeLight(name, order, projectLights(parts, order), energyOf(parts));
 }
 
-static double luminanceOf(Vec3 rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
+namespace {
+
+double luminanceOf(Vec3 rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
 
 constexpr int kSpot = 2, kEdge = kSpot + 1;  // rings around a pixel
 
@@ -46,7 +52,7 @@ struct Rings {
     double flux = 0;  // of the spot
 };
 
-static Rings ringsAround(const EnvironmentMap& map, int x, int y) {
+Rings ringsAround(const EnvironmentMap& map, int x, int y) {
     const int width = map.image.width, height = map.image.height;
     const auto luminance = [&](int i, int j) {
         return luminanceOf(map.image.pixels[std::size_t(j) * std::size_t(width) + std::size_t(i)]);
@@ -64,6 +70,8 @@ static Rings ringsAround(const EnvironmentMap& map, int x, int y) {
         }
     return rings;
 }
+
+}  // namespace
 
 HotPixel findHotPixel(const EnvironmentMap& map) {
     constexpr double kShare = 0.05, kAlone = 0.1, kMostPixels = 6, kSharp = 0.002;

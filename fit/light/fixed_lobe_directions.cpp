@@ -5,10 +5,12 @@
 
 namespace penumbra {
 
+namespace {
+
 // clang-format off
 // scripts/make_lobe_directions.py made this table: 2n-1 directions of every order n after one another, with the largest
 // condition of a band's matrix.
-static constexpr Vec3d kDirections[kMaxOrder * kMaxOrder] = {
+constexpr Vec3d kDirections[kMaxOrder * kMaxOrder] = {
     // order 1: condition 1.00
     {0, 0, 1},
     // order 2: condition 1.00
@@ -82,6 +84,8 @@ static constexpr Vec3d kDirections[kMaxOrder * kMaxOrder] = {
     {-0.84608610244291116, 0.31720307548419929, -0.42839294596938565},
     {-0.13455749754113011, -0.23077632947297005, 0.963657909016707},
 };
+
+}  // namespace
 // clang-format on
 
 std::span<const Vec3d> fixedLobeDirections(int order) {

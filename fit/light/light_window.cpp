@@ -43,12 +43,14 @@ std::span<const double> sharpestWindow(int order) {
     return std::span(kWindows[order - 1]).first(std::size_t(order));
 }
 
-static void applyWindow(std::span<const double> weights, std::span<double> sh) {
+namespace {
+
+void applyWindow(std::span<const double> weights, std::span<double> sh) {
     for (std::size_t l = 0; l < weights.size(); ++l)
         for (std::size_t i = 3 * l * l; i < 3 * (l + 1) * (l + 1); ++i) sh[i] *= weights[l];
 }
 
-static double radianceAt(int order, std::span<const double> sh, std::size_t channel, Vec3d direction) {
+double radianceAt(int order, std::span<const double> sh, std::size_t channel, Vec3d direction) {
     std::array<double, coefficientCount(kMaxOrder)> y;
     const auto count = std::size_t(coefficientCount(order));
     evalBasis(order, direction, std::span(y).first(count));
@@ -58,7 +60,7 @@ static double radianceAt(int order, std::span<const double> sh, std::size_t chan
 }
 
 // Downhill from `direction` by a pattern search in the tangent plane: steps halve where no neighbour is lower.
-static double refineMinimum(int order, std::span<const double> sh, std::size_t channel, Vec3d direction, double value) {
+double refineMinimum(int order, std::span<const double> sh, std::size_t channel, Vec3d direction, double value) {
     for (double step = 0.04; step > 1e-5;) {
         const Vec3d a = normalized(cross(direction, std::abs(direction.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
                     b = cross(direction, a);
@@ -75,6 +77,8 @@ static double refineMinimum(int order, std::span<const double> sh, std::size_t c
     }
     return value;
 }
+
+}  // namespace
 
 double leastRadiance(int order, std::span<const double> sh) {
     static const std::vector<Vec3d> directions = fibonacciSphere(4096);
@@ -94,19 +98,21 @@ double leastRadiance(int order, std::span<const double> sh) {
     return least;
 }
 
-static std::vector<double> sloanWindow(int order, double lambda) {
+namespace {
+
+std::vector<double> sloanWindow(int order, double lambda) {
     std::vector<double> weights;
     for (int l = 0; l < order; ++l) weights.push_back(1 / (1 + lambda * l * l * (l + 1.0) * (l + 1.0)));
     return weights;
 }
 
-static std::vector<double> blendedWindow(int order, double share) {
+std::vector<double> blendedWindow(int order, double share) {
     std::vector<double> weights;
     for (double w : sharpestWindow(order)) weights.push_back(1 - share * (1 - w));
     return weights;
 }
 
-static std::vector<double> windowed(std::span<const double> sh, std::span<const double> weights) {
+std::vector<double> windowed(std::span<const double> sh, std::span<const double> weights) {
     std::vector<double> out(sh.begin(), sh.end());
     applyWindow(weights, out);
     return out;
@@ -114,7 +120,7 @@ static std::vector<double> windowed(std::span<const double> sh, std::span<const 
 
 // Both families from no window (parameter 0) to one that suits any light (1; a lambda of 1000 leaves 0.02% of band 1).
 // The first is better against a little ringing, the second against much.
-static std::vector<double> leastWindow(int order, std::span<const double> sh) {
+std::vector<double> leastWindow(int order, std::span<const double> sh) {
     const auto sloan = [order](double s) { return sloanWindow(order, s > 0 ? std::pow(10.0, 9 * s - 6) : 0); };
     const auto blend = [order](double s) { return blendedWindow(order, s); };
     std::vector<double> best;
@@ -131,6 +137,8 @@ static std::vector<double> leastWindow(int order, std::span<const double> sh) {
     }
     return best;
 }
+
+}  // namespace
 
 WindowReport windowLight(int order, const WindowChoice& choice, std::span<double> sh) {
     const std::vector<double> before(sh.begin(), sh.end());

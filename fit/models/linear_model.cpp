@@ -8,9 +8,11 @@
 
 namespace penumbra {
 
+namespace {
+
 // Weights and hat diagonal through the smaller side: (X^T X + a)^-1 X^T = X^T (X X^T + a)^-1.
-static void solveThroughColumns(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty,
-                                Eigen::MatrixXd& weights, Eigen::VectorXd& hat) {
+void solveThroughColumns(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty, Eigen::MatrixXd& weights,
+                         Eigen::VectorXd& hat) {
     Eigen::MatrixXd normal = x.transpose() * x;
     normal.diagonal().array() += penalty;
     const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
@@ -18,8 +20,8 @@ static void solveThroughColumns(const Eigen::MatrixXd& x, const Eigen::MatrixXd&
     hat = x.cwiseProduct(solver.solve(x.transpose()).transpose()).rowwise().sum();
 }
 
-static void solveThroughRows(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty,
-                             Eigen::MatrixXd& weights, Eigen::VectorXd& hat) {
+void solveThroughRows(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty, Eigen::MatrixXd& weights,
+                      Eigen::VectorXd& hat) {
     const Eigen::MatrixXd gram = x * x.transpose();
     Eigen::MatrixXd normal = gram;
     normal.diagonal().array() += penalty;
@@ -27,6 +29,8 @@ static void solveThroughRows(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y,
     weights = x.transpose() * solver.solve(y);
     hat = solver.solve(gram).diagonal();
 }
+
+}  // namespace
 
 Ridge fitRidge(const Matrix& inputs, const Matrix& outputs, double alpha) {
     assert(inputs.rows == outputs.rows && inputs.rows > 0);

@@ -6,13 +6,17 @@
 
 namespace penumbra {
 
-static bool cpuHasAvx2AndFma() {
+namespace {
+
+bool cpuHasAvx2AndFma() {
 #ifdef __x86_64__
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #else
     return false;
 #endif
 }
+
+}  // namespace
 
 std::vector<NetKernels> netKernelPaths() {
     std::vector<NetKernels> paths = {{"portable", addProductLanes, innerProductsLanes, tanhAndSlopeLanes}};

@@ -5,7 +5,11 @@
 #include "fit/models/net_kernel_lanes.h"
 
 namespace penumbra {
-static const NetKernels kPath{"avx2", addProductLanes, innerProductsLanes, tanhAndSlopeLanes};
+namespace {
+
+const NetKernels kPath{"avx2", addProductLanes, innerProductsLanes, tanhAndSlopeLanes};
+
+}  // namespace
 const NetKernels* const kNetKernelsAvx2 = &kPath;
 }  // namespace penumbra
 

@@ -13,11 +13,11 @@ namespace penumbra {
 namespace {
 
 // alpha as a multiple of the root of the number of frames, the singular value of an input with root mean square 1.
-constexpr double kLeastAlphaExponent = -3, kMostAlphaExponent = 1.5, kAlphaExponentStep = 0.25;
+constexpr double kLeastQuadraticExponent = -3, kMostQuadraticExponent = 1.5, kQuadraticExponentStep = 0.25;
 
 std::vector<double> alphaGrid(std::size_t frames) {
     std::vector<double> alphas;
-    for (double e = kLeastAlphaExponent; e <= kMostAlphaExponent; e += kAlphaExponentStep)
+    for (double e = kLeastQuadraticExponent; e <= kMostQuadraticExponent; e += kQuadraticExponentStep)
         alphas.push_back(std::pow(10.0, e) * std::sqrt(double(frames)));
     return alphas;
 }

@@ -6,15 +6,17 @@
 
 namespace penumbra {
 
+namespace {
+
 using Column = std::array<double, kMaxMinNorm>;
 
-static double dot(const Column& a, const Column& b, int n) {
+double dot(const Column& a, const Column& b, int n) {
     double sum = 0;
     for (int i = 0; i < n; ++i) sum += a[std::size_t(i)] * b[std::size_t(i)];
     return sum;
 }
 
-static void rotate(Column& a, Column& b, int n, double cosine, double sine) {
+void rotate(Column& a, Column& b, int n, double cosine, double sine) {
     for (std::size_t i = 0; i < std::size_t(n); ++i) {
         const double before = a[i];
         a[i] = cosine * before - sine * b[i];
@@ -23,7 +25,7 @@ static void rotate(Column& a, Column& b, int n, double cosine, double sine) {
 }
 
 // Turns columns of `a` in pairs until all are orthogonal: a V = U S. False when a sweep changed nothing.
-static bool sweep(SmallMatrix& a, SmallMatrix& v) {
+bool sweep(SmallMatrix& a, SmallMatrix& v) {
     constexpr double kOrthogonal = 1e-15;
     bool turned = false;
     for (std::size_t p = 0; p + 1 < std::size_t(a.columns); ++p)
@@ -40,6 +42,8 @@ static bool sweep(SmallMatrix& a, SmallMatrix& v) {
         }
     return turned;
 }
+
+}  // namespace
 
 SmallMatrix solveMinNorm(const SmallMatrix& a, const SmallMatrix& b, double ridge) {
     assert(a.rows == b.rows && a.rows <= kMaxMinNorm && a.columns <= kMaxMinNorm);

@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr Index kDirect = 128;        // up to this many rows or columns the whole SVD is cheaper
-constexpr Index kBlock = 24;          // columns a step; more than any run of equal values among those asked for
+constexpr Index kKrylovBlock = 24;    // columns a step; more than any run of equal values among those asked for
 constexpr Index kLargestSpace = 480;  // 20 steps: no BRDF needed more than 9
 constexpr double kResidual = 1e-11;   // of the largest singular value
 
@@ -38,7 +38,7 @@ MatrixXd orthonormal(const MatrixXd& m) {
 
 // Any full-rank start will do; this one is the same everywhere (numbers of a linear congruential generator).
 MatrixXd startOf(Index rows) {
-    MatrixXd start(rows, kBlock);
+    MatrixXd start(rows, kKrylovBlock);
     std::uint64_t state = 1;
     for (Index i = 0; i < start.size(); ++i) {
         state = state * 6364136223846793005u + 1442695040888963407u;
@@ -55,19 +55,20 @@ TruncatedSvd krylovSvd(const Eigen::Map<const EigenRows<double>>& a, std::size_t
         for (int pass = 0; pass < 2 && space.cols() > 0; ++pass) block -= space * (space.transpose() * block);
         block = orthonormal(block);
         const Index before = space.cols();
-        space.conservativeResize(Eigen::NoChange, before + kBlock);
-        image.conservativeResize(Eigen::NoChange, before + kBlock);
-        space.rightCols(kBlock) = block;
-        image.rightCols(kBlock) = a * block;
-        if (space.cols() >= 4 * kBlock) {
+        space.conservativeResize(Eigen::NoChange, before + kKrylovBlock);
+        image.conservativeResize(Eigen::NoChange, before + kKrylovBlock);
+        space.rightCols(kKrylovBlock) = block;
+        image.rightCols(kKrylovBlock) = a * block;
+        if (space.cols() >= 4 * kKrylovBlock) {
             const Eigen::BDCSVD<MatrixXd> svd(image, Eigen::ComputeThinU | Eigen::ComputeThinV);
             const Index k = Index(count);
             const MatrixXd u = svd.matrixU().leftCols(k), v = space * svd.matrixV().leftCols(k);
             const Eigen::VectorXd sigma = svd.singularValues().head(k);
             const double residual = (a.transpose() * u - v * sigma.asDiagonal()).colwise().norm().maxCoeff();
-            if (residual <= kResidual * sigma[0] || space.cols() + kBlock > largest) return stored(u, sigma, v, count);
+            if (residual <= kResidual * sigma[0] || space.cols() + kKrylovBlock > largest)
+                return stored(u, sigma, v, count);
         }
-        block = a.transpose() * image.rightCols(kBlock);
+        block = a.transpose() * image.rightCols(kKrylovBlock);
     }
 }
 
@@ -76,7 +77,7 @@ TruncatedSvd krylovSvd(const Eigen::Map<const EigenRows<double>>& a, std::size_t
 TruncatedSvd truncatedSvd(const Matrix& a, std::size_t count) {
     const auto m = asEigen(a);
     count = std::min({count, a.rows, a.columns});
-    if (std::min(m.rows(), m.cols()) > kDirect && count <= std::size_t(kBlock)) return krylovSvd(m, count);
+    if (std::min(m.rows(), m.cols()) > kDirect && count <= std::size_t(kKrylovBlock)) return krylovSvd(m, count);
     const Eigen::BDCSVD<MatrixXd> svd(MatrixXd(m), Eigen::ComputeThinU | Eigen::ComputeThinV);
     return stored(svd.matrixU(), svd.singularValues(), svd.matrixV(), count);
 }

@@ -30,6 +30,8 @@ const char* nameOf(OperatorSource source) {
     return "";
 }
 
+namespace {
+
 // One channel's terms as SH coefficients.
 struct ProjectedTerms {
     std::vector<double> sigma;
@@ -38,7 +40,7 @@ struct ProjectedTerms {
 
 // The k nearest to `count` that does not cut a run of equal singular values: which of the run's vectors are kept would
 // depend on the SVD routine. Of k + 1 and k - 1 the larger. At most the rank and kMaxOperators.
-static std::size_t cutAtGap(const std::vector<double>& sigma, std::size_t count) {
+std::size_t cutAtGap(const std::vector<double>& sigma, std::size_t count) {
     constexpr double kRank = 1e-9, kEqual = 1e-6;
     std::size_t rank = 0;
     while (rank < sigma.size() && sigma[rank] > kRank * sigma[0]) ++rank;
@@ -52,7 +54,7 @@ static std::size_t cutAtGap(const std::vector<double>& sigma, std::size_t count)
 }
 
 // integral of values y_i over the hemisphere for the rows of `values`, i in `index`.
-static Matrix projected(const Matrix& values, const DirectionGrid& grid, const std::vector<int>& index) {
+Matrix projected(const Matrix& values, const DirectionGrid& grid, const std::vector<int>& index) {
     Matrix out(values.rows, index.size());
     std::array<double, coefficientCount(kMaxOrder)> y;
     for (std::size_t q = 0; q < grid.size(); ++q) {
@@ -64,14 +66,14 @@ static Matrix projected(const Matrix& values, const DirectionGrid& grid, const s
     return out;
 }
 
-static std::vector<int> allIndices(int order) {
+std::vector<int> allIndices(int order) {
     std::vector<int> index(std::size_t(coefficientCount(order)));
     for (std::size_t i = 0; i < index.size(); ++i) index[i] = int(i);
     return index;
 }
 
 // G = integral over the hemisphere of z y y for the view functions, exact.
-static Eigen::MatrixXd cosineGram(const std::vector<int>& even_index) {
+Eigen::MatrixXd cosineGram(const std::vector<int>& even_index) {
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(Eigen::Index(even_index.size()), Eigen::Index(even_index.size()));
     std::array<double, coefficientCount(kMaxOrder)> y;
     Eigen::VectorXd even(gram.rows());
@@ -85,8 +87,7 @@ static Eigen::MatrixXd cosineGram(const std::vector<int>& even_index) {
 
 // w y_even is the best fit to W in the measure of the SVD: sum over e of G_de w_e = integral over H of z W y_d. It is
 // even across the horizon; extending W by zeros instead costs a Lambertian 13.6%.
-static std::vector<ProjectedTerms> termsOfTable(const RgbBrdf& source, const std::vector<int>& even_index,
-                                                int threads) {
+std::vector<ProjectedTerms> termsOfTable(const RgbBrdf& source, const std::vector<int>& even_index, int threads) {
     const DirectionGrid grid = gaussGrid(32, 64);
     const Eigen::LLT<Eigen::MatrixXd> gram(cosineGram(even_index));
     std::vector<ProjectedTerms> out;
@@ -101,7 +102,7 @@ static std::vector<ProjectedTerms> termsOfTable(const RgbBrdf& source, const std
 
 constexpr int kLiteralOrder = 4;
 
-static std::vector<ProjectedTerms> termsAsPrinted(const RgbBrdf& source, int threads) {
+std::vector<ProjectedTerms> termsAsPrinted(const RgbBrdf& source, int threads) {
     const DirectionGrid grid = latitudeGrid(16, 32);
     const std::vector<int> index = allIndices(kLiteralOrder);
     std::vector<ProjectedTerms> out;
@@ -112,7 +113,7 @@ static std::vector<ProjectedTerms> termsAsPrinted(const RgbBrdf& source, int thr
 
 // C = (C L) L^-1 with G = L L^T: L^-1 y_even is orthonormal in the cosine measure, so the SVD of C L is that of the
 // function F(o) itself, u' sigma (v'^T L^-1) y_even.
-static std::vector<ProjectedTerms> termsOfSlices(const BrdfFile& brdf) {
+std::vector<ProjectedTerms> termsOfSlices(const BrdfFile& brdf) {
     const Eigen::MatrixXd gram = cosineGram(brdf.even_index);
     const Eigen::MatrixXd l = gram.llt().matrixL();
     const std::size_t rows = std::size_t(coefficientCount(brdf.slice_order)), columns = brdf.even_index.size();
@@ -140,8 +141,8 @@ static std::vector<ProjectedTerms> termsOfSlices(const BrdfFile& brdf) {
 }
 
 // Channels may cut elsewhere; those with fewer terms are filled up with zeros.
-static BrdfOperators assembled(const std::vector<ProjectedTerms>& channels, std::size_t asked,
-                               const std::vector<int>& view_index, OperatorSource from) {
+BrdfOperators assembled(const std::vector<ProjectedTerms>& channels, std::size_t asked,
+                        const std::vector<int>& view_index, OperatorSource from) {
     std::array<std::size_t, 3> kept{};
     for (std::size_t c = 0; c < 3; ++c)
         if (channels[c].sigma[0] > 0) kept[c] = cutAtGap(channels[c].sigma, asked);
@@ -163,6 +164,8 @@ static BrdfOperators assembled(const std::vector<ProjectedTerms>& channels, std:
     return out;
 }
 
+}  // namespace
+
 BrdfOperators fitOperators(const RgbBrdf& source, const BrdfFile& brdf, OperatorSource from, int count, int threads) {
     assert(count >= 1 && count <= kMaxOperators);
     std::vector<ProjectedTerms> terms;
@@ -178,8 +181,10 @@ std::size_t expandedBytes(const BrdfOperators& operators, int light_order, const
     return 3 * std::size_t(operators.count) * (matrix + operators.view_index.size()) * sizeof(float);
 }
 
+namespace {
+
 // c[i, e, channel] = sum_b u^b_i w^b_e: operators as slices, any view functions.
-static std::vector<double> slicesOf(const BrdfOperators& operators) {
+std::vector<double> slicesOf(const BrdfOperators& operators) {
     const std::size_t rows = std::size_t(coefficientCount(operators.order)), columns = operators.view_index.size();
     std::vector<double> c(rows * columns * 3);
     for (std::size_t b = 0; b < std::size_t(operators.count); ++b)
@@ -190,6 +195,8 @@ static std::vector<double> slicesOf(const BrdfOperators& operators) {
                         operators.u[(b * rows + i) * 3 + channel] * operators.w[(b * columns + e) * 3 + channel];
     return c;
 }
+
+}  // namespace
 
 void measureShading(const RgbBrdf& source, BrdfFile& brdf, int threads) {
     const ShadingTest test = makeShadingTest(referenceScenes(), threads);

@@ -11,10 +11,12 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr int kParts = 16;  // the grid is summed in this many parts, whatever the number of threads
 
 // lit f^T of every channel, [lights * occluders, 3 views]. Channels that are multiples of another take no product.
-static Eigen::MatrixXd shaded(const Eigen::MatrixXd& lit, const std::array<Eigen::MatrixXd, 3>& f) {
+Eigen::MatrixXd shaded(const Eigen::MatrixXd& lit, const std::array<Eigen::MatrixXd, 3>& f) {
     const Eigen::Index views = f[0].rows();
     Eigen::MatrixXd radiance(lit.rows(), 3 * views);
     for (Eigen::Index c = 0; c < 3; ++c) {
@@ -39,7 +41,7 @@ struct Radiance {
 };
 
 // On the grid of the test, the same for all views: a matrix product.
-static Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
+Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
     const std::size_t lights = test.scenes.lights.size(), occluders = test.scenes.occluders.size(),
                       views = test.scenes.views.size(), columns = lights * occluders;
     const std::size_t part_size = test.directions.size() / kParts;
@@ -74,7 +76,7 @@ static Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int t
 }
 
 // A grid of its own for every view, dense around its mirror direction r: angles a sinh(b u) from r, azimuths about r.
-static std::vector<WeightedDirection> gridAbout(Vec3d view) {
+std::vector<WeightedDirection> gridAbout(Vec3d view) {
     constexpr int kAngles = 96, kAzimuths = 64;
     constexpr double kWidth = 0.003;  // a, radians: a third of the nodes are nearer to r than 7 times that
     const Vec3d r{-view.x, -view.y, view.z};
@@ -97,7 +99,7 @@ static std::vector<WeightedDirection> gridAbout(Vec3d view) {
 struct Reflected {
     Vec3d direction, value;
 };
-static std::vector<Reflected> reflectedOf(const RgbBrdf& brdf, Vec3d view) {
+std::vector<Reflected> reflectedOf(const RgbBrdf& brdf, Vec3d view) {
     std::vector<Reflected> out;
     for (const auto& [direction, weight] : gridAbout(view)) {
         const Vec3d value = brdf.eval(direction, view) * (direction.z * weight);
@@ -108,8 +110,7 @@ static std::vector<Reflected> reflectedOf(const RgbBrdf& brdf, Vec3d view) {
 
 // Relative difference of the albedos that the two kinds of grid see, over all views: large where a lobe falls between
 // the points of the shared grid.
-static double albedoDifference(const ShadingTest& test, const RgbBrdf& brdf, const std::vector<double>& shared,
-                               int threads) {
+double albedoDifference(const ShadingTest& test, const RgbBrdf& brdf, const std::vector<double>& shared, int threads) {
     std::vector<double> own(shared.size());
     parallelFor(own.size(), threads, [&](std::size_t v) {
         for (const Reflected& r : reflectedOf(brdf, test.scenes.views[v])) own[v] += r.value.x + r.value.y + r.value.z;
@@ -122,7 +123,7 @@ static double albedoDifference(const ShadingTest& test, const RgbBrdf& brdf, con
     return total > 0 ? std::sqrt(difference / total) : 0;
 }
 
-static std::vector<double> onOwnGrids(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
+std::vector<double> onOwnGrids(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
     const ShadingScenes& scenes = test.scenes;
     const std::size_t lights = scenes.lights.size(), occluders = scenes.occluders.size(), views = scenes.views.size();
     std::vector<double> radiance(3 * views * lights * occluders);
@@ -149,6 +150,8 @@ static std::vector<double> onOwnGrids(const ShadingTest& test, const RgbBrdf& br
     });
     return radiance;
 }
+
+}  // namespace
 
 std::vector<double> bruteForceRadiance(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
     constexpr double kAlike = 0.01;

@@ -11,9 +11,11 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr int kChannels = 3;
 
-static std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_order) {
+std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_order) {
     const std::vector<int> even = evenIndices(view_order);
     std::vector<double> table, y(std::size_t(coefficientCount(view_order)));
     for (Vec3d view : views) {
@@ -22,6 +24,8 @@ static std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int v
     }
     return table;
 }
+
+}  // namespace
 
 std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders) {
     const std::size_t rows = std::size_t(kChannels * coefficientCount(orders.slice_order)),
@@ -45,8 +49,10 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
     return c;
 }
 
+namespace {
+
 // sqrt(sum w z |F - C y|^2 / sum w z |F|^2), over all channels.
-static double fitError(const SliceTable& table, const std::vector<double>& c, int view_order) {
+double fitError(const SliceTable& table, const std::vector<double>& c, int view_order) {
     const std::size_t columns = evenIndices(view_order).size(), rows = c.size() / columns;
     const std::vector<double> y = evenBasisTable(table.views, view_order);
     double error = 0, total = 0;
@@ -67,7 +73,7 @@ struct Albedo {
     Vec3d mean;
     double largest = 0;
 };
-static Albedo albedoOf(const SliceTable& table) {
+Albedo albedoOf(const SliceTable& table) {
     const std::size_t rows = table.slices.size() / table.views.size();
     Albedo albedo;
     double weight = 0;
@@ -82,6 +88,8 @@ static Albedo albedoOf(const SliceTable& table) {
     albedo.mean = albedo.mean / weight;
     return albedo;
 }
+
+}  // namespace
 
 BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads) {
     const SliceTable table = refinedSlices(source, orders.slice_order, threads);

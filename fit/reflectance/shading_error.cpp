@@ -12,14 +12,18 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr int kHeights = 64, kAzimuths = 256;
-constexpr int kParts = 16;
-constexpr std::size_t kPartSize = std::size_t(kHeights) * kAzimuths / kParts;
+constexpr int kErrorParts = 16;
+constexpr std::size_t kPartSize = std::size_t(kHeights) * kAzimuths / kErrorParts;
 
 template <class T>
-static Eigen::Map<const EigenRows<double>> rowsOf(const T& values, std::size_t columns) {
+Eigen::Map<const EigenRows<double>> rowsOf(const T& values, std::size_t columns) {
     return {values.data(), Eigen::Index(values.size() / columns), Eigen::Index(columns)};
 }
+
+}  // namespace
 
 ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
     ShadingTest test{scenes, {}, {}, {}, {}, {}};
@@ -33,7 +37,7 @@ ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
     test.light.resize(grid.size() * lights);
     test.open.resize(grid.size() * occluders);
     std::vector<double> weighted(grid.size() * kCount);
-    parallelFor(kParts, threads, [&](std::size_t part) {
+    parallelFor(kErrorParts, threads, [&](std::size_t part) {
         std::array<double, kCount> y;
         for (std::size_t q = part * kPartSize; q < (part + 1) * kPartSize; ++q) {
             const auto& [direction, weight] = grid[q];
@@ -52,9 +56,11 @@ ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
     return test;
 }
 
+namespace {
+
 // p of every light and occluder, [lights * occluders, J^2]: the product of light and visibility does not depend on the
 // view.
-static std::vector<double> products(const ShadingTest& test, const Convention& convention, int slice_order) {
+std::vector<double> products(const ShadingTest& test, const Convention& convention, int slice_order) {
     const auto count = std::size_t(coefficientCount(convention.order)),
                rows = std::size_t(coefficientCount(slice_order));
     std::vector<float> numbers(std::size_t(convention.size())), coefficients(count);
@@ -71,6 +77,8 @@ static std::vector<double> products(const ShadingTest& test, const Convention& c
         }
     return p;
 }
+
+}  // namespace
 
 double shadingError(const ShadingTest& test, const std::vector<double>& truth, const Convention& convention,
                     const std::vector<double>& slices_of_views, int slice_order) {

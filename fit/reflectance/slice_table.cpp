@@ -16,14 +16,16 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr int kChannels = 3;
 
 // --- One integral ---------------------------------------------------------------------------------------------------
 
 // F(o) of one view on the nodes of any grid over the hemisphere, one after the other, so that the sum does not depend
 // on threads.
-static void integrateOnGrid(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedDirection>& grid,
-                            std::span<double> slice) {
+void integrateOnGrid(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedDirection>& grid,
+                     std::span<double> slice) {
     const int count = int(slice.size()) / kChannels, order = bandOfIndex(count - 1) + 1;
     std::array<double, coefficientCount(kMaxOrder)> storage;
     const std::span<double> y = std::span(storage).first(std::size_t(count));
@@ -52,7 +54,7 @@ struct Ring {
     }
 };
 
-static void addRing(const Ring& ring, double z, double sine, std::span<double> slice) {
+void addRing(const Ring& ring, double z, double sine, std::span<double> slice) {
     std::array<double, coefficientCount(kMaxOrder)> storage;
     const std::span<double> y = std::span(storage).first(std::size_t(coefficientCount(ring.order)));
     evalBasis(ring.order, Vec3d{sine, 0, z}, y);
@@ -72,7 +74,7 @@ struct LobeWidth {
     double t, azimuth;
 };
 
-static LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
+LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
     constexpr double kLeast = 1e-4, kMost = 0.1;
     const double t_o = std::sqrt(view.z), mirror = std::atan2(-view.y, -view.x);
     const auto value = [&](double t, double azimuth) {
@@ -105,8 +107,8 @@ struct Graded {
 };
 
 // Heights z = t^2 on both sides of the mirror direction's, azimuths on both sides of its azimuth.
-static void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedNumber>& nodes,
-                                  std::span<double> slice) {
+void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedNumber>& nodes,
+                           std::span<double> slice) {
     const LobeWidth width = lobeWidth(brdf, view);
     const double t_o = std::sqrt(view.z), radius = std::hypot(view.x, view.y);
     const double mirror_cosine = radius > 0 ? -view.x / radius : 1, mirror_sine = radius > 0 ? -view.y / radius : 0;
@@ -135,7 +137,7 @@ static void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::ve
 // --- Symmetries -----------------------------------------------------------------------------------------------------
 
 // f(s) -> f(Rz(angle)^-1 s): pairs (m, -m) turn by m angle.
-static void rotateAboutNormal(double angle, std::span<const double> in, std::span<double> out) {
+void rotateAboutNormal(double angle, std::span<const double> in, std::span<double> out) {
     for (int l = 0; kChannels * coefficientCount(l) < int(in.size()); ++l)
         for (int m = 0; m <= l; ++m) {
             const double cosine = std::cos(m * angle), sine = std::sin(m * angle);
@@ -150,7 +152,7 @@ static void rotateAboutNormal(double angle, std::span<const double> in, std::spa
 }
 
 // y -> -y keeps cosines and flips sines; x -> -x does the same after (-1)^m on both.
-static void mirror(bool flip_x, bool flip_y, std::span<double> slice) {
+void mirror(bool flip_x, bool flip_y, std::span<double> slice) {
     for (int l = 0; kChannels * coefficientCount(l) < int(slice.size()); ++l)
         for (int m = -l; m <= l; ++m) {
             const bool sine_sign = (m < 0) && (flip_x != flip_y), odd_sign = flip_x && m % 2 != 0;
@@ -160,7 +162,7 @@ static void mirror(bool flip_x, bool flip_y, std::span<double> slice) {
 }
 
 // Row of the table that azimuth j of n (a multiple of 4) can be made from.
-static int sourceAzimuth(BrdfSymmetry symmetry, int j, int n) {
+int sourceAzimuth(BrdfSymmetry symmetry, int j, int n) {
     if (symmetry == BrdfSymmetry::kGeneral) return j;
     if (symmetry == BrdfSymmetry::kIsotropic) return 0;
     const int k = j > n / 2 ? n - j : j;
@@ -170,7 +172,7 @@ static int sourceAzimuth(BrdfSymmetry symmetry, int j, int n) {
 // --- The table ------------------------------------------------------------------------------------------------------
 
 // The view grid; slices are zero.
-static SliceTable makeTable(int slice_order, int view_n_z) {
+SliceTable makeTable(int slice_order, int view_n_z) {
     assert(view_n_z % 2 == 0);
     SliceTable table;
     for (const auto& [direction, weight] : gaussHemisphere(view_n_z, 2 * view_n_z)) {
@@ -182,13 +184,13 @@ static SliceTable makeTable(int slice_order, int view_n_z) {
     return table;
 }
 
-static std::span<double> sliceOf(SliceTable& table, std::size_t view) {
+std::span<double> sliceOf(SliceTable& table, std::size_t view) {
     const std::size_t count = table.slices.size() / table.views.size();
     return std::span(table.slices).subspan(view * count, count);
 }
 
 // Views that must be integrated; the others follow from them.
-static std::vector<std::size_t> sourceViews(const SliceTable& table, BrdfSymmetry symmetry) {
+std::vector<std::size_t> sourceViews(const SliceTable& table, BrdfSymmetry symmetry) {
     const int azimuths = 2 * table.view_n_z;
     std::vector<std::size_t> views;
     for (int view = 0; view < int(table.views.size()); ++view)
@@ -196,7 +198,7 @@ static std::vector<std::size_t> sourceViews(const SliceTable& table, BrdfSymmetr
     return views;
 }
 
-static void spreadBySymmetry(SliceTable& table, BrdfSymmetry symmetry) {
+void spreadBySymmetry(SliceTable& table, BrdfSymmetry symmetry) {
     const int azimuths = 2 * table.view_n_z;
     for (int view = 0; view < int(table.views.size()); ++view) {
         const int j = view % azimuths, source = sourceAzimuth(symmetry, j, azimuths);
@@ -214,8 +216,8 @@ static void spreadBySymmetry(SliceTable& table, BrdfSymmetry symmetry) {
 
 // Integrates `views` anew; returns w z |change of F|^2 of each.
 using Integrate = std::function<void(Vec3d view, std::span<double> slice)>;
-static std::vector<double> integrateViews(const Integrate& integrate, const std::vector<std::size_t>& views,
-                                          int threads, SliceTable& table) {
+std::vector<double> integrateViews(const Integrate& integrate, const std::vector<std::size_t>& views, int threads,
+                                   SliceTable& table) {
     std::vector<double> change(views.size());
     parallelFor(views.size(), threads, [&](std::size_t k) {
         throwIfInterrupted();
@@ -228,6 +230,8 @@ static std::vector<double> integrateViews(const Integrate& integrate, const std:
     });
     return change;
 }
+
+}  // namespace
 
 SliceTable tabulateSlices(const RgbBrdf& brdf, int slice_order, int incident_n_z, int view_n_z, int threads) {
     SliceTable table = makeTable(slice_order, view_n_z);

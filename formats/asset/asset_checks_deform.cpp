@@ -9,10 +9,14 @@
 
 namespace penumbra {
 
-static void checkFronts(const Field& at, const MeshView& mesh, std::span<const std::uint32_t> vertices) {
+namespace {
+
+void checkFronts(const Field& at, const MeshView& mesh, std::span<const std::uint32_t> vertices) {
     for (std::size_t i = 0; i < vertices.size(); ++i)
         if (mesh.isBack(vertices[i])) at[i].fail("is the back of a vertex");
 }
+
+}  // namespace
 
 // The pairing is what the run time and the viewers rely on: it computes fronts and turns them round.
 void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh) {
@@ -72,8 +76,10 @@ void setPlayback(const fbs::Animation& stored, const Field& at, const AssetView&
     (at / "positions_error").require(bounded(playback.error) && playback.error >= 0, "is not a number of 0..1e30");
 }
 
-static InputJointView inputJointOf(const fbs::InputJoint& stored, const Field& at, std::int64_t joint,
-                                   const AnimationView& animation) {
+namespace {
+
+InputJointView inputJointOf(const fbs::InputJoint& stored, const Field& at, std::int64_t joint,
+                            const AnimationView& animation) {
     InputJointView input;
     input.joint = stored.joint();
     checkRange(at / "joint", input.joint, joint, joint);
@@ -89,7 +95,7 @@ static InputJointView inputJointOf(const fbs::InputJoint& stored, const Field& a
     return input;
 }
 
-static std::size_t innerEdgeCount(const MeshView& mesh) {
+std::size_t innerEdgeCount(const MeshView& mesh) {
     std::vector<std::array<std::uint32_t, 3>> triangles;
     const std::span<const std::uint32_t> corners = mesh.frontTriangles();
     for (std::size_t i = 0; i < corners.size(); i += 3)
@@ -97,7 +103,7 @@ static std::size_t innerEdgeCount(const MeshView& mesh) {
     return innerEdges(triangles).size();
 }
 
-static void setDihedralPose(const fbs::Model& stored, const Field& at, const AssetView& asset, ModelView& model) {
+void setDihedralPose(const fbs::Model& stored, const Field& at, const AssetView& asset, ModelView& model) {
     model.pose_mean = spanOf<float>(stored.pose_mean(), at / "pose_mean");
     checkFinite(at / "pose_mean", model.pose_mean);
     if (model.features != AssetFeatures::kDihedrals) {
@@ -118,10 +124,12 @@ static void setDihedralPose(const fbs::Model& stored, const Field& at, const Ass
 }
 
 // One rigid part a vertex: whole weights, and none on a joint that stands for inputs.
-static void checkParts(const Field& at, const MeshView& mesh, std::size_t parts) {
+void checkParts(const Field& at, const MeshView& mesh, std::size_t parts) {
     checkRange(at / "mesh.influences", mesh.influences, 1, 1);
     checkIndices(at / "mesh.skin_joints", mesh.skin_joints, parts);
 }
+
+}  // namespace
 
 void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& asset, ModelView& model) {
     const Field at = file / "model";

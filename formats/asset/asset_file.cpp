@@ -67,20 +67,24 @@ std::uint64_t assetHash(std::span<const std::byte> bytes, std::size_t hash_offse
     return (hash ^ bytes.size()) * kPrime;
 }
 
+namespace {
+
 // The root table of bytes that the verifier accepts, else null. The verifier asserts on sizes that offsets cannot
 // reach.
-static const fbs::Asset* verifiedRoot(std::span<const std::byte> bytes) {
+const fbs::Asset* verifiedRoot(std::span<const std::byte> bytes) {
     if (bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE || bytes.size() < 16) return nullptr;
     flatbuffers::Verifier verifier(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     return fbs::VerifyAssetBuffer(verifier) ? fbs::GetAsset(bytes.data()) : nullptr;
 }
 
 // Where content_hash lies in the file; 0 when it is absent.
-static std::size_t hashOffset(std::span<const std::byte> bytes, const fbs::Asset& asset) {
+std::size_t hashOffset(std::span<const std::byte> bytes, const fbs::Asset& asset) {
     const auto* table = reinterpret_cast<const flatbuffers::Table*>(&asset);
     const std::uint8_t* address = table->GetAddressOf(fbs::Asset::VT_CONTENT_HASH);
     return address ? std::size_t(address - reinterpret_cast<const std::uint8_t*>(bytes.data())) : 0;
 }
+
+}  // namespace
 
 bool sealAsset(std::span<std::byte> bytes) {
     const fbs::Asset* asset = verifiedRoot(bytes);

@@ -20,11 +20,10 @@ struct AbcFit {
     Vec3d diffuse, a;  // albedo of the diffuse part; height of the lobe
     double b = 0, c = 0, ior = 1;
 };
-}  // namespace
 
 // f = kD / pi + D F G / (pi cos_i cos_o), D = A / (1 + B (1 - cos theta_h))^C, G of Cook and Torrance 1982, F of a
 // dielectric.
-static Vec3d evalAbc(const AbcFit& fit, Vec3d wi, Vec3d wo) {
+Vec3d evalAbc(const AbcFit& fit, Vec3d wi, Vec3d wo) {
     if (wi.z <= 0 || wo.z <= 0) return {};
     const Vec3d h = normalized(wi + wo);
     const double cosine = dot(h, wi), shadowing = std::min(1.0, 2 * h.z * std::min(wi.z, wo.z) / cosine);
@@ -33,7 +32,7 @@ static Vec3d evalAbc(const AbcFit& fit, Vec3d wi, Vec3d wo) {
     return (fit.diffuse + fit.a * specular) / std::numbers::pi;
 }
 
-static std::vector<std::string_view> split(std::string_view text, char separator) {
+std::vector<std::string_view> split(std::string_view text, char separator) {
     std::vector<std::string_view> parts;
     for (std::size_t end; (end = text.find(separator)) != std::string_view::npos; text.remove_prefix(end + 1))
         parts.push_back(text.substr(0, end));
@@ -41,7 +40,7 @@ static std::vector<std::string_view> split(std::string_view text, char separator
     return parts;
 }
 
-static AbcFit parseFit(const std::vector<std::string_view>& cells, const std::string& where) {
+AbcFit parseFit(const std::vector<std::string_view>& cells, const std::string& where) {
     struct Range {
         double least, most;
     };
@@ -57,6 +56,8 @@ static AbcFit parseFit(const std::vector<std::string_view>& cells, const std::st
     }
     return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, v[6], v[7], v[8]};
 }
+
+}  // namespace
 
 BrdfReading decodeFits(std::string_view text, const std::string& name, const std::string& material) {
     std::string known;

@@ -12,6 +12,8 @@
 
 namespace penumbra {
 
+namespace {
+
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kThetaH = 90, kThetaD = 90, kPhiD = 180;
@@ -20,17 +22,21 @@ constexpr std::array<double, 3> kScale = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};
 constexpr double kMostRadiance = 1e6;  // 1/sr: more than any measurement; keeps floats and sums finite
 
 // The three dimensions that a file begins with.
-static std::array<std::int32_t, 3> dimensionsOf(std::string_view bytes) {
+std::array<std::int32_t, 3> dimensionsOf(std::string_view bytes) {
     std::array<std::int32_t, 3> size{};
     if (bytes.size() >= kHeader) std::memcpy(size.data(), bytes.data(), kHeader);
     return size;
 }
 
+}  // namespace
+
 bool looksLikeMerl(std::string_view bytes) {
     return dimensionsOf(bytes) == std::array<std::int32_t, 3>{kThetaH, kThetaD, kPhiD};
 }
 
-static void checkSize(std::string_view bytes, const std::string& name) {
+namespace {
+
+void checkSize(std::string_view bytes, const std::string& name) {
     const std::size_t expected = kHeader + 3 * kCells * sizeof(double);
     if (bytes.size() < kHeader)
         throw InvalidInput(name + ": " + std::to_string(bytes.size()) + " bytes, too short for a MERL file");
@@ -43,7 +49,7 @@ static void checkSize(std::string_view bytes, const std::string& name) {
                            std::to_string(expected));
 }
 
-static double valueAt(std::string_view bytes, const std::string& name, std::size_t channel, std::size_t cell) {
+double valueAt(std::string_view bytes, const std::string& name, std::size_t channel, std::size_t cell) {
     double value = 0;
     std::memcpy(&value, bytes.data() + kHeader + (channel * kCells + cell) * sizeof value, sizeof value);
     if (!std::isfinite(value) || value * kScale[channel] > kMostRadiance)
@@ -55,7 +61,7 @@ static double valueAt(std::string_view bytes, const std::string& name, std::size
 }
 
 // Cells of phi_d in 0..pi/2, the means of a cell and its mirror image; `known` is 0 where a channel has neither.
-static HalfDifferenceTable foldMirror(std::string_view bytes, const std::string& name, std::vector<char>& known) {
+HalfDifferenceTable foldMirror(std::string_view bytes, const std::string& name, std::vector<char>& known) {
     HalfDifferenceTable table{int(kThetaH), int(kThetaD), int(kPhiD / 2), std::vector<Vec3>(kCells / 2)};
     known.assign(kCells / 2, 1);
     for (std::size_t row = 0; row < kThetaH * kThetaD; ++row)
@@ -78,7 +84,7 @@ static HalfDifferenceTable foldMirror(std::string_view bytes, const std::string&
     return table;
 }
 
-static std::array<std::ptrdiff_t, 6> neighboursOf(std::size_t cell, const HalfDifferenceTable& table) {
+std::array<std::ptrdiff_t, 6> neighboursOf(std::size_t cell, const HalfDifferenceTable& table) {
     const std::size_t p = std::size_t(table.phi_d), d = std::size_t(table.theta_d), h = std::size_t(table.theta_h);
     const std::size_t ip = cell % p, id = cell / p % d, ih = cell / (p * d);
     const auto at = std::ptrdiff_t(cell);
@@ -91,7 +97,7 @@ static std::array<std::ptrdiff_t, 6> neighboursOf(std::size_t cell, const HalfDi
 }
 
 // Layer by layer from the measured cells outwards: a cell gets the mean of its neighbours in the layers before it.
-static void fillUnknown(HalfDifferenceTable& table, std::vector<char>& known) {
+void fillUnknown(HalfDifferenceTable& table, std::vector<char>& known) {
     std::vector<std::size_t> layer;
     const auto addUnknownNeighbours = [&](std::size_t cell, std::vector<char>& queued) {
         for (std::ptrdiff_t n : neighboursOf(cell, table))
@@ -120,6 +126,8 @@ static void fillUnknown(HalfDifferenceTable& table, std::vector<char>& known) {
         for (std::size_t cell : filling) addUnknownNeighbours(cell, queued);
     }
 }
+
+}  // namespace
 
 BrdfReading decodeMerl(std::string_view bytes, const std::string& name) {
     checkSize(bytes, name);

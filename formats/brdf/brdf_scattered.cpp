@@ -15,23 +15,22 @@
 namespace penumbra {
 
 constexpr std::size_t kMostSamples = 100000;
-constexpr double kMostRadiance = 1e6;  // 1/sr
+constexpr double kMostSpectralRadiance = 1e6;  // 1/sr
 
 namespace {
 struct Sample {
     Vec3d place;
     Vec3d rgb;
 };
-}  // namespace
 
 // Where neighbours are alike: lobes follow theta_h and are narrow at 0, so its logarithm; theta_d; and a third number
 // that is |cos theta_i - cos theta_o| / 2 and tells phi_d only as far as it matters.
-static Vec3d placeOf(const HalfDifference& a) {
+Vec3d placeOf(const HalfDifference& a) {
     return {std::log1p(a.theta_h / 0.2) / std::log1p(0.8 / 0.2), a.theta_d / (std::numbers::pi / 2),
             std::sin(a.theta_h) * std::sin(a.theta_d) * std::cos(a.phi_d)};
 }
 
-static std::vector<double> readWavelengths(NumberScanner& scanner) {
+std::vector<double> readWavelengths(NumberScanner& scanner) {
     std::vector<double> wavelengths(std::size_t(scanner.integer("the number of wavelengths", 2, 1000)));
     for (std::size_t k = 0; k < wavelengths.size(); ++k) {
         wavelengths[k] = scanner.number("wavelength " + std::to_string(k));
@@ -41,11 +40,11 @@ static std::vector<double> readWavelengths(NumberScanner& scanner) {
     return wavelengths;
 }
 
-static Vec3d directionOf(double theta, double phi) {
+Vec3d directionOf(double theta, double phi) {
     return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-static Vec3d readDirection(NumberScanner& scanner, const std::string& which) {
+Vec3d readDirection(NumberScanner& scanner, const std::string& which) {
     const double theta = scanner.number("theta " + which), phi = scanner.number("phi " + which);
     if (!(theta >= 0 && theta < std::numbers::pi / 2))
         scanner.fail("theta " + which + " is not within 0..pi/2 radians, above the horizon");
@@ -53,8 +52,8 @@ static Vec3d readDirection(NumberScanner& scanner, const std::string& which) {
 }
 
 // Rows up to the end of the text.
-static std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector<Vec3d>& weights,
-                                       std::map<std::string, double>& figures) {
+std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector<Vec3d>& weights,
+                                std::map<std::string, double>& figures) {
     double &clamped = figures["clamped"], &outside = figures["outside_rec709"];
     std::vector<Sample> samples;
     while (!scanner.atEnd()) {
@@ -63,7 +62,7 @@ static std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector
         Vec3d rgb;
         for (Vec3d weight : weights) {
             const double value = scanner.number("a spectral value");
-            if (value > kMostRadiance) scanner.fail("a spectral value is larger than any measurement");
+            if (value > kMostSpectralRadiance) scanner.fail("a spectral value is larger than any measurement");
             clamped += value < 0;
             rgb += weight * std::max(0.0, value);
         }
@@ -79,7 +78,7 @@ static std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector
 
 // Kernel regression (Nadaraya 1964, Watson 1964) with a Gaussian that is wide enough to reach the nearest sample.
 // `samples` ascend in place.x, so that the far ones are not looked at.
-static Vec3d regress(const std::vector<Sample>& samples, Vec3d place) {
+Vec3d regress(const std::vector<Sample>& samples, Vec3d place) {
     constexpr double kWidth = 0.02, kReach = 16 * kWidth * kWidth;  // e^-16: too little to see
     const auto square = [&](const Sample& sample) {
         const Vec3d d = sample.place - place;
@@ -107,6 +106,8 @@ static Vec3d regress(const std::vector<Sample>& samples, Vec3d place) {
     for (auto s = start; s != samples.begin() && squareInX(*(s - 1)) <= nearest + kReach; --s) add(*(s - 1));
     return sum / total;
 }
+
+}  // namespace
 
 BrdfReading decodeScattered(std::string_view text, const std::string& name, int threads) {
     constexpr int kCells = 48;  // along each angle: finer than any of these measurements

@@ -13,9 +13,11 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::uintmax_t kMostBytes = std::uintmax_t(1) << 30;
 
-static std::string readText(const std::filesystem::path& path) {
+std::string readText(const std::filesystem::path& path) {
     checkReadable(path);
     std::error_code error;
     std::ifstream in(path, std::ios::binary);
@@ -32,6 +34,8 @@ static std::string readText(const std::filesystem::path& path) {
     if (in.bad()) throw IoError(path.string() + ": cannot read");
     return text;
 }
+
+}  // namespace
 
 std::vector<std::filesystem::path> BrdfSource::files() const {
     if (!merl.empty()) return {merl};
@@ -61,7 +65,9 @@ BrdfSource brdfSource(const std::string& word) {
     return source;
 }
 
-static BrdfReading readAnalytic(const BrdfSource& source) {
+namespace {
+
+BrdfReading readAnalytic(const BrdfSource& source) {
     if (std::error_code error; std::filesystem::is_regular_file(source.analytic, error))
         throw UsageError(std::string(source.analytic_option) + ": " + source.analytic +
                          " is a file: --merl and --table take files of measurements");
@@ -73,7 +79,7 @@ static BrdfReading readAnalytic(const BrdfSource& source) {
 }
 
 // Bytes that no text has, at the start.
-static bool looksBinary(std::string_view text) {
+bool looksBinary(std::string_view text) {
     const std::string_view start = text.substr(0, 4096);
     return std::any_of(start.begin(), start.end(), [](char c) {
         const auto byte = static_cast<unsigned char>(c);
@@ -81,8 +87,7 @@ static bool looksBinary(std::string_view text) {
     });
 }
 
-static BrdfReading decodeTable(const std::string& text, const BrdfSource& source, const std::string& name,
-                               int threads) {
+BrdfReading decodeTable(const std::string& text, const BrdfSource& source, const std::string& name, int threads) {
     if (looksLikeFits(text)) return decodeFits(text, name, source.material);
     if (!source.material.empty())
         throw UsageError("--material needs a --table of several materials (a .csv of fits), " + name + " has one");
@@ -92,6 +97,8 @@ static BrdfReading decodeTable(const std::string& text, const BrdfSource& source
         throw InvalidInput(name + ": binary, not a known table (Cornell's .brdf, fits .csv, penumbra-brdf-table)");
     return decodeScattered(text, name, threads);
 }
+
+}  // namespace
 
 BrdfReading readBrdfSource(const BrdfSource& source, int threads) {
     const int given = !source.analytic.empty() + !source.merl.empty() + !source.table.empty();

@@ -13,7 +13,7 @@ namespace penumbra {
 constexpr std::string_view kMagic = "penumbra-brdf-table";
 constexpr int kMostSteps = 1024;
 constexpr std::size_t kMostCells = std::size_t(1) << 24;
-constexpr double kPi = std::numbers::pi, kMostRadiance = 1e6;  // 1/sr
+constexpr double kPi = std::numbers::pi, kMostTableRadiance = 1e6;  // 1/sr
 
 bool looksLikeBrdfTable(std::string_view text) { return text.starts_with(kMagic); }
 
@@ -49,9 +49,7 @@ struct Between {
     }
 };
 
-}  // namespace
-
-static Vec3d lookUp(const BrdfTable& table, const std::array<double, 4>& angles) {
+Vec3d lookUp(const BrdfTable& table, const std::array<double, 4>& angles) {
     const std::array<Between, 4> at = {Between(angles[0], table.axes[0]), Between(angles[1], table.axes[1]),
                                        Between(angles[2], table.axes[2]), Between(angles[3], table.axes[3])};
     Vec3 sum;
@@ -72,11 +70,11 @@ static Vec3d lookUp(const BrdfTable& table, const std::array<double, 4>& angles)
 struct Angles {
     double theta, phi;
 };
-static Angles anglesOf(Vec3d w) { return {std::atan2(std::hypot(w.x, w.y), w.z), std::atan2(w.y, w.x)}; }
+Angles anglesOf(Vec3d w) { return {std::atan2(std::hypot(w.x, w.y), w.z), std::atan2(w.y, w.x)}; }
 
 // The same, remembered: integrals ask for one view after thousands of incident directions, and arc tangents are half of
 // the time of a look-up.
-static Angles anglesOfView(Vec3d w) {
+Angles anglesOfView(Vec3d w) {
     thread_local Vec3d last{0, 0, 1};
     thread_local Angles angles = anglesOf(last);
     if (w != last) {
@@ -86,7 +84,7 @@ static Angles anglesOfView(Vec3d w) {
     return angles;
 }
 
-static Vec3d evalTable(const BrdfTable& table, Vec3d wi, Vec3d wo) {
+Vec3d evalTable(const BrdfTable& table, Vec3d wi, Vec3d wo) {
     if (wi.z <= 0 || wo.z <= 0) return {};
     if (table.symmetry == BrdfSymmetry::kOrthotropic) {
         if (wi.x < 0) wi.x = -wi.x, wo.x = -wo.x;
@@ -101,16 +99,16 @@ static Vec3d evalTable(const BrdfTable& table, Vec3d wi, Vec3d wo) {
     return lookUp(table, {in.theta, phi_i, out.theta, phi_o});
 }
 
-static int readSteps(NumberScanner& scanner, const std::string& key, int least) {
+int readSteps(NumberScanner& scanner, const std::string& key, int least) {
     if (scanner.word() != key) scanner.fail("expected '" + key + "' and its number of steps");
     return scanner.integer(key, least, kMostSteps);
 }
 
-static Axis thetaAxis(int n) { return {n, kPi / 2 * 0.5 / n, kPi / 2 / n, false}; }
-static Axis openAxis(int n, double range) { return {n, 0, range / (n - 1), false}; }  // nodes at both ends
-static Axis circle(int n) { return {n, 0, 2 * kPi / n, true}; }
+Axis thetaAxis(int n) { return {n, kPi / 2 * 0.5 / n, kPi / 2 / n, false}; }
+Axis openAxis(int n, double range) { return {n, 0, range / (n - 1), false}; }  // nodes at both ends
+Axis circle(int n) { return {n, 0, 2 * kPi / n, true}; }
 
-static BrdfTable readHeader(NumberScanner& scanner) {
+BrdfTable readHeader(NumberScanner& scanner) {
     if (scanner.word() != kMagic) scanner.fail("does not start with 'penumbra-brdf-table 1'");
     scanner.integer("the version", 1, 1);
     if (scanner.word() != "symmetry") scanner.fail("expected 'symmetry'");
@@ -134,6 +132,8 @@ static BrdfTable readHeader(NumberScanner& scanner) {
     return table;
 }
 
+}  // namespace
+
 BrdfReading decodeBrdfTable(std::string_view text, const std::string& name) {
     NumberScanner scanner(text, name);
     BrdfTable table = readHeader(scanner);
@@ -147,7 +147,7 @@ BrdfReading decodeBrdfTable(std::string_view text, const std::string& name) {
             const auto where = [&] { return std::string("channel ") + "RGB"[c] + " of cell " + std::to_string(cell); };
             const double value = scanner.number("a value");
             if (value < 0) scanner.fail(where() + " is negative");
-            if (value > kMostRadiance) scanner.fail(where() + " is above 1e6");
+            if (value > kMostTableRadiance) scanner.fail(where() + " is above 1e6");
             table.values[cell][c] = float(value);
         }
     if (!scanner.atEnd()) scanner.fail("has more values than its " + std::to_string(cells) + " cells");

@@ -35,21 +35,20 @@ HalfDifference HalfDifferenceTable::centre(std::size_t cell) const {
 
 namespace {
 // The two centres around a place, 0..1 along an axis of n cells.
-struct Between {
+struct BetweenSamples {
     std::size_t below, above;
     float share;  // of `above`
 
-    Between(double place, int n) {
+    BetweenSamples(double place, int n) {
         const double at = std::clamp(place * n - 0.5, 0.0, double(n - 1));
         below = std::size_t(at);
         above = std::min(below + 1, std::size_t(n - 1));
         share = float(at - double(below));
     }
 };
-}  // namespace
 
-static Vec3 lookUp(const HalfDifferenceTable& table, const HalfDifference& angles) {
-    const Between h(std::sqrt(angles.theta_h / kRightAngle), table.theta_h),
+Vec3 lookUp(const HalfDifferenceTable& table, const HalfDifference& angles) {
+    const BetweenSamples h(std::sqrt(angles.theta_h / kRightAngle), table.theta_h),
         d(angles.theta_d / kRightAngle, table.theta_d), p(angles.phi_d / kRightAngle, table.phi_d);
     const auto alongPhi = [&](std::size_t ih, std::size_t id) {
         const Vec3* row = &table.values[(ih * std::size_t(table.theta_d) + id) * std::size_t(table.phi_d)];
@@ -60,6 +59,8 @@ static Vec3 lookUp(const HalfDifferenceTable& table, const HalfDifference& angle
     };
     return alongTheta(h.below) * (1 - h.share) + alongTheta(h.above) * h.share;
 }
+
+}  // namespace
 
 RgbBrdf interpolated(std::string name, HalfDifferenceTable table) {
     const auto shared = std::make_shared<const HalfDifferenceTable>(std::move(table));

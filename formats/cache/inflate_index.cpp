@@ -49,12 +49,11 @@ struct Indexed {
 
     [[noreturn]] void fail(const std::string& problem) const { throw InvalidInput(what + ": " + problem); }
 };
-}  // namespace
 
-static Bytef* asZlib(std::byte* bytes) { return reinterpret_cast<Bytef*>(bytes); }
+Bytef* asZlib(std::byte* bytes) { return reinterpret_cast<Bytef*>(bytes); }
 
 // Runs the decoder into `out` until that is full, the stream ends or, with Z_BLOCK, a block ends. False at the end.
-static bool step(const Indexed& index, Stream& stream, std::span<std::byte> out, int flush, std::size_t& produced) {
+bool step(const Indexed& index, Stream& stream, std::span<std::byte> out, int flush, std::size_t& produced) {
     if (stream.z.avail_in == 0) {
         const std::size_t more = std::size_t(std::min<std::uint64_t>(kInputSize, index.packed.size - stream.in));
         index.packed.read(stream.in, std::span(stream.input).first(more));
@@ -75,7 +74,7 @@ static bool step(const Indexed& index, Stream& stream, std::span<std::byte> out,
     return true;
 }
 
-static Checkpoint checkpointOf(Stream& stream) {
+Checkpoint checkpointOf(Stream& stream) {
     Checkpoint point{stream.in - stream.z.avail_in, stream.out, stream.z.data_type & 7, {}};
     point.window.resize(kWindowSize);
     uInt filled = 0;
@@ -84,7 +83,7 @@ static Checkpoint checkpointOf(Stream& stream) {
     return point;
 }
 
-static void buildIndex(Indexed& index, std::uint32_t crc) {
+void buildIndex(Indexed& index, std::uint32_t crc) {
     Stream stream;
     std::vector<std::byte> out(std::size_t(1) << 18);
     uLong sum = crc32(0, nullptr, 0);
@@ -102,7 +101,7 @@ static void buildIndex(Indexed& index, std::uint32_t crc) {
     if (sum != crc) index.fail("its checksum is wrong");
 }
 
-static std::unique_ptr<Stream> streamAt(const Indexed& index, const Checkpoint& point) {
+std::unique_ptr<Stream> streamAt(const Indexed& index, const Checkpoint& point) {
     auto stream = std::make_unique<Stream>();
     stream->in = point.in;
     stream->out = point.out;
@@ -118,7 +117,7 @@ static std::unique_ptr<Stream> streamAt(const Indexed& index, const Checkpoint& 
 }
 
 // The idle decoder that has least to skip, or a new one at the last checkpoint before `offset`.
-static std::unique_ptr<Stream> takeStream(Indexed& index, std::uint64_t offset) {
+std::unique_ptr<Stream> takeStream(Indexed& index, std::uint64_t offset) {
     const auto after = std::upper_bound(index.checkpoints.begin(), index.checkpoints.end(), offset,
                                         [](std::uint64_t o, const Checkpoint& p) { return o < p.out; });
     const Checkpoint& point = *(after - 1);
@@ -138,7 +137,7 @@ static std::unique_ptr<Stream> takeStream(Indexed& index, std::uint64_t offset) 
     return streamAt(index, point);
 }
 
-static void readInflated(Indexed& index, std::uint64_t offset, std::span<std::byte> out) {
+void readInflated(Indexed& index, std::uint64_t offset, std::span<std::byte> out) {
     if (out.empty()) return;
     std::unique_ptr<Stream> stream = takeStream(index, offset);
     std::vector<std::byte> skipped(std::size_t(std::min<std::uint64_t>(offset - stream->out, std::size_t(1) << 16)));
@@ -158,6 +157,8 @@ static void readInflated(Indexed& index, std::uint64_t offset, std::span<std::by
     if (index.idle.size() == kIdleStreams) index.idle.erase(index.idle.begin());
     index.idle.push_back(std::move(stream));
 }
+
+}  // namespace
 
 RandomBytes inflateIndexed(const RandomBytes& packed, std::uint64_t size, std::uint32_t crc, const std::string& what) {
     const auto index = std::make_shared<Indexed>();

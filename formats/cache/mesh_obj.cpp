@@ -22,12 +22,11 @@ struct ObjParser {
         throw InvalidInput(name + ": line " + std::to_string(line) + ": " + problem);
     }
 };
-}  // namespace
 
-static bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 // The next word of the line, "" at its end. A backslash at the end of a line joins it with the next.
-static std::string_view nextWord(ObjParser& parser) {
+std::string_view nextWord(ObjParser& parser) {
     std::string_view& rest = parser.rest;
     for (;;) {
         while (!rest.empty() && isBlank(rest.front())) rest.remove_prefix(1);
@@ -44,7 +43,7 @@ static std::string_view nextWord(ObjParser& parser) {
     return word;
 }
 
-static void skipLine(ObjParser& parser) {
+void skipLine(ObjParser& parser) {
     while (!nextWord(parser).empty()) {
     }
     if (parser.rest.empty()) return;
@@ -52,7 +51,7 @@ static void skipLine(ObjParser& parser) {
     ++parser.line;
 }
 
-static double readNumber(ObjParser& parser) {
+double readNumber(ObjParser& parser) {
     std::string_view word = nextWord(parser);
     if (word.starts_with('+')) word.remove_prefix(1);
     double value = 0;
@@ -61,14 +60,14 @@ static double readNumber(ObjParser& parser) {
     return value;
 }
 
-static void readVertex(ObjParser& parser) {
+void readVertex(ObjParser& parser) {
     const double x = readNumber(parser), y = readNumber(parser), z = readNumber(parser);
     parser.mesh.positions.push_back({x, y, z});
     if (parser.mesh.positions.size() > kMaxSourceVertices) throw Unsupported(parser.name + ": has too many vertices");
 }
 
 // "7", "7/1", "7//2" or "7/1/2", from 1; negative ones count from the last vertex so far.
-static std::uint32_t cornerOf(const ObjParser& parser, std::string_view word) {
+std::uint32_t cornerOf(const ObjParser& parser, std::string_view word) {
     const std::string_view index = word.substr(0, word.find('/'));
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(index.data(), index.data() + index.size(), value);
@@ -81,7 +80,7 @@ static std::uint32_t cornerOf(const ObjParser& parser, std::string_view word) {
     return std::uint32_t(vertex);
 }
 
-static std::uint16_t currentSlot(ObjParser& parser) {
+std::uint16_t currentSlot(ObjParser& parser) {
     std::vector<std::string>& slots = parser.mesh.slots;
     const std::string name = (parser.object.empty() ? "mesh" : parser.object) + "/" + parser.material;
     if (!slots.empty() && slots.back() == name) return std::uint16_t(slots.size() - 1);
@@ -94,7 +93,7 @@ static std::uint16_t currentSlot(ObjParser& parser) {
 
 constexpr std::uint16_t kNoSlot = 65535;
 
-static void readFace(ObjParser& parser) {
+void readFace(ObjParser& parser) {
     std::vector<std::uint32_t>& corners = parser.corners;
     corners.clear();
     for (std::string_view word = nextWord(parser); !word.empty() && word[0] != '#'; word = nextWord(parser))
@@ -108,12 +107,12 @@ static void readFace(ObjParser& parser) {
         if (mesh.slot_of_vertex[v] == kNoSlot) mesh.slot_of_vertex[v] = slot;
 }
 
-static void readName(ObjParser& parser, std::string& name) {
+void readName(ObjParser& parser, std::string& name) {
     name = cleanText(std::string(nextWord(parser)));
     parser.has_parts = true;
 }
 
-static void finishSlots(ObjParser& parser) {
+void finishSlots(ObjParser& parser) {
     MeshFile& mesh = parser.mesh;
     if (!parser.has_parts || mesh.triangles.empty()) {
         mesh.slots.clear();
@@ -123,6 +122,8 @@ static void finishSlots(ObjParser& parser) {
     mesh.slot_of_vertex.resize(mesh.positions.size(), kNoSlot);
     std::replace(mesh.slot_of_vertex.begin(), mesh.slot_of_vertex.end(), kNoSlot, std::uint16_t(0));  // in no face
 }
+
+}  // namespace
 
 MeshFile parseObj(std::string_view text, const std::string& name) {
     ObjParser parser;

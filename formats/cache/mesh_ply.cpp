@@ -36,9 +36,8 @@ struct PlyParser {
 
     [[noreturn]] void fail(const std::string& problem) const { throw InvalidInput(name + ": " + problem); }
 };
-}  // namespace
 
-static Type typeOf(const PlyParser& parser, std::string_view word) {
+Type typeOf(const PlyParser& parser, std::string_view word) {
     struct Name {
         const char *old_name, *new_name;
         Type type;
@@ -51,7 +50,7 @@ static Type typeOf(const PlyParser& parser, std::string_view word) {
     parser.fail("unknown type '" + cleanText(std::string(word.substr(0, 40))) + "'");
 }
 
-static std::size_t sizeOf(Type type) {
+std::size_t sizeOf(Type type) {
     switch (type) {
         case Type::kInt8:
         case Type::kUint8:
@@ -68,7 +67,7 @@ static std::size_t sizeOf(Type type) {
 
 // --- Header ---------------------------------------------------------------------------------------------------------
 
-static std::vector<std::string_view> wordsOfLine(PlyParser& parser) {
+std::vector<std::string_view> wordsOfLine(PlyParser& parser) {
     const std::size_t end = parser.rest.find('\n');
     if (end == std::string_view::npos || end > 4096) parser.fail("its header is cut short");
     std::string_view line = parser.rest.substr(0, end);
@@ -83,14 +82,14 @@ static std::vector<std::string_view> wordsOfLine(PlyParser& parser) {
     return words;
 }
 
-static void setFormat(PlyParser& parser, std::string_view format) {
+void setFormat(PlyParser& parser, std::string_view format) {
     parser.ascii = format == "ascii";
     if (!parser.ascii && format != "binary_little_endian" && format != "binary_big_endian")
         parser.fail("unknown format '" + cleanText(std::string(format.substr(0, 40))) + "'");
     parser.swapped = (format == "binary_big_endian") == (std::endian::native == std::endian::little);
 }
 
-static void addElement(PlyParser& parser, std::string_view name, std::string_view count) {
+void addElement(PlyParser& parser, std::string_view name, std::string_view count) {
     Element element;
     element.name = cleanText(std::string(name.substr(0, 40)));
     const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), element.count);
@@ -99,7 +98,7 @@ static void addElement(PlyParser& parser, std::string_view name, std::string_vie
     parser.elements.push_back(std::move(element));
 }
 
-static void addProperty(PlyParser& parser, const std::vector<std::string_view>& words) {
+void addProperty(PlyParser& parser, const std::vector<std::string_view>& words) {
     if (parser.elements.empty()) parser.fail("its header has a property before an element");
     Property property;
     const bool is_list = words[1] == "list";
@@ -110,7 +109,7 @@ static void addProperty(PlyParser& parser, const std::vector<std::string_view>& 
     parser.elements.back().properties.push_back(std::move(property));
 }
 
-static void readHeader(PlyParser& parser) {
+void readHeader(PlyParser& parser) {
     bool has_format = false;
     for (std::vector<std::string_view> words = wordsOfLine(parser); words.empty() || words[0] != "end_header";
          words = wordsOfLine(parser)) {
@@ -132,7 +131,7 @@ static void readHeader(PlyParser& parser) {
 
 // --- Numbers --------------------------------------------------------------------------------------------------------
 
-static double readWord(PlyParser& parser, const std::string& where) {
+double readWord(PlyParser& parser, const std::string& where) {
     const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
     while (!parser.rest.empty() && is_blank(parser.rest.front())) parser.rest.remove_prefix(1);
     const auto end = std::find_if(parser.rest.begin(), parser.rest.end(), is_blank);
@@ -148,7 +147,7 @@ static double readWord(PlyParser& parser, const std::string& where) {
 }
 
 template <class T>
-static double numberOf(const PlyParser& parser) {
+double numberOf(const PlyParser& parser) {
     std::array<char, sizeof(T)> bytes;
     std::copy_n(parser.rest.begin(), sizeof(T), bytes.begin());
     if (parser.swapped) std::reverse(bytes.begin(), bytes.end());
@@ -157,7 +156,7 @@ static double numberOf(const PlyParser& parser) {
     return double(value);
 }
 
-static double readBinary(PlyParser& parser, Type type, const std::string& where) {
+double readBinary(PlyParser& parser, Type type, const std::string& where) {
     if (parser.rest.size() < sizeOf(type)) parser.fail(where + ": the file is cut short");
     double value = 0;
     switch (type) {
@@ -190,11 +189,11 @@ static double readBinary(PlyParser& parser, Type type, const std::string& where)
     return value;
 }
 
-static double readNumber(PlyParser& parser, Type type, const std::string& where) {
+double readNumber(PlyParser& parser, Type type, const std::string& where) {
     return parser.ascii ? readWord(parser, where) : readBinary(parser, type, where);
 }
 
-static std::size_t readCount(PlyParser& parser, const Property& list, const std::string& where) {
+std::size_t readCount(PlyParser& parser, const Property& list, const std::string& where) {
     const double count = readNumber(parser, *list.count, where);
     const double most = double(parser.rest.size() / (parser.ascii ? 1 : sizeOf(list.type)));
     if (!(count >= 0 && count <= most) || count != std::floor(count))
@@ -205,19 +204,19 @@ static std::size_t readCount(PlyParser& parser, const Property& list, const std:
 // --- Elements -------------------------------------------------------------------------------------------------------
 
 // No more than the file can hold: every property takes a byte or more.
-static void checkCount(const PlyParser& parser, const Element& element) {
+void checkCount(const PlyParser& parser, const Element& element) {
     std::size_t least = 0;
     for (const Property& p : element.properties) least += parser.ascii ? 1 : sizeOf(p.count.value_or(p.type));
     if (least == 0 ? element.count > 0 : element.count > parser.rest.size() / least)
         parser.fail("element " + element.name + ": the file is too short for " + std::to_string(element.count));
 }
 
-static void skipProperty(PlyParser& parser, const Property& property, const std::string& where) {
+void skipProperty(PlyParser& parser, const Property& property, const std::string& where) {
     const std::size_t count = property.count ? readCount(parser, property, where) : 1;
     for (std::size_t i = 0; i < count; ++i) readNumber(parser, property.type, where);
 }
 
-static void readVertices(PlyParser& parser, const Element& element, MeshFile& mesh) {
+void readVertices(PlyParser& parser, const Element& element, MeshFile& mesh) {
     std::vector<int> axis;
     for (const Property& p : element.properties)
         axis.push_back(p.count                                                      ? -1
@@ -239,8 +238,7 @@ static void readVertices(PlyParser& parser, const Element& element, MeshFile& me
     }
 }
 
-static void readFace(PlyParser& parser, const Property& list, const std::string& where,
-                     std::vector<std::uint32_t>& corners) {
+void readFace(PlyParser& parser, const Property& list, const std::string& where, std::vector<std::uint32_t>& corners) {
     corners.clear();
     const std::size_t count = readCount(parser, list, where);
     if (count < 3) parser.fail(where + ": needs three vertices");
@@ -252,7 +250,7 @@ static void readFace(PlyParser& parser, const Property& list, const std::string&
     }
 }
 
-static void readFaces(PlyParser& parser, const Element& element, MeshFile& mesh) {
+void readFaces(PlyParser& parser, const Element& element, MeshFile& mesh) {
     const auto is_faces = [](const Property& p) {
         return p.count && (p.name == "vertex_indices" || p.name == "vertex_index");
     };
@@ -275,13 +273,15 @@ static void readFaces(PlyParser& parser, const Element& element, MeshFile& mesh)
 }
 
 // Faces may stand before the vertices.
-static void checkIndices(const PlyParser& parser, const MeshFile& mesh) {
+void checkIndices(const PlyParser& parser, const MeshFile& mesh) {
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t)
             if (v >= mesh.positions.size())
                 parser.fail("a face names vertex " + std::to_string(v) + " of " +
                             std::to_string(mesh.positions.size()));
 }
+
+}  // namespace
 
 MeshFile parsePly(std::string_view bytes, const std::string& name) {
     PlyParser parser;

@@ -29,12 +29,11 @@ struct Numbered {
 struct Place {
     std::size_t start = std::string::npos, size = 0;
 };
-}  // namespace
 
-static bool isDigit(char c) { return c >= '0' && c <= '9'; }
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
 // "%d", "%4d", "%04d", "*" or a run of "#".
-static Place findPattern(const std::string& name) {
+Place findPattern(const std::string& name) {
     if (const std::size_t star = name.find('*'); star != std::string::npos) return {star, 1};
     if (const std::size_t hash = name.find('#'); hash != std::string::npos)
         return {hash, std::min(name.find_first_not_of('#', hash), name.size()) - hash};
@@ -47,7 +46,7 @@ static Place findPattern(const std::string& name) {
 }
 
 // The last run of digits before the extension.
-static Place findNumber(const std::string& name, std::size_t stem_size) {
+Place findNumber(const std::string& name, std::size_t stem_size) {
     std::size_t end = stem_size;
     while (end > 0 && !isDigit(name[end - 1])) --end;
     std::size_t start = end;
@@ -55,9 +54,11 @@ static Place findNumber(const std::string& name, std::size_t stem_size) {
     return start == end ? Place{} : Place{start, end - start};
 }
 
-static Template cut(const std::string& name, Place place) {
+Template cut(const std::string& name, Place place) {
     return {name.substr(0, place.start), name.substr(place.start + place.size)};
 }
+
+}  // namespace
 
 bool namesSequence(const fs::path& path) {
     std::error_code error;
@@ -65,7 +66,9 @@ bool namesSequence(const fs::path& path) {
     return !fs::exists(path, error) && findPattern(path.filename().string()).start != std::string::npos;
 }
 
-static std::vector<std::string> namesIn(const fs::path& folder) {
+namespace {
+
+std::vector<std::string> namesIn(const fs::path& folder) {
     std::vector<std::string> names;
     std::error_code error;
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
@@ -75,7 +78,7 @@ static std::vector<std::string> namesIn(const fs::path& folder) {
     return names;
 }
 
-static std::vector<Numbered> matches(const fs::path& folder, const Template& pattern) {
+std::vector<Numbered> matches(const fs::path& folder, const Template& pattern) {
     std::vector<Numbered> found;
     for (const std::string& name : namesIn(folder.empty() ? "." : folder)) {
         if (name.size() <= pattern.before.size() + pattern.after.size() || !name.starts_with(pattern.before) ||
@@ -92,7 +95,7 @@ static std::vector<Numbered> matches(const fs::path& folder, const Template& pat
 }
 
 // The name of a number, as wide as that of the file before it.
-static std::string nameOf(const Numbered& before, const Template& pattern, std::uint64_t number) {
+std::string nameOf(const Numbered& before, const Template& pattern, std::uint64_t number) {
     const std::size_t width = before.file.filename().string().size() - pattern.before.size() - pattern.after.size();
     std::string digits = std::to_string(number);
     if (digits.size() < width) digits.insert(0, width - digits.size(), '0');
@@ -100,13 +103,13 @@ static std::string nameOf(const Numbered& before, const Template& pattern, std::
 }
 
 // The step of the numbers, which ascend: the greatest that would reach all of them. Two files say nothing about it.
-static std::uint64_t stepOf(const std::vector<Numbered>& found) {
+std::uint64_t stepOf(const std::vector<Numbered>& found) {
     std::uint64_t step = 0;
     for (std::size_t i = 1; i < found.size(); ++i) step = std::gcd(step, found[i].number - found[i - 1].number);
     return found.size() < 3 || step == 0 ? 1 : step;
 }
 
-static void checkNumbers(const std::vector<Numbered>& found, const Template& pattern, std::uint64_t step) {
+void checkNumbers(const std::vector<Numbered>& found, const Template& pattern, std::uint64_t step) {
     const std::string sequence = step == 1 ? "the sequence" : "the sequence in steps of " + std::to_string(step);
     for (std::size_t i = 1; i < found.size(); ++i) {
         if (found[i].number == found[i - 1].number)
@@ -117,7 +120,7 @@ static void checkNumbers(const std::vector<Numbered>& found, const Template& pat
     }
 }
 
-static NumberedFiles sequenceOf(const fs::path& folder, const Template& pattern, std::uint64_t first) {
+NumberedFiles sequenceOf(const fs::path& folder, const Template& pattern, std::uint64_t first) {
     std::vector<Numbered> found = matches(folder, pattern);
     std::erase_if(found, [&](const Numbered& n) { return n.number < first; });
     if (found.empty())
@@ -134,7 +137,7 @@ static NumberedFiles sequenceOf(const fs::path& folder, const Template& pattern,
 }
 
 // The one template that the numbered files of a folder have.
-static NumberedFiles sequenceIn(const fs::path& folder, const std::vector<std::string>& extensions) {
+NumberedFiles sequenceIn(const fs::path& folder, const std::vector<std::string>& extensions) {
     std::map<Template, int> templates;
     for (const std::string& name : namesIn(folder)) {
         const bool fits = std::any_of(extensions.begin(), extensions.end(),
@@ -150,6 +153,8 @@ static NumberedFiles sequenceIn(const fs::path& folder, const std::vector<std::s
     }
     return sequenceOf(folder, templates.begin()->first, 0);
 }
+
+}  // namespace
 
 NumberedFiles findNumberedFiles(const fs::path& path, const std::vector<std::string>& extensions) {
     std::error_code error;

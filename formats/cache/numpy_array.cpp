@@ -75,10 +75,9 @@ private:
     std::string_view rest_;
     const std::string& what_;
 };
-}  // namespace
 
 // '<f4': byte order, kind, bytes.
-static void setType(const std::string& type, NumpyArray& array) {
+void setType(const std::string& type, NumpyArray& array) {
     const auto unsupported = [&] {
         throw Unsupported(array.what + ": numbers of type '" + (type.size() < 16 ? type : "...") +
                           "' (f4, f8 and integers are read)");
@@ -94,7 +93,7 @@ static void setType(const std::string& type, NumpyArray& array) {
     array.swapped = type[0] == (little ? '>' : '<');
 }
 
-static std::vector<std::uint64_t> readShape(HeaderScanner& header) {
+std::vector<std::uint64_t> readShape(HeaderScanner& header) {
     std::vector<std::uint64_t> shape;
     header.expect('(');
     while (!header.accept(')')) {
@@ -107,7 +106,7 @@ static std::vector<std::uint64_t> readShape(HeaderScanner& header) {
     return shape;
 }
 
-static void parseHeader(std::string_view text, NumpyArray& array) {
+void parseHeader(std::string_view text, NumpyArray& array) {
     HeaderScanner header(text, array.what);
     bool has_type = false, has_order = false, has_shape = false;
     header.expect('{');
@@ -138,7 +137,7 @@ static void parseHeader(std::string_view text, NumpyArray& array) {
 }
 
 // Bytes of all numbers; empty where that exceeds 64 bits.
-static std::optional<std::uint64_t> dataSize(const NumpyArray& array) {
+std::optional<std::uint64_t> dataSize(const NumpyArray& array) {
     std::uint64_t size = std::uint64_t(array.item_size);
     for (const std::uint64_t n : array.shape) {
         if (n != 0 && size > std::numeric_limits<std::uint64_t>::max() / n) return std::nullopt;
@@ -146,6 +145,8 @@ static std::optional<std::uint64_t> dataSize(const NumpyArray& array) {
     }
     return size;
 }
+
+}  // namespace
 
 NumpyArray openNumpy(const RandomBytes& bytes, const std::string& what) {
     NumpyArray array;
@@ -170,8 +171,10 @@ NumpyArray openNumpy(const RandomBytes& bytes, const std::string& what) {
     return array;
 }
 
+namespace {
+
 template <class T>
-static void appendNumbers(std::vector<std::byte>& bytes, bool swapped, std::vector<double>& out) {
+void appendNumbers(std::vector<std::byte>& bytes, bool swapped, std::vector<double>& out) {
     for (std::size_t at = 0; at < bytes.size(); at += sizeof(T)) {
         if (swapped) std::reverse(bytes.begin() + std::ptrdiff_t(at), bytes.begin() + std::ptrdiff_t(at + sizeof(T)));
         T value;
@@ -179,6 +182,8 @@ static void appendNumbers(std::vector<std::byte>& bytes, bool swapped, std::vect
         out.push_back(double(value));
     }
 }
+
+}  // namespace
 
 std::vector<double> readNumbers(const NumpyArray& array, std::uint64_t first, std::size_t count) {
     const std::uint64_t item = std::uint64_t(array.item_size);

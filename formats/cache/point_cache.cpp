@@ -47,22 +47,26 @@ std::vector<double> evenTimes(std::size_t keys, double fps) {
     return times;
 }
 
-static bool isGltf(const std::filesystem::path& path) {
-    return isExtension(path, ".glb") || isExtension(path, ".gltf");
-}
+namespace {
+
+bool isGltf(const std::filesystem::path& path) { return isExtension(path, ".glb") || isExtension(path, ".gltf"); }
 
 // Positions that need a mesh from elsewhere.
-static bool needsMesh(const std::filesystem::path& path) {
+bool needsMesh(const std::filesystem::path& path) {
     return isExtension(path, ".npy") || isExtension(path, ".mdd") || isExtension(path, ".pc2");
 }
+
+}  // namespace
 
 bool isPointCache(const std::filesystem::path& path) {
     if (isExtension(path, ".npz") || needsMesh(path) || isMeshFile(path) || namesSequence(path)) return true;
     return isGltf(path) && hasOnlyMorphClips(path);
 }
 
+namespace {
+
 // `beside_positions`: another path needs a mesh.
-static CacheFile readCacheFile(const std::filesystem::path& path, double fps, bool beside_positions) {
+CacheFile readCacheFile(const std::filesystem::path& path, double fps, bool beside_positions) {
     if (isExtension(path, ".npz")) return readNpzCache(path, fps);
     if (isExtension(path, ".npy")) return readNpyCache(path, fps);
     if (isExtension(path, ".mdd")) return readMddCache(path, fps);
@@ -74,6 +78,8 @@ static CacheFile readCacheFile(const std::filesystem::path& path, double fps, bo
                       ": not a point cache (.npz, .npy, .mdd, .pc2, numbered .obj and .ply files, and "
                       ".glb and .gltf with morph targets are read)");
 }
+
+}  // namespace
 
 // --- One cache of several paths -------------------------------------------------------------------------------------
 
@@ -88,15 +94,14 @@ struct Sources {
     std::vector<ClipPlace> clips;
     PointCacheOptions options;
 };
-}  // namespace
 
-static Vec3 placed(const PointCacheOptions& options, Vec3d p) {
+Vec3 placed(const PointCacheOptions& options, Vec3d p) {
     if (options.z_up) p = {p.x, p.z, -p.y};
     return toFloat(p * options.metres);
 }
 
-static std::vector<Vec3> placePositions(const PointCacheOptions& options, const std::vector<Vec3d>& positions,
-                                        const std::function<std::string()>& name) {
+std::vector<Vec3> placePositions(const PointCacheOptions& options, const std::vector<Vec3d>& positions,
+                                 const std::function<std::string()>& name) {
     std::vector<Vec3> out(positions.size());
     for (std::size_t v = 0; v < positions.size(); ++v) {
         out[v] = placed(options, positions[v]);
@@ -106,7 +111,7 @@ static std::vector<Vec3> placePositions(const PointCacheOptions& options, const 
     return out;
 }
 
-static std::vector<Vec3> readSource(const Sources& sources, std::size_t clip, std::size_t key) {
+std::vector<Vec3> readSource(const Sources& sources, std::size_t clip, std::size_t key) {
     const ClipPlace& place = sources.clips.at(clip);
     const CacheFile& file = sources.files[place.file];
     assert(key < file.clips[place.clip].times.size());
@@ -114,7 +119,7 @@ static std::vector<Vec3> readSource(const Sources& sources, std::size_t clip, st
                           [&] { return file.frame_name(place.clip, key); });
 }
 
-static std::vector<Vec3> sampleSource(const Sources& sources, std::size_t clip, double time) {
+std::vector<Vec3> sampleSource(const Sources& sources, std::size_t clip, double time) {
     const ClipPlace& place = sources.clips.at(clip);
     const CacheFile& file = sources.files[place.file];
     const std::vector<double>& times = file.clips[place.clip].times;
@@ -133,7 +138,7 @@ static std::vector<Vec3> sampleSource(const Sources& sources, std::size_t clip, 
 }
 
 // The file that brings the faces; all others have the same or none, and as many vertices.
-static const CacheFile& findMesh(const std::vector<CacheFile>& files) {
+const CacheFile& findMesh(const std::vector<CacheFile>& files) {
     const auto has_faces = [](const CacheFile& file) { return !file.triangles.empty(); };
     const auto mesh = std::find_if(files.begin(), files.end(), has_faces);
     if (mesh == files.end()) throw InvalidInput(files[0].file.string() + ": has no faces, and no mesh comes with it");
@@ -144,7 +149,7 @@ static const CacheFile& findMesh(const std::vector<CacheFile>& files) {
 }
 
 // Faces alone (an .npy) say only that there are no fewer vertices than they name.
-static void checkVertexCounts(const std::vector<CacheFile>& files) {
+void checkVertexCounts(const std::vector<CacheFile>& files) {
     const auto has_positions = [](const CacheFile& file) { return !file.clips.empty() || !file.rest.empty(); };
     const auto first = std::find_if(files.begin(), files.end(), has_positions);
     if (first == files.end()) throw InvalidInput(files[0].file.string() + ": has faces, and no positions come with it");
@@ -155,7 +160,7 @@ static void checkVertexCounts(const std::vector<CacheFile>& files) {
                                std::to_string(first->vertex_count));
 }
 
-static void joinClips(Sources& sources, PointCache& cache) {
+void joinClips(Sources& sources, PointCache& cache) {
     std::vector<std::string> names;
     for (std::size_t f = 0; f < sources.files.size(); ++f)
         for (std::size_t c = 0; c < sources.files[f].clips.size(); ++c) {
@@ -174,7 +179,7 @@ static void joinClips(Sources& sources, PointCache& cache) {
 // Source vertices that have been at one place so far, ascending, two or more.
 using Group = std::vector<std::uint32_t>;
 
-static void splitGroup(Group group, const std::vector<Vec3>& positions, std::vector<Group>& out) {
+void splitGroup(Group group, const std::vector<Vec3>& positions, std::vector<Group>& out) {
     const auto place = [&](std::uint32_t v) { return std::tuple(positions[v].x, positions[v].y, positions[v].z); };
     std::stable_sort(group.begin(), group.end(), [&](std::uint32_t a, std::uint32_t b) { return place(a) < place(b); });
     for (auto begin = group.begin(); begin != group.end();) {
@@ -186,7 +191,7 @@ static void splitGroup(Group group, const std::vector<Vec3>& positions, std::vec
 
 // Vertices of the source that never part. Reads frames until no group is left, so nothing where no two vertices are at
 // one place at rest.
-static std::vector<Group> findSeams(const Sources& sources, const PointCache& cache, const std::vector<Vec3>& rest) {
+std::vector<Group> findSeams(const Sources& sources, const PointCache& cache, const std::vector<Vec3>& rest) {
     Group all(rest.size());
     std::iota(all.begin(), all.end(), 0u);
     std::vector<Group> groups;
@@ -201,8 +206,7 @@ static std::vector<Group> findSeams(const Sources& sources, const PointCache& ca
     return groups;
 }
 
-static void weld(const CacheFile& source, const std::vector<Vec3>& rest, const std::vector<Group>& seams,
-                 PointCache& cache) {
+void weld(const CacheFile& source, const std::vector<Vec3>& rest, const std::vector<Group>& seams, PointCache& cache) {
     std::vector<std::uint32_t> first(rest.size());
     std::iota(first.begin(), first.end(), 0u);
     for (const Group& group : seams)
@@ -225,7 +229,7 @@ static void weld(const CacheFile& source, const std::vector<Vec3>& rest, const s
     }
 }
 
-static std::vector<Vec3> restPositions(const Sources& sources) {
+std::vector<Vec3> restPositions(const Sources& sources) {
     for (const CacheFile& file : sources.files)
         if (!file.rest.empty())
             return placePositions(sources.options, file.rest, [&] { return file.file.string() + ": rest"; });
@@ -233,8 +237,8 @@ static std::vector<Vec3> restPositions(const Sources& sources) {
 }
 
 // Two paths that name one file are one sequence, opened by each of its files: a pattern that the shell has replaced.
-static void addFilesRead(const std::filesystem::path& path, const std::vector<std::filesystem::path>& read,
-                         PointCache& cache) {
+void addFilesRead(const std::filesystem::path& path, const std::vector<std::filesystem::path>& read,
+                  PointCache& cache) {
     std::vector<std::filesystem::path>& all = cache.files_read;
     for (const std::filesystem::path& file : read)
         if (read.size() > 1 && std::find(all.begin(), all.end(), file) != all.end())
@@ -243,6 +247,8 @@ static void addFilesRead(const std::filesystem::path& path, const std::vector<st
                              "file or by a pattern in quotes");
     all.insert(all.end(), read.begin(), read.end());
 }
+
+}  // namespace
 
 PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {
     if (paths.empty()) throw UsageError("a point cache is needed");
@@ -272,12 +278,16 @@ PointCache readPointCache(const std::vector<std::filesystem::path>& paths, const
 
 // --- Frames ---------------------------------------------------------------------------------------------------------
 
-static std::vector<Vec3> weldedPositions(const PointCache& cache, const std::vector<Vec3>& source) {
+namespace {
+
+std::vector<Vec3> weldedPositions(const PointCache& cache, const std::vector<Vec3>& source) {
     std::vector<Vec3> positions;
     positions.reserve(cache.source_of_point.size());
     for (const std::uint32_t v : cache.source_of_point) positions.push_back(source[v]);
     return positions;
 }
+
+}  // namespace
 
 std::vector<Vec3> readFrame(const PointCache& cache, std::size_t clip, std::size_t key) {
     return weldedPositions(cache, cache.read_source(clip, key));

@@ -22,9 +22,8 @@ struct BinaryCache {
 
     [[noreturn]] void fail(const std::string& problem) const { throw InvalidInput(path.string() + ": " + problem); }
 };
-}  // namespace
 
-static BinaryCache openCache(const std::filesystem::path& path, std::endian order, std::size_t header_size) {
+BinaryCache openCache(const std::filesystem::path& path, std::endian order, std::size_t header_size) {
     BinaryCache cache{path, openBytes(path), order != std::endian::native, 0, 0, 0};
     if (cache.bytes.size < header_size) cache.fail("its header is cut short");
     return cache;
@@ -32,7 +31,7 @@ static BinaryCache openCache(const std::filesystem::path& path, std::endian orde
 
 // Numbers of four bytes.
 template <class T>
-static std::vector<T> readWords(const BinaryCache& cache, std::uint64_t offset, std::size_t count) {
+std::vector<T> readWords(const BinaryCache& cache, std::uint64_t offset, std::size_t count) {
     static_assert(sizeof(T) == 4);
     std::vector<std::byte> bytes = readBytes(cache.bytes, offset, 4 * count);
     if (cache.swapped)
@@ -44,8 +43,8 @@ static std::vector<T> readWords(const BinaryCache& cache, std::uint64_t offset, 
 }
 
 // `rest`: bytes that stand between the header and the positions.
-static void setCounts(BinaryCache& cache, std::int32_t keys, std::int32_t vertices, std::uint64_t header_size,
-                      std::uint64_t bytes_a_key) {
+void setCounts(BinaryCache& cache, std::int32_t keys, std::int32_t vertices, std::uint64_t header_size,
+               std::uint64_t bytes_a_key) {
     if (keys <= 0) cache.fail("says that it has " + std::to_string(keys) + " frames");
     if (vertices <= 0) cache.fail("says that it has " + std::to_string(vertices) + " vertices");
     if (std::size_t(keys) > kMaxCacheKeys) throw Unsupported(cache.path.string() + ": has too many frames");
@@ -59,7 +58,7 @@ static void setCounts(BinaryCache& cache, std::int32_t keys, std::int32_t vertic
                    std::to_string(vertices) + " vertices take " + std::to_string(size));
 }
 
-static std::vector<Vec3d> readPositions(const BinaryCache& cache, std::size_t key) {
+std::vector<Vec3d> readPositions(const BinaryCache& cache, std::size_t key) {
     const std::vector<float> numbers =
         readWords<float>(cache, cache.positions + 12 * std::uint64_t(key) * cache.vertices, 3 * cache.vertices);
     std::vector<Vec3d> positions;
@@ -69,7 +68,7 @@ static std::vector<Vec3d> readPositions(const BinaryCache& cache, std::size_t ke
     return positions;
 }
 
-static CacheFile cacheOf(const BinaryCache& binary, std::vector<double> times) {
+CacheFile cacheOf(const BinaryCache& binary, std::vector<double> times) {
     CacheFile cache;
     cache.file = binary.path;
     cache.vertex_count = binary.vertices;
@@ -81,6 +80,8 @@ static CacheFile cacheOf(const BinaryCache& binary, std::vector<double> times) {
     cache.files_read = {binary.path};
     return cache;
 }
+
+}  // namespace
 
 // i32 frames, i32 vertices, f32 seconds [frames], positions.
 CacheFile readMddCache(const std::filesystem::path& path, double fps) {

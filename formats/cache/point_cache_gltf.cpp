@@ -11,7 +11,9 @@
 
 namespace penumbra {
 
-static double weightAt(const MorphChannel& channel, std::size_t targets, std::size_t target, const KeySpan& span) {
+namespace {
+
+double weightAt(const MorphChannel& channel, std::size_t targets, std::size_t target, const KeySpan& span) {
     const bool cubic = channel.interpolation == Interpolation::kCubicSpline;
     const std::size_t stride = cubic ? 3 * targets : targets;
     const float *from = &channel.values[span.from * stride], *to = &channel.values[span.to * stride];
@@ -21,7 +23,7 @@ static double weightAt(const MorphChannel& channel, std::size_t targets, std::si
 }
 
 // A part's positions in its node's space.
-static std::vector<Vec3d> morphed(const RigSource& source, const SourcePart& part, int clip, double time) {
+std::vector<Vec3d> morphed(const RigSource& source, const SourcePart& part, int clip, double time) {
     std::vector<Vec3d> positions;
     positions.reserve(part.positions.size());
     for (const Vec3 p : part.positions) positions.push_back(toDouble(p));
@@ -39,7 +41,7 @@ static std::vector<Vec3d> morphed(const RigSource& source, const SourcePart& par
 }
 
 // `clip` -1: at rest.
-static std::vector<Vec3d> positionsAt(const RigSource& source, int clip, double time) {
+std::vector<Vec3d> positionsAt(const RigSource& source, int clip, double time) {
     std::vector<Matrix> globals =
         localTransforms(source.nodes, clip < 0 ? nullptr : &source.clips[std::size_t(clip)], time);
     for (std::size_t n = 0; n < globals.size(); ++n)
@@ -52,7 +54,7 @@ static std::vector<Vec3d> positionsAt(const RigSource& source, int clip, double 
     return all;
 }
 
-static void checkParts(const RigSource& source) {
+void checkParts(const RigSource& source) {
     for (const SourcePart& part : source.parts)
         if (part.skin >= 0)
             throw Unsupported(source.file.string() + ": node '" + source.nodes[std::size_t(part.node)].name +
@@ -68,7 +70,7 @@ static void checkParts(const RigSource& source) {
 }
 
 // Triangles and parts; where a node mirrors at rest, triangles are turned to keep their outside.
-static void setMesh(const RigSource& source, CacheFile& cache) {
+void setMesh(const RigSource& source, CacheFile& cache) {
     const std::vector<Matrix> globals = restGlobals(source.nodes);
     for (const SourcePart& part : source.parts) {
         const std::uint32_t first = std::uint32_t(cache.slot_of_vertex.size());
@@ -80,7 +82,7 @@ static void setMesh(const RigSource& source, CacheFile& cache) {
     cache.vertex_count = cache.slot_of_vertex.size();
 }
 
-static std::vector<double> keysOf(const RigSource& source, std::size_t clip) {
+std::vector<double> keysOf(const RigSource& source, std::size_t clip) {
     std::vector<double> times;
     for (const Channel& channel : source.clips[clip].channels)
         times.insert(times.end(), channel.times.begin(), channel.times.end());
@@ -90,6 +92,8 @@ static std::vector<double> keysOf(const RigSource& source, std::size_t clip) {
     times.erase(std::unique(times.begin(), times.end()), times.end());
     return times;
 }
+
+}  // namespace
 
 CacheFile readGltfCache(const std::filesystem::path& path, double fps) {
     const auto source = std::make_shared<RigSource>(readGltf(path, Morphs::kRead));

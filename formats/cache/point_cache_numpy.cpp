@@ -21,13 +21,15 @@ struct Scaling {
     throw InvalidInput(array.what + ": " + problem);
 }
 
-static std::optional<NumpyArray> findArray(const ZipArchive& zip, const std::string& key) {
+namespace {
+
+std::optional<NumpyArray> findArray(const ZipArchive& zip, const std::string& key) {
     std::optional<RandomBytes> bytes = openMember(zip, key + ".npy");
     if (!bytes) return std::nullopt;
     return openNumpy(*bytes, zip.file + ": '" + key + "'");
 }
 
-static void checkPositions(const NumpyArray& array) {
+void checkPositions(const NumpyArray& array) {
     const auto& shape = array.shape;
     if (shape.size() != 3 || shape[2] != 3) fail(array, describe(array) + " is not [frames, vertices, 3]");
     if (shape[0] == 0) fail(array, "has no frames");
@@ -36,8 +38,8 @@ static void checkPositions(const NumpyArray& array) {
     if (shape[1] > kMaxSourceVertices) throw Unsupported(array.what + ": has too many vertices");
 }
 
-static std::vector<Vec3d> readPositions(const NumpyArray& array, const Scaling& scaling, std::uint64_t first,
-                                        std::size_t vertices) {
+std::vector<Vec3d> readPositions(const NumpyArray& array, const Scaling& scaling, std::uint64_t first,
+                                 std::size_t vertices) {
     const std::vector<double> numbers = readNumbers(array, first, 3 * vertices);
     std::vector<Vec3d> positions(vertices);
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -46,7 +48,7 @@ static std::vector<Vec3d> readPositions(const NumpyArray& array, const Scaling& 
 }
 
 // Rows of three or four vertex numbers; a quad is cut from its first corner to its third.
-static std::vector<Triangle> readFaces(const NumpyArray& array, std::uint64_t vertices) {
+std::vector<Triangle> readFaces(const NumpyArray& array, std::uint64_t vertices) {
     const auto& shape = array.shape;
     if (array.kind == 'f' || shape.size() != 2 || (shape[1] != 3 && shape[1] != 4))
         fail(array, describe(array) + " is not integers [faces, 3 or 4]");
@@ -66,7 +68,7 @@ static std::vector<Triangle> readFaces(const NumpyArray& array, std::uint64_t ve
 }
 
 // One finite number, or three where `most` says so.
-static std::vector<double> readScalars(const NumpyArray& array, std::size_t most) {
+std::vector<double> readScalars(const NumpyArray& array, std::size_t most) {
     const std::uint64_t count = array.count();
     if (array.shape.size() > 1 || (count != 1 && count != most))
         fail(array, describe(array) + (most == 1 ? " is not one number" : " is not one number or three"));
@@ -76,11 +78,11 @@ static std::vector<double> readScalars(const NumpyArray& array, std::size_t most
     return values;
 }
 
-static void setEach(const std::vector<double>& values, std::array<double, 3>& out) {
+void setEach(const std::vector<double>& values, std::array<double, 3>& out) {
     for (std::size_t i = 0; i < 3; ++i) out[i] = values[values.size() == 1 ? 0 : i];
 }
 
-static Scaling readScaling(const ZipArchive& zip) {
+Scaling readScaling(const ZipArchive& zip) {
     const std::optional<NumpyArray> offset = findArray(zip, "q_lo"), step = findArray(zip, "q_step");
     if (!offset || !step)
         throw InvalidInput(zip.file + ": has 'verts_q' but no '" + (offset ? "q_step" : "q_lo") + "'");
@@ -90,7 +92,7 @@ static Scaling readScaling(const ZipArchive& zip) {
     return scaling;
 }
 
-static std::vector<double> readTimes(const NumpyArray& array, std::size_t keys) {
+std::vector<double> readTimes(const NumpyArray& array, std::size_t keys) {
     if (array.shape.size() != 1 || array.shape[0] != keys)
         fail(array, describe(array) + " is not one time for each of " + std::to_string(keys) + " frames");
     std::vector<double> times = readNumbers(array, 0, keys);
@@ -100,7 +102,7 @@ static std::vector<double> readTimes(const NumpyArray& array, std::size_t keys) 
     return times;
 }
 
-static std::vector<double> keyTimes(const ZipArchive& zip, std::size_t keys, double fps) {
+std::vector<double> keyTimes(const ZipArchive& zip, std::size_t keys, double fps) {
     if (fps > 0) return evenTimes(keys, fps);
     if (const std::optional<NumpyArray> times = findArray(zip, "times")) return readTimes(*times, keys);
     const std::optional<NumpyArray> rate = findArray(zip, "fps");
@@ -110,8 +112,7 @@ static std::vector<double> keyTimes(const ZipArchive& zip, std::size_t keys, dou
     return evenTimes(keys, value);
 }
 
-static void setFrames(const NumpyArray& positions, const Scaling& scaling, std::vector<double> times,
-                      CacheFile& cache) {
+void setFrames(const NumpyArray& positions, const Scaling& scaling, std::vector<double> times, CacheFile& cache) {
     cache.vertex_count = std::size_t(positions.shape[1]);
     cache.clips.push_back({cache.file.stem().string(), std::move(times)});
     cache.read = [positions, scaling, vertices = cache.vertex_count](std::size_t, std::size_t key) {
@@ -121,6 +122,8 @@ static void setFrames(const NumpyArray& positions, const Scaling& scaling, std::
         return what + ": frame " + std::to_string(key);
     };
 }
+
+}  // namespace
 
 CacheFile readNpzCache(const std::filesystem::path& path, double fps) {
     const ZipArchive zip = openZip(path);

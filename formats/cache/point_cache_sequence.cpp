@@ -28,9 +28,8 @@ struct Topology {
     std::size_t vertices = 0;
     std::vector<Triangle> triangles;
 };
-}  // namespace
 
-static std::vector<Vec3d> readSequenceFrame(const std::filesystem::path& path, const Topology& topology) {
+std::vector<Vec3d> readSequenceFrame(const std::filesystem::path& path, const Topology& topology) {
     MeshFile mesh = readMeshFile(path);
     const auto fail = [&](const std::string& what) {
         throw InvalidInput(path.string() + ": " + what + ", unlike " + topology.file.string());
@@ -45,6 +44,8 @@ static std::vector<Vec3d> readSequenceFrame(const std::filesystem::path& path, c
         fail("its triangle " + std::to_string(differs.first - mesh.triangles.begin()) + " has other vertices");
     return std::move(mesh.positions);
 }
+
+}  // namespace
 
 CacheFile readSequenceCache(const std::filesystem::path& path, double fps) {
     const NumberedFiles sequence = findNumberedFiles(path, {".obj", ".ply"});

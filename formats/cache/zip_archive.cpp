@@ -9,17 +9,21 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::uint32_t kLocalHeader = 0x04034b50, kDirectoryEntry = 0x02014b50, kDirectoryEnd = 0x06054b50,
                         kDirectoryEnd64 = 0x06064b50, kDirectoryLocator64 = 0x07064b50;
 constexpr std::size_t kLocalHeaderSize = 30, kEntrySize = 46, kEndSize = 22, kEnd64Size = 56, kLocator64Size = 20;
 constexpr std::uint64_t kMaxDirectorySize = std::uint64_t(1) << 26;
 constexpr std::uint64_t kMaxRatio = 1032;  // deflate cannot pack more than 258 bytes into 2 bits
 
-static std::uint64_t number(std::span<const std::byte> bytes, std::size_t offset, std::size_t size) {
+std::uint64_t number(std::span<const std::byte> bytes, std::size_t offset, std::size_t size) {
     std::uint64_t value = 0;
     for (std::size_t i = size; i-- > 0;) value = value << 8 | std::uint64_t(bytes[offset + i]);
     return value;
 }
+
+}  // namespace
 
 [[noreturn]] static void fail(const std::string& file, const std::string& what) {
     throw InvalidInput(file + ": " + what);
@@ -29,9 +33,8 @@ namespace {
 struct Directory {
     std::uint64_t offset = 0, size = 0;
 };
-}  // namespace
 
-static void readEnd64(const std::string& file, const RandomBytes& bytes, std::uint64_t end, Directory& directory) {
+void readEnd64(const std::string& file, const RandomBytes& bytes, std::uint64_t end, Directory& directory) {
     if (end < kLocator64Size) fail(file, "is not a whole zip archive");
     const auto locator = readBytes(bytes, end - kLocator64Size, kLocator64Size);
     if (number(locator, 0, 4) != kDirectoryLocator64) fail(file, "its zip64 directory is missing");
@@ -43,7 +46,7 @@ static void readEnd64(const std::string& file, const RandomBytes& bytes, std::ui
 }
 
 // The end record is the last thing in the file but for a comment of up to 65535 bytes.
-static Directory findDirectory(const std::string& file, const RandomBytes& bytes) {
+Directory findDirectory(const std::string& file, const RandomBytes& bytes) {
     const std::size_t tail_size = std::size_t(std::min<std::uint64_t>(bytes.size, kEndSize + 65535));
     const auto tail = readBytes(bytes, bytes.size - tail_size, tail_size);
     for (std::size_t at = tail_size < kEndSize ? 0 : tail_size - kEndSize + 1; at-- > 0;) {
@@ -60,7 +63,7 @@ static Directory findDirectory(const std::string& file, const RandomBytes& bytes
 }
 
 // Extra field 1 has, in this order, those of the three numbers that do not fit into 32 bits.
-static void readSizes64(const std::string& file, std::span<const std::byte> extra, ZipMember& member) {
+void readSizes64(const std::string& file, std::span<const std::byte> extra, ZipMember& member) {
     for (std::size_t at = 0; at + 4 <= extra.size();) {
         const std::size_t size = std::size_t(number(extra, at + 2, 2));
         if (number(extra, at, 2) != 1) {
@@ -78,11 +81,13 @@ static void readSizes64(const std::string& file, std::span<const std::byte> extr
     }
 }
 
-static std::string printable(std::span<const std::byte> bytes) {
+std::string printable(std::span<const std::byte> bytes) {
     std::string text;
     for (const std::byte b : bytes) text += std::uint8_t(b) < 32 ? '_' : char(b);
     return text;
 }
+
+}  // namespace
 
 ZipArchive openZip(const std::filesystem::path& path) {
     ZipArchive zip{path.string(), openBytes(path), {}};
@@ -111,7 +116,9 @@ ZipArchive openZip(const std::filesystem::path& path) {
     return zip;
 }
 
-static void checkStored(const RandomBytes& bytes, const ZipMember& member, const std::string& what) {
+namespace {
+
+void checkStored(const RandomBytes& bytes, const ZipMember& member, const std::string& what) {
     if (member.packed_size != member.size) fail(what, "its two sizes differ although it is stored");
     std::vector<std::byte> block(std::size_t(1) << 18);
     uLong sum = crc32(0, nullptr, 0);
@@ -122,6 +129,8 @@ static void checkStored(const RandomBytes& bytes, const ZipMember& member, const
     }
     if (sum != member.crc) fail(what, "its checksum is wrong");
 }
+
+}  // namespace
 
 std::optional<RandomBytes> openMember(const ZipArchive& zip, const std::string& name) {
     const auto found =

@@ -46,7 +46,9 @@ void Report::willWrite(const std::vector<fs::path>& files) {
 
 // --- Parsing --------------------------------------------------------------------------------------------------------
 
-static void addCommonOptions(CLI::App& app, CommonOptions& common) {
+namespace {
+
+void addCommonOptions(CLI::App& app, CommonOptions& common) {
     CLI::Option* quiet = app.add_flag("-q,--quiet", common.quiet, "No messages but errors")->group(kCommonGroup);
     app.add_flag("-v,--verbose", common.verbosity, "More messages; twice for still more")
         ->excludes(quiet)
@@ -77,8 +79,8 @@ struct CommandLine {
     explicit CommandLine(const char* description) : app(description) {}
 };
 
-static void defineCommandLine(CommandLine& line, const char* program, const std::string& version,
-                              const std::vector<Verb>& verbs) {
+void defineCommandLine(CommandLine& line, const char* program, const std::string& version,
+                       const std::vector<Verb>& verbs) {
     line.app.name(program);
     line.app.set_help_flag("-h,--help", "Print this and exit");
     line.app.set_version_flag("--version", version, "Print the versions of the program and of its formats, and exit");
@@ -101,7 +103,7 @@ static void defineCommandLine(CommandLine& line, const char* program, const std:
 }
 
 // What CLI11 lets through: empty values, and NaN or infinity where a number is asked for (both pass its range check).
-static void checkValues(const CLI::App& app) {
+void checkValues(const CLI::App& app) {
     for (const CLI::Option* option : app.get_options()) {
         if (option->get_expected_max() == 0) continue;
         for (const std::string& value : option->results()) {
@@ -113,7 +115,7 @@ static void checkValues(const CLI::App& app) {
     }
 }
 
-static int threadsFromEnvironment() {
+int threadsFromEnvironment() {
     for (const char* name : {"PENUMBRA_THREADS", "CUE_THREADS"}) {
         const char* text = std::getenv(name);
         if (!text || !*text) continue;
@@ -129,7 +131,7 @@ static int threadsFromEnvironment() {
 }
 
 // Parses; returns the exit code where that was all (--help, --version).
-static std::optional<int> parse(CommandLine& line, const char* program, int argc, char** argv) {
+std::optional<int> parse(CommandLine& line, const char* program, int argc, char** argv) {
     try {
         line.app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -167,7 +169,7 @@ struct Run {
 
 // --- Files: everything that can fail fails before the work ----------------------------------------------------------
 
-static void checkWritable(const fs::path& path, bool dry_run) {
+void checkWritable(const fs::path& path, bool dry_run) {
     if (!dry_run) {
         const PartialFile probe(path);
         return;
@@ -178,7 +180,7 @@ static void checkWritable(const fs::path& path, bool dry_run) {
 }
 
 // Also for files that do not exist yet.
-static bool sameFile(const fs::path& first, const fs::path& second) {
+bool sameFile(const fs::path& first, const fs::path& second) {
     if (first.empty() || second.empty()) return false;
     const fs::path a = fs::absolute(first).lexically_normal(), b = fs::absolute(second).lexically_normal();
     std::error_code error;
@@ -186,7 +188,7 @@ static bool sameFile(const fs::path& first, const fs::path& second) {
            (a.filename() == b.filename() && fs::equivalent(a.parent_path(), b.parent_path(), error));
 }
 
-static void checkReplaceable(const fs::path& path, const Run& run) {
+void checkReplaceable(const fs::path& path, const Run& run) {
     if (path == "-") throw UsageError("-: nothing is written to standard output: name a file (./- is one, too)");
     for (const fs::path& input : run.inputs())
         if (sameFile(input, path)) throw UsageError(path.string() + ": is input and output");
@@ -196,7 +198,7 @@ static void checkReplaceable(const fs::path& path, const Run& run) {
 }
 
 // One of the files that a run writes.
-static void checkWritten(const fs::path& path, const Run& run) {
+void checkWritten(const fs::path& path, const Run& run) {
     if (path.empty()) return;
     int same = 0;
     for (const fs::path& written : {run.output(), fs::path(run.common.report), fs::path(run.common.depfile)})
@@ -207,7 +209,7 @@ static void checkWritten(const fs::path& path, const Run& run) {
 }
 
 // Those of Report::willWrite(). There may be thousands: one of each folder is tried, the others must not be devices.
-static void checkManyWritten(const std::vector<fs::path>& files, const Run& run) {
+void checkManyWritten(const std::vector<fs::path>& files, const Run& run) {
     std::set<fs::path> names, folders;
     for (const fs::path& file : files) {
         if (!names.insert(fs::absolute(file).lexically_normal()).second)
@@ -226,7 +228,7 @@ static void checkManyWritten(const std::vector<fs::path>& files, const Run& run)
 }
 
 // The report comes first: it is written for a failure too, but only when its own name may be written.
-static void checkFiles(Run& run) {
+void checkFiles(Run& run) {
     checkWritten(run.common.report, run);
     run.report_checked = true;
     if (!run.common.depfile.empty() && run.output().empty() && !run.verb.names_outputs)
@@ -238,7 +240,7 @@ static void checkFiles(Run& run) {
 }
 
 // A name in a make rule: blanks and # take a backslash, $ is doubled.
-static std::string makeName(const fs::path& path) {
+std::string makeName(const fs::path& path) {
     std::string name;
     for (char c : path.string()) {
         if (c == ' ' || c == '\t' || c == '#') name += '\\';
@@ -248,8 +250,7 @@ static std::string makeName(const fs::path& path) {
     return name;
 }
 
-static void writeDepfile(const std::string& path, const std::vector<fs::path>& outputs,
-                         const std::vector<fs::path>& inputs) {
+void writeDepfile(const std::string& path, const std::vector<fs::path>& outputs, const std::vector<fs::path>& inputs) {
     std::string rule;
     for (const fs::path& output : outputs) rule += (rule.empty() ? "" : " \\\n") + makeName(output);
     rule += ":";
@@ -260,7 +261,7 @@ static void writeDepfile(const std::string& path, const std::vector<fs::path>& o
 // --- Running --------------------------------------------------------------------------------------------------------
 
 // Of every file read and of the output, by path.
-static nlohmann::ordered_json hashesOf(const Run& run) {
+nlohmann::ordered_json hashesOf(const Run& run) {
     std::vector<fs::path> files = run.inputs();
     for (const fs::path& output : run.outputs()) files.push_back(output);
     nlohmann::ordered_json hashes = nlohmann::ordered_json::object();
@@ -268,7 +269,7 @@ static nlohmann::ordered_json hashesOf(const Run& run) {
     return hashes;
 }
 
-static void writeReport(Run& run, int exit_code, const std::string& error) {
+void writeReport(Run& run, int exit_code, const std::string& error) {
     if (!run.report_checked || run.common.report.empty() || run.common.dry_run) return;
     nlohmann::ordered_json json;
     json["schema"] = "penumbra.report";
@@ -304,14 +305,14 @@ static void writeReport(Run& run, int exit_code, const std::string& error) {
 
 // Results that never reached the reader are a failure, though the output stays: it is whole. A reader that went away
 // (| head) is none.
-static void flushResults() {
+void flushResults() {
     std::cout.flush();
     errno = 0;
     if ((std::fflush(stdout) != 0 || std::ferror(stdout)) && errno != EPIPE)
         throw IoError("standard output: cannot write" + (errno ? std::string(": ") + std::strerror(errno) : ""));
 }
 
-static int runVerb(Run& run) {
+int runVerb(Run& run) {
     try {
         checkFiles(run);
         throwIfInterrupted();
@@ -335,6 +336,8 @@ static int runVerb(Run& run) {
         return code;
     }
 }
+
+}  // namespace
 
 int runProgram(const char* program, const char* description, const char* format_versions, std::vector<Verb> verbs,
                int argc, char** argv) try {

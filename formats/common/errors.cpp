@@ -5,13 +5,17 @@
 
 namespace penumbra {
 
-static int exitCodeOf(const std::exception& error) noexcept {
+namespace {
+
+int exitCodeOf(const std::exception& error) noexcept {
     if (dynamic_cast<const UsageError*>(&error)) return kExitUsage;
     if (dynamic_cast<const IoError*>(&error)) return kExitIo;
     if (dynamic_cast<const InvalidInput*>(&error)) return kExitInvalidInput;
     if (dynamic_cast<const Unsupported*>(&error)) return kExitUnsupported;
     return kExitFailed;
 }
+
+}  // namespace
 
 int reportFailure(const char* program, const std::exception& error) noexcept {
     const bool out_of_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;

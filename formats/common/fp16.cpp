@@ -51,17 +51,25 @@ __attribute__((target("avx,f16c"))) static std::size_t toFloatF16c(const std::ui
     return i;
 }
 
-static bool hasF16c() {
+namespace {
+
+bool hasF16c() {
     // clang 14 cannot ask for F16C; every processor with AVX2 has it.
     static const bool has = __builtin_cpu_supports("avx2");
     return has;
 }
 
+}  // namespace
+
 #else
 
-static std::size_t toHalfF16c(const float*, std::uint16_t*, std::size_t) { return 0; }
-static std::size_t toFloatF16c(const std::uint16_t*, float*, std::size_t) { return 0; }
-static bool hasF16c() { return false; }
+namespace {
+
+std::size_t toHalfF16c(const float*, std::uint16_t*, std::size_t) { return 0; }
+std::size_t toFloatF16c(const std::uint16_t*, float*, std::size_t) { return 0; }
+bool hasF16c() { return false; }
+
+}  // namespace
 
 #endif
 

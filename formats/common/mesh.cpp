@@ -18,8 +18,10 @@ double boxDiagonal(const std::vector<Vec3>& positions) {
     return length(high - low);
 }
 
-static Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> weights,
-                         const std::vector<Affine>& bones) {
+namespace {
+
+Affine blendBones(std::span<const std::uint16_t> joints, std::span<const float> weights,
+                  const std::vector<Affine>& bones) {
     Affine blend{{}};
     for (std::size_t k = 0; k < joints.size(); ++k) {
         if (weights[k] == 0) continue;
@@ -27,6 +29,8 @@ static Affine blendBones(std::span<const std::uint16_t> joints, std::span<const 
     }
     return blend;
 }
+
+}  // namespace
 
 void skinVertices(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& rest_normals,
                   const std::vector<Affine>& bones, std::vector<Vec3>& positions, std::vector<Vec3>& normals) {
@@ -59,12 +63,16 @@ std::vector<Vec3> meshNormals(const Mesh& mesh, std::span<const Vec3> positions)
     return normals;
 }
 
+namespace {
+
 template <class T>
-static void appendCopy(std::vector<T>& items) {
+void appendCopy(std::vector<T>& items) {
     const std::size_t fronts = items.size();
     items.reserve(2 * fronts);
     for (std::size_t i = 0; i < fronts; ++i) items.push_back(items[i]);
 }
+
+}  // namespace
 
 void appendBackPositions(std::vector<Vec3>& positions) { appendCopy(positions); }
 

@@ -22,7 +22,9 @@ int hardwareThreads() { return std::max(1, int(std::thread::hardware_concurrency
 
 #ifdef PENUMBRA_STD_THREAD
 
-static void runOnThreads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+namespace {
+
+void runOnThreads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
     std::atomic<std::size_t> next{0};
     std::exception_ptr first_error;
     std::mutex guard;
@@ -42,23 +44,29 @@ static void runOnThreads(std::size_t count, int threads, const std::function<voi
     if (first_error) std::rethrow_exception(first_error);
 }
 
+}  // namespace
+
 #else
+
+namespace {
 
 // Kept: threads look for work in an arena for a while before they sleep, and only find that of a next loop if it is the
 // same arena. A new one costs some 0.05 ms of a frame. Never destroyed, since TBB may be gone first.
-static tbb::task_arena& arenaOf(int threads) {
+tbb::task_arena& arenaOf(int threads) {
     static std::mutex guard;
     static auto& arenas = *new std::map<int, tbb::task_arena>;
     const std::lock_guard lock(guard);
     return arenas.try_emplace(threads, threads).first->second;
 }
 
-static void runOnThreads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+void runOnThreads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
     // Without this TBB caps every arena at the core count.
     std::optional<tbb::global_control> allow;
     if (threads > hardwareThreads()) allow.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
     arenaOf(threads).execute([&] { tbb::parallel_for(std::size_t(0), count, body); });
 }
+
+}  // namespace
 
 #endif
 

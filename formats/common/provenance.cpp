@@ -10,9 +10,13 @@
 #include "formats/common/sha256.h"
 
 namespace penumbra {
+namespace {
+
 using Json = nlohmann::ordered_json;
 
-static std::string program_version = PENUMBRA_VERSION;
+std::string program_version = PENUMBRA_VERSION;
+
+}  // namespace
 
 std::string_view penumbraVersion() { return PENUMBRA_VERSION; }
 void setSourceHash(std::string_view hash) { program_version = PENUMBRA_VERSION "+" + std::string(hash); }
@@ -61,12 +65,14 @@ Provenance provenanceFromJson(std::string_view json) try {
     throw InvalidInput("provenance: " + std::string(error.what()));
 }
 
-static std::string textOf(const Json& options, const std::string& name) {
+namespace {
+
+std::string textOf(const Json& options, const std::string& name) {
     return options.contains(name) ? options[name].dump(-1, ' ', false, Json::error_handler_t::replace) : "absent";
 }
 
-static void compareOptions(const Json& other, const Json& expected, const std::vector<std::string>& ignored,
-                           std::vector<std::string>& differences) {
+void compareOptions(const Json& other, const Json& expected, const std::vector<std::string>& ignored,
+                    std::vector<std::string>& differences) {
     std::set<std::string> names;
     for (const Json& options : {other, expected})
         for (const auto& item : options.items()) names.insert(item.key());
@@ -75,6 +81,8 @@ static void compareOptions(const Json& other, const Json& expected, const std::v
         if (const std::string a = textOf(other, name), b = textOf(expected, name); a != b)
             differences.push_back(name + " " + a + ", not " + b);
 }
+
+}  // namespace
 
 std::vector<std::string> differencesOf(const Provenance& other, const Provenance& expected,
                                        const std::vector<std::string>& ignored_options) {

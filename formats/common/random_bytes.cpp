@@ -23,9 +23,8 @@ struct OpenFile {
     }
     [[noreturn]] void fail(const std::string& what) const { throw IoError(path.string() + ": " + what); }
 };
-}  // namespace
 
-static void readAll(const OpenFile& file, std::uint64_t offset, std::span<std::byte> out) {
+void readAll(const OpenFile& file, std::uint64_t offset, std::span<std::byte> out) {
     while (!out.empty()) {
         const ssize_t got = ::pread(file.descriptor, out.data(), out.size(), off_t(offset));
         if (got < 0 && errno == EINTR) continue;
@@ -35,6 +34,8 @@ static void readAll(const OpenFile& file, std::uint64_t offset, std::span<std::b
         out = out.subspan(std::size_t(got));
     }
 }
+
+}  // namespace
 
 RandomBytes openBytes(const std::filesystem::path& path) {
     checkReadable(path);

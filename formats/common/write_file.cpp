@@ -18,9 +18,11 @@
 #include "formats/common/errors.h"
 
 namespace penumbra {
+namespace {
+
 namespace fs = std::filesystem;
 
-static IoError failed(const char* what, const fs::path& path, int error) {
+IoError failed(const char* what, const fs::path& path, int error) {
     return IoError(path.string() + ": " + what + ": " + std::strerror(error));
 }
 
@@ -31,9 +33,11 @@ struct PartialName {
     std::atomic<bool> used{false}, ready{false};
     std::array<char, 4096> path{};
 };
-static std::array<PartialName, 64> partial_names;
-static std::atomic<int> caught_signal{0};
-static std::array<char, 128> stop_message{};
+std::array<PartialName, 64> partial_names;
+std::atomic<int> caught_signal{0};
+std::array<char, 128> stop_message{};
+
+}  // namespace
 
 void removeOnStop(const fs::path& partial) {
     const std::string text = fs::absolute(partial).string();
@@ -56,8 +60,10 @@ void keepOnStop(const fs::path& partial) {
         }
 }
 
+namespace {
+
 // The loops had 0.5 s to see the flag and did not (a library call that cannot be interrupted): stop here.
-static void stopAtOnce(int) {
+void stopAtOnce(int) {
     for (PartialName& name : partial_names)
         if (name.ready) ::unlink(name.path.data());
     [[maybe_unused]] const ssize_t written =
@@ -65,11 +71,13 @@ static void stopAtOnce(int) {
     ::_exit(kExitFailed);
 }
 
-static void onSignal(int signal_number) {
+void onSignal(int signal_number) {
     caught_signal = signal_number;
     const itimerval grace{{0, 0}, {0, 500000}};
     ::setitimer(ITIMER_REAL, &grace, nullptr);
 }
+
+}  // namespace
 
 void catchSignals(const char* program) {
     std::snprintf(stop_message.data(), stop_message.size(), "%s: stopped by a signal\n", program);
@@ -92,9 +100,11 @@ void throwIfInterrupted() {
 
 // --- Files ----------------------------------------------------------------------------------------------------------
 
+namespace {
+
 // Removes "TARGET.partPID" files whose writer was killed: no process has that number and nobody holds the lock. The
 // lock tells for writers on other hosts or in other containers, whose process numbers mean nothing here.
-static void sweepStale(const fs::path& target) {
+void sweepStale(const fs::path& target) {
     const std::string prefix = target.filename().string() + ".part";
     std::error_code ignored;
     for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path(), ignored)) {
@@ -110,7 +120,7 @@ static void sweepStale(const fs::path& target) {
     }
 }
 
-static void checkTarget(const fs::path& target) {
+void checkTarget(const fs::path& target) {
     std::error_code error;
     const fs::file_status status = fs::status(target, error);
     // rename() would replace the device or the folder itself.
@@ -118,6 +128,8 @@ static void checkTarget(const fs::path& target) {
     if (!fs::is_directory(target.parent_path(), error))
         throw IoError(target.string() + ": no folder " + target.parent_path().string());
 }
+
+}  // namespace
 
 PartialFile::PartialFile(fs::path target) : target_(std::move(target)) {
     if (target_.empty() || !target_.has_filename()) throw IoError("\"" + target_.string() + "\": not a file name");
@@ -155,7 +167,9 @@ void PartialFile::discard() noexcept {
     lock_ = -1;
 }
 
-static void syncPath(const fs::path& path, int flags) {
+namespace {
+
+void syncPath(const fs::path& path, int flags) {
     const int file = ::open(path.c_str(), flags | O_CLOEXEC);
     if (file < 0) throw failed("cannot open to flush", path, errno);
     const int result = ::fsync(file), reason = errno;
@@ -163,6 +177,8 @@ static void syncPath(const fs::path& path, int flags) {
     // EINVAL: a file system that has no fsync for folders.
     if (result != 0 && reason != EINVAL) throw failed("cannot flush to disk", path, reason);
 }
+
+}  // namespace
 
 void PartialFile::commit() {
     syncPath(partial_, O_RDONLY);

@@ -29,19 +29,23 @@ std::string_view nameOf(MapLayout layout) {
 // --- Cubes
 // ------------------------------------------------------------------------------------------------------------
 
-static constexpr Vec3d kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
-static constexpr std::array<CubeFace, 6> kVerticalFaces = {{{1, 0, kY, kZ, kX},
-                                                            {0, 1, -kZ, kX, -kY},
-                                                            {1, 1, kX, kZ, -kY},
-                                                            {2, 1, kZ, -kX, -kY},
-                                                            {1, 2, -kY, kZ, -kX},
-                                                            {1, 3, -kX, kZ, kY}}};
-static constexpr std::array<CubeFace, 6> kHorizontalFaces = {{{1, 0, kY, kZ, kX},
-                                                              {0, 1, -kZ, kX, -kY},
-                                                              {1, 1, kX, kZ, -kY},
-                                                              {2, 1, kZ, -kX, -kY},
-                                                              {3, 1, -kX, -kZ, -kY},
-                                                              {1, 2, -kY, kZ, -kX}}};
+namespace {
+
+constexpr Vec3d kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
+constexpr std::array<CubeFace, 6> kVerticalFaces = {{{1, 0, kY, kZ, kX},
+                                                     {0, 1, -kZ, kX, -kY},
+                                                     {1, 1, kX, kZ, -kY},
+                                                     {2, 1, kZ, -kX, -kY},
+                                                     {1, 2, -kY, kZ, -kX},
+                                                     {1, 3, -kX, kZ, kY}}};
+constexpr std::array<CubeFace, 6> kHorizontalFaces = {{{1, 0, kY, kZ, kX},
+                                                       {0, 1, -kZ, kX, -kY},
+                                                       {1, 1, kX, kZ, -kY},
+                                                       {2, 1, kZ, -kX, -kY},
+                                                       {3, 1, -kX, -kZ, -kY},
+                                                       {1, 2, -kY, kZ, -kX}}};
+
+}  // namespace
 
 std::span<const CubeFace> cubeFaces(MapLayout layout) {
     assert(layout == MapLayout::kVerticalCross || layout == MapLayout::kHorizontalCross);
@@ -54,20 +58,18 @@ double cubeSolidAngle(double s0, double s1, double t0, double t1) {
     return corner(s1, t1) - corner(s0, t1) - corner(s1, t0) + corner(s0, t0);
 }
 
-static bool isCross(MapLayout layout) {
-    return layout == MapLayout::kVerticalCross || layout == MapLayout::kHorizontalCross;
-}
+namespace {
 
-static double faceSize(const MapShape& shape) {
-    return shape.width / (shape.layout == MapLayout::kVerticalCross ? 3.0 : 4.0);
-}
+bool isCross(MapLayout layout) { return layout == MapLayout::kVerticalCross || layout == MapLayout::kHorizontalCross; }
+
+double faceSize(const MapShape& shape) { return shape.width / (shape.layout == MapLayout::kVerticalCross ? 3.0 : 4.0); }
 
 struct FacePoint {
     const CubeFace* face = nullptr;
     double s = 0, t = 0;
 };
 
-static FacePoint facePoint(const MapShape& shape, double x, double y) {
+FacePoint facePoint(const MapShape& shape, double x, double y) {
     const double size = faceSize(shape);
     for (const CubeFace& face : cubeFaces(shape.layout)) {
         const double s = 2 * (x / size - face.column) - 1, t = 2 * (y / size - face.row) - 1;
@@ -76,7 +78,7 @@ static FacePoint facePoint(const MapShape& shape, double x, double y) {
     return {};
 }
 
-static FacePoint facePoint(const MapShape& shape, Vec3d direction) {
+FacePoint facePoint(const MapShape& shape, Vec3d direction) {
     FacePoint best;
     double forward = 0;
     for (const CubeFace& face : cubeFaces(shape.layout))
@@ -89,11 +91,11 @@ static FacePoint facePoint(const MapShape& shape, Vec3d direction) {
 // ------------------------------------------------------------------------------------------------------------
 
 // u to the right, v up, both in (-1, 1); polar angle from +x.
-static double polarOf(MapLayout layout, double r) {
+double polarOf(MapLayout layout, double r) {
     return layout == MapLayout::kAngular ? kPi * r : 2 * std::asin(std::min(1.0, r));
 }
 
-static Vec3d discDirection(MapLayout layout, double u, double v) {
+Vec3d discDirection(MapLayout layout, double u, double v) {
     const double r = std::hypot(u, v);
     if (r > 1) return {};
     const double polar = polarOf(layout, r), across = r > 0 ? std::sin(polar) / r : 0;
@@ -101,13 +103,13 @@ static Vec3d discDirection(MapLayout layout, double u, double v) {
 }
 
 // Steradians a unit of area: sin(polar) dpolar / (r dr).
-static double discSteradians(MapLayout layout, double r) {
+double discSteradians(MapLayout layout, double r) {
     if (r > 1) return 0;
     if (layout == MapLayout::kBall) return 4;
     return r > 1e-9 ? kPi * std::sin(kPi * r) / r : kPi * kPi;
 }
 
-static void discCoordinates(MapLayout layout, Vec3d direction, double& u, double& v) {
+void discCoordinates(MapLayout layout, Vec3d direction, double& u, double& v) {
     const double across = std::hypot(direction.y, direction.z), polar = std::atan2(across, direction.x);
     const double r = layout == MapLayout::kAngular ? polar / kPi : std::sin(polar / 2);
     const double scale = across > 0 ? r / across : 0;
@@ -115,6 +117,8 @@ static void discCoordinates(MapLayout layout, Vec3d direction, double& u, double
     v = scale * direction.y;
     if (across == 0 && direction.x < 0) u = 1;  // any point of the rim
 }
+
+}  // namespace
 
 // --- All
 // --------------------------------------------------------------------------------------------------------------
@@ -127,7 +131,9 @@ Vec3d mapDirection(const MapShape& shape, double x, double y) {
     return normalized(point.face->forward + point.s * point.face->right + point.t * point.face->down);
 }
 
-static void mapPoint(const MapShape& shape, Vec3d direction, double& x, double& y) {
+namespace {
+
+void mapPoint(const MapShape& shape, Vec3d direction, double& x, double& y) {
     if (shape.layout == MapLayout::kLatLong) {
         latLongCoordinates(direction, x, y);
         x *= shape.width, y *= shape.height;
@@ -145,6 +151,8 @@ static void mapPoint(const MapShape& shape, Vec3d direction, double& x, double& 
         x = inside(point.face->column, point.s), y = inside(point.face->row, point.t);
     }
 }
+
+}  // namespace
 
 MapPixel mapPixel(const MapShape& shape, Vec3d direction) {
     double x, y;
@@ -173,16 +181,16 @@ double mapSteradians(const MapShape& shape, Vec3d direction) {
 // --- From pictures
 // ----------------------------------------------------------------------------------------------------
 
-static std::string sizeOf(const Image& image) {
-    return std::to_string(image.width) + " x " + std::to_string(image.height);
-}
+namespace {
 
-static bool hasShape(const Image& image, int columns, int rows) {
+std::string sizeOf(const Image& image) { return std::to_string(image.width) + " x " + std::to_string(image.height); }
+
+bool hasShape(const Image& image, int columns, int rows) {
     return image.width % columns == 0 && image.height % rows == 0 && image.width / columns == image.height / rows;
 }
 
 // Everything off the faces of a cross has one colour, as programs that write crosses leave it.
-static bool cornersAreEmpty(const Image& image, MapLayout layout) {
+bool cornersAreEmpty(const Image& image, MapLayout layout) {
     const int size = layout == MapLayout::kVerticalCross ? image.width / 3 : image.width / 4;
     const auto faces = cubeFaces(layout);
     const Vec3 empty = image.pixels.back();  // the last corner is off the faces in both
@@ -197,7 +205,7 @@ static bool cornersAreEmpty(const Image& image, MapLayout layout) {
     return true;
 }
 
-static MapLayout guessLayout(const Image& image, const std::string& name) {
+MapLayout guessLayout(const Image& image, const std::string& name) {
     if (image.width == 2 * image.height) return MapLayout::kLatLong;
     for (MapLayout cross : {MapLayout::kVerticalCross, MapLayout::kHorizontalCross}) {
         const bool vertical = cross == MapLayout::kVerticalCross;
@@ -215,7 +223,7 @@ static MapLayout guessLayout(const Image& image, const std::string& name) {
         " is no layout: lat-long is 2:1, cube crosses are 3:4 or 4:3, angular maps and balls are square");
 }
 
-static MapLayout chooseLayout(const Image& image, std::string_view layout, const std::string& name) {
+MapLayout chooseLayout(const Image& image, std::string_view layout, const std::string& name) {
     if (layout.empty()) return guessLayout(image, name);
     const auto expect = [&](bool right, const char* shape) {
         if (!right)
@@ -234,6 +242,8 @@ static MapLayout chooseLayout(const Image& image, std::string_view layout, const
     expect(image.width == image.height, "square");
     return layout == "angular" ? MapLayout::kAngular : MapLayout::kBall;
 }
+
+}  // namespace
 
 EnvironmentMap makeEnvironmentMap(Image image, std::string_view layout, const std::string& name) {
     EnvironmentMap map;

@@ -21,6 +21,8 @@
 
 namespace penumbra {
 
+namespace {
+
 class MemoryReader : public Imf::IStream {
 public:
     MemoryReader(std::span<const std::byte> bytes, const std::string& name)
@@ -59,12 +61,16 @@ private:
     std::uint64_t position_ = 0;
 };
 
+}  // namespace
+
 bool looksLikeExr(std::span<const std::byte> bytes) {
     constexpr std::array<unsigned char, 4> kMagic{0x76, 0x2f, 0x31, 0x01};
     return bytes.size() >= kMagic.size() && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
 }
 
-static void checkHeader(const Imf::Header& header, const std::string& name) {
+namespace {
+
+void checkHeader(const Imf::Header& header, const std::string& name) {
     if (header.displayWindow() != header.dataWindow())
         throw Unsupported(name + ": the data window differs from the display window (a cropped or overscan picture)");
     constexpr int kMostChannels = 256;  // bounds the decoder's buffers, which hold every channel
@@ -81,7 +87,7 @@ static void checkHeader(const Imf::Header& header, const std::string& name) {
 
 // Rows are decoded in bands and the picture grows with them, so that a short file that claims a large size fails
 // before much memory is taken.
-static Image readRows(Imf::InputFile& file) {
+Image readRows(Imf::InputFile& file) {
     constexpr int kBandPixels = 1 << 20;
     const Imath::Box2i window = file.header().dataWindow();
     Image image;
@@ -113,7 +119,7 @@ static Image readRows(Imf::InputFile& file) {
 }
 
 // Files that state other primaries than Rec.709 are converted; white points are not adapted.
-static void toRec709(const Imf::Header& header, Image& image) {
+void toRec709(const Imf::Header& header, Image& image) {
     if (!Imf::hasChromaticities(header)) return;
     const Imf::Chromaticities from = Imf::chromaticities(header), rec709;
     const auto differs = [](Imath::V2f a, Imath::V2f b) { return (a - b).length() > 1e-3f; };
@@ -126,6 +132,8 @@ static void toRec709(const Imf::Header& header, Image& image) {
         p = {out.x, out.y, out.z};
     }
 }
+
+}  // namespace
 
 Image decodeExr(std::span<const std::byte> bytes, const std::string& name) {
     Imf::Header::setMaxImageSize(kMaxImageSide, kMaxImageSide);
@@ -149,11 +157,15 @@ Image decodeExr(std::span<const std::byte> bytes, const std::string& name) {
     }
 }
 
-static std::vector<half> halfChannel(std::size_t count, const auto& value) {
+namespace {
+
+std::vector<half> halfChannel(std::size_t count, const auto& value) {
     std::vector<half> channel(count);
     for (std::size_t i = 0; i < count; ++i) channel[i] = half(std::clamp(value(i), -float(HALF_MAX), float(HALF_MAX)));
     return channel;
 }
+
+}  // namespace
 
 std::vector<std::byte> encodeExr(const Image& image) {
     assert(image.width > 0 && image.height > 0 &&

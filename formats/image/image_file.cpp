@@ -14,7 +14,9 @@
 
 namespace penumbra {
 
-static std::vector<std::byte> readBytes(const std::filesystem::path& path) {
+namespace {
+
+std::vector<std::byte> readBytes(const std::filesystem::path& path) {
     checkReadable(path);
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
@@ -28,6 +30,8 @@ static std::vector<std::byte> readBytes(const std::filesystem::path& path) {
     if (in.bad()) throw IoError(path.string() + ": cannot read");
     return bytes;
 }
+
+}  // namespace
 
 Image decodeImage(std::span<const std::byte> bytes, const std::string& name) {
     Image image;

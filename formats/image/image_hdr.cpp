@@ -13,6 +13,8 @@
 
 namespace penumbra {
 
+namespace {
+
 struct HdrReader {
     std::span<const std::byte> bytes;
     const std::string& name;
@@ -40,12 +42,16 @@ struct HdrHeader {
     double exposure = 1;
 };
 
+}  // namespace
+
 bool looksLikeHdr(std::span<const std::byte> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     return text.starts_with("#?RADIANCE") || text.starts_with("#?RGBE");
 }
 
-static double parseExposure(const HdrReader& in, std::string_view text) {
+namespace {
+
+double parseExposure(const HdrReader& in, std::string_view text) {
     while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -54,7 +60,7 @@ static double parseExposure(const HdrReader& in, std::string_view text) {
 }
 
 // "-Y height +X width": rows from the top. The other signs flip; X before Y is a transposed picture.
-static void parseResolution(const HdrReader& in, std::string_view text, HdrHeader& header) {
+void parseResolution(const HdrReader& in, std::string_view text, HdrHeader& header) {
     const auto number = [&](int& value) {
         while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -75,7 +81,7 @@ static void parseResolution(const HdrReader& in, std::string_view text, HdrHeade
     number(header.width);
 }
 
-static HdrHeader readHeader(HdrReader& in) {
+HdrHeader readHeader(HdrReader& in) {
     HdrHeader header;
     in.line();  // the magic
     for (std::string_view text = in.line(); !text.empty(); text = in.line()) {
@@ -90,7 +96,7 @@ static HdrHeader readHeader(HdrReader& in) {
 using Rgbe = std::array<std::uint8_t, 4>;
 
 // New code: each component of the row by itself, runs (count > 128) and literals.
-static void readPlanarRow(HdrReader& in, std::vector<Rgbe>& row) {
+void readPlanarRow(HdrReader& in, std::vector<Rgbe>& row) {
     for (std::size_t component = 0; component < 4; ++component)
         for (std::size_t x = 0; x < row.size();) {
             const std::uint8_t code = in.next();
@@ -102,7 +108,7 @@ static void readPlanarRow(HdrReader& in, std::vector<Rgbe>& row) {
 }
 
 // Old code: `first` is already read. Consecutive run pixels are the bytes of one count, lowest first.
-static void readPixelRow(HdrReader& in, Rgbe first, std::vector<Rgbe>& row) {
+void readPixelRow(HdrReader& in, Rgbe first, std::vector<Rgbe>& row) {
     int shift = 0;
     for (std::size_t x = 0; x < row.size();) {
         const Rgbe pixel = x == 0 && shift == 0 ? first : Rgbe{in.next(), in.next(), in.next(), in.next()};
@@ -119,7 +125,7 @@ static void readPixelRow(HdrReader& in, Rgbe first, std::vector<Rgbe>& row) {
     }
 }
 
-static void readRow(HdrReader& in, std::vector<Rgbe>& row) {
+void readRow(HdrReader& in, std::vector<Rgbe>& row) {
     const Rgbe first{in.next(), in.next(), in.next(), in.next()};
     const std::size_t width = row.size();
     const bool planar = first[0] == 2 && first[1] == 2 && first[2] < 128 && width >= 8 && width < 32768;
@@ -128,11 +134,13 @@ static void readRow(HdrReader& in, std::vector<Rgbe>& row) {
     readPlanarRow(in, row);
 }
 
-static Vec3 toRadiance(Rgbe p, double exposure) {
+Vec3 toRadiance(Rgbe p, double exposure) {
     if (p[3] == 0) return {};
     const double scale = std::ldexp(1.0, p[3] - 136) / exposure;
     return {float(p[0] * scale), float(p[1] * scale), float(p[2] * scale)};
 }
+
+}  // namespace
 
 Image decodeHdr(std::span<const std::byte> bytes, const std::string& name) {
     HdrReader in{bytes, name};

@@ -9,13 +9,17 @@
 
 namespace penumbra {
 
+namespace {
+
 // sRGB transfer function (IEC 61966-2-1) to 8 bits.
-static std::uint8_t toSrgb8(float linear) {
+std::uint8_t toSrgb8(float linear) {
     if (!(linear > 0)) return 0;
     const float x = std::min(linear, 1.0f);
     const float encoded = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
     return std::uint8_t(std::lround(encoded * 255));
 }
+
+}  // namespace
 
 float linearFromSrgb(float srgb) { return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f); }
 

@@ -10,6 +10,8 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr int kReach = 8;  // pixels: the side of a block of the codec
 
 struct Around {
@@ -17,7 +19,7 @@ struct Around {
     double flux = 0, largest = 0;  // of what is above 0
 };
 
-static Around lookAround(const EnvironmentMap& map, const std::vector<double>& steradians, int x, int y, int channel) {
+Around lookAround(const EnvironmentMap& map, const std::vector<double>& steradians, int x, int y, int channel) {
     Around around;
     const int width = map.image.width;
     for (int j = std::max(0, y - kReach); j <= std::min(map.image.height - 1, y + kReach); ++j)
@@ -33,12 +35,14 @@ static Around lookAround(const EnvironmentMap& map, const std::vector<double>& s
     return around;
 }
 
-static std::vector<double> pixelSteradians(const EnvironmentMap& map) {
+std::vector<double> pixelSteradians(const EnvironmentMap& map) {
     std::vector<double> steradians;
     for (int y = 0; y < map.image.height; ++y)
         for (int x = 0; x < map.image.width; ++x) steradians.push_back(mapSteradians(map.shape(), x + 0.5, y + 0.5));
     return steradians;
 }
+
+}  // namespace
 
 NegativeRadiance removeNegativeRadiance(EnvironmentMap& map, const std::string& name) {
     constexpr double kRinging = 0.5;

@@ -57,15 +57,17 @@ void integrateBasis(const DiscBasis& basis, double polar, std::span<double> out)
     }
 }
 
+namespace {
+
 struct DiscPoint {
     double u, v;
 };
 
-static double radiusOf(DiscPoint p) { return std::hypot(p.u, p.v); }
-static DiscPoint between(DiscPoint a, DiscPoint b, double t) { return {a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t}; }
+double radiusOf(DiscPoint p) { return std::hypot(p.u, p.v); }
+DiscPoint between(DiscPoint a, DiscPoint b, double t) { return {a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t}; }
 
 // Outside the disc I is constant: its integral is that of {cos, sin}(mq).
-static void addOutside(const DiscBasis& basis, DiscPoint a, DiscPoint b, Sums& sum) {
+void addOutside(const DiscBasis& basis, DiscPoint a, DiscPoint b, Sums& sum) {
     const double qa = std::atan2(a.v, a.u), turn = std::atan2(a.u * b.v - a.v * b.u, a.u * b.u + a.v * b.v);
     const double qb = std::atan2(b.v, b.u);
     sum[0] += basis.whole[0] * turn;  // I_l0(pi) = 0 for other l
@@ -80,8 +82,8 @@ static void addOutside(const DiscBasis& basis, DiscPoint a, DiscPoint b, Sums& s
     }
 }
 
-static void addInside(const DiscBasis& basis, MapLayout layout, std::span<const WeightedDirection> nodes, DiscPoint a,
-                      DiscPoint b, Sums& sum) {
+void addInside(const DiscBasis& basis, MapLayout layout, std::span<const WeightedDirection> nodes, DiscPoint a,
+               DiscPoint b, Sums& sum) {
     const double area = a.u * b.v - a.v * b.u;  // r^2 dq per unit of the parameter, the same all along
     if (area == 0) return;                      // towards the centre: the azimuth stays
     Sums integral;
@@ -104,7 +106,7 @@ static void addInside(const DiscBasis& basis, MapLayout layout, std::span<const 
 }
 
 // Where a border crosses the rim: |a + t (b - a)| = 1, t in (0, 1), ascending.
-static int crossings(DiscPoint a, DiscPoint b, double t[2]) {
+int crossings(DiscPoint a, DiscPoint b, double t[2]) {
     const double du = b.u - a.u, dv = b.v - a.v, aa = du * du + dv * dv, ab = a.u * du + a.v * dv,
                  c = a.u * a.u + a.v * a.v - 1, discriminant = ab * ab - aa * c;
     if (discriminant <= 0) return 0;
@@ -133,8 +135,7 @@ struct DiscGrid {
 };
 
 // The integral along the border from a to b times what it adds to the pixel on its left less that on its right.
-static void addBorder(const DiscGrid& grid, DiscPoint a, DiscPoint b, Vec3d left, Vec3d right,
-                      PartialProjection& total) {
+void addBorder(const DiscGrid& grid, DiscPoint a, DiscPoint b, Vec3d left, Vec3d right, PartialProjection& total) {
     const Vec3d step = left - right;
     const double energy = dot(left, left) - dot(right, right);
     if (step == Vec3d{} && energy == 0) return;
@@ -152,6 +153,8 @@ static void addBorder(const DiscGrid& grid, DiscPoint a, DiscPoint b, Vec3d left
     for (std::size_t k = 0; k < std::size_t(coefficientCount(grid.basis.order)); ++k) total.sh[k] += step * sum[k];
     total.energy += energy * sum[0] * std::sqrt(4 * pi);  // over y_0: the solid angle
 }
+
+}  // namespace
 
 int rowCount(const EnvironmentMap& map) {
     const bool disc = map.layout == MapLayout::kAngular || map.layout == MapLayout::kBall;

@@ -24,11 +24,13 @@ std::span<const Vec3> rowOf(const Image& image, int row) {
 // --------------------------------------------------------------------------------------------------------- All in a
 // frame whose z is the picture's pole, s' = (sin t cos q, sin t sin q, cos t) with q = -p (latLongDirection).
 
+namespace {
+
 struct RowMoments {
     std::array<Vec3d, kMaxOrder> cosine{}, sine{};  // sum over pixels of radiance times integral of cos mq, sin mq dq
 };
 
-static RowMoments momentsOfRow(std::span<const Vec3> row, int order) {
+RowMoments momentsOfRow(std::span<const Vec3> row, int order) {
     RowMoments moments;
     const double width = 2 * pi / double(row.size());
     for (int m = 0; m < order; ++m) {
@@ -45,7 +47,7 @@ static RowMoments momentsOfRow(std::span<const Vec3> row, int order) {
 
 // Integral of y(l, m >= 0; azimuth 0) sin t dt over [t0, t1], by 8 Gauss nodes in t: exact to rounding for rows of up
 // to 45 degrees (a picture of 4 rows) at every order.
-static std::vector<double> rowIntegrals(double t0, double t1, int order) {
+std::vector<double> rowIntegrals(double t0, double t1, int order) {
     static const std::vector<WeightedDirection> nodes = gaussSphere(8, 1);
     std::vector<double> sum(std::size_t(coefficientCount(order))), y(sum.size());
     for (const auto& [node, weight] : nodes) {
@@ -57,7 +59,7 @@ static std::vector<double> rowIntegrals(double t0, double t1, int order) {
     return sum;
 }
 
-static void projectLatLongRow(const Image& image, int row, int order, PartialProjection& sum) {
+void projectLatLongRow(const Image& image, int row, int order, PartialProjection& sum) {
     const double t0 = pi * row / image.height, t1 = pi * (row + 1) / image.height;
     const double solid_angle = 2 * pi / image.width * (std::cos(t0) - std::cos(t1));
     for (Vec3 p : rowOf(image, row)) sum.energy += solid_angle * dot(toDouble(p), toDouble(p));
@@ -75,13 +77,13 @@ static void projectLatLongRow(const Image& image, int row, int order, PartialPro
 // ------------------------------------------------------------------------------------------------------------
 
 // Gauss nodes along a side of a texel that leave less than 1e-8 of band 7 of a uniform cube (measured in the tests).
-static int nodesOfTexel(int size) { return size < 8 ? 10 : size < 64 ? 5 : size < 256 ? 3 : 2; }
+int nodesOfTexel(int size) { return size < 8 ? 10 : size < 64 ? 5 : size < 256 ? 3 : 2; }
 
 struct TexelRule {
     std::vector<double> at, weight;  // in (0, 1), sum 1
 };
 
-static TexelRule texelRule(int size) {
+TexelRule texelRule(int size) {
     TexelRule rule;
     for (const auto& [node, weight] : gaussSphere(nodesOfTexel(size), 1)) {
         rule.at.push_back((node.z + 1) / 2);
@@ -91,8 +93,8 @@ static TexelRule texelRule(int size) {
 }
 
 // Integral of the basis over one texel of a face: Gauss nodes, weighted so that they add up to the exact solid angle.
-static void integrateTexel(const CubeFace& face, const TexelRule& rule, double s0, double t0, double step, int order,
-                           std::span<double> integral) {
+void integrateTexel(const CubeFace& face, const TexelRule& rule, double s0, double t0, double step, int order,
+                    std::span<double> integral) {
     std::array<double, coefficientCount(kMaxOrder)> y;
     const auto basis = std::span(y).first(integral.size());
     std::fill(integral.begin(), integral.end(), 0.0);
@@ -109,7 +111,7 @@ static void integrateTexel(const CubeFace& face, const TexelRule& rule, double s
     for (double& value : integral) value *= solid_angle / total;
 }
 
-static void projectCubeRow(const EnvironmentMap& map, int row, int order, PartialProjection& sum) {
+void projectCubeRow(const EnvironmentMap& map, int row, int order, PartialProjection& sum) {
     const int size = map.image.width / (map.layout == MapLayout::kVerticalCross ? 3 : 4);
     const double step = 2.0 / size;
     const TexelRule rule = texelRule(size);
@@ -133,13 +135,13 @@ static void projectCubeRow(const EnvironmentMap& map, int row, int order, Partia
 
 // From the frame that a layout is projected in to the model frame: lat-long (x', y', z') -> (x, z, -y), y' the pole's
 // side; discs (x', y', z') -> (-z, y, x).
-static Mat3d toModelFrame(MapLayout layout) {
+Mat3d toModelFrame(MapLayout layout) {
     if (layout == MapLayout::kLatLong) return {{1, 0, 0, 0, 0, 1, 0, -1, 0}};
     if (layout == MapLayout::kAngular || layout == MapLayout::kBall) return {{0, 0, 1, 0, 1, 0, -1, 0, 0}};
     return {};
 }
 
-static void projectRow(const EnvironmentMap& map, int row, int order, const DiscBasis& disc, PartialProjection& sum) {
+void projectRow(const EnvironmentMap& map, int row, int order, const DiscBasis& disc, PartialProjection& sum) {
     if (map.layout == MapLayout::kLatLong)
         projectLatLongRow(map.image, row, order, sum);
     else if (map.layout == MapLayout::kAngular || map.layout == MapLayout::kBall)
@@ -147,6 +149,8 @@ static void projectRow(const EnvironmentMap& map, int row, int order, const Disc
     else
         projectCubeRow(map, row, order, sum);
 }
+
+}  // namespace
 
 MapProjection projectMap(const EnvironmentMap& map, int order, int threads) {
     assert(order >= 1 && order <= kMaxOrder);

@@ -7,10 +7,12 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr double kMaxFrames = 1e7;
 constexpr double kSameKey = 1e-5;  // seconds
 
-static std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
+std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
     const double duration = clip.end - clip.begin;
     if (duration <= 0) return {clip.begin};
     std::vector<double> times;
@@ -27,8 +29,7 @@ static std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
     return times;
 }
 
-static const ClipTimes& findClip(const std::vector<ClipTimes>& known, const std::string& name,
-                                 const std::string& owner) {
+const ClipTimes& findClip(const std::vector<ClipTimes>& known, const std::string& name, const std::string& owner) {
     std::string names;
     for (const ClipTimes& clip : known) {
         if (clip.name == name) return clip;
@@ -36,6 +37,8 @@ static const ClipTimes& findClip(const std::vector<ClipTimes>& known, const std:
     }
     throw UsageError("no clip '" + name + "'; " + owner + " has " + (names.empty() ? "none" : names));
 }
+
+}  // namespace
 
 FrameList sampleClips(const std::vector<ClipTimes>& known, const std::vector<std::string>& chosen, double fps,
                       const std::string& owner) {

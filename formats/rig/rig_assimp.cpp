@@ -25,15 +25,14 @@ struct AssimpImport {
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
 };
-}  // namespace
 
-static Matrix toMatrix(const aiMatrix4x4& m) {
+Matrix toMatrix(const aiMatrix4x4& m) {
     return {m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4};
 }
 
-static std::string textOf(const aiString& s) { return cleanText({s.data, s.length}); }
+std::string textOf(const aiString& s) { return cleanText({s.data, s.length}); }
 
-static void setTransform(const AssimpImport& import, const Matrix& m, Node& node) {
+void setTransform(const AssimpImport& import, const Matrix& m, Node& node) {
     if (!allFinite(m)) import.fail("node '" + node.name + "': its transform is not finite");
     const Decomposition parts = decompose(m);
     node.translation = parts.translation;
@@ -43,7 +42,7 @@ static void setTransform(const AssimpImport& import, const Matrix& m, Node& node
         node.matrix = {m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, m[3], m[7], m[11], 1};
 }
 
-static void convertNodes(AssimpImport& import, const Matrix& to_model) {
+void convertNodes(AssimpImport& import, const Matrix& to_model) {
     struct Entry {
         const aiNode* node;
         int parent;
@@ -73,7 +72,7 @@ static void convertNodes(AssimpImport& import, const Matrix& to_model) {
 }
 
 // The skin of a mesh: its bones. Influences are gathered a vertex at a time, as many as the busiest one has.
-static void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
+void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     SourceSkin skin;
     std::vector<std::vector<std::pair<std::uint32_t, double>>> influences(mesh.mNumVertices);
     for (unsigned b = 0; b < mesh.mNumBones; ++b) {
@@ -104,7 +103,7 @@ static void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& p
     import.source.skins.push_back(std::move(skin));
 }
 
-static void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
+void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
     SourcePart part;
     part.node = node;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -130,7 +129,7 @@ static void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
     import.source.parts.push_back(std::move(part));
 }
 
-static void convertMeshes(AssimpImport& import) {
+void convertMeshes(AssimpImport& import) {
     std::size_t vertices = 0;
     for (std::size_t n = 0; n < import.nodes.size(); ++n)
         for (unsigned m = 0; import.nodes[n] != nullptr && m < import.nodes[n]->mNumMeshes; ++m) {
@@ -142,12 +141,12 @@ static void convertMeshes(AssimpImport& import) {
         }
 }
 
-static void appendValue(const aiVector3D& v, std::vector<float>& out) { out.insert(out.end(), {v.x, v.y, v.z}); }
-static void appendValue(const aiQuaternion& q, std::vector<float>& out) { out.insert(out.end(), {q.x, q.y, q.z, q.w}); }
+void appendValue(const aiVector3D& v, std::vector<float>& out) { out.insert(out.end(), {v.x, v.y, v.z}); }
+void appendValue(const aiQuaternion& q, std::vector<float>& out) { out.insert(out.end(), {q.x, q.y, q.z, q.w}); }
 
 template <class Key>
-static void convertKeys(const AssimpImport& import, std::span<Key> keys, double seconds_a_tick, int node,
-                        Channel::Path path, Clip& clip) {
+void convertKeys(const AssimpImport& import, std::span<Key> keys, double seconds_a_tick, int node, Channel::Path path,
+                 Clip& clip) {
     if (keys.empty()) return;
     const std::string where = "clip '" + clip.name + "': node '" + import.source.nodes[std::size_t(node)].name + "': ";
     Channel channel;
@@ -171,13 +170,13 @@ static void convertKeys(const AssimpImport& import, std::span<Key> keys, double 
 }
 
 // DirectX counts 4800 ticks a second where the file does not say (AnimTicksPerSecond); assimp's own default is 25.
-static double secondsPerTick(const AssimpImport& import, const aiAnimation& animation) {
+double secondsPerTick(const AssimpImport& import, const aiAnimation& animation) {
     if (animation.mTicksPerSecond > 0) return 1 / animation.mTicksPerSecond;
     return isExtension(import.source.file, ".x") ? 1.0 / 4800 : 1.0 / 25;
 }
 
 // The first key moves to 0 s where a clip starts before that.
-static void setDuration(Clip& clip) {
+void setDuration(Clip& clip) {
     double first = 0;
     for (const Channel& channel : clip.channels) first = std::min(first, channel.times.front());
     for (Channel& channel : clip.channels) {
@@ -186,7 +185,7 @@ static void setDuration(Clip& clip) {
     }
 }
 
-static void convertClips(AssimpImport& import) {
+void convertClips(AssimpImport& import) {
     for (unsigned a = 0; a < import.scene->mNumAnimations; ++a) {
         const aiAnimation& animation = *import.scene->mAnimations[a];
         Clip clip;
@@ -213,7 +212,7 @@ static void convertClips(AssimpImport& import) {
 
 // FBX names its axes by index and sign, and its unit in centimetres: row r of the result is model axis x (its "coord"
 // axis), y (up), z (front).
-static Matrix fbxToModel(const aiScene& scene) {
+Matrix fbxToModel(const aiScene& scene) {
     if (scene.mMetaData == nullptr) return kIdentityMatrix;
     double unit = 100;
     float unit_float = 0;
@@ -234,6 +233,8 @@ static Matrix fbxToModel(const aiScene& scene) {
     }
     return m;
 }
+
+}  // namespace
 
 RigSource readWithAssimp(const std::filesystem::path& path) {
     checkReadable(path);

@@ -8,12 +8,12 @@
 
 namespace penumbra {
 
-static bool isLinkOf(const Node& link, const Node& node) {
-    return link.name.rfind(node.name + "_$AssimpFbx$_", 0) == 0;
-}
+namespace {
+
+bool isLinkOf(const Node& link, const Node& node) { return link.name.rfind(node.name + "_$AssimpFbx$_", 0) == 0; }
 
 // For each node, its links from the top down, itself last; empty for what is a link itself.
-static std::vector<std::vector<int>> findChains(const std::vector<Node>& nodes) {
+std::vector<std::vector<int>> findChains(const std::vector<Node>& nodes) {
     std::vector<int> children(nodes.size());
     for (const Node& node : nodes)
         if (node.parent >= 0) ++children[std::size_t(node.parent)];
@@ -33,7 +33,7 @@ static std::vector<std::vector<int>> findChains(const std::vector<Node>& nodes) 
     return chains;
 }
 
-static void setDecomposed(const Matrix& m, Node& node) {
+void setDecomposed(const Matrix& m, Node& node) {
     const Decomposition parts = decompose(m);
     node.translation = parts.translation;
     node.rotation = parts.rotation;
@@ -41,7 +41,7 @@ static void setDecomposed(const Matrix& m, Node& node) {
     node.matrix.reset();
 }
 
-static Matrix productOf(const std::vector<Matrix>& locals, const std::vector<int>& chain) {
+Matrix productOf(const std::vector<Matrix>& locals, const std::vector<int>& chain) {
     Matrix m = kIdentityMatrix;
     for (const int link : chain) m = multiply(m, locals[std::size_t(link)]);
     return m;
@@ -49,8 +49,8 @@ static Matrix productOf(const std::vector<Matrix>& locals, const std::vector<int
 
 // The product of a chain at each key time of any of its links, as translation, rotation and scale of one node. Linear
 // between keys, as the links are; a rotation about a pivot then moves on the chord between two keys.
-static void bakeChain(const std::vector<Node>& nodes, const Clip& clip, const std::vector<int>& chain, int new_node,
-                      std::vector<Channel>& out) {
+void bakeChain(const std::vector<Node>& nodes, const Clip& clip, const std::vector<int>& chain, int new_node,
+               std::vector<Channel>& out) {
     std::vector<double> times;
     for (const Channel& channel : clip.channels)
         if (std::find(chain.begin(), chain.end(), channel.node) != chain.end())
@@ -75,8 +75,8 @@ static void bakeChain(const std::vector<Node>& nodes, const Clip& clip, const st
 }
 
 // One node for each chain; the result maps old nodes to new ones, links to -1.
-static std::vector<int> mergeNodes(const std::vector<Node>& old_nodes, const std::vector<std::vector<int>>& chains,
-                                   std::vector<Node>& nodes) {
+std::vector<int> mergeNodes(const std::vector<Node>& old_nodes, const std::vector<std::vector<int>>& chains,
+                            std::vector<Node>& nodes) {
     const std::vector<Matrix> rest = localTransforms(old_nodes, nullptr, 0);
     std::vector<int> new_of_old(old_nodes.size(), -1);
     for (std::size_t n = 0; n < old_nodes.size(); ++n) {
@@ -90,6 +90,8 @@ static std::vector<int> mergeNodes(const std::vector<Node>& old_nodes, const std
     }
     return new_of_old;
 }
+
+}  // namespace
 
 void collapseFbxPivots(RigSource& source) {
     const std::vector<std::vector<int>> chains = findChains(source.nodes);

@@ -16,7 +16,9 @@ bool isExtension(const std::filesystem::path& file, const char* extension) {
     return own == extension;
 }
 
-static RigSource readSource(const std::filesystem::path& path) {
+namespace {
+
+RigSource readSource(const std::filesystem::path& path) {
     for (const char* extension : {".glb", ".gltf"})
         if (isExtension(path, extension)) return readGltf(path);
     for (const char* extension : {".fbx", ".dae", ".x"})
@@ -25,7 +27,7 @@ static RigSource readSource(const std::filesystem::path& path) {
 }
 
 // Skinned nodes win over others of the same name; of several, the first.
-static std::map<std::string, int> nodesByName(const RigSource& source) {
+std::map<std::string, int> nodesByName(const RigSource& source) {
     std::map<std::string, int> node_of_name;
     for (const SourceSkin& skin : source.skins)
         for (const int n : skin.nodes) node_of_name.emplace(source.nodes[std::size_t(n)].name, n);
@@ -34,7 +36,7 @@ static std::map<std::string, int> nodesByName(const RigSource& source) {
 }
 
 // Moves the clips of `from` to `rig`. Channels of nodes that `rig` does not have are left out.
-static void addClips(RigSource& rig, RigSource&& from) {
+void addClips(RigSource& rig, RigSource&& from) {
     if (from.clips.empty())
         throw InvalidInput(from.file.string() + ": brings no clip, and only the first rig brings a mesh");
     const std::map<std::string, int> node_of_name = nodesByName(rig);
@@ -56,7 +58,7 @@ static void addClips(RigSource& rig, RigSource&& from) {
     rig.files_read.insert(rig.files_read.end(), from.files_read.begin(), from.files_read.end());
 }
 
-static void makeClipNamesUnique(std::vector<Clip>& clips) {
+void makeClipNamesUnique(std::vector<Clip>& clips) {
     std::vector<std::string> names;
     names.reserve(clips.size());
     for (const Clip& clip : clips) names.push_back(clip.name);
@@ -65,7 +67,7 @@ static void makeClipNamesUnique(std::vector<Clip>& clips) {
 }
 
 // The nearest ancestor that is a joint. Joints that share a node share that ancestor.
-static std::vector<std::int32_t> jointParents(const std::vector<Node>& nodes, const std::vector<int>& node_of_joint) {
+std::vector<std::int32_t> jointParents(const std::vector<Node>& nodes, const std::vector<int>& node_of_joint) {
     std::vector<std::int32_t> joint_of_node(nodes.size(), -1);
     for (std::size_t j = node_of_joint.size(); j-- > 0;) joint_of_node[std::size_t(node_of_joint[j])] = std::int32_t(j);
     std::vector<std::int32_t> parents;
@@ -78,13 +80,13 @@ static std::vector<std::int32_t> jointParents(const std::vector<Node>& nodes, co
     return parents;
 }
 
-static Affine toFloat(const Matrix& matrix) {
+Affine toAffine(const Matrix& matrix) {
     Affine affine;
     std::copy(matrix.begin(), matrix.end(), affine.m.begin());
     return affine;
 }
 
-static void setRestTransforms(Rig& rig) {
+void setRestTransforms(Rig& rig) {
     const std::vector<Matrix> globals = restGlobals(rig.nodes);
     Skin& skin = rig.skin;
     for (std::size_t j = 0; j < skin.jointCount(); ++j) {
@@ -99,12 +101,12 @@ static void setRestTransforms(Rig& rig) {
             }
             rest = multiply(*from_scene, rest);
         }
-        skin.rest_transforms.push_back(toFloat(rest));
-        skin.inverse_bind.push_back(toFloat(rig.inverse_bind[j]));
+        skin.rest_transforms.push_back(toAffine(rest));
+        skin.inverse_bind.push_back(toAffine(rig.inverse_bind[j]));
     }
 }
 
-static Rig buildRig(RigSource&& source) {
+Rig buildRig(RigSource&& source) {
     std::size_t triangles = 0;
     for (const SourcePart& part : source.parts) triangles += part.triangles.size();
     if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
@@ -131,6 +133,8 @@ static Rig buildRig(RigSource&& source) {
     return rig;
 }
 
+}  // namespace
+
 Rig readRig(const std::vector<std::filesystem::path>& paths) {
     if (paths.empty()) throw UsageError("a rig is needed");
     RigSource source = readSource(paths[0]);
@@ -140,13 +144,17 @@ Rig readRig(const std::vector<std::filesystem::path>& paths) {
     return buildRig(std::move(source));
 }
 
-static ClipTimes timesOf(const Clip& clip) {
+namespace {
+
+ClipTimes timesOf(const Clip& clip) {
     ClipTimes times{clip.name, 0, clip.duration, {}};
     for (const Channel& channel : clip.channels)
         times.keys.insert(times.keys.end(), channel.times.begin(), channel.times.end());
     std::sort(times.keys.begin(), times.keys.end());
     return times;
 }
+
+}  // namespace
 
 FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, double fps) {
     std::vector<ClipTimes> times;

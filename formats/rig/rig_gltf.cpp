@@ -19,13 +19,12 @@ struct Importer {
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(file.path, problem); }
 };
-}  // namespace
 
-static std::string nodeName(const tinygltf::Model& model, std::size_t node) {
+std::string nodeName(const tinygltf::Model& model, std::size_t node) {
     return model.nodes[node].name.empty() ? "node" + std::to_string(node) : cleanText(model.nodes[node].name);
 }
 
-static std::vector<int> fileParents(const Importer& importer) {
+std::vector<int> fileParents(const Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     std::vector<int> parents(model.nodes.size(), -1);
     for (std::size_t n = 0; n < model.nodes.size(); ++n)
@@ -40,8 +39,8 @@ static std::vector<int> fileParents(const Importer& importer) {
 }
 
 template <std::size_t N>
-static void copyNumbers(const Importer& importer, std::size_t node, const char* field, const std::vector<double>& from,
-                        std::array<double, N>& to) {
+void copyNumbers(const Importer& importer, std::size_t node, const char* field, const std::vector<double>& from,
+                 std::array<double, N>& to) {
     if (from.empty()) return;
     const std::string where = "node '" + nodeName(importer.file.model, node) + "': ";
     if (from.size() != N) importer.fail(where + field + " has " + std::to_string(from.size()) + " numbers");
@@ -50,7 +49,7 @@ static void copyNumbers(const Importer& importer, std::size_t node, const char* 
     std::copy(from.begin(), from.end(), to.begin());
 }
 
-static Node convertNode(const Importer& importer, std::size_t index) {
+Node convertNode(const Importer& importer, std::size_t index) {
     const tinygltf::Node& from = importer.file.model.nodes[index];
     Node node;
     node.name = nodeName(importer.file.model, index);
@@ -71,7 +70,7 @@ static Node convertNode(const Importer& importer, std::size_t index) {
 }
 
 // Depth first from the roots in file order, so that parents come before children.
-static void convertNodes(Importer& importer) {
+void convertNodes(Importer& importer) {
     const std::vector<int> parents = fileParents(importer);
     const std::vector<tinygltf::Node>& nodes = importer.file.model.nodes;
     importer.node_of_file_node.assign(nodes.size(), -1);
@@ -92,7 +91,7 @@ static void convertNodes(Importer& importer) {
 }
 
 // Nodes of the scene that the file shows: its "scene", else the first, else all.
-static std::vector<bool> drawnNodes(const Importer& importer) {
+std::vector<bool> drawnNodes(const Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     if (model.scenes.empty()) return std::vector<bool>(model.nodes.size(), true);
     const std::size_t scene = model.defaultScene < 0 ? 0 : std::size_t(model.defaultScene);
@@ -111,7 +110,7 @@ static std::vector<bool> drawnNodes(const Importer& importer) {
     return drawn;
 }
 
-static void convertSkins(Importer& importer) {
+void convertSkins(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t s = 0; s < model.skins.size(); ++s) {
         const tinygltf::Skin& from = model.skins[s];
@@ -137,8 +136,8 @@ static void convertSkins(Importer& importer) {
     }
 }
 
-static std::vector<std::uint32_t> readIndices(const Importer& importer, const tinygltf::Primitive& primitive,
-                                              std::size_t vertices, const std::string& where) {
+std::vector<std::uint32_t> readIndices(const Importer& importer, const tinygltf::Primitive& primitive,
+                                       std::size_t vertices, const std::string& where) {
     std::vector<std::uint32_t> indices;
     if (primitive.indices < 0) {
         for (std::size_t i = 0; i < vertices; ++i) indices.push_back(std::uint32_t(i));
@@ -155,8 +154,8 @@ static std::vector<std::uint32_t> readIndices(const Importer& importer, const ti
     return indices;
 }
 
-static std::vector<Triangle> readTriangles(const Importer& importer, const tinygltf::Primitive& primitive,
-                                           std::size_t vertices, const std::string& where) {
+std::vector<Triangle> readTriangles(const Importer& importer, const tinygltf::Primitive& primitive,
+                                    std::size_t vertices, const std::string& where) {
     const std::vector<std::uint32_t> i = readIndices(importer, primitive, vertices, where);
     std::vector<Triangle> triangles;
     if (primitive.mode == TINYGLTF_MODE_TRIANGLES) {
@@ -171,8 +170,8 @@ static std::vector<Triangle> readTriangles(const Importer& importer, const tinyg
 }
 
 // JOINTS_n and WEIGHTS_n, n = 0, 1, ...: four influences each.
-static void readInfluences(const Importer& importer, const tinygltf::Primitive& primitive, const std::string& where,
-                           SourcePart& part) {
+void readInfluences(const Importer& importer, const tinygltf::Primitive& primitive, const std::string& where,
+                    SourcePart& part) {
     std::vector<AccessorValues> joints, weights;
     for (int n = 0;; ++n) {
         const auto j = primitive.attributes.find("JOINTS_" + std::to_string(n));
@@ -200,14 +199,14 @@ static void readInfluences(const Importer& importer, const tinygltf::Primitive& 
             }
 }
 
-static std::string materialName(const GltfFile& file, int material) {
+std::string materialName(const GltfFile& file, int material) {
     if (material < 0 || std::size_t(material) >= file.materials.size()) return kDefaultSlot;
     const std::string& name = file.materials[std::size_t(material)];
     return name.empty() ? "material" + std::to_string(material) : name;
 }
 
-static void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
-                             const tinygltf::Primitive& primitive, const std::string& where) {
+void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_node,
+                      const tinygltf::Primitive& primitive, const std::string& where) {
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end()) importer.fail(where + ": has no POSITION");
     const AccessorValues values = readAccessor(importer.file, position->second, where + " POSITION");
@@ -228,7 +227,7 @@ static void convertPrimitive(Importer& importer, const tinygltf::Node& node, int
     importer.source.parts.push_back(std::move(part));
 }
 
-static void convertMeshes(Importer& importer) {
+void convertMeshes(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     const std::vector<bool> drawn = drawnNodes(importer);
     std::size_t vertices = 0;
@@ -251,23 +250,20 @@ static void convertMeshes(Importer& importer) {
     }
 }
 
-static Interpolation interpolationOf(const Importer& importer, const std::string& name, const std::string& where) {
+Interpolation interpolationOf(const Importer& importer, const std::string& name, const std::string& where) {
     if (name == "LINEAR" || name.empty()) return Interpolation::kLinear;
     if (name == "STEP") return Interpolation::kStep;
     if (name == "CUBICSPLINE") return Interpolation::kCubicSpline;
     importer.fail(where + ": unknown interpolation '" + name + "'");
 }
 
-namespace {
 struct Sampler {
     Interpolation interpolation = Interpolation::kLinear;
     std::vector<double> times;
     AccessorValues values;
 };
-}  // namespace
 
-static Sampler readSampler(const Importer& importer, const tinygltf::Animation& clip, int index,
-                           const std::string& where) {
+Sampler readSampler(const Importer& importer, const tinygltf::Animation& clip, int index, const std::string& where) {
     if (index < 0 || std::size_t(index) >= clip.samplers.size()) importer.fail(where + ": has no sampler");
     const tinygltf::AnimationSampler& from = clip.samplers[std::size_t(index)];
     Sampler sampler;
@@ -284,22 +280,22 @@ static Sampler readSampler(const Importer& importer, const tinygltf::Animation& 
 }
 
 // Elements of `components` numbers, `elements` of them a key.
-static void checkSize(const Importer& importer, const Sampler& sampler, int components, std::size_t elements,
-                      const std::string& where) {
+void checkSize(const Importer& importer, const Sampler& sampler, int components, std::size_t elements,
+               const std::string& where) {
     const std::size_t values_a_key = (sampler.interpolation == Interpolation::kCubicSpline ? 3 : 1) * elements;
     if (sampler.values.components != components || sampler.values.count() != values_a_key * sampler.times.size())
         importer.fail(where + ": the numbers of times and values do not fit");
 }
 
-static void checkRotations(const Importer& importer, const Channel& channel, const std::string& where) {
+void checkRotations(const Importer& importer, const Channel& channel, const std::string& where) {
     if (channel.path != Channel::Path::kRotation || channel.interpolation == Interpolation::kCubicSpline) return;
     for (std::size_t i = 0; i < channel.values.size(); i += 4)
         if (!normalized({channel.values[i], channel.values[i + 1], channel.values[i + 2], channel.values[i + 3]}))
             importer.fail(where + ": key " + std::to_string(i / 4) + " is a quaternion of length 0");
 }
 
-static Channel convertChannel(const Importer& importer, const tinygltf::Animation& clip,
-                              const tinygltf::AnimationChannel& from, const std::string& where) {
+Channel convertChannel(const Importer& importer, const tinygltf::Animation& clip,
+                       const tinygltf::AnimationChannel& from, const std::string& where) {
     Channel channel;
     channel.node = importer.node_of_file_node[std::size_t(from.target_node)];
     if (importer.source.nodes[std::size_t(channel.node)].matrix) importer.fail(where + ": the node has a matrix");
@@ -320,8 +316,8 @@ static Channel convertChannel(const Importer& importer, const tinygltf::Animatio
 }
 
 // Of a node whose mesh is drawn and has morph targets.
-static void convertWeights(Importer& importer, const tinygltf::Animation& clip, const tinygltf::AnimationChannel& from,
-                           const std::string& where, MorphChannel channel) {
+void convertWeights(Importer& importer, const tinygltf::Animation& clip, const tinygltf::AnimationChannel& from,
+                    const std::string& where, MorphChannel channel) {
     const auto drawn = [&](const SourcePart& part) { return part.node == channel.node && !part.targets.empty(); };
     const auto part = std::find_if(importer.source.parts.begin(), importer.source.parts.end(), drawn);
     if (part == importer.source.parts.end()) return;
@@ -335,7 +331,7 @@ static void convertWeights(Importer& importer, const tinygltf::Animation& clip, 
 
 // Channels without a node are passed over, those of morph weights where they are not asked for; a clip that has no
 // others is left out.
-static void convertClips(Importer& importer) {
+void convertClips(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t a = 0; a < model.animations.size(); ++a) {
         const tinygltf::Animation& from = model.animations[a];
@@ -365,6 +361,8 @@ static void convertClips(Importer& importer) {
             importer.source.clips.push_back(std::move(clip));
     }
 }
+
+}  // namespace
 
 RigSource readGltf(const std::filesystem::path& path, Morphs morphs) {
     Importer importer{.file = openGltf(path), .source = {}, .node_of_file_node = {}, .morphs = morphs};

@@ -25,9 +25,8 @@ struct Reader {
     // `count` elements of `components` each, `offset` bytes into a buffer view; stride 0: the view's own, else packed.
     Layout locate(int view_index, std::size_t offset, std::size_t count, std::size_t components, int type) const;
 };
-}  // namespace
 
-static std::size_t componentSize(int type) {
+std::size_t componentSize(int type) {
     switch (type) {
         case TINYGLTF_COMPONENT_TYPE_BYTE:
         case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
@@ -42,6 +41,8 @@ static std::size_t componentSize(int type) {
             return 0;
     }
 }
+
+}  // namespace
 
 Layout Reader::locate(int view_index, std::size_t offset, std::size_t count, std::size_t components, int type) const {
     const tinygltf::Model& model = file.model;
@@ -60,14 +61,16 @@ Layout Reader::locate(int view_index, std::size_t offset, std::size_t count, std
     return {bytes.data() + view.byteOffset + offset, stride, type};
 }
 
+namespace {
+
 template <class T>
-static double load(const unsigned char* p) {
+double load(const unsigned char* p) {
     T value;
     std::memcpy(&value, p, sizeof value);
     return double(value);
 }
 
-static double loadComponent(const unsigned char* p, int type, bool normalized) {
+double loadComponent(const unsigned char* p, int type, bool normalized) {
     switch (type) {  // glTF 2.0 section 3.11, "normalized": f = c / max, and max(c / max, -1) for signed types
         case TINYGLTF_COMPONENT_TYPE_BYTE:
             return normalized ? std::max(load<std::int8_t>(p) / 127.0, -1.0) : load<std::int8_t>(p);
@@ -84,13 +87,13 @@ static double loadComponent(const unsigned char* p, int type, bool normalized) {
     }
 }
 
-static void loadElement(const Layout& layout, std::size_t index, bool normalized, std::span<double> out) {
+void loadElement(const Layout& layout, std::size_t index, bool normalized, std::span<double> out) {
     const unsigned char* p = layout.data + index * layout.stride;
     for (std::size_t c = 0; c < out.size(); ++c)
         out[c] = loadComponent(p + c * componentSize(layout.component_type), layout.component_type, normalized);
 }
 
-static void applySparse(const Reader& reader, const tinygltf::Accessor& accessor, AccessorValues& out) {
+void applySparse(const Reader& reader, const tinygltf::Accessor& accessor, AccessorValues& out) {
     const auto& sparse = accessor.sparse;
     if (sparse.count <= 0 || std::size_t(sparse.count) > accessor.count) reader.fail("has a wrong sparse count");
     if (sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0) reader.fail("has a negative sparse offset");
@@ -111,6 +114,8 @@ static void applySparse(const Reader& reader, const tinygltf::Accessor& accessor
                     std::span(out.values).subspan(std::size_t(index) * components, components));
     }
 }
+
+}  // namespace
 
 AccessorValues readAccessor(const GltfFile& file, int index, const std::string& what) {
     const Reader reader{file, what};

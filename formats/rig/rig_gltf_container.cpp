@@ -31,10 +31,9 @@ struct Loader {
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(path, problem); }
 };
-}  // namespace
 
 // Plain files only: a buffer's URI may name a device that never ends.
-static Bytes readBytes(const std::filesystem::path& path) {
+Bytes readBytes(const std::filesystem::path& path) {
     checkReadable(path);
     std::ifstream in(path, std::ios::binary);
     Bytes bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
@@ -42,7 +41,7 @@ static Bytes readBytes(const std::filesystem::path& path) {
     return bytes;
 }
 
-static Json parseJson(const Loader& loader, const char* first, std::size_t size) {
+Json parseJson(const Loader& loader, const char* first, std::size_t size) {
     const auto check_depth = [&](int depth, Json::parse_event_t, Json&) {
         if (depth > kMaxJsonDepth) loader.fail("its JSON is nested too deeply");
         return true;
@@ -52,7 +51,7 @@ static Json parseJson(const Loader& loader, const char* first, std::size_t size)
     return document;
 }
 
-static std::uint32_t loadU32(const Bytes& bytes, std::size_t offset) {  // little-endian
+std::uint32_t loadU32(const Bytes& bytes, std::size_t offset) {  // little-endian
     return std::uint32_t(bytes[offset]) | std::uint32_t(bytes[offset + 1]) << 8 |
            std::uint32_t(bytes[offset + 2]) << 16 | std::uint32_t(bytes[offset + 3]) << 24;
 }
@@ -60,7 +59,7 @@ static std::uint32_t loadU32(const Bytes& bytes, std::size_t offset) {  // littl
 constexpr std::uint32_t kMagicGlb = 0x46546C67, kChunkJson = 0x4E4F534A, kChunkBinary = 0x004E4942;
 
 // 12 bytes of header (magic, version, length), then chunks of (length, type, bytes): JSON first, BIN second or absent.
-static Container splitGlb(const Loader& loader, const Bytes& bytes) {
+Container splitGlb(const Loader& loader, const Bytes& bytes) {
     if (bytes.size() < 20) loader.fail("is cut short: no room for the header of a GLB");
     if (loadU32(bytes, 4) != 2) loader.fail("is GLB version " + std::to_string(loadU32(bytes, 4)) + ", not 2");
     const std::size_t length = loadU32(bytes, 8);
@@ -80,7 +79,7 @@ static Container splitGlb(const Loader& loader, const Bytes& bytes) {
     return out;
 }
 
-static Container readContainer(const Loader& loader) {
+Container readContainer(const Loader& loader) {
     const Bytes bytes = readBytes(loader.path);
     if (bytes.empty()) loader.fail("is empty");
     if (bytes.size() >= 4 && loadU32(bytes, 0) == kMagicGlb) return splitGlb(loader, bytes);
@@ -88,16 +87,16 @@ static Container readContainer(const Loader& loader) {
     return {parseJson(loader, reinterpret_cast<const char*>(bytes.data()), bytes.size()), {}, false};
 }
 
-static bool startsWith(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
+bool startsWith(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
 
 // Extensions that only say how things look, and the two that say how numbers are stored.
-static bool isSupported(const std::string& extension) {
+bool isSupported(const std::string& extension) {
     for (const char* prefix : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"})
         if (startsWith(extension, prefix)) return true;
     return extension == "KHR_mesh_quantization" || extension == "EXT_meshopt_compression";
 }
 
-static void checkVersionAndExtensions(const Loader& loader, const Json& document) {
+void checkVersionAndExtensions(const Loader& loader, const Json& document) {
     const std::string version = document.at("asset").at("version");
     if (!startsWith(version, "2."))
         throw Unsupported(loader.path.string() + ": is glTF " + cleanText(version) + ", not 2.0");
@@ -109,7 +108,7 @@ static void checkVersionAndExtensions(const Loader& loader, const Json& document
     }
 }
 
-static std::string percentDecoded(const std::string& uri) {
+std::string percentDecoded(const std::string& uri) {
     std::string out;
     for (std::size_t i = 0; i < uri.size(); ++i) {
         const bool escape = uri[i] == '%' && i + 2 < uri.size() &&
@@ -121,7 +120,7 @@ static std::string percentDecoded(const std::string& uri) {
     return out;
 }
 
-static Bytes readUri(Loader& loader, const std::string& uri, const std::string& where) {
+Bytes readUri(Loader& loader, const std::string& uri, const std::string& where) {
     if (startsWith(uri, "data:")) {
         Bytes bytes;
         std::string mime_type;
@@ -139,7 +138,7 @@ static Bytes readUri(Loader& loader, const std::string& uri, const std::string& 
     return bytes;
 }
 
-static std::size_t sizeField(const Loader& loader, const Json& object, const char* key, const std::string& where) {
+std::size_t sizeField(const Loader& loader, const Json& object, const char* key, const std::string& where) {
     const auto it = object.find(key);
     if (it == object.end()) return 0;
     // Half the range of size_t, so that two of them can be added.
@@ -148,14 +147,14 @@ static std::size_t sizeField(const Loader& loader, const Json& object, const cha
     return it->get<std::size_t>();
 }
 
-static const Json* meshoptExtension(const Json& object) {
+const Json* meshoptExtension(const Json& object) {
     const auto extensions = object.find("extensions");
     if (extensions == object.end() || !extensions->is_object()) return nullptr;
     const auto meshopt = extensions->find("EXT_meshopt_compression");
     return meshopt == extensions->end() ? nullptr : &*meshopt;
 }
 
-static Bytes readBuffer(Loader& loader, Container& container, std::size_t index) {
+Bytes readBuffer(Loader& loader, Container& container, std::size_t index) {
     const Json& buffer = container.document["buffers"][index];
     const std::string where = "buffer " + std::to_string(index);
     const std::size_t size = sizeField(loader, buffer, "byteLength", where);
@@ -175,8 +174,8 @@ static Bytes readBuffer(Loader& loader, Container& container, std::size_t index)
     return bytes;
 }
 
-static std::span<const unsigned char> viewBytes(const Loader& loader, const std::vector<Bytes>& buffers,
-                                                const Json& view, const std::string& where) {
+std::span<const unsigned char> viewBytes(const Loader& loader, const std::vector<Bytes>& buffers, const Json& view,
+                                         const std::string& where) {
     const std::size_t buffer = sizeField(loader, view, "buffer", where);
     if (buffer >= buffers.size())
         loader.fail(where + " names buffer " + std::to_string(buffer) + ", which does not exist");
@@ -187,8 +186,8 @@ static std::span<const unsigned char> viewBytes(const Loader& loader, const std:
     return std::span(buffers[buffer]).subspan(offset, size);
 }
 
-static Bytes decodeView(const Loader& loader, const std::vector<Bytes>& buffers, const Json& extension,
-                        const std::string& where) {
+Bytes decodeView(const Loader& loader, const std::vector<Bytes>& buffers, const Json& extension,
+                 const std::string& where) {
     const MeshoptView view{.count = sizeField(loader, extension, "count", where),
                            .stride = sizeField(loader, extension, "byteStride", where),
                            .mode = extension.value("mode", ""),
@@ -200,7 +199,7 @@ static Bytes decodeView(const Loader& loader, const std::vector<Bytes>& buffers,
 }
 
 // All buffers behind one another in one; buffer views moved along, compressed ones decoded to the end.
-static Bytes mergeBuffers(Loader& loader, Container& container) {
+Bytes mergeBuffers(Loader& loader, Container& container) {
     Json& document = container.document;
     std::vector<Bytes> buffers;
     for (std::size_t i = 0; i < document.value("buffers", Json::array()).size(); ++i)
@@ -232,7 +231,7 @@ static Bytes mergeBuffers(Loader& loader, Container& container) {
     return merged;
 }
 
-static void dropExtensions(Json& objects) {
+void dropExtensions(Json& objects) {
     for (Json& object : objects) {
         if (!object.is_object()) continue;
         for (const char* key : {"extensions", "extras", "camera"}) object.erase(key);
@@ -240,14 +239,14 @@ static void dropExtensions(Json& objects) {
     }
 }
 
-static std::vector<std::string> materialNames(const Json& document) {
+std::vector<std::string> materialNames(const Json& document) {
     std::vector<std::string> names;
     for (const Json& material : document.value("materials", Json::array()))
         names.push_back(cleanText(material.value("name", "")));
     return names;
 }
 
-static std::string geometryOnly(Json& document) {
+std::string geometryOnly(Json& document) {
     Json kept = Json::object();
     for (const char* key :
          {"asset", "scene", "scenes", "nodes", "meshes", "skins", "animations", "accessors", "bufferViews"})
@@ -257,7 +256,7 @@ static std::string geometryOnly(Json& document) {
     return kept.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-static void parseModel(const Loader& loader, const std::string& text, Bytes&& buffer, tinygltf::Model& model) {
+void parseModel(const Loader& loader, const std::string& text, Bytes&& buffer, tinygltf::Model& model) {
     tinygltf::TinyGLTF parser;
     std::string errors, warnings;
     if (text.size() > std::numeric_limits<unsigned>::max()) loader.fail("its JSON is too long");
@@ -268,6 +267,8 @@ static void parseModel(const Loader& loader, const std::string& text, Bytes&& bu
     model.buffers.resize(1);
     model.buffers[0].data = std::move(buffer);
 }
+
+}  // namespace
 
 bool hasOnlyMorphClips(const std::filesystem::path& path) try {
     const Json document = readContainer(Loader{path, {path}}).document;

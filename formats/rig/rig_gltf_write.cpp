@@ -79,9 +79,7 @@ struct WrittenNodes {
     std::vector<int> node_of_joint;  // [J]
 };
 
-}  // namespace
-
-static WrittenNodes nodesToWrite(const Rig& rig) {
+WrittenNodes nodesToWrite(const Rig& rig) {
     WrittenNodes out{rig.nodes, {}, {}};
     for (std::size_t n = 0; n < rig.nodes.size(); ++n) out.original.push_back(int(n));
     std::map<int, int> uses;
@@ -97,7 +95,7 @@ static WrittenNodes nodesToWrite(const Rig& rig) {
     return out;
 }
 
-static void writeNodes(const WrittenNodes& nodes, GlbWriter& out) {
+void writeNodes(const WrittenNodes& nodes, GlbWriter& out) {
     Json roots = Json::array(), list = Json::array();
     for (std::size_t n = 0; n < nodes.nodes.size(); ++n) {
         const Node& node = nodes.nodes[n];
@@ -124,7 +122,7 @@ static void writeNodes(const WrittenNodes& nodes, GlbWriter& out) {
 
 // Reading turns the triangles whose first vertex hangs on a joint that mirrors at rest (rig_weld.cpp): they are written
 // turned.
-static std::vector<bool> mirroringJoints(const Rig& rig) {
+std::vector<bool> mirroringJoints(const Rig& rig) {
     const std::vector<Matrix> globals = restGlobals(rig.nodes);
     std::vector<bool> mirrors;
     for (std::size_t j = 0; j < rig.inverse_bind.size(); ++j)
@@ -132,7 +130,7 @@ static std::vector<bool> mirroringJoints(const Rig& rig) {
     return mirrors;
 }
 
-static std::vector<std::uint32_t> cornersOf(const Rig& rig) {
+std::vector<std::uint32_t> cornersOf(const Rig& rig) {
     // Any source vertex of a shading point is welded to it again.
     std::vector<std::uint32_t> source_of_point(rig.mesh.vertexCount());
     for (std::size_t r = rig.mesh.source_vertex.size(); r-- > 0;)
@@ -148,7 +146,7 @@ static std::vector<std::uint32_t> cornersOf(const Rig& rig) {
 }
 
 // JOINTS_n and WEIGHTS_n, n = 0, 1, ...: four influences each.
-static void writeInfluences(const Rig& rig, Json& attributes, GlbWriter& out) {
+void writeInfluences(const Rig& rig, Json& attributes, GlbWriter& out) {
     const std::size_t influences = std::size_t(rig.skin.influences);
     for (std::size_t first = 0; first < influences; first += 4) {
         std::vector<std::uint16_t> joints;
@@ -164,14 +162,14 @@ static void writeInfluences(const Rig& rig, Json& attributes, GlbWriter& out) {
     }
 }
 
-static std::vector<float> bySourceVertex(const Rig& rig, const std::vector<Vec3>& of_point) {
+std::vector<float> bySourceVertex(const Rig& rig, const std::vector<Vec3>& of_point) {
     std::vector<float> out;
     for (const std::uint32_t v : rig.mesh.source_vertex)
         out.insert(out.end(), {of_point[v].x, of_point[v].y, of_point[v].z});
     return out;
 }
 
-static void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
+void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
     Json attributes;
     attributes["POSITION"] = out.addWithRange(bySourceVertex(rig, rig.mesh.rest_positions), "VEC3", 3);
     attributes["NORMAL"] = out.add(bySourceVertex(rig, rig.rest_normals), kFloat, "VEC3", 3);
@@ -186,7 +184,7 @@ static void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out)
         {{"joints", nodes.node_of_joint}, {"inverseBindMatrices", out.add(inverse_bind, kFloat, "MAT4", 16)}}};
 }
 
-static Json writeChannel(const Channel& channel, Json& samplers, GlbWriter& out) {
+Json writeChannel(const Channel& channel, Json& samplers, GlbWriter& out) {
     static constexpr std::array<const char*, 3> kPaths{"translation", "rotation", "scale"};
     static constexpr std::array<const char*, 3> kModes{"STEP", "LINEAR", "CUBICSPLINE"};
     const bool rotation = channel.path == Channel::Path::kRotation;
@@ -197,7 +195,7 @@ static Json writeChannel(const Channel& channel, Json& samplers, GlbWriter& out)
     return {{"sampler", samplers.size() - 1}, {"target", {{"path", kPaths[std::size_t(channel.path)]}}}};
 }
 
-static void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& out) {
+void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& out) {
     std::multimap<int, int> written_of_node;
     for (std::size_t n = 0; n < nodes.original.size(); ++n) written_of_node.emplace(nodes.original[n], int(n));
     Json samplers = Json::array(), channels = Json::array();
@@ -211,6 +209,8 @@ static void writeClip(const Clip& clip, const WrittenNodes& nodes, GlbWriter& ou
     }
     out.json["animations"].push_back({{"name", clip.name}, {"samplers", samplers}, {"channels", channels}});
 }
+
+}  // namespace
 
 void writeGlb(const std::filesystem::path& path, const Rig& rig, const std::string& extras) {
     GlbWriter out;

@@ -23,14 +23,16 @@ std::string cleanText(std::string text) {
     return text;
 }
 
-static std::span<const double> restValue(const Node& node, Channel::Path path) {
+namespace {
+
+std::span<const double> restValue(const Node& node, Channel::Path path) {
     if (path == Channel::Path::kTranslation) return node.translation;
     if (path == Channel::Path::kRotation) return node.rotation;
     return node.scale;
 }
 
 // Exporters write constant channels for every node; those that repeat the rest value do not move anything.
-static bool moves(const Node& node, const Channel& channel) {
+bool moves(const Node& node, const Channel& channel) {
     if (channel.interpolation == Interpolation::kCubicSpline) return true;
     const std::span<const double> rest = restValue(node, channel.path);
     double size = 0;
@@ -40,7 +42,7 @@ static bool moves(const Node& node, const Channel& channel) {
     return false;
 }
 
-static std::vector<bool> animatedNodes(const RigSource& source) {
+std::vector<bool> animatedNodes(const RigSource& source) {
     std::vector<bool> animated(source.nodes.size());
     for (const Clip& clip : source.clips)
         for (const Channel& channel : clip.channels)
@@ -48,7 +50,7 @@ static std::vector<bool> animatedNodes(const RigSource& source) {
     return animated;
 }
 
-static bool nearlyEqual(const Matrix& a, const Matrix& b) {
+bool nearlyEqual(const Matrix& a, const Matrix& b) {
     double size = 0, difference = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
         size = std::max({size, std::abs(a[i]), std::abs(b[i])});
@@ -57,7 +59,6 @@ static bool nearlyEqual(const Matrix& a, const Matrix& b) {
     return difference <= 1e-6 * size;
 }
 
-namespace {
 struct Builder {
     JointTable table;
     std::multimap<int, int> joints_at_node;
@@ -73,12 +74,11 @@ struct Builder {
         return joint;
     }
 };
-}  // namespace
 
 // Rest positions of a part that hangs on joint j are inverse(inverse bind of j) x (joint to node) x POSITION: the
 // joint's skinning matrix then puts them where the node stands. Where no inverse exists, the rest positions are those
 // in the joint's own space.
-static void bindToNode(Builder& builder, std::size_t part, int node, const Matrix& from_part) {
+void bindToNode(Builder& builder, std::size_t part, int node, const Matrix& from_part) {
     int joint = builder.joints_at_node.lower_bound(node)->second;
     std::optional<Matrix> unbind = inverse(builder.table.inverse_bind[std::size_t(joint)]);
     if (!unbind) {
@@ -90,8 +90,8 @@ static void bindToNode(Builder& builder, std::size_t part, int node, const Matri
 }
 
 // Up from the part's node to the first joint or animated node, which becomes a joint; at the top, to `scene_node`.
-static void bindRigidPart(const RigSource& source, const std::vector<bool>& animated,
-                          const std::vector<Matrix>& globals, std::size_t part, int scene_node, Builder& builder) {
+void bindRigidPart(const RigSource& source, const std::vector<bool>& animated, const std::vector<Matrix>& globals,
+                   std::size_t part, int scene_node, Builder& builder) {
     Matrix from_part = kIdentityMatrix;
     for (int n = source.parts[part].node; n >= 0; n = source.nodes[std::size_t(n)].parent) {
         if (animated[std::size_t(n)] && !builder.joints_at_node.contains(n))
@@ -104,7 +104,7 @@ static void bindRigidPart(const RigSource& source, const std::vector<bool>& anim
 }
 
 // Corners of the box around all positions that a skin moves: what "equal transforms" is measured on.
-static std::vector<Vec3d> boxCorners(const RigSource& source, int skin) {
+std::vector<Vec3d> boxCorners(const RigSource& source, int skin) {
     Vec3d low{1e300, 1e300, 1e300}, high = -low;
     for (const SourcePart& part : source.parts)
         if (part.skin == skin)
@@ -120,7 +120,7 @@ static std::vector<Vec3d> boxCorners(const RigSource& source, int skin) {
     return corners;
 }
 
-static bool sameOn(const std::vector<Vec3d>& corners, const Matrix& a, const Matrix& b) {
+bool sameOn(const std::vector<Vec3d>& corners, const Matrix& a, const Matrix& b) {
     const double size = length(transformPoint(a, corners[7]) - transformPoint(a, corners[0]));
     for (const Vec3d p : corners)
         if (!(length(transformPoint(a, p) - transformPoint(b, p)) <= 1e-6 * size)) return false;
@@ -130,7 +130,7 @@ static bool sameOn(const std::vector<Vec3d>& corners, const Matrix& a, const Mat
 // Exporters often give each mesh a space of its own (quantisation, the transform of its node) and a skin with the same
 // nodes, so that inverse bind = (inverse bind of the joint that we have) x S for all of them. S takes the mesh to our
 // rest space; then the joints are shared. The identity where there is no such S.
-static Matrix spaceOfSkin(const RigSource& source, const Builder& builder, int s) {
+Matrix spaceOfSkin(const RigSource& source, const Builder& builder, int s) {
     const SourceSkin& skin = source.skins[std::size_t(s)];
     const std::vector<Vec3d> corners = boxCorners(source, s);
     std::optional<Matrix> space;
@@ -149,7 +149,7 @@ static Matrix spaceOfSkin(const RigSource& source, const Builder& builder, int s
     return *space;
 }
 
-static void addSkinJoints(const RigSource& source, Builder& builder) {
+void addSkinJoints(const RigSource& source, Builder& builder) {
     builder.table.joint_of_skin.resize(source.skins.size());
     for (std::size_t s = 0; s < source.skins.size(); ++s) {
         const auto of_skin = [&](const SourcePart& part) { return part.skin == int(s) && !part.positions.empty(); };
@@ -163,6 +163,8 @@ static void addSkinJoints(const RigSource& source, Builder& builder) {
             if (of_skin(source.parts[p])) builder.table.placement_of_part[p] = space;
     }
 }
+
+}  // namespace
 
 JointTable chooseJoints(RigSource& source) {
     Builder builder;

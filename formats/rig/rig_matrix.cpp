@@ -19,9 +19,13 @@ Vec3d transformPoint(const Matrix& a, Vec3d p) {
             a[8] * p.x + a[9] * p.y + a[10] * p.z + a[11]};
 }
 
-static std::array<Vec3d, 3> linearRows(const Matrix& a) {
+namespace {
+
+std::array<Vec3d, 3> linearRows(const Matrix& a) {
     return {Vec3d{a[0], a[1], a[2]}, Vec3d{a[4], a[5], a[6]}, Vec3d{a[8], a[9], a[10]}};
 }
+
+}  // namespace
 
 double determinant(const Matrix& a) {
     const auto [r0, r1, r2] = linearRows(a);

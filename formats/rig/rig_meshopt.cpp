@@ -4,8 +4,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // What the decoder only asserts.
-static std::string findProblem(const MeshoptView& view) {
+std::string findProblem(const MeshoptView& view) {
     if (view.count == 0) return "has no elements";
     if (view.mode == "ATTRIBUTES") {
         if (view.stride == 0 || view.stride > 256 || view.stride % 4 != 0) return "has a wrong byteStride";
@@ -22,11 +24,13 @@ static std::string findProblem(const MeshoptView& view) {
 
 // The codecs need at least 2 bits for 16 bytes of a vertex attribute, a byte for a triangle, a byte for an index of a
 // sequence. Checked before memory is taken, so that a small file cannot ask for a lot.
-static bool canHold(const MeshoptView& view, std::size_t bytes) {
+bool canHold(const MeshoptView& view, std::size_t bytes) {
     if (view.mode == "TRIANGLES") return view.count / 3 <= bytes;
     if (view.mode == "INDICES") return view.count <= bytes;
     return view.count / 64 <= bytes / view.stride;
 }
+
+}  // namespace
 
 std::string decodeMeshopt(const MeshoptView& view, std::span<const unsigned char> encoded,
                           std::vector<unsigned char>& out) {

@@ -17,17 +17,15 @@ struct LocalPose {
     std::array<double, 3> scale;
 };
 
-}  // namespace
-
 template <std::size_t N>
-static std::array<double, N> keyValue(const float* key) {
+std::array<double, N> keyValue(const float* key) {
     std::array<double, N> out;
     std::copy_n(key, N, out.begin());
     return out;
 }
 
 template <std::size_t N>
-static std::array<double, N> valueAt(const Channel& channel, double time) {
+std::array<double, N> valueAt(const Channel& channel, double time) {
     const KeySpan span = findKeys(channel.times, time);
     const std::size_t stride = channel.interpolation == Interpolation::kCubicSpline ? 3 * N : N;
     const float *from = &channel.values[span.from * stride], *to = &channel.values[span.to * stride];
@@ -47,7 +45,7 @@ static std::array<double, N> valueAt(const Channel& channel, double time) {
     }
 }
 
-static std::vector<LocalPose> localPoses(const std::vector<Node>& nodes, const Clip* clip, double time) {
+std::vector<LocalPose> localPoses(const std::vector<Node>& nodes, const Clip* clip, double time) {
     std::vector<LocalPose> poses;
     poses.reserve(nodes.size());
     for (const Node& node : nodes) poses.push_back({node.translation, node.rotation, node.scale});
@@ -69,7 +67,7 @@ static std::vector<LocalPose> localPoses(const std::vector<Node>& nodes, const C
     return poses;
 }
 
-static std::vector<Matrix> transformsOf(const std::vector<Node>& nodes, const std::vector<LocalPose>& poses) {
+std::vector<Matrix> transformsOf(const std::vector<Node>& nodes, const std::vector<LocalPose>& poses) {
     std::vector<Matrix> locals;
     locals.reserve(nodes.size());
     for (std::size_t n = 0; n < nodes.size(); ++n)
@@ -78,20 +76,24 @@ static std::vector<Matrix> transformsOf(const std::vector<Node>& nodes, const st
     return locals;
 }
 
+}  // namespace
+
 std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, const Clip* clip, double time) {
     return transformsOf(nodes, localPoses(nodes, clip, time));
 }
 
+namespace {
+
 // The rotation of `node` in the space of its nearest ancestor that is a joint (or the scene).
-static Quaternion rotationToParentJoint(const Rig& rig, const std::vector<LocalPose>& poses, int node, int stop) {
+Quaternion rotationToParentJoint(const Rig& rig, const std::vector<LocalPose>& poses, int node, int stop) {
     Quaternion q{0, 0, 0, 1};
     for (int n = node; n >= 0 && n != stop; n = rig.nodes[std::size_t(n)].parent)
         if (!rig.nodes[std::size_t(n)].matrix) q = multiply(poses[std::size_t(n)].rotation, q);
     return q;
 }
 
-static std::vector<float> rotationVectors(const Rig& rig, const std::vector<LocalPose>& poses,
-                                          const std::vector<LocalPose>& rest) {
+std::vector<float> rotationVectors(const Rig& rig, const std::vector<LocalPose>& poses,
+                                   const std::vector<LocalPose>& rest) {
     std::vector<float> out;
     for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
         const int parent = rig.skin.parents[j];
@@ -103,6 +105,8 @@ static std::vector<float> rotationVectors(const Rig& rig, const std::vector<Loca
     }
     return out;
 }
+
+}  // namespace
 
 RigPose evaluatePose(const Rig& rig, int clip, double time) {
     const Clip* keys = clip < 0 ? nullptr : &rig.clips.at(std::size_t(clip));
@@ -127,14 +131,16 @@ RigPose evaluatePose(const Rig& rig, int clip, double time) {
 
 // --- Poses as a clip ------------------------------------------------------------------------------------------------
 
-static Channel stepChannel(int node, Channel::Path path, std::size_t keys) {
+namespace {
+
+Channel stepChannel(int node, Channel::Path path, std::size_t keys) {
     Channel channel{node, path, Interpolation::kStep, {}, {}};
     for (std::size_t k = 0; k < keys; ++k) channel.times.push_back(double(k));
     channel.values.reserve(keys * (path == Channel::Path::kRotation ? 4 : 3));
     return channel;
 }
 
-static void appendValue(const LocalPose& pose, Channel& channel) {
+void appendValue(const LocalPose& pose, Channel& channel) {
     const auto append = [&](const auto& value) {
         for (const double v : value) channel.values.push_back(float(v));
     };
@@ -142,6 +148,8 @@ static void appendValue(const LocalPose& pose, Channel& channel) {
     if (channel.path == Channel::Path::kRotation) append(pose.rotation);
     if (channel.path == Channel::Path::kScale) append(pose.scale);
 }
+
+}  // namespace
 
 Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string name) {
     std::set<std::pair<int, Channel::Path>> moved;

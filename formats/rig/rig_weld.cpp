@@ -19,11 +19,10 @@ struct Influence {
     int joint;
     double weight;
 };
-}  // namespace
 
 // The influences of one vertex, largest first, at most kMaxInfluences, sum 1.
-static std::vector<Influence> influencesOf(const RigSource& source, const SourcePart& part,
-                                           const std::vector<int>& joint_of_skin, std::size_t vertex) {
+std::vector<Influence> influencesOf(const RigSource& source, const SourcePart& part,
+                                    const std::vector<int>& joint_of_skin, std::size_t vertex) {
     const std::string where = "vertex " + std::to_string(vertex);
     std::vector<Influence> list;
     for (std::size_t k = vertex * std::size_t(part.influences); k < (vertex + 1) * std::size_t(part.influences); ++k) {
@@ -54,7 +53,7 @@ static std::vector<Influence> influencesOf(const RigSource& source, const Source
 
 // Which joints mirror at rest. Triangles keep their outside: where positions are mirrored (negative determinant of
 // skinning matrix x placement), winding is too.
-static std::vector<bool> mirroringJoints(const RigSource& source, const JointTable& table) {
+std::vector<bool> mirroringJoints(const RigSource& source, const JointTable& table) {
     const std::vector<Matrix> globals = restGlobals(source.nodes);
     std::vector<bool> mirrors;
     for (std::size_t j = 0; j < table.nodes.size(); ++j)
@@ -62,7 +61,7 @@ static std::vector<bool> mirroringJoints(const RigSource& source, const JointTab
     return mirrors;
 }
 
-static Vec3 placedPosition(const RigSource& source, const SourcePart& part, const Matrix& placement, std::size_t v) {
+Vec3 placedPosition(const RigSource& source, const SourcePart& part, const Matrix& placement, std::size_t v) {
     const Vec3 p = toFloat(transformPoint(placement, toDouble(part.positions[v])));
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
         failAtNode(source, part.node, "vertex " + std::to_string(v) + " is not at a finite place");
@@ -70,7 +69,7 @@ static Vec3 placedPosition(const RigSource& source, const SourcePart& part, cons
 }
 
 // Rows of K, padded with joint 0 of weight 0.
-static void packInfluences(const std::vector<std::vector<Influence>>& influences, SourceVertices& out) {
+void packInfluences(const std::vector<std::vector<Influence>>& influences, SourceVertices& out) {
     for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
     const std::size_t k = std::size_t(out.influences);
     out.joints.assign(influences.size() * k, 0);
@@ -81,6 +80,8 @@ static void packInfluences(const std::vector<std::vector<Influence>>& influences
             out.weights[v * k + i] = float(influences[v][i].weight);
         }
 }
+
+}  // namespace
 
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots) {
     const std::string name = source.nodes[std::size_t(part.node)].name + "/" + part.material;
@@ -115,14 +116,16 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
     return out;
 }
 
-static float weightOf(const SourceVertices& vertices, std::size_t v, std::uint16_t joint) {
+namespace {
+
+float weightOf(const SourceVertices& vertices, std::size_t v, std::uint16_t joint) {
     const std::size_t first = v * std::size_t(vertices.influences);
     for (std::size_t k = first; k < first + std::size_t(vertices.influences); ++k)
         if (vertices.joints[k] == joint && vertices.weights[k] > 0) return vertices.weights[k];
     return 0;
 }
 
-static bool sameWeights(const SourceVertices& vertices, std::size_t a, std::size_t b) {
+bool sameWeights(const SourceVertices& vertices, std::size_t a, std::size_t b) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
         const std::size_t first = from * std::size_t(vertices.influences);
         for (std::size_t k = first; k < first + std::size_t(vertices.influences); ++k) {
@@ -133,7 +136,6 @@ static bool sameWeights(const SourceVertices& vertices, std::size_t a, std::size
     return true;
 }
 
-namespace {
 // Points in cubes of `cell`; a look-up visits the cubes that the ball around a point reaches (one, mostly).
 class PointGrid {
 public:

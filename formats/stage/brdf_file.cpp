@@ -9,9 +9,11 @@
 
 namespace penumbra {
 
-constexpr FileKind kKind{"penumbra.brdf", kBrdfVersion};
+namespace {
 
-static void writeOperators(hid_t file, const BrdfOperators& operators) {
+constexpr FileKind kBrdfKind{"penumbra.brdf", kBrdfVersion};
+
+void writeOperators(hid_t file, const BrdfOperators& operators) {
     const hsize_t count = hsize_t(operators.count), columns = operators.view_index.size();
     const hsize_t rows = hsize_t(coefficientCount(operators.order));
     assert(count <= kMaxOperators && operators.u.size() == count * rows * 3 &&
@@ -24,12 +26,14 @@ static void writeOperators(hid_t file, const BrdfOperators& operators) {
     writeTextAttribute(file, "/operators", "source", operators.source);
 }
 
+}  // namespace
+
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     const hsize_t rows = hsize_t(coefficientCount(brdf.slice_order)), columns = brdf.even_index.size();
     assert(brdf.even_index == evenIndices(brdf.view_order) && brdf.slices.size() == rows * columns * 3);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kKind, brdf.slice_order, brdf.provenance);
+    writeRoot(file, kBrdfKind, brdf.slice_order, brdf.provenance);
     writeTextAttribute(file, "/", "name", brdf.name);
     writeIntegerAttribute(file, "/", "view_order", brdf.view_order);
     writeDoubles(file, "/reflectance/slices", brdf.slices, {rows, columns, 3});
@@ -42,12 +46,14 @@ void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     partial.commit();
 }
 
-static herr_t collectName(hid_t, const char* name, const H5A_info_t*, void* names) {
+namespace {
+
+herr_t collectName(hid_t, const char* name, const H5A_info_t*, void* names) {
     static_cast<std::vector<std::string>*>(names)->emplace_back(name);
     return 0;
 }
 
-static std::map<std::string, double> readErrors(const Hdf5Reader& in) {
+std::map<std::string, double> readErrors(const Hdf5Reader& in) {
     std::map<std::string, double> errors;
     if (!exists(in, "/error")) return errors;
     std::vector<std::string> names;
@@ -58,7 +64,7 @@ static std::map<std::string, double> readErrors(const Hdf5Reader& in) {
     return errors;
 }
 
-static BrdfOperators readOperators(const Hdf5Reader& in, const std::vector<int>& even_index) {
+BrdfOperators readOperators(const Hdf5Reader& in, const std::vector<int>& even_index) {
     BrdfOperators operators;
     operators.source = readTextAttribute(in, "/operators", "source");
     const bool literal = operators.source == "literal";
@@ -86,10 +92,12 @@ static BrdfOperators readOperators(const Hdf5Reader& in, const std::vector<int>&
     return operators;
 }
 
+}  // namespace
+
 BrdfFile readBrdf(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     BrdfFile brdf;
-    brdf.slice_order = readRoot(in, kKind, brdf.provenance);
+    brdf.slice_order = readRoot(in, kBrdfKind, brdf.provenance);
     brdf.name = readTextAttribute(in, "/", "name");
     brdf.view_order = int(readIntegerAttribute(in, "/", "view_order", 1, kMaxOrder));
     brdf.even_index = evenIndices(brdf.view_order);

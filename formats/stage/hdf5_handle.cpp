@@ -32,10 +32,14 @@ std::string hdf5Reason() {
     return reason == "Success" ? "" : reason;  // errno was 0: the file, not the system
 }
 
-static IoError failed(std::string_view what) {
+namespace {
+
+IoError failed(std::string_view what) {
     const std::string reason = hdf5Reason();
     return IoError(std::string(what) + (reason.empty() ? ": HDF5 failed" : ": " + reason));
 }
+
+}  // namespace
 
 void checkHdf5(herr_t result, std::string_view what) {
     if (result < 0) throw failed(what);

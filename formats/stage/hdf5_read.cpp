@@ -18,12 +18,14 @@
 #include "formats/stage/hdf5_text.h"
 
 namespace penumbra {
+namespace {
+
 namespace fs = std::filesystem;
 
 // No byte of deflate stream gives more than this (zlib's documentation); nothing else that we accept expands.
 constexpr std::uint64_t kMaxExpansion = 1032;
 
-static std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t length) {
+std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t length) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     void* bytes = file < 0 ? MAP_FAILED : ::mmap(nullptr, length, PROT_READ, MAP_PRIVATE, file, 0);
     const int reason = errno;
@@ -34,7 +36,7 @@ static std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint6
 }
 
 // What checkGlobalHeaps() takes for granted.
-static void checkAddresses(const Hdf5Reader& in) {
+void checkAddresses(const Hdf5Reader& in) {
     const Hdf5Handle creation(H5Fget_create_plist(in.file), H5Pclose, in.name);
     std::size_t address_bytes = 0, length_bytes = 0;
     hsize_t user_block = 0;
@@ -42,6 +44,8 @@ static void checkAddresses(const Hdf5Reader& in) {
         address_bytes != 8 || length_bytes != 8 || user_block != 0)
         throw Unsupported(in.name + ": an HDF5 file with a user block or without 8-byte addresses");
 }
+
+}  // namespace
 
 Hdf5Reader openHdf5(const fs::path& path) {
     initHdf5();
@@ -68,11 +72,15 @@ Hdf5Reader openHdf5(const fs::path& path) {
     return in;
 }
 
+namespace {
+
 // A handle from a call that fails only when the file is wrong.
-static Hdf5Handle fromFile(hid_t id, Hdf5Handle::Closer closer, const std::string& label, const char* what) {
+Hdf5Handle fromFile(hid_t id, Hdf5Handle::Closer closer, const std::string& label, const char* what) {
     if (id < 0) throw InvalidInput(label + ": " + what);
     return Hdf5Handle(id, closer, label);
 }
+
+}  // namespace
 
 bool exists(const Hdf5Reader& in, const std::string& path) {
     initHdf5();
@@ -95,7 +103,9 @@ std::size_t Hdf5Dataset::count() const {
     return product;
 }
 
-static void readShape(Hdf5Dataset& dataset, std::vector<hsize_t>& expected) {
+namespace {
+
+void readShape(Hdf5Dataset& dataset, std::vector<hsize_t>& expected) {
     const Hdf5Handle space = fromFile(H5Dget_space(dataset.id), H5Sclose, dataset.label, "no shape");
     const int rank = H5Sget_simple_extent_ndims(space);
     if (H5Sget_simple_extent_type(space) != H5S_SIMPLE || rank != int(expected.size()))
@@ -112,8 +122,8 @@ static void readShape(Hdf5Dataset& dataset, std::vector<hsize_t>& expected) {
 }
 
 // Bytes of `shape`, at most `most`.
-static std::uint64_t checkedBytes(const std::string& label, const std::vector<hsize_t>& shape, std::uint64_t item,
-                                  std::uint64_t most) {
+std::uint64_t checkedBytes(const std::string& label, const std::vector<hsize_t>& shape, std::uint64_t item,
+                           std::uint64_t most) {
     std::uint64_t bytes = item;
     for (hsize_t n : shape) {
         if (n == 0) return 0;
@@ -123,7 +133,7 @@ static std::uint64_t checkedBytes(const std::string& label, const std::vector<hs
     return bytes;
 }
 
-static void checkFilters(const Hdf5Dataset& dataset, hid_t properties) {
+void checkFilters(const Hdf5Dataset& dataset, hid_t properties) {
     for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
         unsigned flags = 0, config = 0;
         std::size_t values = 0;
@@ -135,7 +145,7 @@ static void checkFilters(const Hdf5Dataset& dataset, hid_t properties) {
     }
 }
 
-static void checkChunks(Hdf5Dataset& dataset, hid_t properties, std::uint64_t item, std::uint64_t most) {
+void checkChunks(Hdf5Dataset& dataset, hid_t properties, std::uint64_t item, std::uint64_t most) {
     dataset.chunk.resize(dataset.shape.size());
     if (H5Pget_chunk(properties, int(dataset.chunk.size()), dataset.chunk.data()) != int(dataset.chunk.size()))
         throw InvalidInput(dataset.label + ": chunks with another number of axes");
@@ -148,7 +158,7 @@ static void checkChunks(Hdf5Dataset& dataset, hid_t properties, std::uint64_t it
         throw InvalidInput(dataset.label + ": parts of it were never written");
 }
 
-static void checkStorage(Hdf5Dataset& dataset, std::uint64_t item, std::uint64_t file_length) {
+void checkStorage(Hdf5Dataset& dataset, std::uint64_t item, std::uint64_t file_length) {
     const Hdf5Handle properties =
         fromFile(H5Dget_create_plist(dataset.id), H5Pclose, dataset.label, "no creation properties");
     if (H5Pget_external_count(properties) != 0) throw InvalidInput(dataset.label + ": is stored outside of the file");
@@ -162,7 +172,7 @@ static void checkStorage(Hdf5Dataset& dataset, std::uint64_t item, std::uint64_t
     if (H5Dget_storage_size(dataset.id) < bytes) throw InvalidInput(dataset.label + ": was never written");
 }
 
-static Hdf5Dataset openDataset(const Hdf5Reader& in, const std::string& path) {
+Hdf5Dataset openDataset(const Hdf5Reader& in, const std::string& path) {
     initHdf5();
     const std::string label = in.name + ": " + path;
     if (!exists(in, path)) throw InvalidInput(label + ": missing");
@@ -170,8 +180,8 @@ static Hdf5Dataset openDataset(const Hdf5Reader& in, const std::string& path) {
 }
 
 // Type, shape and storage of numbers of `type_class`.
-static Hdf5Dataset openNumbers(const Hdf5Reader& in, const std::string& path, std::vector<hsize_t>& expected,
-                               H5T_class_t type_class) {
+Hdf5Dataset openNumbers(const Hdf5Reader& in, const std::string& path, std::vector<hsize_t>& expected,
+                        H5T_class_t type_class) {
     Hdf5Dataset dataset = openDataset(in, path);
     const Hdf5Handle type = fromFile(H5Dget_type(dataset.id), H5Tclose, dataset.label, "no type");
     const std::size_t item = H5Tget_size(type);
@@ -190,6 +200,8 @@ static Hdf5Dataset openNumbers(const Hdf5Reader& in, const std::string& path, st
     checkStorage(dataset, item, in.length);
     return dataset;
 }
+
+}  // namespace
 
 void cacheOneFrame(const Hdf5Reader& in, const std::string& path, Hdf5Dataset& dataset) {
     if (dataset.chunk.empty() || dataset.count() == 0) return;
@@ -211,20 +223,22 @@ Hdf5Dataset openFloats(const Hdf5Reader& in, const std::string& path, std::vecto
     return openNumbers(in, path, expected, H5T_FLOAT);
 }
 
+namespace {
+
 template <class T>
-static void checkFinite(const std::string& label, std::span<const T> values) {
+void checkFinite(const std::string& label, std::span<const T> values) {
     for (T value : values)
         if (!std::isfinite(value)) throw InvalidInput(label + ": not a finite number in it");
 }
 
-static void readRaw(const Hdf5Dataset& dataset, hid_t type, hid_t memory, hid_t file, void* out) {
+void readRaw(const Hdf5Dataset& dataset, hid_t type, hid_t memory, hid_t file, void* out) {
     if (H5Dread(dataset.id, type, memory, file, H5P_DEFAULT, out) >= 0) return;
     const std::string reason = hdf5Reason();
     if (!reason.empty()) throw IoError(dataset.label + ": cannot read: " + reason);
     throw InvalidInput(dataset.label + ": damaged");
 }
 
-static void readFloatsFrom(const Hdf5Dataset& dataset, hid_t memory, hid_t file, std::span<float> out) {
+void readFloatsFrom(const Hdf5Dataset& dataset, hid_t memory, hid_t file, std::span<float> out) {
     initHdf5();
     if (out.empty()) return;
     if (dataset.half) {
@@ -236,6 +250,8 @@ static void readFloatsFrom(const Hdf5Dataset& dataset, hid_t memory, hid_t file,
     }
     checkFinite<float>(dataset.label, out);
 }
+
+}  // namespace
 
 void readPart(const Hdf5Dataset& dataset, const std::vector<hsize_t>& begin, const std::vector<hsize_t>& count,
               std::span<float> out) {
@@ -266,9 +282,13 @@ std::vector<double> readDoubles(const Hdf5Reader& in, const std::string& path, s
     return values;
 }
 
-static std::string rangeMessage(std::int64_t value, std::int64_t least, std::int64_t most) {
+namespace {
+
+std::string rangeMessage(std::int64_t value, std::int64_t least, std::int64_t most) {
     return ": " + std::to_string(value) + " is not in [" + std::to_string(least) + " - " + std::to_string(most) + "]";
 }
+
+}  // namespace
 
 std::vector<std::int64_t> readIntegers(const Hdf5Reader& in, const std::string& path, std::vector<hsize_t>& expected,
                                        std::int64_t least, std::int64_t most) {
@@ -282,12 +302,16 @@ std::vector<std::int64_t> readIntegers(const Hdf5Reader& in, const std::string& 
 
 // --- Text -----------------------------------------------------------------------------------------------------------
 
+namespace {
+
 // Cuts `bytes` into strings of `size` bytes that end at a zero or at a full length.
-static std::vector<std::string> fixedStrings(const std::vector<char>& bytes, std::size_t size, std::size_t count) {
+std::vector<std::string> fixedStrings(const std::vector<char>& bytes, std::size_t size, std::size_t count) {
     std::vector<std::string> strings(count);
     for (std::size_t i = 0; i < count; ++i) strings[i].assign(&bytes[i * size], ::strnlen(&bytes[i * size], size));
     return strings;
 }
+
+}  // namespace
 
 std::vector<std::string> readStrings(const Hdf5Reader& in, const std::string& path) {
     Hdf5Dataset dataset = openDataset(in, path);
@@ -313,17 +337,23 @@ std::vector<std::string> readStrings(const Hdf5Reader& in, const std::string& pa
     return strings;
 }
 
+namespace {
+
 struct Attribute {
     Hdf5Handle id, type;
     std::string label;
 };
 
+}  // namespace
+
 bool hasAttribute(const Hdf5Reader& in, const std::string& object, const std::string& attribute) {
     return exists(in, object) && H5Aexists_by_name(in.file, object.c_str(), attribute.c_str(), H5P_DEFAULT) > 0;
 }
 
+namespace {
+
 // A single value (or an array of one, as other writers make them).
-static Attribute openAttribute(const Hdf5Reader& in, const std::string& object, const std::string& attribute) {
+Attribute openAttribute(const Hdf5Reader& in, const std::string& object, const std::string& attribute) {
     const std::string label = in.name + ": " + (object == "/" ? "" : object + " ") + "attribute " + attribute;
     if (!hasAttribute(in, object, attribute)) throw InvalidInput(label + ": missing");
     Attribute opened{fromFile(H5Aopen_by_name(in.file, object.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
@@ -336,12 +366,12 @@ static Attribute openAttribute(const Hdf5Reader& in, const std::string& object, 
     return opened;
 }
 
-static void readRawAttribute(const Attribute& attribute, hid_t type, void* out) {
+void readRawAttribute(const Attribute& attribute, hid_t type, void* out) {
     if (H5Aread(attribute.id, type, out) < 0) throw InvalidInput(attribute.label + ": damaged");
 }
 
-static std::string variableText(const Hdf5Reader& in, const std::string& object, const std::string& name,
-                                const Attribute& attribute) {
+std::string variableText(const Hdf5Reader& in, const std::string& object, const std::string& name,
+                         const Attribute& attribute) {
     H5O_info_t info;
     if (H5Oget_info_by_name(in.file, object.c_str(), &info, H5P_DEFAULT) < 0)
         throw InvalidInput(attribute.label + ": damaged");
@@ -356,6 +386,8 @@ static std::string variableText(const Hdf5Reader& in, const std::string& object,
     H5free_memory(pointer);
     return text;
 }
+
+}  // namespace
 
 std::string readTextAttribute(const Hdf5Reader& in, const std::string& object, const std::string& name) {
     const Attribute attribute = openAttribute(in, object, name);

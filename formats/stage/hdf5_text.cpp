@@ -10,6 +10,8 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::array<char, 5> kSignature{'G', 'C', 'O', 'L', 1};  // and the version
 constexpr std::size_t kHeaderBytes = 16;  // of a heap (signature, version, size) and of an object (index, uses, size)
 constexpr std::size_t kSmallestHeap = 4096;
@@ -19,13 +21,13 @@ constexpr std::size_t kSmallestHeap = 4096;
 constexpr std::uint64_t kSafeBytes = 4096;
 
 template <class T>
-static T valueAt(std::span<const std::byte> bytes, std::size_t offset) {
+T valueAt(std::span<const std::byte> bytes, std::size_t offset) {
     T value;
     std::memcpy(&value, bytes.data() + offset, sizeof value);  // little endian, as every HDF5 file is
     return value;
 }
 
-static std::size_t find(std::span<const std::byte> bytes, std::size_t from, const void* pattern, std::size_t size) {
+std::size_t find(std::span<const std::byte> bytes, std::size_t from, const void* pattern, std::size_t size) {
     const void* found = ::memmem(bytes.data() + from, bytes.size() - from, pattern, size);
     return found ? std::size_t(static_cast<const std::byte*>(found) - bytes.data()) : bytes.size();
 }
@@ -33,13 +35,13 @@ static std::size_t find(std::span<const std::byte> bytes, std::size_t from, cons
 // The list of files of a virtual dataset is an object, too; its layout message (version 4, class 3) gives the address
 // and the index right after these two bytes, and no length. A text whose reference looks like this claims more than
 // 48 MiB: too little only for an object larger than that.
-static bool isVirtualLayout(std::span<const std::byte> file, std::size_t at, std::uint64_t size) {
+bool isVirtualLayout(std::span<const std::byte> file, std::size_t at, std::uint64_t size) {
     return file[at - 2] == std::byte(4) && file[at - 1] == std::byte(3) && size < (std::uint64_t(0x0304) << 16);
 }
 
 // A reference is the length (4 bytes), the heap's address (8) and the object's index (4).
-static void checkReferences(std::span<const std::byte> file, std::uint64_t heap, std::uint32_t index,
-                            std::uint64_t size, const std::string& name) {
+void checkReferences(std::span<const std::byte> file, std::uint64_t heap, std::uint32_t index, std::uint64_t size,
+                     const std::string& name) {
     std::array<std::byte, 12> target;
     std::memcpy(target.data(), &heap, 8);
     std::memcpy(target.data() + 8, &index, 4);
@@ -49,8 +51,8 @@ static void checkReferences(std::span<const std::byte> file, std::uint64_t heap,
             throw InvalidInput(name + ": damaged (length of a text)");
 }
 
-static void checkHeap(std::span<const std::byte> bytes, std::span<const std::byte> file, std::uint64_t heap,
-                      const std::string& name) {
+void checkHeap(std::span<const std::byte> bytes, std::span<const std::byte> file, std::uint64_t heap,
+               const std::string& name) {
     const InvalidInput damaged(name + ": damaged (global heap)");
     for (std::size_t at = kHeaderBytes; bytes.size() - at >= kHeaderBytes;) {
         const std::uint16_t index = valueAt<std::uint16_t>(bytes, at);
@@ -64,6 +66,8 @@ static void checkHeap(std::span<const std::byte> bytes, std::span<const std::byt
     }
 }
 
+}  // namespace
+
 void checkGlobalHeaps(std::span<const std::byte> file, const std::string& name) {
     for (std::size_t at = find(file, 0, kSignature.data(), kSignature.size()); at < file.size();
          at = find(file, at + 1, kSignature.data(), kSignature.size())) {
@@ -74,12 +78,16 @@ void checkGlobalHeaps(std::span<const std::byte> file, const std::string& name) 
     }
 }
 
+namespace {
+
 // The bytes [address, address + size) of the file, or InvalidInput.
-static std::span<const std::byte> part(std::span<const std::byte> file, std::uint64_t address, std::uint64_t size,
-                                       const std::string& name) {
+std::span<const std::byte> part(std::span<const std::byte> file, std::uint64_t address, std::uint64_t size,
+                                const std::string& name) {
     if (address > file.size() || size > file.size() - address) throw InvalidInput(name + ": damaged");
     return file.subspan(address, size);
 }
+
+}  // namespace
 
 std::string textOfReference(std::span<const std::byte> file, std::uint64_t address, const std::string& name) {
     const std::span<const std::byte> reference = part(file, address, kTextReferenceBytes, name);
@@ -102,8 +110,10 @@ std::string textOfReference(std::span<const std::byte> file, std::uint64_t addre
 
 // --- Object headers of version 1 ------------------------------------------------------------------------------------
 
+namespace {
+
 // The value inside of an attribute message: header, name, type, shape, value; padded to 8 bytes each in version 1.
-static std::optional<std::size_t> valueInMessage(std::span<const std::byte> message, std::string_view attribute) {
+std::optional<std::size_t> valueInMessage(std::span<const std::byte> message, std::string_view attribute) {
     if (message.size() < 9) return std::nullopt;
     const int version = int(message[0]);
     if (version < 1 || version > 3) return std::nullopt;
@@ -118,6 +128,8 @@ static std::optional<std::size_t> valueInMessage(std::span<const std::byte> mess
     if (std::memcmp(message.data() + name_at, attribute.data(), attribute.size()) != 0) return std::nullopt;
     return at;
 }
+
+}  // namespace
 
 std::optional<std::uint64_t> uncheckedAttribute(std::span<const std::byte> file, std::uint64_t object,
                                                 const std::string& attribute, const std::string& name) {

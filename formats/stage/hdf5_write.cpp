@@ -11,8 +11,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // The name of an open file for messages, without the ".partPID" of write_file.h.
-static std::string targetOf(hid_t file) {
+std::string targetOf(hid_t file) {
     char name[4096] = "";
     H5Fget_name(file, name, sizeof name);
     const std::string path = name;
@@ -22,6 +24,8 @@ static std::string targetOf(hid_t file) {
                                      [](char c) { return std::isdigit(static_cast<unsigned char>(c)) || c == '-'; });
     return (partial ? path.substr(0, part) : path) + ": cannot write";
 }
+
+}  // namespace
 
 Hdf5Handle createHdf5(const std::filesystem::path& path) {
     initHdf5();
@@ -64,19 +68,23 @@ void makeGroup(hid_t file, const std::string& path) {
     }
 }
 
-static std::size_t elementCount(const std::vector<hsize_t>& shape) {
+namespace {
+
+std::size_t elementCount(const std::vector<hsize_t>& shape) {
     std::size_t product = 1;
     for (hsize_t n : shape) product *= n;
     return product;
 }
 
 // The chunk of a dataset that is not compressed: all of it, but for HDF5's limit of 4 GB a chunk.
-static std::vector<hsize_t> wholeRows(const std::vector<hsize_t>& shape) {
+std::vector<hsize_t> wholeRows(const std::vector<hsize_t>& shape) {
     constexpr hsize_t kMostEntries = hsize_t(1) << 26;  // of at most 8 bytes; text is shorter than 64 bytes a name
     std::vector<hsize_t> chunk = shape;
     chunk[0] = std::clamp<hsize_t>(kMostEntries / std::max<hsize_t>(1, elementCount(shape) / shape[0]), 1, shape[0]);
     return chunk;
 }
+
+}  // namespace
 
 Hdf5Handle createDataset(hid_t file, const std::string& path, hid_t type, const std::vector<hsize_t>& shape,
                          const std::vector<hsize_t>& chunk) {
@@ -96,12 +104,16 @@ Hdf5Handle createDataset(hid_t file, const std::string& path, hid_t type, const 
     return Hdf5Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose, what);
 }
 
+namespace {
+
 // In the names of virtual sources HDF5 takes "%b" for a number of a block.
-static std::string escapePercent(const std::string& name) {
+std::string escapePercent(const std::string& name) {
     std::string out;
     for (char c : name) out += c == '%' ? "%%" : std::string(1, c);
     return out;
 }
+
+}  // namespace
 
 void createVirtualDataset(hid_t file, const std::string& path, hid_t type, const std::vector<hsize_t>& shape,
                           const std::vector<Hdf5Run>& runs) {
@@ -129,8 +141,10 @@ void createVirtualDataset(hid_t file, const std::string& path, hid_t type, const
     dataset.close(what);
 }
 
-static void writeDataset(hid_t file, const std::string& path, hid_t type, hid_t memory_type, const void* values,
-                         const std::vector<hsize_t>& shape) {
+namespace {
+
+void writeDataset(hid_t file, const std::string& path, hid_t type, hid_t memory_type, const void* values,
+                  const std::vector<hsize_t>& shape) {
     Hdf5Handle dataset = createDataset(file, path, type, shape, {});
     const std::string what = targetOf(file);
     if (elementCount(shape) > 0) checkHdf5(H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), what);
@@ -139,22 +153,24 @@ static void writeDataset(hid_t file, const std::string& path, hid_t type, hid_t 
 
 // The readers refuse them: a mistake in our own numbers must show where it is made.
 template <class T>
-static void checkFinite(const std::string& path, std::span<const T> values) {
+void checkOwnNumbers(const std::string& path, std::span<const T> values) {
     for (T value : values)
         if (!std::isfinite(value)) throw std::runtime_error(path + ": the result is not a finite number");
 }
 
+}  // namespace
+
 void writeFloats(hid_t file, const std::string& path, std::span<const float> values,
                  const std::vector<hsize_t>& shape) {
     assert(values.size() == elementCount(shape));
-    checkFinite(path, values);
+    checkOwnNumbers(path, values);
     writeDataset(file, path, H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, values.data(), shape);
 }
 
 void writeDoubles(hid_t file, const std::string& path, std::span<const double> values,
                   const std::vector<hsize_t>& shape) {
     assert(values.size() == elementCount(shape));
-    checkFinite(path, values);
+    checkOwnNumbers(path, values);
     writeDataset(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values.data(), shape);
 }
 
@@ -164,13 +180,17 @@ void writeIntegers(hid_t file, const std::string& path, std::span<const std::int
     writeDataset(file, path, type, H5T_NATIVE_INT64, values.data(), shape);
 }
 
-static Hdf5Handle textType(std::size_t size, const std::string& what) {
+namespace {
+
+Hdf5Handle textType(std::size_t size, const std::string& what) {
     Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose, what);
     checkHdf5(H5Tset_size(type, size), what);
     checkHdf5(H5Tset_cset(type, H5T_CSET_UTF8), what);
     if (size != H5T_VARIABLE) checkHdf5(H5Tset_strpad(type, H5T_STR_NULLPAD), what);
     return type;
 }
+
+}  // namespace
 
 // Fixed length, padded with zeros: no text lies in HDF5's global heap, which has no checksums.
 void writeStrings(hid_t file, const std::string& path, const std::vector<std::string>& values) {
@@ -183,8 +203,10 @@ void writeStrings(hid_t file, const std::string& path, const std::vector<std::st
     writeDataset(file, path, type, type, bytes.data(), {values.size()});
 }
 
-static void writeAttribute(hid_t file, const std::string& object, const std::string& name, hid_t type,
-                           hid_t memory_type, const void* value) {
+namespace {
+
+void writeAttribute(hid_t file, const std::string& object, const std::string& name, hid_t type, hid_t memory_type,
+                    const void* value) {
     const std::string what = targetOf(file);
     const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose, what);
     const Hdf5Handle attribute(
@@ -192,6 +214,8 @@ static void writeAttribute(hid_t file, const std::string& object, const std::str
         H5Aclose, what);
     checkHdf5(H5Awrite(attribute, memory_type, value), what);
 }
+
+}  // namespace
 
 // Variable length: h5py shows such attributes as str, and a header may hold no more than 64 KiB of the other kind.
 void writeTextAttribute(hid_t file, const std::string& object, const std::string& name, const std::string& value) {

@@ -13,6 +13,8 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::size_t kMaxBytes = std::size_t(256) << 20, kMaxInputs = 1000;
 constexpr double kMaxFrame = 1e9;
 
@@ -25,14 +27,14 @@ struct Place {
     }
 };
 
-static std::string trimmed(std::string_view text) {
+std::string trimmed(std::string_view text) {
     const std::size_t first = text.find_first_not_of(" \t");
     if (first == std::string_view::npos) return "";
     return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
 }
 
 // RFC 4180 within one line: commas apart, "a ""quoted"" field" may hold them.
-static std::vector<std::string> splitLine(std::string_view line, const Place& place) {
+std::vector<std::string> splitLine(std::string_view line, const Place& place) {
     std::vector<std::string> fields;
     for (std::size_t at = 0; at <= line.size();) {
         const std::size_t start = line.find_first_not_of(" \t", at);
@@ -57,7 +59,7 @@ static std::vector<std::string> splitLine(std::string_view line, const Place& pl
     return fields;
 }
 
-static double parseNumber(const std::string& text, const std::string& column, const Place& place) {
+double parseNumber(const std::string& text, const std::string& column, const Place& place) {
     double value = 0;
     const char* end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, value);
@@ -67,12 +69,12 @@ static double parseNumber(const std::string& text, const std::string& column, co
 }
 
 // Of "ball.x": "ball", 0. Of other names: "", -1.
-static std::pair<std::string, int> pointColumn(const std::string& name) {
+std::pair<std::string, int> pointColumn(const std::string& name) {
     if (name.size() < 3 || name[name.size() - 2] != '.' || name.back() < 'x' || name.back() > 'z') return {"", -1};
     return {name.substr(0, name.size() - 2), name.back() - 'x'};
 }
 
-static void checkNames(const std::vector<std::string>& names, const Place& place) {
+void checkNames(const std::vector<std::string>& names, const Place& place) {
     if (names.empty()) place.fail("no column of an input");
     if (names.size() > kMaxInputs) place.fail("more than " + std::to_string(kMaxInputs) + " inputs");
     std::set<std::string> seen;
@@ -98,7 +100,7 @@ struct Columns {
     std::size_t clip = 0;            // 0: none
 };
 
-static Columns readHeader(std::string_view line, InputTable& table, const Place& place) {
+Columns readHeader(std::string_view line, InputTable& table, const Place& place) {
     Columns columns{splitLine(line, place), 0};
     const std::string key = columns.names.front();
     if (key != "frame" && key != "time") place.fail("the first column must be 'frame' or 'time', not '" + key + "'");
@@ -113,7 +115,7 @@ static Columns readHeader(std::string_view line, InputTable& table, const Place&
     return columns;
 }
 
-static void readRow(std::string_view line, const Columns& columns, InputTable& table, const Place& place) {
+void readRow(std::string_view line, const Columns& columns, InputTable& table, const Place& place) {
     const std::vector<std::string> fields = splitLine(line, place);
     if (fields.size() != columns.names.size())
         place.fail(std::to_string(fields.size()) + " fields, not " + std::to_string(columns.names.size()));
@@ -134,6 +136,8 @@ static void readRow(std::string_view line, const Columns& columns, InputTable& t
     }
     table.lines.push_back(place.line);
 }
+
+}  // namespace
 
 InputTable readInputTable(const std::filesystem::path& path) {
     checkReadable(path);

@@ -10,9 +10,11 @@
 
 namespace penumbra {
 
-constexpr FileKind kKind{"penumbra.light", kLightVersion};
+namespace {
 
-static void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
+constexpr FileKind kLightKind{"penumbra.light", kLightVersion};
+
+void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
     const std::size_t count = lobes.directions.size();
     assert(count <= kMaxFileLobes && lobes.coefficients.size() == count * std::size_t(order) * 3);
     std::vector<double> directions;
@@ -24,12 +26,14 @@ static void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
     writeNumberAttribute(file, "/light/lobes", "irradiance_error", lobes.irradiance_error);
 }
 
+}  // namespace
+
 void writeLight(const std::filesystem::path& path, const LightFile& light) {
     const hsize_t count = hsize_t(coefficientCount(light.order));
     assert(light.sh.size() == count * 3);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kKind, light.order, light.provenance);
+    writeRoot(file, kLightKind, light.order, light.provenance);
     writeTextAttribute(file, "/", "name", light.name);
     writeDoubles(file, "/light/sh", light.sh, {count, 3});
     writeNumberAttribute(file, "/light", "residual", light.residual);
@@ -39,13 +43,15 @@ void writeLight(const std::filesystem::path& path, const LightFile& light) {
     partial.commit();
 }
 
-static double readError(const Hdf5Reader& in, const std::string& object, const std::string& attribute) {
+namespace {
+
+double readError(const Hdf5Reader& in, const std::string& object, const std::string& attribute) {
     const double value = readNumberAttribute(in, object, attribute);
     if (value < 0) throw InvalidInput(in.name + ": " + object + " " + attribute + ": negative");
     return value;
 }
 
-static LightLobesFit readLobes(const Hdf5Reader& in, int order) {
+LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     const std::string group = "/light/lobes";
     const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": " + group + what); };
     LightLobesFit lobes;
@@ -68,10 +74,12 @@ static LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     return lobes;
 }
 
+}  // namespace
+
 LightFile readLight(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     LightFile light;
-    light.order = readRoot(in, kKind, light.provenance);
+    light.order = readRoot(in, kLightKind, light.provenance);
     light.name = readTextAttribute(in, "/", "name");
     std::vector<hsize_t> shape{hsize_t(coefficientCount(light.order)), 3};
     light.sh = readDoubles(in, "/light/sh", shape);

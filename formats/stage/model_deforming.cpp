@@ -54,8 +54,10 @@ void readModelInputs(const Hdf5Reader& in, Model& model) {
     }
 }
 
+namespace {
+
 // A vertex of a deforming mesh follows one part, which is no input; a back its front's.
-static void checkParts(const Hdf5Reader& in, const Model& model) {
+void checkParts(const Hdf5Reader& in, const Model& model) {
     if (model.skin.influences != 1)
         throw InvalidInput(in.name + ": /skin/joints: " + std::to_string(model.skin.influences) +
                            " influences of a deforming mesh, not 1");
@@ -67,6 +69,8 @@ static void checkParts(const Hdf5Reader& in, const Model& model) {
             throw InvalidInput(in.name + ": /skin/joints: vertex " + std::to_string(v) +
                                " follows an input, or another part than its front");
 }
+
+}  // namespace
 
 void readDeforming(const Hdf5Reader& in, Model& model) {
     if (!model.deforming) return;

@@ -14,13 +14,17 @@
 
 namespace penumbra {
 
-constexpr FileKind kKind{"penumbra.model", kModelVersion, kSkinnedModelVersion};
+namespace {
 
-static std::string clusterGroup(std::size_t index) {
+constexpr FileKind kModelKind{"penumbra.model", kModelVersion, kSkinnedModelVersion};
+
+std::string clusterGroup(std::size_t index) {
     char name[32];
     std::snprintf(name, sizeof name, "/clusters/%04zu", index);
     return name;
 }
+
+}  // namespace
 
 const char* nameOf(ModelKind kind) {
     switch (kind) {
@@ -55,7 +59,9 @@ std::size_t groupInputs(FeatureKind features) {
 
 // --- Writing --------------------------------------------------------------------------------------------------------
 
-static void writeGroups(hid_t file, const std::string& name, const ClusterModel& cluster) {
+namespace {
+
+void writeGroups(hid_t file, const std::string& name, const ClusterModel& cluster) {
     const hsize_t groups = cluster.groups.size(), size = groups ? cluster.group_min.size() / groups : 0;
     writeIndices(file, name + "/groups", cluster.groups);
     writeFloats(file, name + "/group_weight", cluster.group_weight, {groups});
@@ -67,7 +73,7 @@ static void writeGroups(hid_t file, const std::string& name, const ClusterModel&
     writeFloats(file, name + "/center", {&cluster.center.x, 3}, {3});
 }
 
-static void writeCluster(hid_t file, const std::string& group, const ClusterModel& cluster, std::size_t stride) {
+void writeCluster(hid_t file, const std::string& group, const ClusterModel& cluster, std::size_t stride) {
     const hsize_t inputs = cluster.input_min.size(), components = cluster.components();
     const hsize_t raw = cluster.feature_mean.size(), vertices = cluster.vertices.size();
     writeIndices(file, group + "/vertices", cluster.vertices);
@@ -86,7 +92,7 @@ static void writeCluster(hid_t file, const std::string& group, const ClusterMode
     if (std::isfinite(cluster.holdout_error)) writeNumberAttribute(file, group, "holdout_error", cluster.holdout_error);
 }
 
-static void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
+void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
     std::vector<std::string> clips;
     std::vector<std::int64_t> held_out;
     std::vector<double> relative, rms_v, ambient;
@@ -104,9 +110,9 @@ static void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
     writeDoubles(file, "/errors/ambient_error", ambient, {clips.size()});
 }
 
-static void writeModelRoot(hid_t file, const Model& model) {
-    writeRoot(file, {kKind.format, usesVersion3(model) ? kModelVersion : kSkinnedModelVersion}, model.convention.order,
-              model.provenance);
+void writeModelRoot(hid_t file, const Model& model) {
+    writeRoot(file, {kModelKind.format, usesVersion3(model) ? kModelVersion : kSkinnedModelVersion},
+              model.convention.order, model.provenance);
     writeTextAttribute(file, "/", "convention", model.convention.name());
     writeTextAttribute(file, "/", "model", nameOf(model.kind));
     writeTextAttribute(file, "/", "features", nameOf(model.features));
@@ -115,6 +121,8 @@ static void writeModelRoot(hid_t file, const Model& model) {
     writeNumberAttribute(file, "/", "output_variance", model.output_variance);
     writeStrings(file, "/clips/holdout", model.holdout_clips);
 }
+
+}  // namespace
 
 void writeModel(const std::filesystem::path& path, const Model& model) {
     PartialFile partial(path);
@@ -143,8 +151,10 @@ void writeModel(const std::filesystem::path& path, const Model& model) {
 
 // --- Reading --------------------------------------------------------------------------------------------------------
 
-static void readModelRoot(const Hdf5Reader& in, Model& model) {
-    const int order = readRoot(in, kKind, model.provenance);
+namespace {
+
+void readModelRoot(const Hdf5Reader& in, Model& model) {
+    const int order = readRoot(in, kModelKind, model.provenance);
     const std::string convention = readTextAttribute(in, "/", "convention");
     try {
         model.convention = parseConvention(convention);
@@ -176,7 +186,7 @@ static void readModelRoot(const Hdf5Reader& in, Model& model) {
     model.holdout_clips = readStrings(in, "/clips/holdout");
 }
 
-static void readFrames(const Hdf5Reader& in, Model& model) {
+void readFrames(const Hdf5Reader& in, Model& model) {
     model.frames = readFrameList(in);
     std::vector<hsize_t> shape{model.frames.frameCount(), model.skin.jointCount(), 3, 4};
     const std::vector<float> bones = readFloats(in, "/frames/bones", shape);
@@ -188,18 +198,18 @@ static void readFrames(const Hdf5Reader& in, Model& model) {
 }
 
 // Numbers that `features` asks for before PCA (model_file.h).
-static std::size_t rawFeatureCount(const Model& model) {
+std::size_t rawFeatureCount(const Model& model) {
     return model.features == FeatureKind::kRelativeBones ? 12 * (model.skin.jointCount() - 1)
                                                          : std::size_t(model.pose_size);
 }
 
-static void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vector<float>& least,
-                       const std::vector<float>& most) {
+void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vector<float>& least,
+                const std::vector<float>& most) {
     for (std::size_t i = 0; i < least.size(); ++i)
         if (least[i] > most[i]) throw InvalidInput(in.name + ": " + dataset + ": is above the other end of the range");
 }
 
-static void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
+void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
     const bool angles = model.features != FeatureKind::kRelativeBones;
     const hsize_t size = groupInputs(model.features);
     const std::size_t joints = angles ? std::size_t(model.pose_size) / size : model.skin.jointCount();
@@ -218,7 +228,7 @@ static void readGroups(const Hdf5Reader& in, const std::string& name, const Mode
 }
 
 // Weights [K, H] and what the units are made of: H follows from the kind of model, from /unit_group or from /hidden.
-static void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
+void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
     const hsize_t components = cluster.components(), inputs = cluster.input_min.size();
     hsize_t units = inputs;
     std::vector<hsize_t> hidden{0, 0};
@@ -241,7 +251,7 @@ static void readUnits(const Hdf5Reader& in, const std::string& name, const Model
     cluster.weights = readExactly(in, name + "/weights", {components, units});
 }
 
-static ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const Model& model) {
+ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const Model& model) {
     ClusterModel cluster;
     const hsize_t stride = hsize_t(model.convention.size());
     const hsize_t raw = model.kind == ModelKind::kAdditive ? 0 : rawFeatureCount(model);
@@ -271,7 +281,7 @@ static ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, 
 }
 
 // Every vertex in exactly one cluster, and /model/cluster_of_vertex says which.
-static void checkPartition(const Hdf5Reader& in, const Model& model) {
+void checkPartition(const Hdf5Reader& in, const Model& model) {
     std::vector<char> seen(model.mesh.vertexCount(), 0);
     std::size_t total = 0;
     for (std::size_t c = 0; c < model.clusters.size(); ++c)
@@ -287,7 +297,7 @@ static void checkPartition(const Hdf5Reader& in, const Model& model) {
                            std::to_string(seen.size()) + " vertices");
 }
 
-static std::vector<ClipError> readClipErrors(const Hdf5Reader& in) {
+std::vector<ClipError> readClipErrors(const Hdf5Reader& in) {
     const std::vector<std::string> clips = readStrings(in, "/errors/clip");
     std::vector<hsize_t> shape{clips.size()};
     const std::vector<std::int64_t> held_out = readIntegers(in, "/errors/held_out", shape, 0, 1);
@@ -300,6 +310,8 @@ static std::vector<ClipError> readClipErrors(const Hdf5Reader& in) {
         errors.push_back({clips[i], held_out[i] != 0, relative[i], rms_v[i], ambient[i]});
     return errors;
 }
+
+}  // namespace
 
 Model readModel(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-constexpr FileKind kKind{"penumbra.poses", kPosesVersion};
+constexpr FileKind kPosesKind{"penumbra.poses", kPosesVersion};
 
 void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     const std::size_t frames = poses.frames.frameCount(), joints = poses.joint_names.size();
@@ -18,7 +18,7 @@ void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     assert(joints > 0 && poses.rotations.size() == poses.sampledCount() * 3 * joints);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeKind(file, kKind, poses.provenance);
+    writeKind(file, kPosesKind, poses.provenance);
     writeFrameList(file, poses.frames);
     writeIndices(file, "/frames/rank", poses.rank);
     writeDoubles(file, "/frames/distance", poses.distance, {frames});
@@ -31,7 +31,9 @@ void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     partial.commit();
 }
 
-static void checkFrames(const Hdf5Reader& in, const PoseFile& poses) {
+namespace {
+
+void checkFrames(const Hdf5Reader& in, const PoseFile& poses) {
     const std::size_t frames = poses.frames.frameCount();
     std::vector<char> seen(frames, 0);
     for (const std::uint32_t rank : poses.rank)
@@ -50,7 +52,7 @@ static void checkFrames(const Hdf5Reader& in, const PoseFile& poses) {
 }
 
 // The frames of the clip "sampled" are those at 0, 1, ... seconds, one a row of /sampled/pose.
-static void checkSampled(const Hdf5Reader& in, const PoseFile& poses) {
+void checkSampled(const Hdf5Reader& in, const PoseFile& poses) {
     std::size_t rows = 0;
     for (std::size_t f = 0; f < poses.frames.frameCount(); ++f) {
         if (poses.frames.clip_names[poses.frames.clip[f]] != kSampledClip) continue;
@@ -63,10 +65,12 @@ static void checkSampled(const Hdf5Reader& in, const PoseFile& poses) {
                            std::to_string(rows) + " frames of clip 'sampled'");
 }
 
+}  // namespace
+
 PoseFile readPoseFile(const std::filesystem::path& path) {
     const Hdf5Reader in = openHdf5(path);
     PoseFile poses;
-    readKind(in, kKind, poses.provenance);
+    readKind(in, kPosesKind, poses.provenance);
     poses.frames = readFrameList(in);
     const std::size_t frames = poses.frames.frameCount();
     poses.rank = readIndices(in, "/frames/rank", frames, frames);

@@ -21,12 +21,16 @@ void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance&
     writeIntegerAttribute(file, "/", "sh_order", sh_order);
 }
 
-static void checkText(const Hdf5Reader& in, const std::string& attribute, std::string_view expected) {
+namespace {
+
+void checkText(const Hdf5Reader& in, const std::string& attribute, std::string_view expected) {
     const std::string found = readTextAttribute(in, "/", attribute);
     if (found != expected)
         throw InvalidInput(in.name + ": attribute " + attribute + " is \"" + found + "\", not \"" +
                            std::string(expected) + "\"");
 }
+
+}  // namespace
 
 void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance) {
     checkText(in, "format", kind.format);
@@ -98,8 +102,10 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
                   {mesh.slot_of_vertex.size()}, H5T_STD_U16LE);
 }
 
+namespace {
+
 // Files of others, and older ones of ours, have none.
-static void readSlots(const Hdf5Reader& in, Mesh& mesh) {
+void readSlots(const Hdf5Reader& in, Mesh& mesh) {
     if (!exists(in, "/mesh/slots")) return;
     mesh.slots = readStrings(in, "/mesh/slots");
     if (mesh.slots.empty() || mesh.slots.size() > 65535)
@@ -112,7 +118,7 @@ static void readSlots(const Hdf5Reader& in, Mesh& mesh) {
 }
 
 // The pairing of fronts and backs is what everything downstream relies on.
-static void checkTwoSided(const Hdf5Reader& in, const Mesh& mesh) {
+void checkTwoSided(const Hdf5Reader& in, const Mesh& mesh) {
     const std::size_t fronts = mesh.frontVertexCount(), triangles = mesh.frontTriangleCount();
     const auto refuse = [&](const char* dataset, std::size_t at, const char* problem) {
         throw InvalidInput(in.name + ": " + dataset + ": two-sided, but row " + std::to_string(at) + " " + problem);
@@ -133,6 +139,8 @@ static void checkTwoSided(const Hdf5Reader& in, const Mesh& mesh) {
         if (mesh.source_vertex[i] >= fronts) refuse("/mesh/source_vertex", i, "is a back vertex");
 }
 
+}  // namespace
+
 Mesh readMesh(const Hdf5Reader& in) {
     Mesh mesh;
     mesh.rest_positions = readVectors(in, "/mesh/rest_positions", 0);
@@ -152,18 +160,22 @@ Mesh readMesh(const Hdf5Reader& in) {
 
 // --- /skin ----------------------------------------------------------------------------------------------------------
 
-static void writeAffines(hid_t file, const std::string& dataset, const std::vector<Affine>& matrices) {
+namespace {
+
+void writeAffines(hid_t file, const std::string& dataset, const std::vector<Affine>& matrices) {
     const float* first = matrices.data()->m.data();
     writeFloats(file, dataset, {first, first + 12 * matrices.size()}, {matrices.size(), 3, 4});
 }
 
-static std::vector<Affine> readAffines(const Hdf5Reader& in, const std::string& dataset, std::size_t n) {
+std::vector<Affine> readAffines(const Hdf5Reader& in, const std::string& dataset, std::size_t n) {
     std::vector<hsize_t> shape{n, 3, 4};
     const std::vector<float> values = readFloats(in, dataset, shape);
     std::vector<Affine> matrices(n);
     for (std::size_t i = 0; i < n; ++i) std::copy_n(values.begin() + std::ptrdiff_t(12 * i), 12, matrices[i].m.begin());
     return matrices;
 }
+
+}  // namespace
 
 void writeSkin(hid_t file, const Skin& skin) {
     const hsize_t influences = hsize_t(skin.influences);
@@ -186,8 +198,10 @@ void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::ve
             throw InvalidInput(in.name + ": " + dataset + ": \"" + name + "\" is there twice");
 }
 
+namespace {
+
 // Every joint must come to a root (-1) in at most J steps.
-static void checkParents(const Hdf5Reader& in, const std::vector<std::int32_t>& parents) {
+void checkParents(const Hdf5Reader& in, const std::vector<std::int32_t>& parents) {
     std::vector<char> rooted(parents.size(), 0);
     for (std::size_t joint = 0; joint < parents.size(); ++joint) {
         std::size_t steps = 0;
@@ -202,7 +216,7 @@ static void checkParents(const Hdf5Reader& in, const std::vector<std::int32_t>& 
     }
 }
 
-static void checkWeights(const Hdf5Reader& in, const Skin& skin) {
+void checkWeights(const Hdf5Reader& in, const Skin& skin) {
     const std::size_t influences = std::size_t(skin.influences);
     for (std::size_t begin = 0; begin < skin.weights.size(); begin += influences) {
         double sum = 0;
@@ -217,6 +231,8 @@ static void checkWeights(const Hdf5Reader& in, const Skin& skin) {
                                std::to_string(sum));
     }
 }
+
+}  // namespace
 
 Skin readSkin(const Hdf5Reader& in, std::size_t vertices) {
     Skin skin;

@@ -14,6 +14,8 @@
 
 namespace penumbra {
 
+namespace {
+
 // Frames are written in blocks, and a chunk is a block of frames of a few vertices: all frames of a vertex lie
 // together, which compresses twice as well as frame by frame and is what a fit reads.
 constexpr hsize_t kBlockFrames = 64;
@@ -27,6 +29,8 @@ struct FrameStream {
     bool half = false;
     std::vector<float> block;
 };
+
+}  // namespace
 
 struct VisibilityWriter::Impl {
     PartialFile partial;

@@ -4,9 +4,11 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr FileKind kVisibilityKind{"penumbra.visibility", kVisibilityVersion};
 
-static void writeShard(hid_t file, const ShardPlace& shard) {
+void writeShard(hid_t file, const ShardPlace& shard) {
     const auto write = [&](const char* dataset, const std::vector<std::uint32_t>& values) {
         writeIntegers(file, dataset, std::vector<std::int64_t>(values.begin(), values.end()), {values.size()},
                       H5T_STD_U32LE);
@@ -16,11 +18,13 @@ static void writeShard(hid_t file, const ShardPlace& shard) {
     write("/shard/frame_in_clip", shard.frame_in_clip);
 }
 
-static void writeEdges(hid_t file, const std::vector<InnerEdge>& edges) {
+void writeEdges(hid_t file, const std::vector<InnerEdge>& edges) {
     std::vector<std::int64_t> vertices;
     for (const InnerEdge& edge : edges) vertices.insert(vertices.end(), edge.begin(), edge.end());
     writeIntegers(file, "/mesh/edges", vertices, {edges.size(), 4}, H5T_STD_U32LE);
 }
+
+}  // namespace
 
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     writeRoot(file, kVisibilityKind, header.order, header.provenance);
@@ -39,8 +43,10 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     if (header.shard) writeShard(file, *header.shard);
 }
 
+namespace {
+
 // Every frame is one of the sampled frames of a clip, in ascending order.
-static ShardPlace readShard(const Hdf5Reader& in, const FrameList& frames) {
+ShardPlace readShard(const Hdf5Reader& in, const FrameList& frames) {
     ShardPlace shard;
     shard.clip_names = readStrings(in, "/shard/clip_names");
     checkUnique(in, "/shard/clip_names", shard.clip_names);
@@ -65,7 +71,7 @@ static ShardPlace readShard(const Hdf5Reader& in, const FrameList& frames) {
     return shard;
 }
 
-static std::vector<InnerEdge> readEdges(const Hdf5Reader& in, const Mesh& mesh) {
+std::vector<InnerEdge> readEdges(const Hdf5Reader& in, const Mesh& mesh) {
     std::vector<hsize_t> shape{0, 4};
     const std::vector<std::int64_t> vertices =
         readIntegers(in, "/mesh/edges", shape, 0, std::int64_t(mesh.frontVertexCount()) - 1);
@@ -78,13 +84,15 @@ static std::vector<InnerEdge> readEdges(const Hdf5Reader& in, const Mesh& mesh) 
     return edges;
 }
 
-static std::vector<std::string> readInputNames(const Hdf5Reader& in) {
+std::vector<std::string> readInputNames(const Hdf5Reader& in) {
     const std::vector<std::string> names = readStrings(in, "/inputs/names");
     if (names.empty() || names.size() > 65535)
         throw InvalidInput(in.name + ": /inputs/names: " + std::to_string(names.size()) + " inputs");
     checkUnique(in, "/inputs/names", names);
     return names;
 }
+
+}  // namespace
 
 void checkPose(const std::string& name, const VisibilityHeader& header) {
     const auto fail = [&](std::size_t expected, const char* what) {

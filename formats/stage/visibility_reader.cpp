@@ -10,6 +10,8 @@
 #include "formats/stage/visibility_header.h"
 
 namespace penumbra {
+namespace {
+
 namespace fs = std::filesystem;
 
 // The frames that one file holds.
@@ -21,6 +23,8 @@ struct FrameStore {
     std::size_t frames() const { return coefficients.shape[0]; }
 };
 
+}  // namespace
+
 struct VisibilityReader::Impl {
     VisibilityHeader header;
     std::vector<std::unique_ptr<FrameStore>> stores;
@@ -30,8 +34,10 @@ struct VisibilityReader::Impl {
     FrameStore& storeOf(std::size_t& frame) const;  // `frame` of the whole becomes that of the store
 };
 
+namespace {
+
 // `frames` 0: any number of them.
-static std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHeader& header, hsize_t frames) {
+std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHeader& header, hsize_t frames) {
     auto store = std::make_unique<FrameStore>();
     store->in = std::move(in);
     const hsize_t vertices = header.mesh.vertexCount();
@@ -64,8 +70,7 @@ static std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHea
 // follow our own list instead, and refuse a file that is not what it was.
 
 // Names the first file in order that is wrong, whichever thread sees it first.
-static void checkSources(const std::vector<fs::path>& files, const std::vector<std::string>& sha256,
-                         const std::string& who) {
+void checkSources(const std::vector<fs::path>& files, const std::vector<std::string>& sha256, const std::string& who) {
     std::error_code error;
     for (const fs::path& file : files)
         if (!fs::is_regular_file(file, error))
@@ -76,6 +81,8 @@ static void checkSources(const std::vector<fs::path>& files, const std::vector<s
         if (found[i] != sha256[i])
             throw InvalidInput(who + ": " + files[i].string() + " with some of its frames has changed; merge again");
 }
+
+}  // namespace
 
 void VisibilityReader::Impl::openSources(const Hdf5Reader& in, const fs::path& path) {
     const std::vector<std::string> names = readStrings(in, "/virtual/files"), sums = readStrings(in, "/virtual/sha256");
@@ -131,12 +138,16 @@ bool VisibilityReader::isVirtual() const { return !impl_->source.empty(); }
 
 const VisibilityHeader& VisibilityReader::header() const { return impl_->header; }
 
-static void readFrameOf(const Hdf5Dataset& dataset, std::size_t frame, std::span<float> out) {
+namespace {
+
+void readFrameOf(const Hdf5Dataset& dataset, std::size_t frame, std::span<float> out) {
     std::vector<hsize_t> begin(dataset.shape.size(), 0), count = dataset.shape;
     begin[0] = frame;
     count[0] = 1;
     readPart(dataset, begin, count, out);
 }
+
+}  // namespace
 
 FrameStore& VisibilityReader::Impl::storeOf(std::size_t& frame) const {
     assert(frame < header.frames.frameCount());

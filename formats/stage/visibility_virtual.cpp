@@ -7,8 +7,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // Frames of one file that stand at equal distances in the whole: one HDF5 selection.
-static std::vector<Hdf5Run> runsOf(const VirtualSources& sources) {
+std::vector<Hdf5Run> runsOf(const VirtualSources& sources) {
     std::vector<Hdf5Run> runs;
     std::map<std::uint32_t, std::size_t> last;  // the run that each file's frames are added to
     for (std::size_t f = 0; f < sources.source.size(); ++f) {
@@ -27,6 +29,8 @@ static std::vector<Hdf5Run> runsOf(const VirtualSources& sources) {
     }
     return runs;
 }
+
+}  // namespace
 
 void writeVirtualVisibility(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision,
                             const VirtualSources& sources) {

@@ -5,11 +5,13 @@
 
 namespace penumbra {
 
+namespace {
+
 using Json = nlohmann::ordered_json;
 
-static double hertz(double milliseconds) { return 1000 / milliseconds; }
+double hertz(double milliseconds) { return 1000 / milliseconds; }
 
-static void printRoofline(const Roofline& r) {
+void printRoofline(const Roofline& r) {
     std::printf("machine, %d thread%s, %s path: %.1f GFLOP/s on registers;", r.threads, r.threads == 1 ? "" : "s",
                 r.path, r.peak);
     for (const Bandwidth& b : r.memory)
@@ -17,7 +19,7 @@ static void printRoofline(const Roofline& r) {
     std::printf(" GB/s\n");
 }
 
-static void printStages(const CpuBench& cpu) {
+void printStages(const CpuBench& cpu) {
     std::printf("%-19s %7s %8s %8s %8s %8s %8s %10s %7s %8s %6s %7s\n", "CPU stage", "threads", "ms", "best", "KB read",
                 "KB writ.", "Mflop", "flop/byte", "GB/s", "GFLOP/s", "roof", "of it");
     for (const CpuStage& s : cpu.stages)
@@ -27,38 +29,38 @@ static void printStages(const CpuBench& cpu) {
                     s.memory_bound ? "memory" : "multiply-adds");
 }
 
-static void printRate(const char* what, const StageTime& time) {
+void printRate(const char* what, const StageTime& time) {
     if (time.median > 0) std::printf("%-32s %8.3f ms %8.1f Hz\n", what, time.median, hertz(time.median));
 }
 
-static void printSwitching(const char* what, const Switching& s) {
+void printSwitching(const char* what, const Switching& s) {
     if (s.steady == 0) return;
     std::printf("%-32s %8.3f ms, worst %.3f; without %.3f ms, worst %.3f: ratio %.3f, worst %.3f\n", what, s.switched,
                 s.switched_worst, s.steady, s.steady_worst, s.switched / s.steady, s.switched_worst / s.steady_worst);
 }
 
 // "0.034", or "-" where it is not known
-static std::string orDash(const std::optional<double>& milliseconds) {
+std::string orDash(const std::optional<double>& milliseconds) {
     if (!milliseconds) return "-";
     char text[32];
     std::snprintf(text, sizeof text, "%.3f", *milliseconds);
     return text;
 }
 
-static void printGpuCost(const GpuCost& c) {
+void printGpuCost(const GpuCost& c) {
     std::printf("%-10zu %9.3f %9.3f %13s %9s %11.1f %15.1f %20.1f\n", c.characters, c.evaluate, c.draw,
                 orDash(c.gpu_evaluate).c_str(), orDash(c.gpu_draw).c_str(), double(c.bytes_shared) * 1e-3,
                 double(c.bytes_each) * 1e-3, double(c.bytes_uploaded) * 1e-3);
 }
 
-static void printGpuTable(const BenchResult& r) {
+void printGpuTable(const BenchResult& r) {
     std::printf("%-10s %9s %9s %13s %9s %11s %15s %20s\n", "GLSL path", "evaluate", "draw, ms", "GPU: evaluate",
                 "draw, ms", "shared, KB", "KB a character", "KB uploaded for each");
     if (r.characters.empty()) printGpuCost(r.gl.model);
     for (const CharactersCost& c : r.characters) printGpuCost(c.glsl);
 }
 
-static void printGl(const GlBench& gl) {
+void printGl(const GlBench& gl) {
     for (const GlBench::WholeFrame& f : gl.whole_frames) {
         const std::string what = "whole frame, CPU path, --aa " + std::to_string(f.samples);
         printRate(what.c_str(), f.time);
@@ -71,11 +73,11 @@ static void printGl(const GlBench& gl) {
 }
 
 // What one of many costs against one alone, which benchCharacters() puts first.
-static double linearity(double first, const CharactersCost& one, double all, const CharactersCost& many) {
+double linearity(double first, const CharactersCost& one, double all, const CharactersCost& many) {
     return all / many.count / (first / one.count);
 }
 
-static void printCharacters(const std::vector<CharactersCost>& characters) {
+void printCharacters(const std::vector<CharactersCost>& characters) {
     if (characters.empty()) return;
     const CharactersCost& one = characters.front();
     std::printf("%-10s %10s %9s %9s %9s %9s %8s %12s %12s %15s\n", "characters", "pose, skin", "evaluate", "shade",
@@ -87,6 +89,8 @@ static void printCharacters(const std::vector<CharactersCost>& characters) {
     std::printf("linear: cost of one of many / cost of one alone; shared: the mapped asset and %.1f KB decoded of it\n",
                 double(one.bytes_decoded) * 1e-3);
 }
+
+}  // namespace
 
 void printBench(const BenchResult& r) {
     std::printf("%zu vertices, %zu triangles, %d threads; %s\n", r.vertices, r.triangles, r.threads,
@@ -107,16 +111,18 @@ void printBench(const BenchResult& r) {
                 r.cpu.out_of_range_mean, r.cpu.out_of_range_max);
 }
 
-static Json figuresOf(const StageTime& t) { return {{"median_ms", t.median}, {"best_ms", t.best}}; }
+namespace {
 
-static Json figuresOf(const Roofline& r) {
+Json figuresOf(const StageTime& t) { return {{"median_ms", t.median}, {"best_ms", t.best}}; }
+
+Json figuresOf(const Roofline& r) {
     Json memory = Json::array();
     for (const Bandwidth& b : r.memory)
         memory.push_back({{"bytes", b.bytes}, {"read_gb_per_s", b.read}, {"triad_gb_per_s", b.triad}});
     return {{"path", r.path}, {"threads", r.threads}, {"peak_gflop_per_s", r.peak}, {"memory", memory}};
 }
 
-static Json figuresOf(const CpuStage& s) {
+Json figuresOf(const CpuStage& s) {
     return {{"stage", s.name},
             {"threads", s.threads},
             {"median_ms", s.time.median},
@@ -133,14 +139,14 @@ static Json figuresOf(const CpuStage& s) {
             {"bound_by", s.memory_bound ? "memory" : "multiply-adds"}};
 }
 
-static Json figuresOf(const Switching& s) {
+Json figuresOf(const Switching& s) {
     return {{"switched_ms", s.switched},
             {"switched_worst_ms", s.switched_worst},
             {"steady_ms", s.steady},
             {"steady_worst_ms", s.steady_worst}};
 }
 
-static Json figuresOf(const GpuCost& c) {
+Json figuresOf(const GpuCost& c) {
     const auto orNull = [](const std::optional<double>& milliseconds) {
         return milliseconds ? Json(*milliseconds) : Json();
     };
@@ -153,7 +159,7 @@ static Json figuresOf(const GpuCost& c) {
             {"bytes_uploaded_each", c.bytes_uploaded}};
 }
 
-static Json figuresOf(const GlBench& gl) {
+Json figuresOf(const GlBench& gl) {
     Json frames = Json::array();
     for (const GlBench::WholeFrame& f : gl.whole_frames) {
         Json frame = figuresOf(f.time);
@@ -171,7 +177,7 @@ static Json figuresOf(const GlBench& gl) {
             {"switching", figuresOf(gl.switching)}};
 }
 
-static Json figuresOf(const std::vector<CharactersCost>& characters) {
+Json figuresOf(const std::vector<CharactersCost>& characters) {
     Json all = Json::array();
     for (const CharactersCost& c : characters)
         all.push_back({{"characters", c.count},
@@ -187,6 +193,8 @@ static Json figuresOf(const std::vector<CharactersCost>& characters) {
                        {"glsl", figuresOf(c.glsl)}});
     return all;
 }
+
+}  // namespace
 
 Json figuresOf(const BenchResult& r) {
     Json stages = Json::array();

@@ -13,19 +13,21 @@
 
 namespace penumbra {
 
-static const RooflinePath kPortable{"portable", multiplyAdds, 2 * kChains* kRoofLanes, readAll, triad};
+namespace {
 
-static const RooflinePath& fastestPath() {
+const RooflinePath kPortable{"portable", multiplyAdds, 2 * kChains* kRoofLanes, readAll, triad};
+
+const RooflinePath& fastestPath() {
     const bool simd = kRooflineAvx2 && cpuHasAvx2() && !std::getenv("PENUMBRA_NO_SIMD");
     return simd ? *kRooflineAvx2 : kPortable;
 }
 
-static double secondsSince(std::chrono::steady_clock::time_point start) {
+double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 // Busy for 30 ms: threads that began on one core are on one each after that.
-static void spread() {
+void spread() {
     const auto start = std::chrono::steady_clock::now();
     while (secondsSince(start) < 0.03) continue;
 }
@@ -33,7 +35,7 @@ static void spread() {
 // The shortest of `runs` times that body(thread) takes on all threads, started together. They spin: waking one up
 // takes longer than some of what is measured.
 template <class Body>
-static double bestTime(int runs, int threads, const Body& body) {
+double bestTime(int runs, int threads, const Body& body) {
     std::atomic<int> begun{0}, ended{0};
     std::vector<std::thread> helpers;
     for (int t = 1; t < threads; ++t)
@@ -58,15 +60,15 @@ static double bestTime(int runs, int threads, const Body& body) {
     return best;
 }
 
-static double peakOf(const RooflinePath& path, int threads, std::vector<float>& sink) {
+double peakOf(const RooflinePath& path, int threads, std::vector<float>& sink) {
     constexpr std::size_t kRounds = 20000;  // some 30 us
     const double seconds =
         bestTime(100, threads, [&](int t) { sink[16 * std::size_t(t)] = path.multiply_adds(kRounds); });
     return double(kRounds * path.flop_a_round * std::size_t(threads)) / seconds * 1e-9;
 }
 
-static Bandwidth bandwidthOf(const RooflinePath& path, int threads, std::size_t bytes, float* numbers,
-                             std::vector<float>& sink) {
+Bandwidth bandwidthOf(const RooflinePath& path, int threads, std::size_t bytes, float* numbers,
+                      std::vector<float>& sink) {
     const std::size_t third = std::max<std::size_t>(bytes / 4 / 3 / std::size_t(threads) / 64 * 64, 64),
                       share = 3 * third;
     const int runs = int(std::clamp<std::size_t>(std::size_t(1e9) / bytes, 8, 500));
@@ -86,6 +88,8 @@ static Bandwidth bandwidthOf(const RooflinePath& path, int threads, std::size_t 
     }));
     return result;
 }
+
+}  // namespace
 
 Roofline measureRoofline(int threads, const std::vector<std::size_t>& working_sets) {
     const RooflinePath& path = fastestPath();

@@ -5,7 +5,11 @@
 #include "player/bench/roofline_kernels.h"
 
 namespace penumbra {
-static const RooflinePath kPath{"avx2", multiplyAdds, 2 * kChains* kRoofLanes, readAll, triad};
+namespace {
+
+const RooflinePath kPath{"avx2", multiplyAdds, 2 * kChains* kRoofLanes, readAll, triad};
+
+}  // namespace
 const RooflinePath* const kRooflineAvx2 = &kPath;
 }  // namespace penumbra
 

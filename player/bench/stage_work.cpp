@@ -4,19 +4,21 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::size_t kFloat = sizeof(float);
 
-static std::size_t storedBytes(const NumbersView& numbers) { return numbers.count * bytesPerNumber(numbers.precision); }
+std::size_t storedBytes(const NumbersView& numbers) { return numbers.count * bytesPerNumber(numbers.precision); }
 
 // Evaluator::relativeBoneFeatures: a point moved, differences, the inverse bone applied, a product of rotations.
-static double featureFlop(std::size_t joints) { return double(joints - 1) * (18 + 3 + 15 + 3 + 6 + 45 + 3); }
+double featureFlop(std::size_t joints) { return double(joints - 1) * (18 + 3 + 15 + 3 + 6 + 45 + 3); }
 
 // Regressor::groupInputs with boneInputs (sh/pose_inputs.h), then three a number for clamping and what it cut off.
-static double groupFlop(bool bones, std::size_t inputs) {
+double groupFlop(bool bones, std::size_t inputs) {
     return (bones ? 3 + 6 + 2 + 3 + 1 + 45 + 9 : 0) + 3.0 * double(inputs);
 }
 
-static double regressionFlop(const ModelView& model, const ClusterView& cluster) {
+double regressionFlop(const ModelView& model, const ClusterView& cluster) {
     const bool bones = model.features == AssetFeatures::kRelativeBones;
     const double inputs = double(cluster.inputs()), units = double(cluster.units);
     const std::size_t group_inputs = cluster.groups.empty() ? 0 : cluster.group_min.count / cluster.groups.size();
@@ -40,13 +42,15 @@ static double regressionFlop(const ModelView& model, const ClusterView& cluster)
 
 // partMotions (sh/rigid_fit.h): sums, then differences, a square and an outer product; vertexNormals
 // (sh/vertex_normals.h): two differences, a cross product and three sums a triangle, then a length.
-static void addDeformation(const AssetView& asset, StageWork& work) {
+void addDeformation(const AssetView& asset, StageWork& work) {
     const auto points = double(asset.mesh.pointCount()), triangles = double(asset.mesh.frontTriangles().size()) / 3;
     work.flop += points * (6 + 6 + 5 + 18) + triangles * (6 + 9 + 9) + points * 9;
     work.read +=
         asset.mesh.pointCount() * (2 * sizeof(Vec3) + sizeof(std::uint16_t)) + asset.mesh.frontTriangles().size_bytes();
     work.written += asset.mesh.pointCount() * 2 * sizeof(Vec3);
 }
+
+}  // namespace
 
 StageWork poseWork(const AssetView& asset) {
     const ModelView& model = asset.model;
@@ -98,13 +102,15 @@ StageWork evaluateWork(const AssetView& asset) {
     return work;
 }
 
+namespace {
+
 // laneBasis (runtime/shade_lanes.h).
-static double basisFlop(int order) {
+double basisFlop(int order) {
     const double n = order;
     return n * (n - 1) / 2 * 4 + n * n + 6 * n;
 }
 
-static double materialFlop(const ShadeMaterial& material) {
+double materialFlop(const ShadeMaterial& material) {
     double flop = basisFlop(material.view_order);
     for (std::size_t c = 0; c < material.channels; ++c) {
         flop += 2 * double(material.view_terms[c]);
@@ -114,12 +120,14 @@ static double materialFlop(const ShadeMaterial& material) {
     return flop;
 }
 
-static double lightFlop(const ShadeLight& light, std::size_t channels) {
+double lightFlop(const ShadeLight& light, std::size_t channels) {
     const double n = light.order, numbers = n * n, each = double(channels);
     if (light.lobes) return double(light.axis_count) * (15 + basisFlop(light.order) + 2 * each * numbers + 6 * n);
     const double turn = 6 * n * (n - 1) / 2;  // turnBack
     return each * (3 * turn + 4 * double(light.turn_count)) + 3 * 6 * (n - 2) + 6 * numbers;
 }
+
+}  // namespace
 
 StageWork shadeWork(const ShadingSet& shading) {
     const ModelView& model = shading.asset().model;

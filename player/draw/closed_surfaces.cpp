@@ -5,13 +5,15 @@
 
 namespace penumbra {
 
+namespace {
+
 // Union-find over vertices, paths halved on the way.
-static std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t v) {
+std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
 }
 
-static std::vector<std::uint32_t> surfaceOfVertex(std::span<const std::uint32_t> triangles, std::size_t vertices) {
+std::vector<std::uint32_t> surfaceOfVertex(std::span<const std::uint32_t> triangles, std::size_t vertices) {
     std::vector<std::uint32_t> parent(vertices);
     std::iota(parent.begin(), parent.end(), 0u);
     for (std::size_t t = 0; t < triangles.size(); t += 3)
@@ -23,8 +25,7 @@ static std::vector<std::uint32_t> surfaceOfVertex(std::span<const std::uint32_t>
 
 // Of an edge between two vertices, its two triangles run through it in both directions: sorted by the vertices, the
 // edges come in pairs of one of each.
-static std::vector<bool> openSurfaces(std::span<const std::uint32_t> triangles,
-                                      const std::vector<std::uint32_t>& surface) {
+std::vector<bool> openSurfaces(std::span<const std::uint32_t> triangles, const std::vector<std::uint32_t>& surface) {
     struct Edge {
         std::uint32_t low, high;
         bool upwards;
@@ -46,6 +47,8 @@ static std::vector<bool> openSurfaces(std::span<const std::uint32_t> triangles,
     }
     return open;
 }
+
+}  // namespace
 
 ClosedSurfaces findClosedSurfaces(std::span<const std::uint32_t> triangles) {
     const std::size_t vertices = triangles.empty() ? 0 : *std::max_element(triangles.begin(), triangles.end()) + 1u;

@@ -7,6 +7,8 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr GLuint kArraysBinding = 0;  // in evaluate.comp
 
 // The asset's arrays, one after another at multiples of 16 bytes, and where each begins.
@@ -38,11 +40,11 @@ private:
     std::size_t bytes_ = 0;
 };
 
-static std::uint32_t placeNumbers(ArrayList& arrays, const NumbersView& numbers) {
+std::uint32_t placeNumbers(ArrayList& arrays, const NumbersView& numbers) {
     return arrays.placeBytes({numbers.data, numbers.count * bytesPerNumber(numbers.precision)});
 }
 
-static std::optional<AssetPrecision> sharedPrecision(const ModelView& model, NumbersView ClusterView::*array) {
+std::optional<AssetPrecision> sharedPrecision(const ModelView& model, NumbersView ClusterView::*array) {
     std::optional<AssetPrecision> shared;
     for (const ClusterView& cluster : model.clusters) {
         const AssetPrecision precision = (cluster.*array).precision;
@@ -53,7 +55,7 @@ static std::optional<AssetPrecision> sharedPrecision(const ModelView& model, Num
 }
 
 // kClusterWords a cluster; places the model's arrays.
-static std::vector<std::uint32_t> clusterTable(const ModelView& model, ArrayList& arrays) {
+std::vector<std::uint32_t> clusterTable(const ModelView& model, ArrayList& arrays) {
     std::vector<std::uint32_t> table;
     std::uint32_t first_score = 0;
     for (const ClusterView& cluster : model.clusters) {
@@ -65,6 +67,8 @@ static std::vector<std::uint32_t> clusterTable(const ModelView& model, ArrayList
     }
     return table;
 }
+
+}  // namespace
 
 GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading) : asset_(&asset) {
     recipe_.convention = asset.model.convention;

@@ -27,8 +27,10 @@ std::size_t ModelPainter::bytes() const {
            (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
 }
 
+namespace {
+
 // PosePlaces of one character, in order; `out` is written only.
-static void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_looks, std::span<float> out) {
+void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_looks, std::span<float> out) {
     const PosePlaces& places = asset.pose();
     const std::vector<ClusterView>& clusters = asset.view().model.clusters;
     const Vec3 o = character.offset;
@@ -50,6 +52,8 @@ static void writePose(const GlAsset& asset, const PosedCharacter& character, boo
     for (const std::uint16_t material : character.shading->materialOfSlot()) *at++ = float(material);
     writeLightData(asset.shading(), character.shading->lightTables(), out.subspan(4 * places.light));
 }
+
+}  // namespace
 
 void ModelPainter::uploadPoses(std::span<const PosedCharacter> characters) {
     const std::span<float> out = poses_.next();

@@ -10,12 +10,14 @@
 
 namespace penumbra {
 
-static double restRadius(const AssetView& asset) {
+namespace {
+
+double restRadius(const AssetView& asset) {
     return 0.5 * boxDiagonal({asset.mesh.positions.begin(), asset.mesh.positions.end()});
 }
 
-static FrameView makeView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions,
-                          double radius) {
+FrameView makeView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions,
+                   double radius) {
     FrameView view;
     view.error_max = options.error_max;
     try {
@@ -27,6 +29,8 @@ static FrameView makeView(const RenderOptions& options, const AssetView& asset, 
     }
     return view;
 }
+
+}  // namespace
 
 FrameView makePictureView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions) {
     return makeView(options, asset, positions, restRadius(asset));

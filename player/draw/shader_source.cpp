@@ -5,11 +5,13 @@
 
 namespace penumbra {
 
-static std::string define(const std::string& name, std::size_t value) {
+namespace {
+
+std::string define(const std::string& name, std::size_t value) {
     return "#define " + name + " " + std::to_string(value) + "\n";
 }
 
-static std::string preamble(Channel channel) {
+std::string preamble(Channel channel) {
     std::string text = "#version 430 core\n";
     const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS"};  // in the order of Channel
     for (std::size_t i = 0; i < 5; ++i) text += define(std::string("CHANNEL_") + names[i], i);
@@ -17,11 +19,11 @@ static std::string preamble(Channel channel) {
 }
 
 // Centroid: at a silhouette, values at a covered point and not extrapolated beyond the triangle.
-static std::string interpolation(Channel channel) {
+std::string interpolation(Channel channel) {
     return std::string("#define INTERPOLATION ") + (channel == Channel::kClusters ? "flat" : "centroid") + "\n";
 }
 
-static std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
+std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
     return define("POSITIONS", asset.positions) + define("NORMALS", asset.normals) +
            define("TANGENTS", asset.tangents) + define("SKIN_JOINTS", asset.skin_joints) +
            define("SKIN_WEIGHTS", asset.skin_weights) + define("SLOTS", asset.slots) +
@@ -32,10 +34,12 @@ static std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
 }
 
 // The precision of an array: a number, or where the cluster's table has it.
-static std::string precisionOf(const char* array, const std::optional<AssetPrecision>& shared, int word) {
+std::string precisionOf(const char* array, const std::optional<AssetPrecision>& shared, int word) {
     return std::string("#define ") + array + "_PRECISION " +
            (shared ? std::to_string(int(*shared)) + "u" : "clusterWord(" + std::to_string(word) + ")") + "\n";
 }
+
+}  // namespace
 
 std::string evaluateSource(const ShaderRecipe& recipe) {
     std::string defines = define("WORK_GROUP", kWorkGroup) + define("INFLUENCES", std::size_t(recipe.influences)) +

@@ -7,13 +7,17 @@
 
 namespace penumbra {
 
+namespace {
+
 // body(begin, end) over pieces of [0, vertices).
 template <class Body>
-static void overVertices(std::size_t vertices, int threads, const Body& body) {
+void overVertices(std::size_t vertices, int threads, const Body& body) {
     constexpr std::size_t kPiece = 512;  // some 0.1 ms of shading
     parallelFor((vertices + kPiece - 1) / kPiece, threads,
                 [&](std::size_t i) { body(i * kPiece, std::min(vertices, (i + 1) * kPiece)); });
 }
+
+}  // namespace
 
 std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads) {
     const ModelView& model = shot.asset->model;

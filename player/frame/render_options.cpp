@@ -8,9 +8,13 @@
 
 namespace penumbra {
 
-static UsageError wrongWord(std::string_view option, std::string_view takes, std::string_view word) {
+namespace {
+
+UsageError wrongWord(std::string_view option, std::string_view takes, std::string_view word) {
     return UsageError(std::string(option) + " is " + std::string(takes) + ", not \"" + std::string(word) + "\"");
 }
+
+}  // namespace
 
 std::string findProblem(const RenderOptions& options) {
     const auto outside = [](const std::string& option, const std::string& range, double value) {
@@ -76,18 +80,22 @@ LightForm parseLightForm(std::string_view word) {
     throw wrongWord("--light-form", "auto, lobes, fixed or rotation", word);
 }
 
+namespace {
+
 template <class T>
-static bool readNumber(std::string_view& text, T& value) {
+bool readNumber(std::string_view& text, T& value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     text.remove_prefix(std::size_t(end - text.data()));
     return error == std::errc();
 }
 
-static bool readSeparator(std::string_view& text, char separator) {
+bool readSeparator(std::string_view& text, char separator) {
     if (text.empty() || text.front() != separator) return false;
     text.remove_prefix(1);
     return true;
 }
+
+}  // namespace
 
 std::optional<Vec3> parseBackground(std::string_view text) {
     if (text == "transparent") return std::nullopt;

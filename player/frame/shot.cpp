@@ -12,21 +12,22 @@
 
 namespace penumbra {
 
+namespace {
+
 template <class T>
-static void checkSome(const AssetView& asset, const std::vector<T>& list, const std::string& option) {
+void checkSome(const AssetView& asset, const std::vector<T>& list, const std::string& option) {
     if (list.empty())
         throw InvalidInput(asset.name + ": holds no " + option + "; give penumbra-pack asset one with --" + option);
 }
 
-static const ClipView* findClip(const AnimationView& animation, std::string_view name) {
+const ClipView* findClip(const AnimationView& animation, std::string_view name) {
     for (const ClipView& clip : animation.clips)
         if (clip.name == name) return &clip;
     return nullptr;
 }
 
 // The truth's frame of the same clip and number; its time must be the same too.
-static std::size_t truthFrame(const AssetView& asset, const AssetView& truth, const ClipView& clip,
-                              std::size_t number) {
+std::size_t truthFrame(const AssetView& asset, const AssetView& truth, const ClipView& clip, std::size_t number) {
     const ClipView* baked = findClip(truth.animation, clip.name);
     if (!baked) throw InvalidInput(truth.name + ": has no clip \"" + std::string(clip.name) + "\"");
     if (number >= baked->frame_count)
@@ -41,7 +42,7 @@ static std::size_t truthFrame(const AssetView& asset, const AssetView& truth, co
 }
 
 // "SLOT=NAME"
-static void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot) {
+void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot) {
     const SlotChoice choice = parseSlotChoice(text);
     if (asset.mesh.slots.empty()) throw UsageError("--slot: the asset's mesh is one part without a name; use --brdf");
     std::vector<std::string_view> names;
@@ -50,7 +51,7 @@ static void assignMaterial(const AssetView& asset, const std::string& text, Shot
         shot.material_of_slot[slot] = findMaterial(names, choice.material);
 }
 
-static void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
+void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
     checkSome(asset, asset.materials, "brdf");
     checkSome(asset, asset.lights, "light");
     shot.shaded = true;
@@ -77,6 +78,8 @@ static void resolveShading(const RenderOptions& options, const AssetView& asset,
         throw UsageError(std::string("--light-rotation: ") + error.what());
     }
 }
+
+}  // namespace
 
 void requireFrames(const AssetView& asset) {
     if (asset.model.deforming && asset.animation.frameCount() > 0 && asset.animation.playback.positions.empty())

@@ -13,10 +13,14 @@ GlBackend parseGlBackend(std::string_view word) {
     throw UsageError("--gl is auto, egl or osmesa, not \"" + std::string(word) + "\"");
 }
 
-static std::string glString(GLenum name) {
+namespace {
+
+std::string glString(GLenum name) {
     const GLubyte* text = gl::GetString(name);
     return text ? reinterpret_cast<const char*>(text) : "unknown";
 }
+
+}  // namespace
 
 void describe(GlContext& context, const std::string& system) {
     const std::string renderer = glString(GL_RENDERER);

@@ -9,7 +9,9 @@ PENUMBRA_GL_FUNCTIONS(PENUMBRA_DEFINE)
 PENUMBRA_GL_OPTIONAL_FUNCTIONS(PENUMBRA_DEFINE)
 #undef PENUMBRA_DEFINE
 
-static bool hasExtension(std::string_view name) {
+namespace {
+
+bool hasExtension(std::string_view name) {
     GLint count = 0;
     GetIntegerv(GL_NUM_EXTENSIONS, &count);
     for (GLint i = 0; i < count; ++i)
@@ -17,12 +19,14 @@ static bool hasExtension(std::string_view name) {
     return false;
 }
 
-static bool isAtLeast(GLint major, GLint minor) {
+bool isAtLeast(GLint major, GLint minor) {
     GLint has_major = 0, has_minor = 0;
     GetIntegerv(GL_MAJOR_VERSION, &has_major);
     GetIntegerv(GL_MINOR_VERSION, &has_minor);
     return has_major > major || (has_major == major && has_minor >= minor);
 }
+
+}  // namespace
 
 const char* loadFunctions(GetFunction get) {
     const char* missing = nullptr;

@@ -51,7 +51,9 @@ void checkStorageBlock(const char* what, std::size_t bytes) {
                           "; use --path cpu");
 }
 
-static std::size_t texelBytes(GLenum format) {
+namespace {
+
+std::size_t texelBytes(GLenum format) {
     switch (format) {
         case GL_R16UI:
             return 2;
@@ -69,12 +71,16 @@ static std::size_t texelBytes(GLenum format) {
     }
 }
 
+}  // namespace
+
 void replaceTextureBuffer(const TextureBuffer& buffer, std::span<const std::byte> bytes) {
     static constexpr std::array<std::byte, 16> kOneTexel{};
     replaceBuffer(GL_TEXTURE_BUFFER, buffer.buffer, bytes.empty() ? std::span<const std::byte>(kOneTexel) : bytes);
 }
 
-static void checkTexels(GLenum format, std::size_t bytes) {
+namespace {
+
+void checkTexels(GLenum format, std::size_t bytes) {
     GLint limit = 0;
     gl::GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
     if (bytes / texelBytes(format) > std::size_t(limit))
@@ -82,7 +88,7 @@ static void checkTexels(GLenum format, std::size_t bytes) {
                           std::to_string(bytes / texelBytes(format)) + "; use --path cpu");
 }
 
-static GlObject textureOf(const GlObject& buffer, GLenum format) {
+GlObject textureOf(const GlObject& buffer, GLenum format) {
     GLuint id = 0;
     gl::GenTextures(1, &id);
     GlObject texture(id, [](GLuint t) { gl::DeleteTextures(1, &t); });
@@ -90,6 +96,8 @@ static GlObject textureOf(const GlObject& buffer, GLenum format) {
     gl::TexBuffer(GL_TEXTURE_BUFFER, format, buffer.id());
     return texture;
 }
+
+}  // namespace
 
 TextureBuffer makeTextureBuffer(GLenum format, std::span<const std::byte> bytes) {
     checkTexels(format, bytes.size());
@@ -108,7 +116,9 @@ TextureBuffer makeTextureStorage(GLenum format, std::size_t bytes) {
     return result;
 }
 
-static std::string numberLines(const std::string& source) {
+namespace {
+
+std::string numberLines(const std::string& source) {
     std::string numbered = "1: ";
     int line = 1;
     for (const char c : source) {
@@ -118,7 +128,7 @@ static std::string numberLines(const std::string& source) {
     return numbered;
 }
 
-static GlObject compile(GLenum stage, const std::string& source) {
+GlObject compile(GLenum stage, const std::string& source) {
     GlObject shader(gl::CreateShader(stage), [](GLuint s) { gl::DeleteShader(s); });
     const char* text = source.c_str();
     gl::ShaderSource(shader.id(), 1, &text, nullptr);
@@ -131,7 +141,7 @@ static GlObject compile(GLenum stage, const std::string& source) {
     throw std::logic_error(std::string("a shader does not compile: ") + log.data() + "\n" + numberLines(source));
 }
 
-static GlObject link(std::initializer_list<const GlObject*> shaders) {
+GlObject link(std::initializer_list<const GlObject*> shaders) {
     GlObject program(gl::CreateProgram(), [](GLuint p) { gl::DeleteProgram(p); });
     for (const GlObject* shader : shaders) gl::AttachShader(program.id(), shader->id());
     gl::LinkProgram(program.id());
@@ -142,6 +152,8 @@ static GlObject link(std::initializer_list<const GlObject*> shaders) {
     gl::GetProgramInfoLog(program.id(), GLsizei(log.size()), nullptr, log.data());
     throw std::logic_error(std::string("a shader program does not link: ") + log.data());
 }
+
+}  // namespace
 
 GlObject makeProgram(const std::string& vertex_source, const std::string& fragment_source) {
     const GlObject vertex = compile(GL_VERTEX_SHADER, vertex_source);

@@ -2,17 +2,21 @@
 
 namespace penumbra {
 
-static GlObject makeQuery() {
+namespace {
+
+GlObject makeQuery() {
     GLuint id = 0;
     gl::GenQueries(1, &id);
     return GlObject(id, [](GLuint q) { gl::DeleteQueries(1, &q); });
 }
 
-static GLuint64 nanoseconds(const GlObject& query) {
+GLuint64 nanoseconds(const GlObject& query) {
     GLuint64 time = 0;
     gl::GetQueryObjectui64v(query.id(), GL_QUERY_RESULT, &time);
     return time;
 }
+
+}  // namespace
 
 GpuTimer::GpuTimer() {
     for (Pair& pair : pairs_) {

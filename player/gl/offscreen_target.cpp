@@ -7,7 +7,9 @@
 
 namespace penumbra {
 
-static GlObject makeRenderbuffer(GLenum format, int width, int height, int samples) {
+namespace {
+
+GlObject makeRenderbuffer(GLenum format, int width, int height, int samples) {
     GLuint id = 0;
     gl::GenRenderbuffers(1, &id);
     gl::BindRenderbuffer(GL_RENDERBUFFER, id);
@@ -16,7 +18,7 @@ static GlObject makeRenderbuffer(GLenum format, int width, int height, int sampl
     return GlObject(id, [](GLuint r) { gl::DeleteRenderbuffers(1, &r); });
 }
 
-static GlObject makeFramebuffer(const GlObject& color, const GlObject* depth) {
+GlObject makeFramebuffer(const GlObject& color, const GlObject* depth) {
     GLuint id = 0;
     gl::GenFramebuffers(1, &id);
     GlObject framebuffer(id, [](GLuint f) { gl::DeleteFramebuffers(1, &f); });
@@ -29,13 +31,15 @@ static GlObject makeFramebuffer(const GlObject& color, const GlObject* depth) {
     return framebuffer;
 }
 
-static void checkLimit(const char* what, int value, GLenum limit_name) {
+void checkLimit(const char* what, int value, GLenum limit_name) {
     GLint limit = 0;
     gl::GetIntegerv(limit_name, &limit);
     if (value > limit)
         throw Unsupported(std::string(what) + " " + std::to_string(value) + " is above this OpenGL's limit, " +
                           std::to_string(limit));
 }
+
+}  // namespace
 
 OffscreenTarget::OffscreenTarget(int width, int height, int samples, GLenum color) : width_(width), height_(height) {
     checkLimit("the picture's width", width, GL_MAX_RENDERBUFFER_SIZE);

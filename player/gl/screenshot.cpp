@@ -7,11 +7,15 @@
 
 namespace penumbra {
 
-static std::array<float, 256> linearOfSrgbBytes() {
+namespace {
+
+std::array<float, 256> linearOfSrgbBytes() {
     std::array<float, 256> linear;
     for (int i = 0; i < 256; ++i) linear[std::size_t(i)] = linearFromSrgb(float(i) / 255);
     return linear;
 }
+
+}  // namespace
 
 Image readDisplayed(int x, int y, int width, int height) {
     std::vector<std::array<std::uint8_t, 4>> rows(std::size_t(width) * std::size_t(height));
@@ -29,10 +33,14 @@ Image readDisplayed(int x, int y, int width, int height) {
     return image;
 }
 
-static std::string fourDigits(std::size_t number) {
+namespace {
+
+std::string fourDigits(std::size_t number) {
     const std::string digits = std::to_string(number);
     return std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits;
 }
+
+}  // namespace
 
 std::filesystem::path freeScreenshotName(const std::filesystem::path& folder) {
     for (std::size_t number = 1; number < 10000; ++number) {

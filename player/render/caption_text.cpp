@@ -4,12 +4,14 @@
 
 namespace penumbra {
 
+namespace {
+
 static_assert(kTextHeight == kGlyphHeight);
 
 // A byte of a UTF-8 character behind its first.
-static bool continues(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
+bool continues(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 
-static void drawGlyph(Image& image, int left, int top, char c, Vec3 color) {
+void drawGlyph(Image& image, int left, int top, char c, Vec3 color) {
     const auto& rows = kCaptionGlyphs[std::size_t((c < kFirstGlyph || c > kLastGlyph ? '?' : c) - kFirstGlyph)];
     for (int row = 0; row < kGlyphHeight; ++row)
         for (int column = 0; column < kGlyphWidth; ++column) {
@@ -20,6 +22,8 @@ static void drawGlyph(Image& image, int left, int top, char c, Vec3 color) {
         }
 }
 
+}  // namespace
+
 void drawText(Image& image, int x, int y, std::string_view text, Vec3 color) {
     for (const char c : text) {
         if (continues(c)) continue;
@@ -28,16 +32,22 @@ void drawText(Image& image, int x, int y, std::string_view text, Vec3 color) {
     }
 }
 
-static int characters(std::string_view text) {
+namespace {
+
+int characters(std::string_view text) {
     int count = 0;
     for (const char c : text) count += !continues(c);
     return count;
 }
 
+}  // namespace
+
 int textWidth(std::string_view text) { return characters(text) * kGlyphWidth; }
 
+namespace {
+
 // At most `most` characters; a cut is shown by "..", where there is room for it.
-static std::string cut(const std::string& text, int most) {
+std::string cut(const std::string& text, int most) {
     if (characters(text) <= most) return text;
     const int kept = most > 2 ? most - 2 : most;
     std::size_t end = 0;
@@ -45,6 +55,8 @@ static std::string cut(const std::string& text, int most) {
         if (!continues(text[end]) && ++count > kept) break;
     return text.substr(0, end) + (most > 2 ? ".." : "");
 }
+
+}  // namespace
 
 std::vector<std::string> wrapItems(const std::vector<std::string>& items, int width) {
     const int most = std::max(1, width / kGlyphWidth);

@@ -50,7 +50,11 @@ Image overBackground(const Image& image, float exposure, Vec3 background) {
 
 // --- Layout ---------------------------------------------------------------------------------------------------------
 
-static int captionHeight(int lines) { return lines == 0 ? 0 : lines * kTextHeight + SheetLayout::kTextGap; }
+namespace {
+
+int captionHeight(int lines) { return lines == 0 ? 0 : lines * kTextHeight + SheetLayout::kTextGap; }
+
+}  // namespace
 
 int SheetLayout::panelX(std::size_t cell, int panel) const {
     return kMargin + int(cell % std::size_t(columns)) * (cellWidth() + kMargin) + panel * (tile_width + kPanelGap);
@@ -61,8 +65,10 @@ int SheetLayout::panelY(std::size_t cell) const {
            int(cell / std::size_t(columns)) * (tile_height + captionHeight(caption_lines) + kMargin);
 }
 
+namespace {
+
 // The sizes that follow from the number of columns; as doubles, since nothing is bounded yet.
-static std::pair<double, double> sheetSize(const SheetLayout& layout, std::size_t cells, int columns) {
+std::pair<double, double> sheetSize(const SheetLayout& layout, std::size_t cells, int columns) {
     const double rows = std::ceil(double(cells) / columns);
     const double cell = double(layout.panels) * (layout.tile_width + SheetLayout::kPanelGap) - SheetLayout::kPanelGap;
     const double row = layout.tile_height + captionHeight(layout.caption_lines) + SheetLayout::kMargin;
@@ -70,7 +76,7 @@ static std::pair<double, double> sheetSize(const SheetLayout& layout, std::size_
             SheetLayout::kMargin + captionHeight(layout.title_lines) + rows * row};
 }
 
-static int bestColumns(const SheetLayout& layout, std::size_t cells) {
+int bestColumns(const SheetLayout& layout, std::size_t cells) {
     int best = 1;
     double least = 1e30;
     for (int columns = 1; columns <= int(std::min<std::size_t>(cells, kMaxSheetSide)); ++columns) {
@@ -81,6 +87,8 @@ static int bestColumns(const SheetLayout& layout, std::size_t cells) {
     }
     return best;
 }
+
+}  // namespace
 
 SheetLayout layoutSheet(std::size_t cells, const SheetLayout& tiles, int columns) {
     assert(cells > 0 && tiles.tile_width > 0 && tiles.tile_height > 0 && tiles.panels > 0);
@@ -118,19 +126,21 @@ Vec3 errorColor(float t) {
     return color;
 }
 
-static void paste(Image& sheet, const Image& tile, int left, int top) {
+namespace {
+
+void paste(Image& sheet, const Image& tile, int left, int top) {
     for (int y = 0; y < tile.height; ++y)
         std::copy_n(tile.pixels.begin() + std::ptrdiff_t(y) * tile.width, tile.width,
                     sheet.pixels.begin() + std::ptrdiff_t(top + y) * sheet.width + left);
 }
 
-static void drawLines(Image& sheet, const std::vector<std::string>& lines, int most, int x, int y, Vec3 color) {
+void drawLines(Image& sheet, const std::vector<std::string>& lines, int most, int x, int y, Vec3 color) {
     for (int line = 0; line < std::min(most, int(lines.size())); ++line)
         drawText(sheet, x, y + line * kTextHeight, lines[std::size_t(line)], color);
 }
 
 // "0 ==== 0.25"
-static void drawScale(Image& sheet, double error_max, int x, int top) {
+void drawScale(Image& sheet, double error_max, int x, int top) {
     char most[32];
     std::snprintf(most, sizeof most, " %g", error_max);
     const int left = x + textWidth("0 ");
@@ -143,7 +153,7 @@ static void drawScale(Image& sheet, double error_max, int x, int top) {
     }
 }
 
-static void drawTitle(Image& image, const ContactSheet& sheet, const SheetLayout& layout) {
+void drawTitle(Image& image, const ContactSheet& sheet, const SheetLayout& layout) {
     constexpr int kLeft = SheetLayout::kMargin;
     if (layout.title_lines == 0) return;
     drawLines(image, wrapItems(sheet.title, layout.width - 2 * kLeft), layout.title_lines - 1, kLeft, kLeft, kWhite);
@@ -151,6 +161,8 @@ static void drawTitle(Image& image, const ContactSheet& sheet, const SheetLayout
     drawText(image, kLeft, y, sheet.legend, kWhite);
     if (sheet.error_max > 0) drawScale(image, sheet.error_max, kLeft + textWidth(sheet.legend + "  "), y);
 }
+
+}  // namespace
 
 Image drawSheet(const ContactSheet& sheet, const SheetLayout& layout) {
     Image image{layout.width,

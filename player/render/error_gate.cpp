@@ -6,27 +6,31 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::size_t kNamedFrames = 3;
 
-static std::string shortNumber(double value) {
+std::string shortNumber(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.4g", value);
     return text;
 }
 
-static std::string frameName(const FrameRecord& record, const AnimationView& animation) {
+std::string frameName(const FrameRecord& record, const AnimationView& animation) {
     return std::string(animation.clips[record.at.clip].name) + " " + std::to_string(record.at.number);
 }
 
 // "; worst: walk 3 (0.123), ..."
-static std::string worstFrames(const ErrorGate& gate, std::span<const FrameRecord> records,
-                               const std::vector<std::size_t>& order, const AnimationView& animation) {
+std::string worstFrames(const ErrorGate& gate, std::span<const FrameRecord> records,
+                        const std::vector<std::size_t>& order, const AnimationView& animation) {
     std::string text;
     for (std::size_t i = 0; i < std::min(order.size(), kNamedFrames); ++i)
         text += (i == 0 ? "; worst: " : ", ") + frameName(records[order[i]], animation) + " (" +
                 shortNumber(figureOf(records[order[i]], gate.figure)) + ")";
     return text;
 }
+
+}  // namespace
 
 GateResult judge(const ErrorGate& gate, std::span<const FrameRecord> records, const AnimationView& animation) {
     GateResult result;

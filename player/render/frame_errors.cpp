@@ -9,7 +9,9 @@
 
 namespace penumbra {
 
-static std::vector<double> storedMean(const AssetView& asset) {
+namespace {
+
+std::vector<double> storedMean(const AssetView& asset) {
     std::vector<double> mean;
     std::vector<float> decoded;
     for (const ClusterView& cluster : asset.model.clusters) {
@@ -19,6 +21,8 @@ static std::vector<double> storedMean(const AssetView& asset) {
     }
     return mean;
 }
+
+}  // namespace
 
 TruthMean truthMean(PosedFrame& frame) {
     const Shot& shot = frame.shot();

@@ -9,11 +9,15 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 struct FigureName {
     std::string_view word, key;
 };
+
+}  // namespace
 constexpr std::array<FigureName, kFigures.size()> kNames = {{{"ambient-mean", "ambient_error_mean"},
                                                              {"ambient-max", "ambient_error_max"},
                                                              {"rms-v", "rms_v"},
@@ -34,7 +38,9 @@ Figure parseFigure(const std::string& option, std::string_view word) {
 std::string_view nameOf(Figure figure) { return kNames[std::size_t(figure)].word; }
 std::string_view keyOf(Figure figure) { return kNames[std::size_t(figure)].key; }
 
-static double figureOf(const ErrorSums& errors, const ImageError& image, double out_of_range, Figure figure) {
+namespace {
+
+double figureOf(const ErrorSums& errors, const ImageError& image, double out_of_range, Figure figure) {
     switch (figure) {
         case Figure::kAmbientMean:
             return errors.ambientMean();
@@ -52,6 +58,8 @@ static double figureOf(const ErrorSums& errors, const ImageError& image, double 
             return out_of_range;
     }
 }
+
+}  // namespace
 
 double figureOf(const FrameRecord& record, Figure figure) {
     return figureOf(record.errors.value_or(ErrorSums()), record.image.value_or(ImageError()), record.out_of_range,
@@ -74,19 +82,23 @@ double figureOf(const RunFigures& run, Figure figure) {
 
 // --- CSV ------------------------------------------------------------------------------------------------------------
 
-static std::string number(double value) {
+namespace {
+
+std::string number(double value) {
     if (!std::isfinite(value)) return "";
     std::array<char, 32> text;
     const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 9).ptr;
     return {text.data(), end};
 }
 
-static std::string csvField(std::string_view text) {
+std::string csvField(std::string_view text) {
     if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
     std::string out = "\"";
     for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
     return out + "\"";
 }
+
+}  // namespace
 
 std::string figuresCsv(std::span<const FrameRecord> records, const AnimationView& animation) {
     std::string csv = "clip,frame,time,held_out,truth";

@@ -6,7 +6,9 @@
 
 namespace penumbra {
 
-static std::vector<std::size_t> chooseClips(const std::vector<ClipView>& clips, const FrameChoice& choice) {
+namespace {
+
+std::vector<std::size_t> chooseClips(const std::vector<ClipView>& clips, const FrameChoice& choice) {
     std::vector<std::size_t> chosen;
     const bool named_all = std::any_of(clips.begin(), clips.end(), [](const ClipView& c) { return c.name == "all"; });
     const bool all = choice.clips.empty() ? choice.sequence : choice.clips == std::vector<std::string>{"all"};
@@ -24,7 +26,7 @@ static std::vector<std::size_t> chooseClips(const std::vector<ClipView>& clips, 
     return chosen;
 }
 
-static std::vector<ListedFrame> framesOf(const std::vector<ClipView>& clips, const std::vector<std::size_t>& chosen) {
+std::vector<ListedFrame> framesOf(const std::vector<ClipView>& clips, const std::vector<std::size_t>& chosen) {
     std::vector<ListedFrame> frames;
     for (const std::size_t c : chosen)
         for (std::size_t number = 0; number < clips[c].frame_count; ++number)
@@ -32,11 +34,13 @@ static std::vector<ListedFrame> framesOf(const std::vector<ClipView>& clips, con
     return frames;
 }
 
-static void checkFrame(const ClipView& clip, int frame) {
+void checkFrame(const ClipView& clip, int frame) {
     if (std::size_t(frame) >= clip.frame_count)
         throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
                          std::string(clip.name) + "\", not " + std::to_string(frame));
 }
+
+}  // namespace
 
 ChosenFrames chooseFrames(const AssetView& asset, const FrameChoice& choice) {
     const std::vector<ClipView>& clips = asset.animation.clips;
@@ -66,8 +70,10 @@ bool FramePattern::looksLikeOne(const std::filesystem::path& path) {
     return path.filename().string().find('%') != std::string::npos;
 }
 
+namespace {
+
 // Reads what follows a percent sign: "d", or "0Nd". Returns the digits; 0 where it is neither.
-static std::size_t readConversion(const std::string& name, std::size_t& at) {
+std::size_t readConversion(const std::string& name, std::size_t& at) {
     std::size_t digits = 1;
     if (at + 1 < name.size() && name[at] == '0' && name[at + 1] >= '1' && name[at + 1] <= '9') {
         digits = std::size_t(name[at + 1] - '0');
@@ -75,6 +81,8 @@ static std::size_t readConversion(const std::string& name, std::size_t& at) {
     }
     return at < name.size() && name[at++] == 'd' ? digits : 0;
 }
+
+}  // namespace
 
 FramePattern::FramePattern(const std::filesystem::path& path) : folder_(path.parent_path()) {
     const std::string name = path.filename();

@@ -14,9 +14,13 @@ Framing parseFraming(std::string_view word) {
     throw UsageError("--framing is clips, clip or frame, not \"" + std::string(word) + "\"");
 }
 
-static bool showsTruth(const Panel& panel) {
+namespace {
+
+bool showsTruth(const Panel& panel) {
     return panel.channel == Channel::kError || panel.source == VisibilitySource::kTruth;
 }
+
+}  // namespace
 
 void findTruth(BatchPlan& plan) {
     if (!plan.look.truth) return;

@@ -4,7 +4,11 @@
 
 namespace penumbra {
 
-static const std::vector<float> kNoTruth;
+namespace {
+
+const std::vector<float> kNoTruth;
+
+}  // namespace
 
 OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& look)
     : asset_(look.asset),

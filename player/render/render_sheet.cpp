@@ -35,19 +35,23 @@ bool showsError(const SheetOptions& sheet, Channel channel) {
 
 // --- Words ----------------------------------------------------------------------------------------------------------
 
-static std::string formatted(const char* format, double value) {
+namespace {
+
+std::string formatted(const char* format, double value) {
     char text[64];
     std::snprintf(text, sizeof text, format, value);
     return text;
 }
 
-static std::vector<std::string> nameItems(const ListedFrame& at, const AnimationView& animation) {
+std::vector<std::string> nameItems(const ListedFrame& at, const AnimationView& animation) {
     const ClipView& clip = animation.clips[at.clip];
     std::vector<std::string> items = {std::string(clip.name) + " " + std::to_string(at.number),
                                       formatted("%.3f s", animation.times[at.frame])};
     if (clip.held_out) items.push_back("held out");
     return items;
 }
+
+}  // namespace
 
 std::vector<std::string> captionOf(const FrameRecord& record, const AnimationView& animation) {
     std::vector<std::string> items = nameItems(record.at, animation);
@@ -65,7 +69,9 @@ std::vector<std::string> captionOf(const FrameRecord& record, const AnimationVie
     return items;
 }
 
-static std::vector<std::string> titleOf(const BatchPlan& plan) {
+namespace {
+
+std::vector<std::string> titleOf(const BatchPlan& plan) {
     const AssetView& asset = *plan.look.asset;
     std::vector<std::string> items = {std::filesystem::path(asset.name).filename(),
                                       "channel " + std::string(nameOf(plan.options.channel))};
@@ -81,7 +87,7 @@ static std::vector<std::string> titleOf(const BatchPlan& plan) {
     return items;
 }
 
-static std::string legendOf(const SheetOptions& sheet) {
+std::string legendOf(const SheetOptions& sheet) {
     std::string legend;
     for (const SheetPanel panel : sheet.panels)
         legend += (legend.empty() ? "" : " | ") + std::string(kPanelNames[std::size_t(panel)]);
@@ -91,13 +97,15 @@ static std::string legendOf(const SheetOptions& sheet) {
 // --- Layout and drawing ---------------------------------------------------------------------------------------------
 
 // As many figures as there can be, each as wide as it can be.
-static FrameRecord widestRecord(const ListedFrame& at, const BatchPlan& plan) {
+FrameRecord widestRecord(const ListedFrame& at, const BatchPlan& plan) {
     FrameRecord record{at};
     record.out_of_range = 10;
     if (plan.look.truth) record.errors = ErrorSums{1, 1, 0, 0, 0, plan.relative_error ? 1.0 : std::nan("")};
     if (plan.image_error) record.image = ImageError{1, 3 * 100.0 * 100.0, 0, std::size_t(plan.flip)};
     return record;
 }
+
+}  // namespace
 
 SheetLayout planSheet(const SheetOptions& sheet, const BatchPlan& plan) {
     const int smaller = std::min(plan.options.width, plan.options.height);

@@ -8,14 +8,18 @@
 
 namespace penumbra {
 
+namespace {
+
 using Corners = std::array<std::uint32_t, 3>;
 
-static std::vector<Corners> asTriangles(std::span<const std::uint32_t> corners) {
+std::vector<Corners> asTriangles(std::span<const std::uint32_t> corners) {
     std::vector<Corners> triangles;
     for (std::size_t i = 0; i < corners.size(); i += 3)
         triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
     return triangles;
 }
+
+}  // namespace
 
 Affine inputBone(const AssetView& asset, const InputJointView& input, std::span<const float> inputs) {
     const float* x = inputs.data() + input.column;

@@ -9,7 +9,11 @@
 
 namespace penumbra {
 
-static bool hasBytes(const ClusterView& cluster) { return cluster.basis.precision == AssetPrecision::kI8; }
+namespace {
+
+bool hasBytes(const ClusterView& cluster) { return cluster.basis.precision == AssetPrecision::kI8; }
+
+}  // namespace
 
 std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& asset) {
     const auto decoded = std::make_shared<Decoded>();
@@ -168,7 +172,9 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     path_.clamp(clamp, out.data(), view.vertex_count);
 }
 
-static Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affine> bones) {
+namespace {
+
+Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affine> bones) {
     Affine blend;
     blend.m.fill(0);
     const std::size_t first = vertex * std::size_t(mesh.influences);
@@ -180,6 +186,8 @@ static Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<con
     }
     return blend;
 }
+
+}  // namespace
 
 void Evaluator::skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
                      std::span<Vec3> tangents) const {

@@ -5,7 +5,11 @@
 #include "player/runtime/combine_x86.h"
 
 namespace penumbra {
-static const EvaluatorPath kPath{"avx2", combinePairs, combine<Half>, combine<Float>, clampAmbients};
+namespace {
+
+const EvaluatorPath kPath{"avx2", combinePairs, combine<Half>, combine<Float>, clampAmbients};
+
+}  // namespace
 const EvaluatorPath* const kEvaluatorAvx2 = &kPath;
 }  // namespace penumbra
 

@@ -6,7 +6,11 @@
 #include "player/runtime/combine_x86.h"
 
 namespace penumbra {
-static const EvaluatorPath kPath{"avx2-vnni", combinePairs, combine<Half>, combine<Float>, clampAmbients};
+namespace {
+
+const EvaluatorPath kPath{"avx2-vnni", combinePairs, combine<Half>, combine<Float>, clampAmbients};
+
+}  // namespace
 const EvaluatorPath* const kEvaluatorVnni = &kPath;
 }  // namespace penumbra
 

@@ -9,7 +9,9 @@ bool hasRestTransforms(const AnimationView& animation) {
     return !animation.rest_transforms.empty() && animation.rest_transforms.size() == animation.jointCount();
 }
 
-static Affine multiply(const Affine& a, const Affine& b) {
+namespace {
+
+Affine multiply(const Affine& a, const Affine& b) {
     const Mat3 linear = a.linear() * b.linear();
     const Vec3 at = a.point(b.translation());
     return {{linear(0, 0), linear(0, 1), linear(0, 2), at.x, linear(1, 0), linear(1, 1), linear(1, 2), at.y,
@@ -17,7 +19,7 @@ static Affine multiply(const Affine& a, const Affine& b) {
 }
 
 // Rodrigues: exp(r) = I + sin(a)/a [r] + (1 - cos a)/a^2 [r]^2, a = |r|.
-static Affine rotationBy(Vec3 r) {
+Affine rotationBy(Vec3 r) {
     const float square = dot(r, r), angle = std::sqrt(square), half = std::sin(angle / 2);
     const float s = angle > 1e-4f ? std::sin(angle) / angle : 1 - square / 6;
     const float t = angle > 1e-4f ? 2 * half * half / square : 0.5f - square / 24;
@@ -26,6 +28,8 @@ static Affine rotationBy(Vec3 r) {
              t * r.x * r.y + s * r.z, diagonal + t * r.y * r.y, t * r.y * r.z - s * r.x, 0,  //
              t * r.x * r.z - s * r.y, t * r.y * r.z + s * r.x, diagonal + t * r.z * r.z, 0}};
 }
+
+}  // namespace
 
 JointChain::JointChain(const AnimationView& animation)
     : parents_(animation.parents),

@@ -7,8 +7,10 @@
 
 namespace penumbra {
 
+namespace {
+
 // The upper half of a spherical Fibonacci set: a direction and its opposite say the same of a band.
-static std::vector<Vec3d> hemisphereDirections(int count) {
+std::vector<Vec3d> hemisphereDirections(int count) {
     std::vector<Vec3d> directions;
     for (int i = 0; i < count; ++i) {
         const double z = 1 - (i + 0.5) / count, r = std::sqrt(1 - z * z);
@@ -19,7 +21,7 @@ static std::vector<Vec3d> hemisphereDirections(int count) {
 }
 
 // Solves G X = B in place for a symmetric positive definite G [n, n]; B [n, 3] becomes X. Cholesky.
-static void solvePositive(std::vector<double>& g, std::vector<Vec3d>& b) {
+void solvePositive(std::vector<double>& g, std::vector<Vec3d>& b) {
     const std::size_t n = b.size();
     for (std::size_t j = 0; j < n; ++j) {
         for (std::size_t i = j; i < n; ++i) {
@@ -37,6 +39,8 @@ static void solvePositive(std::vector<double>& g, std::vector<Vec3d>& b) {
         b[i] = b[i] / g[i * n + i];
     }
 }
+
+}  // namespace
 
 LightLobes makeLightLobes(const LightView& light) {
     const int order = light.order, count = 2 * order - 1;

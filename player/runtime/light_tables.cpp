@@ -9,9 +9,11 @@
 
 namespace penumbra {
 
+namespace {
+
 // Normalised associated Legendre recurrences in z, divided by sin^m, with the Condon-Shortley sign and the factor
 // sqrt 2 of real harmonics in the start value.
-static void basisRecurrence(std::vector<float>& a, std::vector<float>& b) {
+void basisRecurrence(std::vector<float>& a, std::vector<float>& b) {
     a.assign(kMaxOrder * kMaxOrder, 0);
     b.assign(kMaxOrder * kMaxOrder, 0);
     double start = std::sqrt(1 / (4 * std::numbers::pi));
@@ -26,6 +28,8 @@ static void basisRecurrence(std::vector<float>& a, std::vector<float>& b) {
         }
     }
 }
+
+}  // namespace
 
 bool hasForm(const LightView& light, LightForm form) {
     return form != LightForm::kLobes || !light.lobes.directions.empty();

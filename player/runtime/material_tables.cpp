@@ -74,8 +74,10 @@ std::vector<ProductEntry> operatorProduct(const Convention& convention, int ligh
     return entries;
 }
 
+namespace {
+
 // Every (i, j) once, in the order of the entries; `first` gets the first entry of each.
-static std::vector<ProductRow> plainRows(const std::vector<ProductEntry>& entries, std::vector<std::size_t>& first) {
+std::vector<ProductRow> plainRows(const std::vector<ProductEntry>& entries, std::vector<std::size_t>& first) {
     std::vector<ProductRow> rows;
     for (std::size_t at = 0; at < entries.size(); ++at) {
         const ProductEntry& e = entries[at];
@@ -87,6 +89,8 @@ static std::vector<ProductRow> plainRows(const std::vector<ProductEntry>& entrie
     }
     return rows;
 }
+
+}  // namespace
 
 ProductRows groupRows(const Convention& convention, const std::vector<ProductEntry>& entries) {
     const std::vector<int> indices = convention.indices();

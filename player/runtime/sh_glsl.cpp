@@ -17,12 +17,16 @@ std::string glslFloat(double value) {
     return value < 0 ? "(" + literal + ")" : literal;
 }
 
+namespace {
+
 // N(l,m) of y_lm = N P_l^|m|: sqrt((2l+1)/4pi (l-m)!/(l+m)!), times sqrt 2 for m > 0.
-static double normalization(int band, int m) {
+double normalization(int band, int m) {
     double ratio = 1;
     for (int i = band - m + 1; i <= band + m; ++i) ratio /= i;
     return std::sqrt((2 * band + 1) / (4 * std::numbers::pi) * ratio * (m > 0 ? 2 : 1));
 }
+
+}  // namespace
 
 std::string basisGlsl(int order, bool even_only, std::string_view prefix, std::string_view direction) {
     const std::string p(prefix), d(direction);

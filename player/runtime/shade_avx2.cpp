@@ -5,7 +5,11 @@
 #include "player/runtime/shade_lanes.h"
 
 namespace penumbra {
-static const ShadePath kPath{"avx2", shadeLanes};
+namespace {
+
+const ShadePath kPath{"avx2", shadeLanes};
+
+}  // namespace
 const ShadePath* const kShadeAvx2 = &kPath;
 }  // namespace penumbra
 

@@ -6,10 +6,14 @@
 
 namespace penumbra {
 
-// "numbers[2].w": number i of a vertex.
-static std::string numberGlsl(std::size_t i) { return "numbers[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; }
+namespace {
 
-static std::string name(const char* prefix, std::size_t i) { return prefix + std::to_string(i); }
+// "numbers[2].w": number i of a vertex.
+std::string numberGlsl(std::size_t i) { return "numbers[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; }
+
+std::string name(const char* prefix, std::size_t i) { return prefix + std::to_string(i); }
+
+}  // namespace
 
 // E and clampAmbient() of sh/visibility_convention.h.
 std::string ambientGlsl(const Convention& convention) {
@@ -28,6 +32,8 @@ std::string ambientGlsl(const Convention& convention) {
     }
     return ambient + ";\n}\n" + clamp + "}\n";
 }
+
+namespace {
 
 // The text of an entry of the material; its texel is fetched into a variable before the first use.
 class EntryReader {
@@ -49,7 +55,7 @@ private:
 };
 
 // f_k = sum over e of A_ke y_e, for every k that has an entry; `type` is float or vec3 (three colour channels).
-static std::string viewGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
+std::string viewGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
     std::string text;
     for (std::size_t at = 0; at < layout.views.size();) {
         const std::uint16_t k = layout.views[at].k;
@@ -62,7 +68,7 @@ static std::string viewGlsl(const ShadingLayout& layout, const std::string& type
 }
 
 // t_i = sum over j of v_j (sum over k of B_ijk f_k); the inner sum of (i, j) serves (j, i) too.
-static std::string productGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
+std::string productGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
     const ProductRows grouped = groupRows(layout.convention, layout.products);
     const bool slices = layout.choice.reflectance == Reflectance::kSlices;
     std::string text, fetches;
@@ -88,7 +94,7 @@ static std::string productGlsl(const ShadingLayout& layout, const std::string& t
 }
 
 // L = sum over lobes d and bands l of w_dl sum over m of y_lm(Q s_d) t_lm (light_lobes.h).
-static std::string lobesGlsl(const ShadingLayout& layout) {
+std::string lobesGlsl(const ShadingLayout& layout) {
     const int order = layout.light_order;
     std::string text =
         "    for (int d = 0; d < int(PENUMBRA_LIGHT(0).x); ++d) {\n    vec3 s = local_from_model * PENUMBRA_LIGHT(1 + "
@@ -105,7 +111,7 @@ static std::string lobesGlsl(const ShadingLayout& layout) {
 }
 
 // t = R(Z(-angle)) t: what turnBack() of shade_lanes.h does.
-static std::string turnBackGlsl(int order, const std::string& angle, const char* t) {
+std::string turnBackGlsl(int order, const std::string& angle, const char* t) {
     std::string text;
     for (int l = 1; l < order; ++l)
         for (int m = 1; m <= l; ++m) {
@@ -117,7 +123,7 @@ static std::string turnBackGlsl(int order, const std::string& angle, const char*
     return text;
 }
 
-static std::string multiplesGlsl(int order, const std::string& angle) {
+std::string multiplesGlsl(int order, const std::string& angle) {
     const std::string c = "cos_" + angle, s = "sin_" + angle;
     std::string text;
     for (int m = 2; m < order; ++m) {
@@ -129,8 +135,7 @@ static std::string multiplesGlsl(int order, const std::string& angle) {
 }
 
 // out = R(X(90)) in, or its transpose.
-static std::string quarterTurnGlsl(int order, const std::string& type, bool transposed, const char* in,
-                                   const char* out) {
+std::string quarterTurnGlsl(int order, const std::string& type, bool transposed, const char* in, const char* out) {
     std::vector<std::string> sums(std::size_t(coefficientCount(order)));
     for (const TurnTerm& term : quarterTurn(order)) {
         std::string& sum = sums[transposed ? term.from : term.to];
@@ -142,7 +147,7 @@ static std::string quarterTurnGlsl(int order, const std::string& type, bool tran
 }
 
 // L = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t, Q = Z(a) Y(b) Z(c): makeTurns() and lightByRotation() of shade_lanes.h.
-static std::string rotationGlsl(const ShadingLayout& layout, const std::string& type) {
+std::string rotationGlsl(const ShadingLayout& layout, const std::string& type) {
     const int order = layout.light_order;
     std::string text;
     if (order > 1)
@@ -162,6 +167,8 @@ static std::string rotationGlsl(const ShadingLayout& layout, const std::string& 
             "    radiance += PENUMBRA_LIGHT(" + std::to_string(1 + i) + ").rgb * " + name("w", std::size_t(i)) + ";\n";
     return text;
 }
+
+}  // namespace
 
 std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string type = layout.channels == 3 ? "vec3" : "float";

@@ -19,9 +19,11 @@ std::size_t ShadingLayout::lightTexels() const {
     return 1 + (choice.light_form == LightForm::kRotation ? order * order : lobes + lobes * order);
 }
 
-static auto keyOf(const ProductEntry& e) { return std::tuple(e.i, e.j, e.k); }
+namespace {
 
-static void addViews(const MaterialView& material, ShadingLayout& layout) {
+auto keyOf(const ProductEntry& e) { return std::tuple(e.i, e.j, e.k); }
+
+void addViews(const MaterialView& material, ShadingLayout& layout) {
     for (const ViewTerm& term : viewTerms(material, layout.choice.reflectance, 0))
         layout.views.push_back({term.k, term.e});
     std::sort(layout.views.begin(), layout.views.end());
@@ -29,13 +31,13 @@ static void addViews(const MaterialView& material, ShadingLayout& layout) {
 }
 
 // The k that any material has views of; what belongs to another k never counts.
-static std::vector<bool> usedOf(const ShadingLayout& layout) {
+std::vector<bool> usedOf(const ShadingLayout& layout) {
     std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
     for (const ShadingLayout::View& view : layout.views) used[view.k] = true;
     return used;
 }
 
-static void addOperatorProducts(const MaterialView& material, ShadingLayout& layout) {
+void addOperatorProducts(const MaterialView& material, ShadingLayout& layout) {
     const std::vector<ProductEntry> more =
         operatorProduct(layout.convention, layout.light_order, material, 0, usedOf(layout));
     std::vector<ProductEntry> merged;
@@ -44,7 +46,7 @@ static void addOperatorProducts(const MaterialView& material, ShadingLayout& lay
     layout.products = std::move(merged);
 }
 
-static void addLights(const ShadingSet& set, ShadingLayout& layout) {
+void addLights(const ShadingSet& set, ShadingLayout& layout) {
     const std::vector<LightView>& lights = set.asset().lights;
     for (std::size_t l = 0; l < lights.size(); ++l) {
         if (!set.hasLight(l)) continue;
@@ -54,6 +56,8 @@ static void addLights(const ShadingSet& set, ShadingLayout& layout) {
     }
     if (layout.choice.light_form == LightForm::kFixed) layout.lobe_count = 2 * layout.light_order - 1;
 }
+
+}  // namespace
 
 ShadingLayout shadingLayout(const ShadingSet& set) {
     const AssetView& asset = set.asset();
@@ -78,8 +82,10 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
     return layout;
 }
 
+namespace {
+
 // The material's entries of one channel, in the layout's order.
-static std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialView& material, int channel) {
+std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialView& material, int channel) {
     std::vector<float> values(layout.entryCount());
     for (const ViewTerm& term : viewTerms(material, layout.choice.reflectance, channel)) {
         const ShadingLayout::View view{term.k, term.e};
@@ -96,6 +102,8 @@ static std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialV
     }
     return values;
 }
+
+}  // namespace
 
 std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& set) {
     const std::vector<MaterialView>& materials = set.asset().materials;

@@ -18,12 +18,16 @@ double clipSeconds(const AnimationView& animation, const ClipView& clip) {
     return 2 * frameSeconds(animation, clip, last) - frameSeconds(animation, clip, last - 1);
 }
 
+namespace {
+
 // Into [0, clipSeconds).
-static double wrapped(double time, double seconds) {
+double wrapped(double time, double seconds) {
     if (!(seconds > 0)) return 0;
     const double rest = std::fmod(time, seconds);
     return rest < 0 ? rest + seconds : rest;
 }
+
+}  // namespace
 
 std::size_t frameNumber(const AnimationView& animation, const ClipView& clip, double time) {
     const double seconds = clipSeconds(animation, clip);

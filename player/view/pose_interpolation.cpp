@@ -5,38 +5,42 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::size_t kPivotFrames = 256;  // that pivots are found from, at most, spread over the animation
 // Weight of the centre of what a joint moves, against the squared turns of the joint, that chooses a point on the axis
 // of a hinge, which all stay where they are.
 constexpr double kCenterWeight = 1e-4;
 
-static double determinant(const Mat3d& a) {
+double determinant(const Mat3d& a) {
     const Mat3d c = cofactor(a);
     return a.m[0] * c.m[0] + a.m[1] * c.m[1] + a.m[2] * c.m[2];
 }
 
-static Mat3d inverse(const Mat3d& a) {
+Mat3d inverse(const Mat3d& a) {
     Mat3d out = transposed(cofactor(a));
     const double scale = 1 / determinant(a);
     for (double& m : out.m) m *= scale;
     return out;
 }
 
-static Mat3d lerp(const Mat3d& a, const Mat3d& b, double t) {
+Mat3d lerp(const Mat3d& a, const Mat3d& b, double t) {
     Mat3d out;
     for (std::size_t i = 0; i < 9; ++i) out.m[i] = (1 - t) * a.m[i] + t * b.m[i];
     return out;
 }
 
-static Vec3d lerp(Vec3d a, Vec3d b, double t) { return (1 - t) * a + t * b; }
+Vec3d lerp(Vec3d a, Vec3d b, double t) { return (1 - t) * a + t * b; }
 
 // Whether a point's place can be found back from where it moves it.
-static bool invertible(const Affine& bone) {
+bool invertible(const Affine& bone) {
     const Mat3d linear = toDouble(bone.linear());
     double size = 1;
     for (int row = 0; row < 3; ++row) size *= length(Vec3d{linear(row, 0), linear(row, 1), linear(row, 2)});
     return std::abs(determinant(linear)) > 1e-6 * size;
 }
+
+}  // namespace
 
 // The asset's joints, those below a joint that is scaled to nothing as roots.
 void PoseInterpolation::findParents() {
@@ -91,8 +95,10 @@ Vec3d PoseInterpolation::findPivot(std::size_t joint, Vec3d center) const {
     return center - inverse(normal) * right;
 }
 
+namespace {
+
 // Centres of what the joints move; of the whole mesh for those that move nothing.
-static std::vector<Vec3d> jointCenters(const AssetView& asset) {
+std::vector<Vec3d> jointCenters(const AssetView& asset) {
     Vec3d middle;
     for (const Vec3& p : asset.mesh.positions) middle += toDouble(p) / double(asset.mesh.positions.size());
     std::vector<Vec3d> centers(asset.animation.jointCount(), middle);
@@ -101,6 +107,8 @@ static std::vector<Vec3d> jointCenters(const AssetView& asset) {
             centers[asset.mesh.skin_joints[i]] = toDouble(asset.model.joint_centers[asset.mesh.skin_joints[i]]);
     return centers;
 }
+
+}  // namespace
 
 // A root turns about its centre: what it moves least may be far away from the character.
 PoseInterpolation::PoseInterpolation(const AssetView& asset)

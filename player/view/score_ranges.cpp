@@ -5,7 +5,9 @@
 
 namespace penumbra {
 
-static bool isTraining(const AnimationView& animation, std::size_t frame) {
+namespace {
+
+bool isTraining(const AnimationView& animation, std::size_t frame) {
     bool all_held_out = true;
     for (const ClipView& clip : animation.clips) all_held_out = all_held_out && clip.held_out;
     if (all_held_out) return true;
@@ -13,6 +15,8 @@ static bool isTraining(const AnimationView& animation, std::size_t frame) {
         if (frame >= clip.first_frame && frame - clip.first_frame < clip.frame_count) return !clip.held_out;
     return false;
 }
+
+}  // namespace
 
 void ScoreRanges::add(const Evaluator& evaluator) {
     ranges_.resize(evaluator.clusterCount());

@@ -12,17 +12,19 @@
 
 namespace penumbra {
 
-static std::string text(std::string_view view) { return std::string(view); }
+namespace {
 
-static std::size_t bytesOf(const NumbersView& numbers) {
+std::string text(std::string_view view) { return std::string(view); }
+
+std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
 
-static const char* nameOf(AssetPrecision precision) {
+const char* nameOf(AssetPrecision precision) {
     return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
 }
 
-static void modelLines(const AssetView& asset) {
+void modelLines(const AssetView& asset) {
     static constexpr const char* kKinds[] = {"linear", "quadratic", "neural", "additive"};
     const ModelView& model = asset.model;
     std::size_t bytes = 0, components = 0;
@@ -39,6 +41,8 @@ static void modelLines(const AssetView& asset) {
                 nameOf(model.clusters.front().basis.precision));
     ImGui::Text("quantisation error %.2g", double(model.quantization_error));
 }
+
+}  // namespace
 
 void assetPanel(const Character& character) {
     const AssetView& asset = character.asset;
@@ -85,8 +89,10 @@ void vertexPanel(const Scene& scene, const PickedVertex& picked) {
     ImGui::TextWrapped("%s", scores.c_str());
 }
 
+namespace {
+
 // Marks the training range on the slider that was drawn last, which goes from `least` to `most`.
-static void markRange(const ComponentFigures& figures, float least, float most) {
+void markRange(const ComponentFigures& figures, float least, float most) {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     const auto at = [&](float score) { return low.x + (high.x - low.x) * (score - least) / (most - least); };
     ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(at(figures.least), high.y - 3), ImVec2(at(figures.most), high.y),
@@ -94,7 +100,7 @@ static void markRange(const ComponentFigures& figures, float least, float most) 
 }
 
 // Half as far again as training went, both ways.
-static bool scoreSlider(std::size_t component, const ComponentFigures& figures, float& score) {
+bool scoreSlider(std::size_t component, const ComponentFigures& figures, float& score) {
     const float room = std::max(0.5f * (figures.most - figures.least), 1e-6f);
     const float least = std::min(figures.least - room, score), most = std::max(figures.most + room, score);
     char label[64];
@@ -106,6 +112,8 @@ static bool scoreSlider(std::size_t component, const ComponentFigures& figures, 
     ImGui::PopID();
     return changed;
 }
+
+}  // namespace
 
 void componentPanel(const Scene& scene, ViewState& state) {
     const Character& character = *scene.characters[state.picked->character];

@@ -10,11 +10,15 @@ Rectangle pictureArea(int width, int height, float scale, bool panels) {
     return {std::min(left, width - 1), 0, std::max(1, width - left), std::max(1, height - below)};
 }
 
+namespace {
+
 // The left `part` of a rectangle, and the rest.
-static std::pair<Rectangle, Rectangle> cut(const Rectangle& whole, float part) {
+std::pair<Rectangle, Rectangle> cut(const Rectangle& whole, float part) {
     const int left = std::clamp(int(std::lround(part * float(whole.width))), 0, whole.width);
     return {{whole.x, whole.y, left, whole.height}, {whole.x + left, whole.y, whole.width - left, whole.height}};
 }
+
+}  // namespace
 
 std::vector<Pane> panesOf(const ViewState& state, const Rectangle& picture) {
     switch (shownCompare(state)) {

@@ -153,7 +153,7 @@ void ViewLoop::write(const std::filesystem::path& path, const Image& image) {
     }
 }
 
-static Image readPart(const Rectangle& part, int window_height) {
+Image readPart(const Rectangle& part, int window_height) {
     return readDisplayed(part.x, window_height - part.y - part.height, part.width, part.height);
 }
 

@@ -25,12 +25,16 @@ bool ScenePainter::needsValues(const ViewState& state) const {
            state.channel == Channel::kError || state.component.has_value();
 }
 
+namespace {
+
 // GL counts rows from below.
-static void setPane(const Pane& pane, int window_height) {
+void setPane(const Pane& pane, int window_height) {
     const auto below = [&](const Rectangle& r) { return window_height - r.y - r.height; };
     gl::Viewport(pane.area.x, below(pane.area), pane.area.width, pane.area.height);
     gl::Scissor(pane.clip.x, below(pane.clip), pane.clip.width, pane.clip.height);
 }
+
+}  // namespace
 
 ScenePainter::ScenePainter(const Scene& scene, EvaluationPath path) : scene_(&scene), path_(path) {
     std::map<const Vec3*, std::size_t> group_of_file;  // by where a file is mapped
@@ -42,10 +46,14 @@ ScenePainter::ScenePainter(const Scene& scene, EvaluationPath path) : scene_(&sc
     }
 }
 
+namespace {
+
 // A frame without truth shows its model wherever truth is asked for.
-static Shown shownOf(const Character& character, Shown shown) {
+Shown shownOf(const Character& character, Shown shown) {
     return shown == Shown::kTruth && !character.truth_frame ? Shown::kModel : shown;
 }
+
+}  // namespace
 
 void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye) {
     const Character& first = *scene_->characters[group.characters.front()];

@@ -224,18 +224,22 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     ImGui::End();
 }
 
+namespace {
+
 // The pointer's way with the button down since the frame before, once it has left where the button was pressed: a
 // motion in the frame of the press is none.
 constexpr float kClick = 3;  // units that the pointer may move in a click
-static ImVec2 takeDrag(ImGuiMouseButton button) {
+ImVec2 takeDrag(ImGuiMouseButton button) {
     const ImVec2 drag = ImGui::GetMouseDragDelta(button, kClick);
     if (drag.x != 0 || drag.y != 0) ImGui::ResetMouseDragDelta(button);
     return drag;
 }
 
-static bool isHeld(ImGuiMouseButton button) {
+bool isHeld(ImGuiMouseButton button) {
     return ImGui::IsMouseDown(button) || ImGui::IsMouseReleased(button);  // the last of its way
 }
+
+}  // namespace
 
 void applyMouse(const Scene& scene, ViewState& state, const Rectangle& picture) {
     const ImGuiIO& io = ImGui::GetIO();

@@ -5,13 +5,15 @@
 
 namespace penumbra {
 
+namespace {
+
 struct Hit {
     double distance = 0, u = 0, v = 0;  // p = (1 - u - v) a + u b + v c
 };
 
 // Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997. The determinant is above 0 where the
 // front is seen.
-static std::optional<Hit> intersect(Vec3d origin, Vec3d direction, Vec3d a, Vec3d b, Vec3d c, bool fronts) {
+std::optional<Hit> intersect(Vec3d origin, Vec3d direction, Vec3d a, Vec3d b, Vec3d c, bool fronts) {
     const Vec3d ab = b - a, ac = c - a, p = cross(direction, ac);
     const double determinant = dot(ab, p);
     if (determinant == 0 || (fronts && determinant < 0)) return std::nullopt;
@@ -20,6 +22,8 @@ static std::optional<Hit> intersect(Vec3d origin, Vec3d direction, Vec3d a, Vec3
     if (!(hit.u >= 0 && hit.v >= 0 && hit.u + hit.v <= 1 && hit.distance > 0)) return std::nullopt;
     return hit;
 }
+
+}  // namespace
 
 std::optional<std::size_t> pickVertex(std::span<const Vec3> positions, const MeshView& mesh, Vec3d origin,
                                       Vec3d direction, double& distance) {

@@ -46,17 +46,21 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     return state;
 }
 
-static std::string_view nameOf(Compare compare) {
+namespace {
+
+std::string_view nameOf(Compare compare) {
     static constexpr std::string_view kNames[] = {"model", "truth", "side by side", "wipe", "difference"};
     return kNames[std::size_t(compare)];
 }
 
 // "3", or "3.42" between two frames
-static std::string frameText(const ClipPosition& position) {
+std::string frameText(const ClipPosition& position) {
     char text[32];
     std::snprintf(text, sizeof text, position.part > 0 ? "%.2f" : "%.0f", double(position.frame) + position.part);
     return text;
 }
+
+}  // namespace
 
 std::string describe(const Scene& scene, const ViewState& state) {
     const ViewContents contents = contentsOf(scene);
@@ -78,7 +82,9 @@ std::string describe(const Scene& scene, const ViewState& state) {
     return text;
 }
 
-static BoundingBox boundsOf(const Scene& scene, bool rest) {
+namespace {
+
+BoundingBox boundsOf(const Scene& scene, bool rest) {
     BoundingBox all;
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const Character& character = *scene.characters[i];
@@ -91,6 +97,8 @@ static BoundingBox boundsOf(const Scene& scene, bool rest) {
     }
     return all;
 }
+
+}  // namespace
 
 BoundingBox boundsOf(const Scene& scene) { return boundsOf(scene, false); }
 BoundingBox restBounds(const Scene& scene) { return boundsOf(scene, true); }

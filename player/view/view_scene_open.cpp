@@ -8,10 +8,12 @@
 
 namespace penumbra {
 
-static bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
+namespace {
+
+bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
 
 // Every file's materials and lights; the slots of the character's own file keep theirs.
-static void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
+void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
     asset.slot_material.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));  // the first, where none is said
     asset.materials.clear();
     asset.lights.clear();
@@ -28,7 +30,7 @@ static void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& a
     }
 }
 
-static void attachTruth(Scene& scene, const AssetView& truth) {
+void attachTruth(Scene& scene, const AssetView& truth) {
     std::string problem;
     bool fits = false;
     for (const auto& character : scene.characters) try {
@@ -42,7 +44,7 @@ static void attachTruth(Scene& scene, const AssetView& truth) {
 }
 
 // A row along x, each as wide as the widest and a third more.
-static void placeCharacters(Scene& scene) {
+void placeCharacters(Scene& scene) {
     float widest = 0;
     for (const auto& character : scene.characters) {
         const BoundingBox box = boundsOf(character->asset.mesh.positions);
@@ -54,7 +56,7 @@ static void placeCharacters(Scene& scene) {
 }
 
 // `like`: a character of the same file, whose decoded regressors it shares, or null.
-static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file, const Character* like) {
+std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file, const Character* like) {
     auto character = std::make_unique<Character>();
     character->file_bytes = file.asset->file.bytes().size();
     character->asset = file.asset->view;
@@ -73,7 +75,7 @@ static std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneF
     return character;
 }
 
-static SceneFile openFile(const std::filesystem::path& path, int threads) {
+SceneFile openFile(const std::filesystem::path& path, int threads) {
     SceneFile file;
     if (path.extension() != ".exr" && path.extension() != ".hdr") {
         file.asset = std::make_unique<OpenAsset>(path);
@@ -86,7 +88,7 @@ static SceneFile openFile(const std::filesystem::path& path, int threads) {
 }
 
 // Opens each file once, however often it is named; for every path, which of scene.files it is.
-static std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths, int threads, Scene& scene) {
+std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths, int threads, Scene& scene) {
     std::vector<std::size_t> file_of_path;
     for (std::size_t i = 0; i < paths.size(); ++i) {
         std::error_code unreadable;  // then it is opened, and the reason said
@@ -97,6 +99,8 @@ static std::vector<std::size_t> openFiles(std::span<const std::filesystem::path>
     }
     return file_of_path;
 }
+
+}  // namespace
 
 Scene openScene(std::span<const std::filesystem::path> paths, int threads) {
     Scene scene;

@@ -9,11 +9,13 @@
 
 namespace penumbra {
 
-static double millisecondsSince(std::chrono::steady_clock::time_point start) {
+namespace {
+
+double millisecondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-static Shot shotOf(const Character& character) {
+Shot shotOf(const Character& character) {
     Shot shot;
     shot.asset = &character.asset;
     shot.frame = character.frame;
@@ -22,7 +24,7 @@ static Shot shotOf(const Character& character) {
     return shot;
 }
 
-static void editScores(Character& character, const std::optional<ScoreEdit>& edit) {
+void editScores(Character& character, const std::optional<ScoreEdit>& edit) {
     character.edited = edit;
     if (!edit) return;
     const std::span<const float> scores = character.evaluator->scores(edit->cluster);
@@ -32,8 +34,8 @@ static void editScores(Character& character, const std::optional<ScoreEdit>& edi
 }
 
 // False where it has that pose already.
-static bool poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position,
-                          const std::optional<ScoreEdit>& edit, int threads) {
+bool poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position,
+                   const std::optional<ScoreEdit>& edit, int threads) {
     const std::size_t frame = clip.first_frame + position.frame;
     if (character.posed && character.frame == frame && character.part == position.part && character.edited == edit)
         return false;
@@ -56,6 +58,8 @@ static bool poseCharacter(Character& character, const ClipView& clip, const Clip
     character.has_model_numbers = character.has_truth_numbers = false;
     return true;
 }
+
+}  // namespace
 
 ShadingChoice shownShading(const Scene& scene, const ViewState& state) {
     ShadingChoice choice = state.shading;
@@ -81,7 +85,9 @@ bool useShading(Scene& scene, const ViewState& state) {
     return changed;
 }
 
-static void setShading(Character& character, const CharacterChoice& choice, const ViewState& state) {
+namespace {
+
+void setShading(Character& character, const CharacterChoice& choice, const ViewState& state) {
     if (!character.shading) return;
     ShadingSet& set = *character.shading;
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
@@ -93,7 +99,7 @@ static void setShading(Character& character, const CharacterChoice& choice, cons
 }
 
 // Whether any had to be evaluated.
-static bool needNumbers(Character& character, bool model, bool truth, int threads) {
+bool needNumbers(Character& character, bool model, bool truth, int threads) {
     const bool needs_model = model && !character.has_model_numbers;
     const bool needs_truth = truth && character.truth_frame && !character.has_truth_numbers;
     if (needs_model) {
@@ -107,7 +113,7 @@ static bool needNumbers(Character& character, bool model, bool truth, int thread
     return needs_model || needs_truth;
 }
 
-static std::vector<Vec3> valuesOf(Character& character, bool truth, Channel channel, Vec3 eye, int threads) {
+std::vector<Vec3> valuesOf(Character& character, bool truth, Channel channel, Vec3 eye, int threads) {
     std::vector<float> true_ambient;
     if (channel == Channel::kError) true_ambient = ambientOf(shotOf(character), character.truth_numbers, threads);
     // The same local frames, other numbers.
@@ -118,7 +124,7 @@ static std::vector<Vec3> valuesOf(Character& character, bool truth, Channel chan
     return values;
 }
 
-static void noteError(Character& character) {
+void noteError(Character& character) {
     character.mean_error = character.max_error = 0;
     const std::vector<Vec3>& values = character.values[std::size_t(Shown::kModel)];
     for (const Vec3& value : values) {
@@ -128,7 +134,7 @@ static void noteError(Character& character) {
 }
 
 // A frame without truth shows its model wherever truth is asked for.
-static void showValues(Character& character, Compare compare, Vec3 eye, int threads) {
+void showValues(Character& character, Compare compare, Vec3 eye, int threads) {
     const bool has_truth = character.truth_frame.has_value();
     auto& [model, truth, difference] = character.values;
     if (compare != Compare::kTruth || !has_truth) model = valuesOf(character, false, character.channel, eye, threads);
@@ -142,7 +148,7 @@ static void showValues(Character& character, Compare compare, Vec3 eye, int thre
 }
 
 // The component's effect on E as colours, in the place of what the channel shows.
-static void showComponent(Character& character, std::size_t component) {
+void showComponent(Character& character, std::size_t component) {
     if (character.component != component) {
         character.component_ambient =
             componentAmbient(character.asset.model, character.vertices.positions.size(), component);
@@ -156,6 +162,8 @@ static void showComponent(Character& character, std::size_t component) {
     for (const float e : character.component_ambient) values.push_back(divergingColor(e, character.component_most));
     character.channel = Channel::kShaded;
 }
+
+}  // namespace
 
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost) {
     const ViewContents contents = contentsOf(scene);
@@ -190,13 +198,17 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     if (evaluated) cost.evaluate = spent.evaluate;
 }
 
-static void computeComponents(Character& character, std::size_t vertex, double milliseconds) {
+namespace {
+
+void computeComponents(Character& character, std::size_t vertex, double milliseconds) {
     character.score_ranges.compute(*character.strip_evaluator, milliseconds);
     const std::size_t cluster = clusterAt(character.asset.model, vertex);
     if (character.components_of == cluster || !character.score_ranges.complete()) return;
     character.components = character.score_ranges.figures(*character.strip_evaluator, cluster);
     character.components_of = cluster;
 }
+
+}  // namespace
 
 void computeStrips(Scene& scene, const ViewState& state, double milliseconds) {
     Character& character = *scene.characters[state.selected];

@@ -20,6 +20,8 @@ std::filesystem::path settingsPath() {
     return {};
 }
 
+namespace {
+
 // A field that is absent leaves its value as it was; so does one that is of no use, which is told.
 class FieldReader {
 public:
@@ -58,7 +60,7 @@ private:
     }
 };
 
-static ViewSettings parseSettings(const Json& json, std::string& problem) {
+ViewSettings parseSettings(const Json& json, std::string& problem) {
     if (!json.is_object()) throw std::runtime_error("not a JSON object");
     ViewSettings settings;
     FieldReader read(problem);
@@ -77,6 +79,8 @@ static ViewSettings parseSettings(const Json& json, std::string& problem) {
     read.flag(json, "panels", settings.panels);
     return settings;
 }
+
+}  // namespace
 
 ViewSettings readSettings(const std::filesystem::path& path, std::string& problem) {
     if (path.empty() || !std::filesystem::exists(path)) return {};

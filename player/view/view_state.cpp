@@ -17,9 +17,13 @@ std::size_t ViewContents::components() const {
     return most;
 }
 
-static const ClipView& clipOf(const ViewState& state, const ViewContents& contents, std::size_t character) {
+namespace {
+
+const ClipView& clipOf(const ViewState& state, const ViewContents& contents, std::size_t character) {
     return contents.characters[character].animation->clips[state.characters[character].clip];
 }
+
+}  // namespace
 
 const ClipView& selectedClip(const ViewState& state, const ViewContents& contents) {
     return clipOf(state, contents, state.selected);
@@ -30,7 +34,9 @@ bool snapsToFrames(const ViewState& state) {
     return !state.smooth || error || shownCompare(state) != Compare::kModel;
 }
 
-static void showFrame(ViewState& state, const ViewContents& contents, std::size_t number) {
+namespace {
+
+void showFrame(ViewState& state, const ViewContents& contents, std::size_t number) {
     state.playhead.playing = false;
     state.playhead.time =
         frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number);
@@ -39,15 +45,14 @@ static void showFrame(ViewState& state, const ViewContents& contents, std::size_
 // Where the largest figure is. The figures may still be those of a clip that was on before: none then. How many are
 // known.
 template <class Figures, class Projection>
-static std::size_t showLargest(ViewState& state, const ViewContents& contents, const Figures& figures,
-                               Projection projection) {
+std::size_t showLargest(ViewState& state, const ViewContents& contents, const Figures& figures, Projection projection) {
     if (figures.empty() || contents.characters[state.selected].strip_clip != state.characters[state.selected].clip)
         return 0;
     showFrame(state, contents, std::size_t(std::ranges::max_element(figures, {}, projection) - figures.begin()));
     return figures.size();
 }
 
-static void showWorst(ViewState& state, const ViewContents& contents, bool out_of_range) {
+void showWorst(ViewState& state, const ViewContents& contents, bool out_of_range) {
     const CharacterContents& character = contents.characters[state.selected];
     state.awaited.reset();
     if (!out_of_range && !character.has_truth) return;
@@ -59,10 +64,14 @@ static void showWorst(ViewState& state, const ViewContents& contents, bool out_o
             AwaitedWorst{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
 }
 
+}  // namespace
+
 void showWorstError(ViewState& state, const ViewContents& contents) { showWorst(state, contents, false); }
 void showWorstRange(ViewState& state, const ViewContents& contents) { showWorst(state, contents, true); }
 
-static void showAwaited(ViewState& state, const ViewContents& contents) {
+namespace {
+
+void showAwaited(ViewState& state, const ViewContents& contents) {
     if (!state.awaited) return;
     const bool out_of_range = state.awaited->out_of_range;
     const AwaitedWorst here{out_of_range, state.selected, state.characters[state.selected].clip, state.playhead.time};
@@ -73,6 +82,8 @@ static void showAwaited(ViewState& state, const ViewContents& contents) {
     else if (known >= selectedClip(state, contents).frame_count)
         showWorst(state, contents, out_of_range);
 }
+
+}  // namespace
 
 ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character) {
     const ClipView& clip = clipOf(state, contents, character);

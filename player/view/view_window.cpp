@@ -40,31 +40,33 @@ struct ViewWindow::Impl {
     }
 };
 
-static std::string& lastGlfwError() {
+namespace {
+
+std::string& lastGlfwError() {
     static std::string text;
     return text;
 }
 
 // ImGui's callbacks call those that were there before them.
-static ViewEvents& noteEvent(GLFWwindow* window) {
+ViewEvents& noteEvent(GLFWwindow* window) {
     auto& events = *static_cast<ViewEvents*>(glfwGetWindowUserPointer(window));
     events.any = true;
     return events;
 }
 
-static void onKey(GLFWwindow* window, int key, int, int action, int mods) {
+void onKey(GLFWwindow* window, int key, int, int action, int mods) {
     ViewEvents& events = noteEvent(window);
     if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput) return;
     if ((mods & (GLFW_MOD_CONTROL | GLFW_MOD_ALT | GLFW_MOD_SUPER)) != 0) return;
     events.keys.push_back({key, (mods & GLFW_MOD_SHIFT) != 0});
 }
 
-static void onDrop(GLFWwindow* window, int count, const char** paths) {
+void onDrop(GLFWwindow* window, int count, const char** paths) {
     ViewEvents& events = noteEvent(window);
     events.dropped.insert(events.dropped.end(), paths, paths + count);
 }
 
-static void listenTo(GLFWwindow* window, ViewEvents& events) {
+void listenTo(GLFWwindow* window, ViewEvents& events) {
     glfwSetWindowUserPointer(window, &events);
     glfwSetKeyCallback(window, onKey);
     glfwSetDropCallback(window, onDrop);
@@ -78,7 +80,7 @@ static void listenTo(GLFWwindow* window, ViewEvents& events) {
     glfwSetWindowCloseCallback(window, [](GLFWwindow* w) { noteEvent(w); });
 }
 
-static GLFWwindow* makeWindow(const std::string& title, const WindowPlace& place, int samples) {
+GLFWwindow* makeWindow(const std::string& title, const WindowPlace& place, int samples) {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, kGlMajor);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, kGlMinor);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -93,7 +95,7 @@ static GLFWwindow* makeWindow(const std::string& title, const WindowPlace& place
 }
 
 // `window` has just been made of `place`, scaled to its monitor.
-static void limitSize(GLFWwindow* window, const WindowPlace& place) {
+void limitSize(GLFWwindow* window, const WindowPlace& place) {
     int width = 0, height = 0;
     glfwGetWindowSize(window, &width, &height);
     const auto scaled = [](int least, int size, int of) { return int(std::lround(double(least) * size / of)); };
@@ -102,7 +104,7 @@ static void limitSize(GLFWwindow* window, const WindowPlace& place) {
 }
 
 // Where it was left, unless the monitor that it was on is gone.
-static void moveTo(GLFWwindow* window, const WindowPlace& place) {
+void moveTo(GLFWwindow* window, const WindowPlace& place) {
     if (!place.x || !place.y) return;
     std::vector<ScreenArea> areas;
     int count = 0;
@@ -115,6 +117,8 @@ static void moveTo(GLFWwindow* window, const WindowPlace& place) {
     glfwGetWindowSize(window, &there.width, &there.height);
     if (isReachable(there, areas)) glfwSetWindowPos(window, there.x, there.y);
 }
+
+}  // namespace
 
 void ViewWindow::Impl::load() {
     if (const char* missing = gl::loadFunctions(glfwGetProcAddress))
@@ -212,9 +216,11 @@ WindowPlace ViewWindow::place() const {
 const std::string& ViewWindow::description() const { return impl_->context.description; }
 bool ViewWindow::software() const { return impl_->context.software; }
 
+namespace {
+
 // Fonts and margins for the monitor's density; again when the window moved to another one.
 // ImGui 1.86 must keep its GL buffers then: it would take new, empty ones for as large as the old.
-static void styleFor(float unit_scale, bool first) {
+void styleFor(float unit_scale, bool first) {
     constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
     ImGui::GetStyle() = ImGuiStyle();
     ImGui::StyleColorsDark();
@@ -232,6 +238,8 @@ static void styleFor(float unit_scale, bool first) {
     ImGui_ImplOpenGL3_DestroyFontsTexture();
     ImGui_ImplOpenGL3_CreateFontsTexture();
 }
+
+}  // namespace
 
 void ViewWindow::beginPanels() {
     if (const float scale = unitScale(); impl_->font_scale != scale) {

@@ -47,11 +47,15 @@ std::size_t clusterAt(const ModelView& model, std::size_t vertex) {
     return c;
 }
 
-static float ambientOfVertex(const Convention& convention, std::span<const float> numbers) {
+namespace {
+
+float ambientOfVertex(const Convention& convention, std::span<const float> numbers) {
     std::vector<float> weights(std::size_t(convention.size()));
     ambientWeights(convention, weights);
     return std::inner_product(weights.begin(), weights.end(), numbers.begin(), 0.0f);
 }
+
+}  // namespace
 
 VertexFigures figuresOf(const Character& character, std::size_t vertex) {
     const ModelView& model = character.asset.model;

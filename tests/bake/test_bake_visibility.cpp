@@ -10,7 +10,9 @@
 
 namespace penumbra {
 
-static std::filesystem::path sample(const std::string& name) {
+namespace {
+
+std::filesystem::path sample(const std::string& name) {
     return std::filesystem::path(PENUMBRA_BINARY_DIR) / ".." / "samples" / name;
 }
 
@@ -28,6 +30,8 @@ protected:
     std::filesystem::path folder_ =
         std::filesystem::temp_directory_path() / ("penumbra_bake_test" + std::to_string(::getpid()));
 };
+
+}  // namespace
 
 TEST_F(BakeVisibility, SameBytesForAnyThreadCount) {
     BakeOptions options;

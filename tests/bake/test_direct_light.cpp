@@ -9,10 +9,12 @@
 
 namespace penumbra {
 
+namespace {
+
 using shapes::Shape;
 
 // A sun of 9 pixels over a dim blue gradient.
-static Image sunAndSky() {
+Image sunAndSky() {
     Image image{64, 32, std::vector<Vec3>(64 * 32), {}};
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 64; ++x) image.pixels[std::size_t(64 * y + x)] = Vec3{0.1f, 0.2f, 0.4f} * (1 + y / 16.0f);
@@ -20,6 +22,8 @@ static Image sunAndSky() {
         for (int x = 20; x < 23; ++x) image.pixels[std::size_t(64 * y + x)] = {100, 90, 70};
     return image;
 }
+
+}  // namespace
 
 // --- Light
 // ------------------------------------------------------------------------------------------------------------
@@ -79,9 +83,13 @@ TEST(EnvironmentLight, BandLimitedCosineMatchesItsZonalSeries) {
 // --- Shading
 // ----------------------------------------------------------------------------------------------------------
 
-static const Shape kFarAway = shapes::sphere({100, 0, 0}, 0.01, 4);
+namespace {
 
-static SurfacePoint pointFacing(Vec3d normal, Vec3d to_eye) { return {{0, 0, 0}, shadingFrame(normal), to_eye}; }
+const Shape kFarAway = shapes::sphere({100, 0, 0}, 0.01, 4);
+
+SurfacePoint pointFacing(Vec3d normal, Vec3d to_eye) { return {{0, 0, 0}, shadingFrame(normal), to_eye}; }
+
+}  // namespace
 
 TEST(ShadingFrame, IsRightHandedWithTheNormalAsItsThirdRow) {
     for (const Vec3d& n : fibonacciSphere(40)) {
@@ -105,8 +113,10 @@ TEST(DirectLight, WhiteFurnaceShowsLambertAsItsColour) {
     EXPECT_NEAR(l.z, 0.8, 0.008);
 }
 
+namespace {
+
 // By quadrature over directions; half of the sphere is hidden.
-static Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& light, const RgbBrdf& brdf) {
+Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& light, const RgbBrdf& brdf) {
     Vec3d sum;
     const int width = 512, height = 256;
     for (int y = 0; y < height; ++y)
@@ -121,6 +131,8 @@ static Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& 
         }
     return sum;
 }
+
+}  // namespace
 
 // Every BRDF under a sun, and under its SH. 65536 samples; measured errors below 0.5%.
 TEST(DirectLight, MatchesQuadratureForEveryBrdf) {
@@ -150,6 +162,8 @@ TEST(AmbientVisibility, IsHalfBesideAWallAndOverGround) {
 // --- Pictures
 // ---------------------------------------------------------------------------------------------------------
 
+namespace {
+
 struct BallPicture {
     Mesh mesh;
     VisibilityFrame frame;
@@ -167,6 +181,8 @@ struct BallPicture {
         return renderReference({mesh, frame, false}, camera, light, options, threads, ProgressStyle::kNone);
     }
 };
+
+}  // namespace
 
 // A coarse ball in a white furnace: every covered pixel is 1, facets cast no shadow on themselves, up to the
 // silhouette.

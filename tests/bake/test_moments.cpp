@@ -10,12 +10,13 @@
 
 namespace penumbra {
 
+namespace {
+
 using shapes::relativeError;
 using shapes::Shape;
 
-static std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>& points,
-                                    const std::vector<Vec3>& normals, int order, int rays = 1024, bool ground = false,
-                                    std::uint64_t seed = 1) {
+std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
+                             int order, int rays = 1024, bool ground = false, std::uint64_t seed = 1) {
     const SceneScale scale = sceneScale(shape.positions, boxDiagonal(shape.positions));
     std::vector<Vec3> scaled;
     for (Vec3 p : shape.positions) scaled.push_back(scale.apply(p));
@@ -29,7 +30,7 @@ static std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>&
 // --- Closed forms
 // -----------------------------------------------------------------------------------------------------
 
-static std::vector<double> goldenMoments(const std::string& name) {
+std::vector<double> goldenMoments(const std::string& name) {
     std::ifstream in(PENUMBRA_SOURCE_DIR "/tests/golden/visibility_cases.json");
     const nlohmann::json file = nlohmann::json::parse(in);
     for (const auto& item : file.at("cases"))
@@ -37,13 +38,13 @@ static std::vector<double> goldenMoments(const std::string& name) {
     throw std::runtime_error("no golden case " + name);
 }
 
-static Vec3d wallNormal(double azimuth, double elevation) {
+Vec3d wallNormal(double azimuth, double elevation) {
     const double a = azimuth * std::numbers::pi / 180, e = elevation * std::numbers::pi / 180;
     return {-std::sin(e) * std::cos(a), -std::sin(e) * std::sin(a), std::cos(e)};
 }
 
 // Relative error of a point at the origin against the closed form; `turn` takes the frame of the cases to the model.
-static double errorOfCase(const std::string& name, const Shape& occluder, const Mat3d& turn, int order, int rays) {
+double errorOfCase(const std::string& name, const Shape& occluder, const Mat3d& turn, int order, int rays) {
     Shape shape = occluder;
     shapes::append(shape, {{{0, 0, -0.1f}, {1e-3f, 0, -0.1f}, {0, 1e-3f, -0.1f}}, {{0, 1, 2}}});
     for (Vec3& p : shape.positions) p = toFloat(turn * toDouble(p));
@@ -58,7 +59,7 @@ struct ClosedForm {
     const char* name;
     Shape occluder;
 };
-static std::vector<ClosedForm> closedForms() {
+std::vector<ClosedForm> closedForms() {
     // A wall is a half-space: a square of 2000 units, half a unit away. The bias is 0.3 units there. The sphere's
     // inscribed facets lose 1 - cos(pi / 256) of its radius: 8e-5.
     const auto wall = [](Vec3d normal) { return shapes::square(normal * -0.5, normal, 1000); };
@@ -69,7 +70,9 @@ static std::vector<ClosedForm> closedForms() {
             {"sphere_r0.5_d1", shapes::sphere(normalized(Vec3d{0.3, -0.2, 1}), 0.5, 128)}};
 }
 
-static const Mat3d kTurned = fromRows(Vec3d{0.36, 0.48, -0.8}, Vec3d{-0.8, 0.6, 0}, Vec3d{0.48, 0.64, 0.6});
+const Mat3d kTurned = fromRows(Vec3d{0.36, 0.48, -0.8}, Vec3d{-0.8, 0.6, 0}, Vec3d{0.48, 0.64, 0.6});
+
+}  // namespace
 
 // 1024 directions at order 4, in the frame of the cases: measured 0.2% to 0.8%.
 TEST(Moments, MatchClosedFormsWithDefaultRays) {
@@ -171,11 +174,13 @@ TEST(Moments, DegenerateTrianglesDoNoHarm) {
 // --- Brute force
 // ------------------------------------------------------------------------------------------------------
 
+namespace {
+
 // Every `step`-th vertex against plain loops over all triangles in double precision. With the same 2 x 1024 directions
 // only hits within float rounding of an edge differ: measured 0 to 0.03%, bound 0.2%. With another set of as many the
 // noise of both adds up: measured 1.6% to 1.8%; the bound is the project's 2%.
-static void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normals, double diagonal, std::size_t step,
-                             const std::string& what) {
+void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normals, double diagonal, std::size_t step,
+                      const std::string& what) {
     std::vector<Vec3> points, chosen_normals;
     std::vector<double> expected;
     for (std::size_t v = step / 2; v < shape.positions.size(); v += step) {
@@ -193,13 +198,17 @@ static void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normal
     EXPECT_LT(other, 0.02) << what;
 }
 
+}  // namespace
+
 TEST(Moments, MatchBruteForceOnClutter) {
     const Shape shape = shapes::clutter(16);
     expectBruteForce(shape, vertexNormals(shape.triangles, shape.positions), boxDiagonal(shape.positions), 20,
                      "clutter");
 }
 
-static void expectBruteForceOnRig(const std::filesystem::path& path, std::size_t vertices) {
+namespace {
+
+void expectBruteForceOnRig(const std::filesystem::path& path, std::size_t vertices) {
     const Rig rig = readRig({path});
     const FrameList frames = sampleFrames(rig, {}, 3);
     const std::size_t f = frames.frameCount() / 2;
@@ -213,6 +222,8 @@ static void expectBruteForceOnRig(const std::filesystem::path& path, std::size_t
     expectBruteForce(shape, normals, boxDiagonal(shape.positions), shape.positions.size() / vertices,
                      path.filename().string());
 }
+
+}  // namespace
 
 TEST(Moments, MatchBruteForceOnSyntheticRig) {
     expectBruteForceOnRig(PENUMBRA_BINARY_DIR "/../samples/capsule_man.glb", 40);

@@ -17,13 +17,15 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr int kLightOrder = 4;
 
 // --- The short way
 // ----------------------------------------------------------------------------------------------------
 
 // Solves A X = B in place by Gauss-Jordan elimination; A symmetric positive definite [n, n], B [n, m].
-static void solve(std::vector<double>& a, std::vector<double>& b, std::size_t n) {
+void solve(std::vector<double>& a, std::vector<double>& b, std::size_t n) {
     const std::size_t m = b.size() / n;
     for (std::size_t p = 0; p < n; ++p)
         for (std::size_t r = 0; r < n; ++r) {
@@ -37,7 +39,7 @@ static void solve(std::vector<double>& a, std::vector<double>& b, std::size_t n)
 }
 
 // C = argmin sum_o w_o z_o |F(o) - C y_even(o)|^2 with F_i(o) = integral of f cos y_i; [J^2, E].
-static std::vector<float> slicesOf(const BrdfSpec& brdf) {
+std::vector<float> slicesOf(const BrdfSpec& brdf) {
     const std::vector<WeightedDirection> grid = gaussHemisphere(24, 48);
     const std::vector<int> even = evenIndices(kSliceViewOrder);
     const std::size_t functions = kSliceOrder * kSliceOrder, e = even.size();
@@ -66,8 +68,8 @@ static std::vector<float> slicesOf(const BrdfSpec& brdf) {
 }
 
 // L = l . (f x v), all in the local frame.
-static double shadeBySh(std::span<const float> slices, std::span<const double> light,
-                        std::span<const double> visibility, Vec3d wo) {
+double shadeBySh(std::span<const float> slices, std::span<const double> light, std::span<const double> visibility,
+                 Vec3d wo) {
     std::array<float, kSliceOrder * kSliceOrder> slice;
     evalSlice(slices, kSliceOrder, kSliceViewOrder, toFloat(wo), slice);
     const std::vector<double> f(slice.begin(), slice.end());
@@ -82,7 +84,7 @@ static double shadeBySh(std::span<const float> slices, std::span<const double> l
 // --------------------------------------------------------------------------------------------------------
 
 // Suns with skies, two area lights, and smooth noise, with the mild window of an author who avoids ringing.
-static std::vector<std::vector<double>> lights() {
+std::vector<std::vector<double>> lights() {
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     const auto direction = [&] { return normalized(Vec3d{normal(random), normal(random), normal(random)}); };
@@ -119,7 +121,7 @@ struct Scene {
     OcclusionScene occluders;
 };
 
-static Scene middleFrame(const std::filesystem::path& path, std::size_t points) {
+Scene middleFrame(const std::filesystem::path& path, std::size_t points) {
     const Rig rig = readRig({path});
     const FrameList frames = sampleFrames(rig, {}, 3);
     const std::size_t f = frames.frameCount() / 2;
@@ -139,7 +141,7 @@ static Scene middleFrame(const std::filesystem::path& path, std::size_t points) 
 }
 
 // D5 visibility of point v as SH coefficients in the local frame.
-static std::vector<double> mirroredVisibility(std::span<const float> moments, const Mat3d& frame) {
+std::vector<double> mirroredVisibility(std::span<const float> moments, const Mat3d& frame) {
     std::array<float, 25> in, local, mirrored;
     std::copy(moments.begin(), moments.end(), in.begin());
     Mat3 single;
@@ -174,8 +176,8 @@ struct SquaredError {
     double difference = 0, size = 0;
 };
 
-static void addPoint(const Scene& scene, const Chain& chain, std::size_t v, std::span<const float> moments,
-                     const std::vector<std::vector<double>>& all_lights, SquaredError& error) {
+void addPoint(const Scene& scene, const Chain& chain, std::size_t v, std::span<const float> moments,
+              const std::vector<std::vector<double>>& all_lights, SquaredError& error) {
     const Mat3d frame = shadingFrame(toDouble(scene.normals[v]));
     const Vec3 origin = scene.scale.apply(scene.positions[v]) + scene.normals[v] * 1e-4f;
     const std::vector<double> visibility = mirroredVisibility(moments, frame);
@@ -199,7 +201,7 @@ static void addPoint(const Scene& scene, const Chain& chain, std::size_t v, std:
 }
 
 // Relative RMSE of outgoing radiance over lights, views and points (design, "shading error").
-static double shadingError(const Scene& scene, const char* brdf, int rays) {
+double shadingError(const Scene& scene, const char* brdf, int rays) {
     const Chain chain(parseBrdf(brdf));
     const RayDirections directions = makeRayDirections(rays, 1, 5);
     std::vector<float> b(scene.positions.size() * 25);
@@ -214,7 +216,7 @@ static double shadingError(const Scene& scene, const char* brdf, int rays) {
 // The bounds are the table's for D5, J = 5. It was made with exact visibility; with 1024 directions the noise of the
 // bake adds to Lambert's small error (square root of the sum of squares), so that has a bound of its own. Measured:
 // synthetic .0044 and .0394, mh_male .0059 and .0423, mannequin .0049 and .0375; Lambert at 1024 .0055 to .0069.
-static void expectAccuracy(const std::filesystem::path& path, std::size_t points) {
+void expectAccuracy(const std::filesystem::path& path, std::size_t points) {
     const Scene scene = middleFrame(path, points);
     const double lambert = shadingError(scene, "lambert", 4096),
                  ggx = shadingError(scene, "ggx:alpha=0.3,f0=0.9", 4096), noisy = shadingError(scene, "lambert", 1024);
@@ -224,6 +226,8 @@ static void expectAccuracy(const std::filesystem::path& path, std::size_t points
     EXPECT_LT(noisy, 0.008);
     EXPECT_LT(ggx, 0.050);
 }
+
+}  // namespace
 
 TEST(ShadingAccuracy, SyntheticCharacter) { expectAccuracy(PENUMBRA_BINARY_DIR "/../samples/capsule_man.glb", 60); }
 

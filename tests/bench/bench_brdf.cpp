@@ -24,13 +24,15 @@
 #include "tests/fit/reference_brdfs.h"
 #include "tests/synthetic_model.h"
 
+namespace {
+
 using namespace penumbra;
 
-static const Convention kA4{BelowHorizon::kOpen, 4};
+const Convention kA4{BelowHorizon::kOpen, 4};
 constexpr int kRepeats = 400;
 constexpr std::size_t kVertices = 13380;
 
-static double milliseconds(const std::function<void()>& run, int repeats) {
+double milliseconds(const std::function<void()>& run, int repeats) {
     double least = 1e30;
     for (int i = 0; i < repeats; ++i) {
         const auto start = std::chrono::steady_clock::now();
@@ -47,7 +49,7 @@ struct Vertices {
     int stride = 16;
 };
 
-static Vertices someVertices() {
+Vertices someVertices() {
     Vertices v;
     synthetic::Noise noise(5);
     synthetic::fillNoise(v.numbers, kVertices, std::size_t(v.stride), noise);
@@ -62,7 +64,7 @@ static Vertices someVertices() {
 }
 
 // ns a vertex on the fastest path of this processor.
-static double timeOf(const BrdfFile& brdf, Reflectance reflectance, const Convention& convention, Vertices& v) {
+double timeOf(const BrdfFile& brdf, Reflectance reflectance, const Convention& convention, Vertices& v) {
     const std::vector<BrdfFile> materials = {brdf};
     const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};
     const Packed packed = packAsset(synthetic::tubeModel({.clusters = 1}), materials, lights, {}, "{}", 1);
@@ -82,8 +84,8 @@ struct Row {
     double ns, fit_ms;
 };
 
-static Row operatorRow(const RgbBrdf& source, BrdfFile& brdf, OperatorSource from, double slice_ms, int threads,
-                       Vertices& vertices) {
+Row operatorRow(const RgbBrdf& source, BrdfFile& brdf, OperatorSource from, double slice_ms, int threads,
+                Vertices& vertices) {
     Row row;
     row.brdf = source.name;
     row.variant = from == OperatorSource::kLiteral ? "paper literal" : std::string("operators ") + nameOf(from);
@@ -105,7 +107,7 @@ static Row operatorRow(const RgbBrdf& source, BrdfFile& brdf, OperatorSource fro
     return row;
 }
 
-static std::vector<Row> rowsOf(const char* spec, int threads, Vertices& vertices) {
+std::vector<Row> rowsOf(const char* spec, int threads, Vertices& vertices) {
     const RgbBrdf source = rgbBrdf(parseBrdf(spec));
     BrdfFile brdf;
     const double slice_ms = milliseconds([&] { brdf = fitBrdf(source, {}, threads); }, 3);
@@ -126,6 +128,8 @@ static std::vector<Row> rowsOf(const char* spec, int threads, Vertices& vertices
     }
     return rows;
 }
+
+}  // namespace
 
 int main(int argc, char** argv) {
     const int threads = hardwareThreads();

@@ -13,9 +13,11 @@
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/parallel_for.h"
 
+namespace {
+
 using namespace penumbra;
 
-static double milliseconds(const std::function<void()>& run) {
+double milliseconds(const std::function<void()>& run) {
     double least = 1e30;
     for (int i = 0; i < 3; ++i) {
         const auto start = std::chrono::steady_clock::now();
@@ -26,7 +28,7 @@ static double milliseconds(const std::function<void()>& run) {
     return least;
 }
 
-static void benchSource(const BrdfSource& source, const char* commit, int threads) {
+void benchSource(const BrdfSource& source, const char* commit, int threads) {
     BrdfReading reading;
     BrdfFile brdf;
     const double read = milliseconds([&] { reading = readBrdfSource(source, threads); });
@@ -42,6 +44,8 @@ static void benchSource(const BrdfSource& source, const char* commit, int thread
                 brdf.errors.at("shading_d5"), brdf.errors.at("shading_operators"), brdf.operators.count, read, slices,
                 from_slices, from_table, error, read + slices + from_slices + error);
 }
+
+}  // namespace
 
 int main(int argc, char** argv) {
     const int threads = hardwareThreads();

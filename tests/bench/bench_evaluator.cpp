@@ -14,13 +14,15 @@
 #include "player/runtime/shading.h"
 #include "tests/synthetic_model.h"
 
+namespace {
+
 using namespace penumbra;
 
 struct Timing {
     double minimum, median;  // ms
 };
 
-static Timing measure(const std::function<void()>& run) {
+Timing measure(const std::function<void()>& run) {
     std::vector<double> ms;
     for (int i = 0; i < 200; ++i) {
         const auto start = std::chrono::steady_clock::now();
@@ -31,25 +33,25 @@ static Timing measure(const std::function<void()>& run) {
     return {ms.front(), ms[ms.size() / 2]};
 }
 
-static void print(const char* precision, const char* path, const char* what, Timing t, double baseline, double bytes) {
+void print(const char* precision, const char* path, const char* what, Timing t, double baseline, double bytes) {
     std::printf("%-4s %-9s %-22s %8.4f %8.4f %8.2f", precision, path, what, t.minimum, t.median, baseline / t.minimum);
     if (bytes > 0) std::printf(" %8.2f", bytes / t.minimum * 1e-6);
     std::printf("\n");
 }
 
 // Every way to shade that tests/bench times.
-static const ShadingChoice choices[] = {{Reflectance::kSlices, LightForm::kFixed},
-                                        {Reflectance::kSlices, LightForm::kLobes},
-                                        {Reflectance::kSlices, LightForm::kRotation},
-                                        {Reflectance::kOperators, LightForm::kRotation}};
+const ShadingChoice choices[] = {{Reflectance::kSlices, LightForm::kFixed},
+                                 {Reflectance::kSlices, LightForm::kLobes},
+                                 {Reflectance::kSlices, LightForm::kRotation},
+                                 {Reflectance::kOperators, LightForm::kRotation}};
 
-static std::string nameOf(const ShadingChoice& choice) {
+std::string nameOf(const ShadingChoice& choice) {
     static const char* const forms[] = {"lobes", "fixed", "rotation"};
     return std::string(choice.reflectance == Reflectance::kSlices ? " slices " : " operators ") +
            forms[int(choice.light_form)];
 }
 
-static void benchAsset(std::span<const std::byte> bytes, int threads) {
+void benchAsset(std::span<const std::byte> bytes, int threads) {
     const AssetView asset = openAsset(bytes);
     Evaluator evaluator(asset);
     const std::size_t count = evaluator.vertexCount(), clusters = evaluator.clusterCount();
@@ -99,7 +101,7 @@ static void benchAsset(std::span<const std::byte> bytes, int threads) {
 }
 
 // A material whose slices have the pattern of an isotropic BRDF: only equal m couple.
-static BrdfFile isotropicNoise() {
+BrdfFile isotropicNoise() {
     BrdfFile brdf = synthetic::lambert();
     brdf.name = "isotropic";
     synthetic::Noise noise(2);
@@ -113,6 +115,8 @@ static BrdfFile isotropicNoise() {
         }
     return brdf;
 }
+
+}  // namespace
 
 int main(int argc, char** argv) {
     int threads = hardwareThreads();

@@ -13,19 +13,23 @@
 #include "fit/light/fit_light.h"
 #include "fit/light/light_lobes.h"
 
+namespace {
+
 using namespace penumbra;
 
 // Daylight with a low sun, soft and hard interiors, lamps at night, studio flashes, trees, an open sky.
-static const char* const kLights[] = {"blender_courtyard.exr", "blender_forest.exr",  "blender_interior.exr",
-                                      "blender_night.exr",     "blender_sunrise.exr", "pmndrs_apartment.exr",
-                                      "pmndrs_studio.exr",     "pmndrs_venice.exr"};
-static const int kLobes[] = {1, 2, 3, 5, 7};
+const char* const kLights[] = {"blender_courtyard.exr", "blender_forest.exr",  "blender_interior.exr",
+                               "blender_night.exr",     "blender_sunrise.exr", "pmndrs_apartment.exr",
+                               "pmndrs_studio.exr",     "pmndrs_venice.exr"};
+const int kLobes[] = {1, 2, 3, 5, 7};
 
-static double milliseconds(const std::function<void()>& work) {
+double milliseconds(const std::function<void()>& work) {
     const auto start = std::chrono::steady_clock::now();
     work();
     return 1000 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
+
+}  // namespace
 
 int main(int argc, char** argv) {
     if (argc < 2) {

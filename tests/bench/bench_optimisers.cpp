@@ -20,12 +20,14 @@
 #include "fit/visibility/fit_visibility.h"
 #include "fit/visibility/local_numbers.h"
 
+namespace {
+
 using namespace penumbra;
 
 constexpr int kMostRounds = 6;      // of 8 starts
 constexpr double kSame = 1 + 1e-5;  // objectives within this factor count as the same
 
-static double seconds(const std::function<void()>& run) {
+double seconds(const std::function<void()>& run) {
     const std::clock_t start = std::clock();
     run();
     return double(std::clock() - start) / CLOCKS_PER_SEC;
@@ -36,14 +38,14 @@ struct Cluster {
     Matrix x, y;  // training frames; root mean square lengths 1
 };
 
-static void scaleToUnit(Matrix& m) {
+void scaleToUnit(Matrix& m) {
     double square = 0;
     for (double v : m.values) square += v * v / double(m.rows);
     for (double& v : m.values) v /= std::sqrt(square);
 }
 
 // Inputs and scores of cluster c of a linear fit, which shares everything with the neural one but the regression.
-static Cluster readCluster(const VisibilityReader& reader, const PoseTable& poses, const Model& model, std::size_t c) {
+Cluster readCluster(const VisibilityReader& reader, const PoseTable& poses, const Model& model, std::size_t c) {
     const ClusterModel& cluster = model.clusters[c];
     const FeatureRecipe recipe = recipeOf(model);
     const std::vector<int> joints(model.clusters.size(), cluster.joint);
@@ -83,7 +85,7 @@ struct Timed {
     int iterations = 0;
 };
 
-static Timed reachTarget(const Cluster& cluster, std::size_t neurons, double alpha, double target) {
+Timed reachTarget(const Cluster& cluster, std::size_t neurons, double alpha, double target) {
     NetFit fit;
     const double time = seconds([&] {
         fit = fitFromManyStarts(cluster.x, cluster.y, alpha, {.neurons = neurons, .ranges = {}, .rounds = kMostRounds},
@@ -98,8 +100,7 @@ struct Settings {
     int iterations = 5000;
 };
 
-static void compare(const char* name, QuasiNewton method, const std::vector<Cluster>& clusters,
-                    const Settings& settings) {
+void compare(const char* name, QuasiNewton method, const std::vector<Cluster>& clusters, const Settings& settings) {
     std::printf("%-8s %6s %5s %3s %3s | %6s %12s %9s | %6s %12s %9s | %8s %s\n", name, "frames", "vars", "I", "K",
                 "iter", "objective", "s", "iter", "ours", "s", "ratio", "ours/theirs");
     Timed theirs_sum, ours_sum;
@@ -129,12 +130,14 @@ static void compare(const char* name, QuasiNewton method, const std::vector<Clus
                 clusters.size());
 }
 
-static std::vector<std::string> splitAtCommas(const std::string& text) {
+std::vector<std::string> splitAtCommas(const std::string& text) {
     std::vector<std::string> words;
     std::istringstream stream(text);
     for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
     return words;
 }
+
+}  // namespace
 
 int main(int argc, char** argv) {
     if (argc < 2) {

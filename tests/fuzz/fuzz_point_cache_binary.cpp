@@ -7,7 +7,9 @@
 #include "formats/common/errors.h"
 #include "tests/fuzz/memory_file.h"
 
-static void readCache(const std::uint8_t* data, std::size_t size, const char* extension) {
+namespace {
+
+void readCache(const std::uint8_t* data, std::size_t size, const char* extension) {
     using namespace penumbra;
     const std::filesystem::path path = memoryFile("positions", data, size), cache_path = path.string() + extension;
     const std::filesystem::path mesh = path.string() + ".obj";
@@ -17,6 +19,8 @@ static void readCache(const std::uint8_t* data, std::size_t size, const char* ex
     for (std::size_t key = 0; key < std::min<std::size_t>(cache.clips[0].times.size(), 4); ++key)
         readFrame(cache, 0, key);
 }
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;

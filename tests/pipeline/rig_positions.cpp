@@ -7,9 +7,11 @@
 #include "formats/common/errors.h"
 #include "formats/rig/rig_file.h"
 
+namespace {
+
 using namespace penumbra;
 
-static void writeFrames(const Rig& rig, const FrameList& frames) {
+void writeFrames(const Rig& rig, const FrameList& frames) {
     nlohmann::json header{{"clips", frames.clip_names},
                           {"frames", nlohmann::json::array()},
                           {"vertices", rig.mesh.source_vertex.size()},
@@ -28,6 +30,8 @@ static void writeFrames(const Rig& rig, const FrameList& frames) {
             std::fwrite(&positions[point], sizeof(Vec3), 1, stdout);
     }
 }
+
+}  // namespace
 
 int main(int argc, char** argv) try {
     if (argc < 3) throw UsageError("usage: rig_positions RIG... FPS");

@@ -6,7 +6,11 @@
 #include <cstdlib>
 #include <new>
 
-static std::atomic<std::size_t> allocations{0};
+namespace {
+
+std::atomic<std::size_t> allocations{0};
+
+}  // namespace
 
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
     ++allocations;

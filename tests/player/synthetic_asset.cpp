@@ -19,16 +19,20 @@
 
 namespace penumbra::player_test {
 
+namespace {
+
 constexpr double kPi = std::numbers::pi;
 constexpr int kJoints = 3, kClusters = 5, kComponents = 6, kInputs = 3, kTruthOrder = 5;
 
 // Hemisphere moments of an unoccluded vertex, local frame.
-static std::vector<float> openMoments(int order) {
+std::vector<float> openMoments(int order) {
     std::vector<double> moments(std::size_t(coefficientCount(order)));
     project(
         order, gaussHemisphere(16, 32), [](Vec3d) { return 1.0; }, moments);
     return {moments.begin(), moments.end()};
 }
+
+}  // namespace
 
 std::vector<float> fitSlices(const BrdfSpec& spec, int grid) {
     constexpr int kCount = coefficientCount(kSliceOrder), kEven = kSliceViewOrder * (kSliceViewOrder + 1) / 2;
@@ -114,10 +118,14 @@ void SyntheticAsset::makeMesh(const AssetRecipe& recipe) {
     mesh.skin_weights = skin_weights_;
 }
 
-static Affine rotationAboutZ(double angle) {
+namespace {
+
+Affine rotationAboutZ(double angle) {
     const float c = float(std::cos(angle)), s = float(std::sin(angle));
     return {{c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0}};
 }
+
+}  // namespace
 
 void SyntheticAsset::makeAnimation() {
     for (const double swing : {0.0, 0.3, -0.4, 0.0}) {
@@ -135,23 +143,27 @@ void SyntheticAsset::makeAnimation() {
     animation.bones = bones_;
 }
 
-static NumbersView plainNumbers(const std::vector<float>& numbers) {
+namespace {
+
+NumbersView plainNumbers(const std::vector<float>& numbers) {
     return {AssetPrecision::kF32, numbers.size(), 0, reinterpret_cast<const std::byte*>(numbers.data()), {}};
 }
 
-static NumbersView halfNumbers(const std::vector<float>& numbers, std::vector<std::uint16_t>& stored) {
+NumbersView halfNumbers(const std::vector<float>& numbers, std::vector<std::uint16_t>& stored) {
     stored.resize(numbers.size());
     floatToHalf(numbers, stored);
     return {AssetPrecision::kF16, stored.size(), 0, reinterpret_cast<const std::byte*>(stored.data()), {}};
 }
 
-static NumbersView byteNumbers(const std::vector<float>& numbers, std::size_t row_length, std::vector<float>& scale,
-                               std::vector<std::int8_t>& stored) {
+NumbersView byteNumbers(const std::vector<float>& numbers, std::size_t row_length, std::vector<float>& scale,
+                        std::vector<std::int8_t>& stored) {
     for (std::size_t k = 0; k < kComponents; ++k) scale.push_back((1 + 0.1f * float(k)) / 127);
     for (std::size_t i = 0; i < numbers.size(); ++i)
         stored.push_back(std::int8_t(std::lround(numbers[i] / scale[i / row_length])));
     return {AssetPrecision::kI8, stored.size(), row_length, reinterpret_cast<const std::byte*>(stored.data()), scale};
 }
+
+}  // namespace
 
 // The regression of one cluster: made-up numbers of ordinary size.
 void SyntheticAsset::fillRegression(ClusterData& data, std::mt19937& random) {

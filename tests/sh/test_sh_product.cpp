@@ -11,11 +11,15 @@
 
 namespace penumbra {
 
-static std::vector<double> asVector(const std::vector<TripleProductEntry>& entries, int n) {
+namespace {
+
+std::vector<double> asVector(const std::vector<TripleProductEntry>& entries, int n) {
     std::vector<double> dense(std::size_t(n) * n * n);
     for (const auto& e : entries) dense[(e.i * n + e.j) * n + e.k] = e.value;
     return dense;
 }
+
+}  // namespace
 
 TEST(TripleProduct, MatchesGolden) {
     for (int order : {3, 4}) {
@@ -134,14 +138,18 @@ TEST(ProductMatrix, ClampedCosineMatchesGolden) {
                     symmetricMatrix(golden["exact_n4"], 16)[entry[0].get<int>() * 16 + entry[1].get<int>()], 1e-14);
 }
 
+namespace {
+
 // M_ij = integral over z >= 0 of z^alpha y_i y_j is the product matrix of the projected z^alpha: a hemisphere Gram
 // matrix at alpha 0, the golden Phong matrices else.
-static std::vector<double> powerMatrix(int order, double alpha) {
+std::vector<double> powerMatrix(int order, double alpha) {
     std::vector<double> u(coefficientCount(2 * order - 1));
     project(
         2 * order - 1, gaussHemisphere(64, 4 * order), [alpha](Vec3d d) { return std::pow(d.z, alpha); }, u);
     return productMatrix(order, u, 2 * order - 1);
 }
+
+}  // namespace
 
 TEST(ProductMatrix, HemisphereGramMatchesGolden) {
     const auto golden = readGolden("hemi_gram.json");

@@ -6,7 +6,9 @@
 
 namespace penumbra {
 
-static Mat3d axisRotation(Vec3d axis, double angle) {
+namespace {
+
+Mat3d axisRotation(Vec3d axis, double angle) {
     const Vec3d a = normalized(axis);
     const double c = std::cos(angle), s = std::sin(angle), t = 1 - c;
     return {{c + t * a.x * a.x, t * a.x * a.y - s * a.z, t * a.x * a.z + s * a.y, t * a.x * a.y + s * a.z,
@@ -14,18 +16,20 @@ static Mat3d axisRotation(Vec3d axis, double angle) {
              c + t * a.z * a.z}};
 }
 
-static Mat3 toSingle(const Mat3d& a) {
+Mat3 toSingle(const Mat3d& a) {
     Mat3 b;
     for (int i = 0; i < 9; ++i) b.m[i] = float(a.m[i]);
     return b;
 }
 
-static std::vector<Mat3d> someRotations() {
+std::vector<Mat3d> someRotations() {
     std::vector<Mat3d> rotations = {Mat3d{}, axisRotation({0, 0, 1}, 1), axisRotation({1, 0, 0}, 3.14159265358979)};
     for (int i = 0; i < 20; ++i)
         rotations.push_back(axisRotation({std::sin(1.0 + i), std::cos(2.0 * i), std::sin(3.0 + 5 * i)}, 0.37 * i));
     return rotations;
 }
+
+}  // namespace
 
 TEST(ShRotation, MatchesGolden) {
     const auto golden = readGolden("sh_rotation.json");
@@ -85,15 +89,19 @@ TEST(ShRotation, KeepsTheEnergyOfEveryBandAndComposes) {
     }
 }
 
-static double distance(const Mat3& a, const Mat3& b) {
+namespace {
+
+double distance(const Mat3& a, const Mat3& b) {
     double sum = 0;
     for (int i = 0; i < 9; ++i) sum += (double(a.m[i]) - b.m[i]) * (double(a.m[i]) - b.m[i]);
     return std::sqrt(sum);
 }
 
-static double determinant(const Mat3& a) {
+double determinant(const Mat3& a) {
     return dot(cross(Vec3{a.m[0], a.m[1], a.m[2]}, Vec3{a.m[3], a.m[4], a.m[5]}), Vec3{a.m[6], a.m[7], a.m[8]});
 }
+
+}  // namespace
 
 TEST(NearestRotation, UndoesStretchOnTheRight) {
     // R S with S symmetric and positive definite: the polar factor is R, whatever the scale of the model.

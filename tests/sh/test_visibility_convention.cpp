@@ -9,16 +9,20 @@
 
 namespace penumbra {
 
-static std::vector<float> toSingle(const std::vector<double>& values) { return {values.begin(), values.end()}; }
-static std::vector<double> toDoubles(const std::vector<float>& values) { return {values.begin(), values.end()}; }
+namespace {
 
-static std::vector<double> coefficients(const std::string& convention, const std::vector<double>& moments) {
+std::vector<float> toSingle(const std::vector<double>& values) { return {values.begin(), values.end()}; }
+std::vector<double> toDoubles(const std::vector<float>& values) { return {values.begin(), values.end()}; }
+
+std::vector<double> coefficients(const std::string& convention, const std::vector<double>& moments) {
     const Convention c = parseConvention(convention);
     std::vector<float> numbers(c.size()), out(coefficientCount(c.order));
     fromMoments(c, toSingle(moments), numbers);
     toCoefficients(c, numbers, out);
     return toDoubles(out);
 }
+
+}  // namespace
 
 TEST(VisibilityConvention, MatchesGolden) {
     const auto golden = readGolden("visibility_cases.json");
@@ -68,7 +72,9 @@ TEST(VisibilityConvention, NamesRoundTripAndBadOnesAreRefused) {
         EXPECT_THROW(parseConvention(name), std::invalid_argument) << name;
 }
 
-static double ambient(const Convention& convention, const std::vector<double>& moments) {
+namespace {
+
+double ambient(const Convention& convention, const std::vector<double>& moments) {
     std::vector<float> numbers(convention.size()), w(convention.size());
     fromMoments(convention, toSingle(moments), numbers);
     ambientWeights(convention, w);
@@ -76,6 +82,8 @@ static double ambient(const Convention& convention, const std::vector<double>& m
     for (std::size_t i = 0; i < w.size(); ++i) sum += double(w[i]) * numbers[i];
     return sum;
 }
+
+}  // namespace
 
 TEST(VisibilityConvention, AmbientOfTheOpenHorizonIsOne) {
     std::vector<double> open(64), below(64);
