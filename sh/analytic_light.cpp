@@ -126,10 +126,6 @@ std::vector<AnalyticLight> parseLights(std::string_view text) {
     return lights;
 }
 
-namespace {
-
-}  // namespace
-
 std::string toString(std::span<const AnalyticLight> lights) {
     std::string text;
     for (const AnalyticLight& light : lights) {
