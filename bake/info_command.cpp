@@ -206,10 +206,6 @@ Json describePoses(const fs::path& path) {
     return json;
 }
 
-const char* nameOf(AssetPrecision precision) {
-    return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
-}
-
 void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
     json["model"] = {{"model", nameOf(kModelKinds[std::size_t(model.kind)])},  // one order in both lists

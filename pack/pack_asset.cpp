@@ -14,18 +14,6 @@ namespace penumbra {
 
 namespace {
 
-const char* nameOf(AssetPrecision precision) {
-    switch (precision) {
-        case AssetPrecision::kF32:
-            return "f32";
-        case AssetPrecision::kF16:
-            return "f16";
-        case AssetPrecision::kI8:
-            return "i8";
-    }
-    return "";
-}
-
 // Vertices in the order of the clusters: order[new] = old.
 std::vector<std::uint32_t> clusterOrder(const Model& model) {
     std::vector<std::uint32_t> order;

@@ -31,6 +31,18 @@ std::size_t bytesPerNumber(AssetPrecision precision) {
     return 0;
 }
 
+const char* nameOf(AssetPrecision precision) {
+    switch (precision) {
+        case AssetPrecision::kF32:
+            return "f32";
+        case AssetPrecision::kF16:
+            return "f16";
+        case AssetPrecision::kI8:
+            return "i8";
+    }
+    return "";
+}
+
 void decode(const NumbersView& numbers, std::span<float> out) {
     assert(out.size() == numbers.count);
     if (numbers.count == 0) return;

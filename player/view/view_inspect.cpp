@@ -20,10 +20,6 @@ std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
 
-const char* nameOf(AssetPrecision precision) {
-    return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
-}
-
 void modelLines(const AssetView& asset) {
     static constexpr const char* kKinds[] = {"linear", "quadratic", "neural", "additive"};
     const ModelView& model = asset.model;
