@@ -60,6 +60,6 @@ void numbersFromMoments(const Convention& convention, std::span<const float> mom
                         std::span<float> numbers);
 
 // The rows of the rotation are tangent, normal x tangent, normal: local = Q model.
-Mat3 localFrame(Vec3 normal, Vec3 tangent);
+Mat3 toLocalFrame(Vec3 normal, Vec3 tangent);
 
 }  // namespace penumbra

@@ -250,7 +250,7 @@ void SyntheticAsset::makeTruth() {
         evaluator.setPose(asset.animation.bonesOf(frame), {});
         evaluator.skin(0, vertices, p, n, t);
         for (std::size_t v = 0; v < vertices; ++v) {
-            const ShRotation to_local = makeShRotation(kTruthOrder, localFrame(n[v], t[v]));
+            const ShRotation to_local = makeShRotation(kTruthOrder, toLocalFrame(n[v], t[v]));
             applyTransposed(to_local, open,
                             std::span(truth_).subspan((frame * vertices + shading_point_[v]) * count, count));
         }
