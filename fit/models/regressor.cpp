@@ -14,14 +14,15 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kLeastGroupWeight = 0.003;  // of the largest
+constexpr double kLeastGroupWeight = 0.003;  // as a part of the largest group weight
 
+// Keeps an input within its range over training frames, widened at both ends.
 float clampedInput(float x, float least, float most) {
     const float margin = kRangeMargin * (most - least);
     return std::clamp(x, least - margin, most + margin);
 }
 
-// x = input_basis (raw - feature_mean), clamped.
+// Returns x = input_basis (raw - feature_mean), clamped.
 std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double> raw) {
     std::vector<float> x;
     for (std::size_t i = 0; i < cluster.input_min.size(); ++i) {
@@ -33,7 +34,8 @@ std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double
     return x;
 }
 
-// Inputs of all groups, clamped to their ranges, [G, D]; adds what was cut off to `out_of_range`.
+// Returns the inputs of all groups, clamped to their ranges, [G, D]. Adds the weighted squares of what was cut off to
+// `out_of_range`.
 std::vector<float> groupInputs(const FeatureRecipe& recipe, const ClusterModel& cluster, std::span<const double> raw,
                                double& out_of_range) {
     const std::size_t size = groupInputs(recipe.kind);
@@ -51,6 +53,7 @@ std::vector<float> groupInputs(const FeatureRecipe& recipe, const ClusterModel& 
     return inputs;
 }
 
+// Appends all products of two inputs, in the order of quadraticInputs().
 std::vector<float> withProducts(std::vector<float> x) {
     const std::size_t inputs = x.size();
     for (std::size_t i = 0; i < inputs; ++i)
@@ -58,6 +61,7 @@ std::vector<float> withProducts(std::vector<float> x) {
     return x;
 }
 
+// Returns the tanh neurons' activations.
 std::vector<float> neurons(const ClusterModel& cluster, std::span<const float> x) {
     std::vector<float> units;
     for (std::size_t h = 0; h < cluster.units(); ++h) {
@@ -69,6 +73,7 @@ std::vector<float> neurons(const ClusterModel& cluster, std::span<const float> x
     return units;
 }
 
+// Returns the radial units of the additive model. Their factor sqrt(w_g) stands in the weights.
 std::vector<float> additiveUnits(const ClusterModel& cluster, std::span<const float> inputs, std::size_t size) {
     std::vector<float> units;
     for (std::size_t h = 0; h < cluster.unit_group.size(); ++h) {
@@ -123,8 +128,10 @@ ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const Clust
                         std::span<const double> raw) {
     ScoredPose pose;
     const std::vector<float> groups = groupInputs(recipe, cluster, raw, pose.out_of_range);
+    // 1. The group inputs tell how far the pose is out of range, with every kind of model.
     std::vector<float> units;
     switch (kind) {
+        // 2. Compute the units of the model.
         case ModelKind::kLinear:
             units = pcaInputs(cluster, raw);
             break;
@@ -140,6 +147,7 @@ ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const Clust
     }
     for (std::size_t k = 0; k < cluster.components(); ++k) {
         double sum = cluster.bias[k];
+        // 3. Each score is a weighted sum of the units.
         for (std::size_t h = 0; h < units.size(); ++h)
             sum += double(cluster.weights[k * units.size() + h]) * double(units[h]);
         pose.scores.push_back(float(sum));
