@@ -152,8 +152,8 @@ void readGroup(const FeatureRecipe& recipe, const ClusterPlace& place, std::size
 
 namespace {
 
-// Reduced angles keep their variances, of which the first is 1. Inputs, the last columns, are scaled to a variance of
-// 1.
+// Reduced angles keep their variances, of which the first is 1. Inputs stand in the last columns and are scaled to a
+// variance of 1.
 std::vector<double> angleWeights(const FeatureRecipe& recipe, const Matrix& raw, std::span<const std::size_t> rows) {
     std::vector<double> weights(recipe.count(), 1.0);
     for (std::size_t c = weights.size() - recipe.input_count; c < weights.size(); ++c) {

@@ -58,11 +58,11 @@ std::vector<int> mergeFolds(const std::vector<int>& folds, int count) {
         group[f] = int(least);
         filled[std::size_t(least)] += size[f];
     }
-    // Makes the data of the fold `left_out`. Means, input PCA and scales come from the kept rows alone.
     for (int f : folds) merged.push_back(group[std::size_t(f)]);
     return merged;
 }
 
+// Makes the data of the fold `left_out`. Means, input PCA and scales come from the kept rows alone.
 NetFold makeFold(const Matrix& inputs, const Matrix& outputs, const std::vector<int>& folds, int left_out,
                  double input_variance) {
     std::vector<std::size_t> kept, out;
@@ -73,14 +73,14 @@ NetFold makeFold(const Matrix& inputs, const Matrix& outputs, const std::vector<
     const Matrix centred = centredRows(inputs, kept, x_mean);
     const Pca pca = principalComponents(centred);
     const Matrix basis = basisOf(pca, centred, componentsFor(pca, input_variance));
-    // 2. Centre the outputs by the means of the kept rows.
     fold.x = Matrix(kept.size(), basis.rows);
     fold.x_out = Matrix(out.size(), basis.rows);
-    // 3. Scale both to a root mean square length of 1.
     asEigen(fold.x).noalias() = asEigen(centred) * asEigen(basis).transpose();
     asEigen(fold.x_out).noalias() = asEigen(centredRows(inputs, out, x_mean)) * asEigen(basis).transpose();
+    // 2. Centre the outputs by the means of the kept rows.
     fold.y = centredRows(outputs, kept, y_mean);
     fold.y_out = centredRows(outputs, out, y_mean);
+    // 3. Scale both to a root mean square length of 1.
     const double input_scale = scaleOf(fold.x);
     fold.output_scale = scaleOf(fold.y);
     for (Matrix* m : {&fold.x, &fold.x_out}) asEigen(*m) *= input_scale;
@@ -128,8 +128,8 @@ NetChoice choosePrior(const std::vector<NetFold>& folds, const NetSearch& search
 
 NetChoice chooseNet(const Matrix& inputs, const Matrix& outputs, const std::vector<int>& folds,
                     const NetSearch& search) {
-    // 1. Merge the folds.
     assert(inputs.rows == outputs.rows && folds.size() == inputs.rows && !search.neurons.empty());
+    // 1. Merge the folds.
     const std::vector<int> merged = mergeFolds(folds, search.folds);
     const int count = folds.empty() ? 0 : 1 + *std::max_element(merged.begin(), merged.end());
     // With no second fold to validate on, take the strongest prior, which gives nearly the mean alone.

@@ -60,8 +60,8 @@ double netObjective(const TanhNet& net, const Matrix& inputs, const Matrix& outp
     // 1. Forward: activations and residuals.
     EigenRows<double> residual = asEigen(h) * asEigen(net.output) - asEigen(outputs);
     residual.rowwise() += asRow(net.output_bias);
+    // 2. Derivative by each neuron's argument, taken back through the output weights and tanh.
     const EigenRows<double> slope =
-        // 2. Derivative by each neuron's argument, taken back through the output weights and tanh.
         (2 * residual * asEigen(net.output).transpose()).cwiseProduct((1 - asEigen(h).array().square()).matrix());
 
     gradient = emptyNet(net.hidden.columns, net.output.columns, net.neurons(), net.ranges);

@@ -127,11 +127,11 @@ void setGroups(const RegressionProblem& problem, ClusterModel& model) {
 ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const ClusterModel& cluster,
                         std::span<const double> raw) {
     ScoredPose pose;
-    const std::vector<float> groups = groupInputs(recipe, cluster, raw, pose.out_of_range);
     // 1. The group inputs tell how far the pose is out of range, with every kind of model.
+    const std::vector<float> groups = groupInputs(recipe, cluster, raw, pose.out_of_range);
+    // 2. Compute the units of the model.
     std::vector<float> units;
     switch (kind) {
-        // 2. Compute the units of the model.
         case ModelKind::kLinear:
             units = pcaInputs(cluster, raw);
             break;
@@ -145,9 +145,9 @@ ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const Clust
             units = additiveUnits(cluster, groups, groupInputs(recipe.kind));
             break;
     }
+    // 3. Each score is a weighted sum of the units.
     for (std::size_t k = 0; k < cluster.components(); ++k) {
         double sum = cluster.bias[k];
-        // 3. Each score is a weighted sum of the units.
         for (std::size_t h = 0; h < units.size(); ++h)
             sum += double(cluster.weights[k * units.size() + h]) * double(units[h]);
         pose.scores.push_back(float(sum));
