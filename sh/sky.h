@@ -19,10 +19,11 @@ struct SkyOptions {
 struct Sky {
     SkyOptions options;
     Vec3d sun_direction;
-    Vec3d sun_irradiance;  // at normal incidence: 133,800 lux less what the air takes (Rayleigh and aerosol of the
-                           // paper's appendix)
-    Vec3d ground;          // radiance below the horizon
-    // Perez: Y, x, y = scale (1 + A e^(B / cos t)) (1 + C e^(D g) + E cos^2 g), t from the zenith, g from the sun.
+    // Irradiance at normal incidence: 133,800 lux less what Rayleigh scattering and aerosol take (paper's appendix).
+    Vec3d sun_irradiance;
+    Vec3d ground;  // radiance below the horizon
+    // Perez' coefficients A .. E of Y, x and y = scale (1 + A e^(B / cos t)) (1 + C e^(D g) + E cos^2 g), where t is
+    // the angle from the zenith and g the angle from the sun.
     double perez[3][5] = {}, scale[3] = {};
 };
 Sky makeSky(const SkyOptions& options);

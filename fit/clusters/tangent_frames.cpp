@@ -1,3 +1,13 @@
+// Chooses the tangents of a mesh at rest.
+//
+// Problem: neighbouring vertices should have nearly equal local frames, because the numbers in these frames are then
+// alike and a cluster needs few components. No tangent field is smooth over a closed surface.
+//
+// Naive: project one axis on all tangent planes. Where a normal lies along the axis, tangents spin around it.
+//
+// Here: the field needs to be smooth only inside a cluster. A few candidates are singular at different places, and each
+// cluster takes the one that turns least over its own edges. The candidates are listed in tangent_frames.h.
+
 #include "fit/clusters/tangent_frames.h"
 
 #include <algorithm>

@@ -1,3 +1,14 @@
+// Clusters vertices that move alike, to a given number of clusters.
+//
+// Problem: a model of the pose is fitted for each cluster, so the vertices of a cluster should follow the same bones
+// and lie together, and the user wants to choose how many clusters there are.
+//
+// Naive: k-means on the skinning weights takes a number but depends on its start, and it cannot split vertices that all
+// follow one bone.
+//
+// Here: mean-shift finds the groups that are there (mean_shift.cpp). Ward's rule merges groups down to the number, and
+// cuts in space bring them up to it. The steps are numbered in vertex_clusters.h. See docs/formulas.md, section 4.
+
 #include "fit/clusters/vertex_clusters.h"
 
 #include <algorithm>

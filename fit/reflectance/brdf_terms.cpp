@@ -1,3 +1,17 @@
+// Singular value decomposition of a tabulated BRDF.
+//
+// Problem: a grid of 32 heights and 64 azimuths has 2048 directions, so the table of f cos_i over both directions has
+// 2048 x 2048 entries for each channel.
+//
+// Naive: decompose the whole table. This takes long, and rounding mixes the vectors of equal singular values, so that
+// the terms lose the symmetry of the BRDF.
+//
+// Here: the symmetry splits the table into independent blocks. For an isotropic BRDF every frequency m of the azimuth
+// is a block of 32 x 32, and cos m phi and sin m phi have the same one. For an orthotropic BRDF the parities under the
+// two mirrors give four blocks. The terms of all blocks are then merged in the order of their singular values.
+//
+// See docs/formulas.md, section 3 (reflection product operators).
+
 #include "fit/reflectance/brdf_terms.h"
 
 #include <algorithm>

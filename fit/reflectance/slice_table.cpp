@@ -1,3 +1,17 @@
+// Tabulates the cosine-weighted BRDF as seen from many views, projected on SH.
+//
+// Problem: every view needs the integral of f cos y_i over the hemisphere. The lobe of f may be much narrower than any
+// affordable grid, and it usually lies at the mirror direction of the view.
+//
+// Naive: use one product grid for all views (tabulateSlices, kept as the reference). It misses narrow lobes, or wastes
+// points on wide ones.
+//
+// Here: heights and azimuths are graded towards the mirror direction by x = a sinh(b u), at the scale of the lobe,
+// which is probed first. Grids are doubled view by view until the slices of the view no longer change. Views that
+// follow from others by the symmetry of the BRDF are not integrated at all.
+//
+// See docs/formulas.md, section 3 (tabulation).
+
 #include "fit/reflectance/slice_table.h"
 
 #include <algorithm>

@@ -1,3 +1,17 @@
+// Fits a model of the pose to a whole bake.
+//
+// Problem: predict the visibility of every vertex, some 15 numbers each, from a pose that nobody baked.
+//
+// Naive: train one regression from the whole pose to all numbers of all vertices. A vertex then pays for joints that it
+// cannot see, and the numbers vary as the surface turns although nothing hides more or less of the sky.
+//
+// Here: the numbers are rotated into a local frame at each vertex, where turning alone changes nothing. Vertices that
+// move alike form clusters. In each cluster a PCA over training frames reduces the numbers to a few scores, and one
+// model predicts these scores from what the cluster sees of the pose (fit_cluster.cpp). Numbers do not all fit in
+// memory, so clusters are read and fitted in batches; the size of a batch never changes the result.
+//
+// See docs/formulas.md, sections 2, 4 and 5.
+
 #include "fit/visibility/fit_visibility.h"
 
 #include <algorithm>
@@ -367,16 +381,20 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     };
     checkInput(header, file, options);
     const Split split = splitFrames(header.frames, options);
+    // 1. Copy what the model keeps of the bake.
     FitResult result;
     Model& model = result.model;
     copyInput(header, poses, options, model);
+    // 2. Cluster the vertices, and give each a tangent, which completes its local frame.
     phase("clusters");
     const VertexClusters clusters = clustersOf(model.mesh, poses, std::size_t(options.clusters), options.threads);
     model.cluster_of_vertex = clusters.cluster_of_vertex;
     model.rest_tangents = restTangents(model.mesh, model.rest_normals, clusters, options.threads);
+    // 3. Fit every cluster.
     phase("fit");
     std::vector<ClusterFit> fits =
         fitClusters({reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)}, model);
+    // 4. Sum the errors and report them by clip and over all.
     const FrameErrors errors = sumOverClusters(fits, poses.frameCount());
     model.clip_errors = errorsByClip(errors, model);
     result.report = reportOf(fits, errors, split, model);
