@@ -15,7 +15,7 @@ namespace penumbra {
 
 namespace {
 
-// What the file says about every frame.
+// The contents of the file for every frame.
 struct RawPoses {
     std::vector<Affine> bones;  // [F, J] of the file's own joints
     std::vector<float> inputs;  // [F, X]

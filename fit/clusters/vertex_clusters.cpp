@@ -29,7 +29,7 @@ struct Group {
     Vec3d place_sum;                 // sum of their rest positions
 };
 
-// What clusters are made of. With `parts`, groups are compared by place and not by weights.
+// The vertices from which clusters are made. With `parts`, groups are compared by place and not by weights.
 struct Source {
     const Mesh& mesh;
     const Skin& skin;

@@ -12,7 +12,7 @@ constexpr std::size_t kAutoClusterSize = 432;  // vertices in a cluster; the 13,
 
 struct VertexClusters {
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
-    // Ascending in each cluster; clusters come in the order of their first vertex.
+    // Vertices are ascending in each cluster, and clusters come in the order of their first vertex.
     std::vector<std::vector<std::uint32_t>> vertices;
     std::vector<int> joint;  // the joint with the largest total weight in each cluster
 };

@@ -1,5 +1,6 @@
 #pragma once
-// What a comparison varies. The defaults here are the documented ones, and no other place holds a default.
+// The options of a comparison say what it varies. The defaults here are the documented ones, and no other place holds a
+// default.
 #include <string>
 #include <vector>
 

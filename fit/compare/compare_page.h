@@ -6,7 +6,7 @@
 
 namespace penumbra {
 
-// Where the figures come from, as the page tells it.
+// The source of the figures, as the page tells it.
 struct CompareSource {
     std::string file;  // name of the visibility file, without its folders
     std::size_t vertices = 0, joints = 0;

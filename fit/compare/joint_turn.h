@@ -11,7 +11,7 @@ namespace penumbra {
 // radians: log(R_parent^T R_joint), [F, J]. It is zero for roots.
 std::vector<Vec3d> relativeRotations(const PoseTable& poses, const std::vector<std::int32_t>& parents);
 
-// Turns a joint about a fixed axis while all else stays as in one baked frame.
+// A turn of one joint about a fixed axis while all else stays as in one baked frame.
 struct JointTurn {
     int joint = 0;
     Vec3d axis;       // unit vector in the parent's rest frame, the principal axis over the training frames

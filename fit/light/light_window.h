@@ -28,7 +28,7 @@ double leastRadiance(int order, std::span<const double> sh);
 constexpr double kMostRinging = 0.01;  // as a part of the mean
 struct WindowReport {
     std::vector<double> weights;  // [order]; all are 1 when there is no window
-    // Irradiance_change is relative and over all normals.
+    // `irradiance_change` is relative and over all normals.
     double least_before = 1, least_after = 1, irradiance_change = 0;
 
     bool any() const { return weights.size() > 1 && weights[1] < 1; }

@@ -37,7 +37,7 @@ std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::ve
 void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const Affine> bones,
                  std::span<const Mat3> rotations, std::span<const float> pose, std::span<double> out);
 
-// Where a cluster is: its joint and its centre.
+// The place of a cluster: its joint and its centre.
 struct ClusterPlace {
     int joint = 0;
     Vec3 center;  // mean rest position of its vertices

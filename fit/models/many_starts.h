@@ -1,6 +1,6 @@
 #pragma once
-// Fits a tanh net from many starts, because eq 13 has many minima. A round makes short searches from several starts and
-// continues the best of them to the end.
+// Fits a tanh net from many starts, because its objective (paper 000 eq 13) has many minima. A round makes short
+// searches from several starts and continues the best of them to the end.
 #include <cstdint>
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace penumbra {
 
-// How many searches are made. Measured over 8 clusters (199 frames, 16 neurons) against 24 whole searches: 3 rounds
-// reach the same sum of objectives in a third of the time, and 1 round ends 0.3% above it in a tenth of the time.
+// A plan says how many searches are made. Over 8 clusters (199 frames, 16 neurons), 3 rounds reach the same sum of
+// objectives as 24 whole searches in a third of their time, and 1 round ends 0.3% above it in a tenth of their time.
 struct StartPlan {
     std::size_t neurons = 16;
     std::vector<InputRange> ranges;  // [neurons] or empty

@@ -46,7 +46,7 @@ std::vector<Group> groupsOf(const TanhNet& net) {
     return groups;
 }
 
-// Eq 13 as a function of the hidden weights and biases alone.
+// The objective as a function of the hidden weights and biases alone.
 class ProjectedObjective {
 public:
     ProjectedObjective(const NetData& data, const TanhNet& start, double alpha)

@@ -18,7 +18,7 @@ using View = Eigen::Map<const Vector>;
 
 View viewOf(std::span<const double> v) { return {v.data(), Eigen::Index(v.size())}; }
 
-// What a step taught about the curvature along it.
+// A step and the change of the gradient along it, which tell the curvature in that direction.
 struct Pair {
     Vector step, change;  // change of x, change of the gradient
     double inner;         // step . change, which is positive

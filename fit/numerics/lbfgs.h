@@ -11,8 +11,8 @@ namespace penumbra {
 struct LbfgsProblem {
     // Returns the value at x and fills the gradient. The value may be infinite; the gradient is then not read.
     std::function<double(std::span<const double> x, std::span<double> gradient)> evaluate;
-    // Fills an estimate of the second derivative by each variable at the last evaluated x. All must be positive. May be
-    // empty.
+    // Fills an estimate of the second derivative by each variable at the last evaluated x. All must be positive. The
+    // function may be empty.
     std::function<void(std::span<double> diagonal)> curvature;
 };
 
@@ -28,7 +28,7 @@ struct LbfgsResult {
     int iterations = 0, evaluations = 0;
 };
 
-// Moves x to a minimum and returns the value there, the iterations and the evaluations of the objective.
+// Moves x towards a minimum. Returns the value there and the numbers of iterations and evaluations.
 LbfgsResult minimise(const LbfgsProblem& problem, const LbfgsOptions& options, std::vector<double>& x);
 
 }  // namespace penumbra

@@ -200,7 +200,7 @@ void expand(std::span<const double> vector, const Matrix& functions, const std::
                 out[h * n + j] += vector[h * p + a] * functions(a, j) * factor / roots[h];
 }
 
-// Where a term comes from.
+// A term before merging: its singular value and the block that it comes from.
 struct TermRef {
     double sigma;
     std::size_t block, index;

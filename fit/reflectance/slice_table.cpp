@@ -84,7 +84,7 @@ void addRing(const Ring& ring, double z, double sine, std::span<double> slice) {
             }
 }
 
-// How narrow a lobe is at the mirror direction. Half of the value there is left at distance `t` in sqrt(z), and at
+// The width of a lobe at the mirror direction. Half of the value there is left at distance `t` in sqrt(z), and at
 // azimuth distance azimuth * (z_i + z_o): at grazing views a lobe of width a is only a (z_i + z_o) wide in azimuth.
 struct LobeWidth {
     double t, azimuth;
@@ -269,7 +269,7 @@ SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
     const int view_n_z = brdf.symmetry == BrdfSymmetry::kIsotropic ? 32 : 16;
     SliceTable table = makeTable(slice_order, view_n_z);
     std::vector<std::size_t> views = sourceViews(table, brdf.symmetry);
-    // Leaves as much for the views that are still open.
+    // A view has settled when it changes by no more than this. As much is left for the views that are still open.
     const double enough = 0.25 * kSettled * kSettled / double(views.size());
     const auto sum = [](const std::vector<double>& values) { return std::reduce(values.begin(), values.end()); };
     const auto integrateAll = [&](int n) {

@@ -11,8 +11,8 @@
 
 namespace penumbra {
 
-// What the numbers describe. kCosineWeighted are the moments of V(s) max(s.N, 0). They are 0 below the horizon whatever
-// the convention (A or B) says. They are exact, which takes moments of one order more.
+// The function that the numbers describe. kCosineWeighted numbers are the moments of V(s) max(s.N, 0). They are 0 below
+// the horizon whatever the convention (A or B) says. They are exact, which takes moments of one order more.
 enum class Target { kVisibility, kCosineWeighted };
 // kGlobal is the same function in the model frame. With convention A it has the 1 below the vertex' own horizon.
 enum class Frame { kLocal, kGlobal };
@@ -38,7 +38,7 @@ struct ClusterNumbersRequest {
     Target target = Target::kVisibility;
     Frame frame = Frame::kLocal;
     int threads = 0;
-    // Is told how many more of the asked vertices are done; may be empty.
+    // The function is told how many more of the asked vertices are done. It may be empty.
     std::function<void(std::size_t)> vertices_done;
 };
 std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,

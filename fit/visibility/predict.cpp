@@ -67,7 +67,7 @@ VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& po
     return header;
 }
 
-// What the model sees of a frame of a file that passed checkCharacter().
+// The bones and the pose that the model sees of a frame, for a file that passed checkCharacter().
 struct SeenPose {
     std::vector<Affine> bones;
     std::vector<float> pose;
