@@ -1,5 +1,5 @@
 #pragma once
-// The verbs of penumbra-fit.
+// The verbs of penumbra-fit, one for each command.
 #include "formats/common/command_line.h"
 
 namespace penumbra {
