@@ -206,14 +206,10 @@ Json describePoses(const fs::path& path) {
     return json;
 }
 
-const char* nameOf(AssetPrecision precision) {
-    return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
-}
-
 void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
-    json["model"] = {{"model", nameOf(kModelKinds[std::size_t(model.kind)])},  // one order in both lists
-                     {"features", model.features == AssetFeatures::kJointAngles ? "joint-angles" : "relative-bones"},
+    json["model"] = {{"model", nameOf(model.kind)},
+                     {"features", nameOf(model.features)},
                      {"convention", model.convention.name()},
                      {"clusters", model.clusters.size()},
                      {"precision", model.clusters.empty() ? "" : nameOf(model.clusters[0].basis.precision)},

@@ -48,7 +48,7 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     bones_.resize(asset.animation.jointCount());
     bone_rotations_.resize(bones_.size());
     rotations_.resize(clusterCount());
-    if (asset.model.features == AssetFeatures::kRelativeBones) features_.resize(12 * (bones_.size() - 1));
+    if (asset.model.features == FeatureKind::kRelativeBones) features_.resize(12 * (bones_.size() - 1));
     scores_.resize(decoded_->scores);
     std::size_t components = 0;
     for (const ClusterView& cluster : asset.model.clusters) components = std::max(components, cluster.components());
@@ -60,7 +60,7 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     points_.assign(rest.begin(), rest.end());
     point_normals_.resize(rest.size());
     fitted_bones_.resize(bones_.size());
-    if (asset.model.features == AssetFeatures::kDihedrals) pose_.resize(asset.animation.pose_size);
+    if (asset.model.features == FeatureKind::kDihedrals) pose_.resize(asset.animation.pose_size);
     deformation_scratch_ = decoded_->deformation->scratch();
     decoded_->deformation->normals(points_, deformation_scratch_, point_normals_);
 }
@@ -95,7 +95,7 @@ void Evaluator::relativeBoneFeatures(std::size_t joint) {
 
 void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> pose) {
     const ModelView& model = asset_->model;
-    const bool angles = model.features != AssetFeatures::kRelativeBones;
+    const bool angles = model.features != FeatureKind::kRelativeBones;
     assert(bones.size() == bones_.size() && (!angles || pose.size() == asset_->animation.pose_size));
     std::copy(bones.begin(), bones.end(), bones_.begin());
     for (std::size_t j = 0; j < bones.size(); ++j) bone_rotations_[j] = nearestRotation(bones[j].linear());

@@ -12,18 +12,6 @@ namespace penumbra {
 
 namespace {
 
-std::size_t groupSizeOf(AssetFeatures features) {
-    switch (features) {
-        case AssetFeatures::kJointAngles:
-            return 3;
-        case AssetFeatures::kRelativeBones:
-            return std::size_t(kBoneInputs);
-        case AssetFeatures::kDihedrals:
-            return 1;
-    }
-    return 0;
-}
-
 std::vector<float> decoded(const NumbersView& numbers) {
     std::vector<float> out(numbers.count);
     decode(numbers, out);
@@ -48,8 +36,8 @@ std::vector<std::size_t> counting(std::size_t n) {
 
 Regressor::Regressor(const ModelView& model, const ClusterView& cluster)
     : kind_(model.kind),
-      bones_(model.features == AssetFeatures::kRelativeBones),
-      group_size_(groupSizeOf(model.features)),
+      bones_(model.features == FeatureKind::kRelativeBones),
+      group_size_(groupInputs(model.features)),
       inputs_(cluster.inputs()),
       units_(cluster.units),
       bias_(cluster.bias.begin(), cluster.bias.end()) {
@@ -88,7 +76,7 @@ void Regressor::readGroups(const ModelView& model, const ClusterView& cluster) {
 
 void Regressor::readUnits(const ClusterView& cluster) {
     std::vector<std::size_t> order = counting(units_);
-    if (kind_ == AssetModel::kAdditive) {
+    if (kind_ == ModelKind::kAdditive) {
         std::stable_sort(order.begin(), order.end(),
                          [&](std::size_t a, std::size_t b) { return cluster.unit_group[a] < cluster.unit_group[b]; });
         for (std::size_t h = 0; h < units_; ++h) {
@@ -114,7 +102,7 @@ void Regressor::pcaInputs(std::span<const float> features, std::span<float> x) c
 }
 
 // Clamped to the training range; returns the square of what was cut off.
-float Regressor::groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const {
+float Regressor::clampedInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const {
     const float* raw = features.data() + group.feature;
     const std::size_t size = group_size_;
     if (group.absolute)
@@ -140,7 +128,7 @@ float Regressor::addGroups(std::span<const float> features, std::span<float> uni
     float out_of_range = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         const Group& group = groups_[g];
-        out_of_range += group_weight_[g] * groupInputs(group, g, features, x.data());
+        out_of_range += group_weight_[g] * clampedInputs(group, g, features, x.data());
         if (group.units == 0) continue;
         float* squared = units.data() + group.first_unit;
         std::fill_n(squared, group.units, 0.0f);
@@ -176,10 +164,10 @@ float Regressor::evaluate(std::span<const float> features, std::span<float> scra
     assert(scratch.size() >= scratchSize() && scores.size() == components());
     const std::span<float> x = scratch.first(inputs_), units = scratch.subspan(inputs_, units_);
     const float out_of_range = addGroups(features, units);
-    if (kind_ != AssetModel::kAdditive) pcaInputs(features, x);
-    if (kind_ == AssetModel::kLinear) std::copy(x.begin(), x.end(), units.begin());
-    if (kind_ == AssetModel::kQuadratic) quadraticUnits(x, units);
-    if (kind_ == AssetModel::kNeural) neuralUnits(x, units);
+    if (kind_ != ModelKind::kAdditive) pcaInputs(features, x);
+    if (kind_ == ModelKind::kLinear) std::copy(x.begin(), x.end(), units.begin());
+    if (kind_ == ModelKind::kQuadratic) quadraticUnits(x, units);
+    if (kind_ == ModelKind::kNeural) neuralUnits(x, units);
     std::copy(bias_.begin(), bias_.end(), scores.begin());
     const float* row = weights_.data();
     for (float unit : units) {

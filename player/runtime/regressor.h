@@ -26,7 +26,7 @@ private:
         bool absolute = false;                  // stands for a number: position alone
         std::size_t first_unit = 0, units = 0;  // after sorting by group
     };
-    AssetModel kind_;
+    ModelKind kind_;
     bool bones_;  // groups are bones, not numbers of the pose
     std::size_t group_size_, inputs_, units_;
     std::vector<float> basis_, offset_;            // [N, I], [I]: x = basis^T raw - offset
@@ -40,7 +40,7 @@ private:
     void readGroups(const ModelView& model, const ClusterView& cluster);
     void readUnits(const ClusterView& cluster);
     void pcaInputs(std::span<const float> features, std::span<float> x) const;
-    float groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const;
+    float clampedInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const;
     float addGroups(std::span<const float> features, std::span<float> units) const;
     void quadraticUnits(std::span<const float> x, std::span<float> units) const;
     void neuralUnits(std::span<const float> x, std::span<float> units) const;

@@ -215,7 +215,7 @@ void SyntheticAsset::makeClusters(const AssetRecipe& recipe) {
     ModelView& model = asset.model;
     model.convention = parseConvention(recipe.convention);
     model.stride = (model.convention.size() + 3) / 4 * 4;
-    model.features = AssetFeatures::kRelativeBones;
+    model.features = FeatureKind::kRelativeBones;
     joint_spreads_.resize(3);
     joint_centers_ = {{0, 0, 0}, {0, 0.5f, 0}, {0, -0.5f, 0}};
     model.joint_centers = joint_centers_;
