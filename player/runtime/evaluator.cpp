@@ -19,10 +19,10 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     const auto decoded = std::make_shared<Decoded>();
     Decoded& d = *decoded;
     for (const ClusterView& cluster : asset.model.clusters) {
-        const Regressor& regressor = d.regressors.emplace_back(asset.model, cluster);
+        const ModelEvaluator& model = d.models.emplace_back(asset.model, cluster);
         d.first_score.push_back(d.scores);
-        d.scores += regressor.components();
-        d.scratch = std::max(d.scratch, regressor.scratchSize());
+        d.scores += model.components();
+        d.scratch = std::max(d.scratch, model.scratchSize());
         d.first_pair_byte.push_back(d.pairs.size());
         d.first_pair_weight.push_back(d.pair_weights);
         if (!hasBytes(cluster)) continue;
@@ -108,7 +108,7 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         features_of = cluster.joint;
         const std::span<float> y = std::span(scores_).subspan(decoded_->first_score[c], cluster.components());
         const std::span<const float> seen = angles ? pose : std::span<const float>(features_);
-        out_of_range += double(cluster.vertex_count) * double(decoded_->regressors[c].evaluate(seen, scratch_, y));
+        out_of_range += double(cluster.vertex_count) * double(decoded_->models[c].evaluate(seen, scratch_, y));
         setScores(c, y);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));

@@ -8,7 +8,7 @@
 
 #include "formats/common/fp16.h"
 #include "player/runtime/evaluator.h"
-#include "player/runtime/light_lobes.h"
+#include "player/runtime/exact_light_lobes.h"
 #include "player/runtime/shading.h"
 #include "sh/brdf.h"
 #include "sh/quadrature.h"

@@ -1,6 +1,7 @@
 #pragma once
-// Pose features in, scores out: the regression of one cluster (formulas: formats/stage/model_file.h), its stored
-// numbers decoded once and laid out so that inner loops run over independent sums.
+// Evaluates the model of one cluster at run time, whatever its kind (linear, quadratic, neural, additive): features of
+// the pose in, scores out. formats/stage/model_file.h has the formulas. The stored numbers are decoded once and laid
+// out so that inner loops run over independent sums. fit/models/ trains what is evaluated here.
 #include <span>
 #include <vector>
 
@@ -8,9 +9,9 @@
 
 namespace penumbra {
 
-class Regressor {
+class ModelEvaluator {
 public:
-    Regressor(const ModelView& model, const ClusterView& cluster);
+    ModelEvaluator(const ModelView& model, const ClusterView& cluster);
 
     std::size_t components() const { return bias_.size(); }
     std::size_t scratchSize() const { return inputs_ + units_; }
