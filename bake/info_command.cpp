@@ -1,5 +1,4 @@
-#include "bake/info_command.h"
-
+// penumbra-bake info FILE: what is in a Penumbra file of any kind, who made it and from what.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "bake/bake_verbs.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"

@@ -31,6 +31,10 @@ const char* nameOf(AssetPrecision precision) {
     return "";
 }
 
+AssetPrecision parsePrecision(std::string_view name) {
+    return name == "f32" ? AssetPrecision::kF32 : name == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
+}
+
 std::size_t bytesPerNumber(AssetPrecision precision) {
     switch (precision) {
         case AssetPrecision::kF32:

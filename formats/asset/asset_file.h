@@ -26,7 +26,8 @@ constexpr std::size_t kMaxMaterials = 4096;   // of an asset: a bound on what co
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
-const char* nameOf(AssetPrecision precision);  // "f32", "f16", "i8"
+const char* nameOf(AssetPrecision precision);          // "f32", "f16", "i8"
+AssetPrecision parsePrecision(std::string_view name);  // one of these names
 
 struct NumbersView {
     AssetPrecision precision = AssetPrecision::kF32;
