@@ -9,13 +9,13 @@
 #include "formats/asset/asset_file.h"
 #include "player/runtime/combine.h"
 #include "player/runtime/deformation.h"
-#include "player/runtime/regressor.h"
+#include "player/runtime/model_evaluator.h"
 
 namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the regressors and
+    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the models and
     // lays out a basis of bytes as combine.h wants it, once: copies of an evaluator, each with a pose of its own, share
     // that.
     explicit Evaluator(const AssetView& asset);
@@ -62,7 +62,7 @@ public:
 private:
     // What is made of the asset once; copies share it.
     struct Decoded {
-        std::vector<Regressor> regressors;                            // [cluster]
+        std::vector<ModelEvaluator> models;                           // [cluster]
         std::vector<std::size_t> first_score;                         // [cluster]
         std::vector<float> ambient_weights;                           // [stride], E = sum of weight times number
         float ambient_norm2 = 0;                                      // sum of squared weights
@@ -79,7 +79,7 @@ private:
     std::vector<Mat3> bone_rotations_;         // [J]
     std::vector<Mat3> rotations_;              // [cluster]
     std::vector<float> features_;              // [12 (J - 1)] of the joint that was asked for last
-    std::vector<float> scratch_;               // of the regressors
+    std::vector<float> scratch_;               // of the models
     std::vector<float> scores_;                // of all clusters
     std::vector<float> weights_;               // of one: scores times the components' scales
     std::vector<std::uint32_t> pair_weights_;  // of clusters with a basis of bytes

@@ -1,4 +1,5 @@
 // A vertex value to a picture's linear Rec.709 colour; both paths share it.
+// player/draw/shader_source.cpp defines INTERPOLATION and CHANNEL.
 INTERPOLATION in vec3 value;
 
 uniform float error_max;  // the error that gets the brightest colour

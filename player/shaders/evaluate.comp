@@ -1,7 +1,6 @@
 // The GLSL path: what player/runtime computes on the CPU, from the asset's own arrays, once a vertex of each character.
-// The preamble, made by shader_source.cpp, defines CHANNEL, INFLUENCES, PENUMBRA_STRIDE4 and the places of
-// evaluate_layout.h; the line GENERATED becomes penumbra_ambient(), penumbra_clamp_ambient(), penumbra_shade() and
-// penumbra.glsl.
+// player/draw/shader_source.cpp puts a preamble before this text. It defines CHANNEL, INFLUENCES, PENUMBRA_STRIDE4 and the
+// places of evaluate_layout.h.
 layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
 
 layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };
@@ -35,7 +34,9 @@ vec4 quadOf(uint array, uint quad, uint stored_as);
 #define PENUMBRA_SCORE(k) pose_numbers[first_score + uint(k)]
 uint mean_array, basis_array, first_score;
 
-GENERATED
+// shader_source.cpp replaces the next line. player/runtime/shading_glsl.cpp writes penumbra_ambient(),
+// penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/sh_glsl.cpp; penumbra.glsl follows.
+GENERATED_BY_SHADING_GLSL
 
 // Numbers 4 quad .. 4 quad + 3 of an array of the model; i8 without its scale.
 vec4 quadOf(uint array, uint quad, uint stored_as) {

@@ -8,7 +8,7 @@
 
 #include "formats/common/fp16.h"
 #include "player/runtime/evaluator.h"
-#include "player/runtime/light_lobes.h"
+#include "player/runtime/exact_light_lobes.h"
 #include "player/runtime/shading.h"
 #include "sh/brdf.h"
 #include "sh/quadrature.h"
@@ -215,7 +215,7 @@ void SyntheticAsset::makeClusters(const AssetRecipe& recipe) {
     ModelView& model = asset.model;
     model.convention = parseConvention(recipe.convention);
     model.stride = (model.convention.size() + 3) / 4 * 4;
-    model.features = AssetFeatures::kRelativeBones;
+    model.features = FeatureKind::kRelativeBones;
     joint_spreads_.resize(3);
     joint_centers_ = {{0, 0, 0}, {0, 0.5f, 0}, {0, -0.5f, 0}};
     model.joint_centers = joint_centers_;
