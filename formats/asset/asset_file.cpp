@@ -19,18 +19,6 @@ namespace penumbra {
 
 static_assert(std::endian::native == std::endian::little, "assets are read in place and are little endian");
 
-const char* nameOf(AssetPrecision precision) {
-    switch (precision) {
-        case AssetPrecision::kF32:
-            return "f32";
-        case AssetPrecision::kF16:
-            return "f16";
-        case AssetPrecision::kI8:
-            return "i8";
-    }
-    return "";
-}
-
 AssetPrecision parsePrecision(std::string_view name) {
     return name == "f32" ? AssetPrecision::kF32 : name == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
 }

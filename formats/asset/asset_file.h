@@ -36,7 +36,6 @@ struct NumbersView {
     std::span<const float> scale;     // I8: count / row_length
 };
 std::size_t bytesPerNumber(AssetPrecision precision);
-const char* nameOf(AssetPrecision precision);  // "f32", "f16", "i8"
 // out.size() == numbers.count
 void decode(const NumbersView& numbers, std::span<float> out);
 
