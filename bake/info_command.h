@@ -3,7 +3,7 @@
 
 namespace penumbra {
 
-// penumbra-bake info FILE: what is in a Penumbra file of any kind, who made it and from what.
+// The verb `penumbra-bake info FILE`, which tells what a Penumbra file of any kind holds, who made it and from what.
 Verb infoVerb();
 
 }  // namespace penumbra

@@ -1,5 +1,5 @@
 #pragma once
-// penumbra-bake merge SHARD.vis.h5... -o X.vis.h5
+// The verb `penumbra-bake merge SHARD.vis.h5... -o X.vis.h5`.
 #include "formats/common/command_line.h"
 
 namespace penumbra {

@@ -1,16 +1,17 @@
 #pragma once
-// One frame of a bake, ready to be traced.
+// Prepares one frame of a bake for tracing.
 #include "bake/bake_visibility.h"
 #include "bake/moments.h"
 
 namespace penumbra {
 
-constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the default: 8 threads stay busy on small meshes
+constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the defaults: 8 threads stay busy on small meshes
 
-// Posed; the coefficients are there but not traced. InvalidInput when a vertex is not finite.
+// Poses the vertices of a frame. Its coefficients have their size but are not traced yet. Throws InvalidInput when a
+// vertex is not finite.
 VisibilityFrame poseVertices(const BakePlan& plan, std::size_t frame);
 
-// With its acceleration structure.
+// A posed frame with its acceleration structure.
 struct PosedFrame {
     VisibilityFrame frame;
     SceneScale scale;
@@ -18,7 +19,7 @@ struct PosedFrame {
 };
 PosedFrame poseFrame(const BakePlan& plan, std::size_t frame);
 
-// Of that frame; it refers to all three.
+// Returns a tracer of that frame, which refers to all three arguments.
 MomentTracer tracerOf(const BakePlan& plan, const PosedFrame& posed, const RayDirections& directions);
 
 }  // namespace penumbra

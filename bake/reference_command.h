@@ -3,7 +3,8 @@
 
 namespace penumbra {
 
-// penumbra-bake reference X.vis.h5 --frame N -o REF.(exr|png): brute force, to hold the player's pictures against.
+// The verb `penumbra-bake reference X.vis.h5 --frame N -o REF.(exr|png)`, which renders by brute force what the
+// player's pictures are compared with.
 Verb referenceVerb();
 
 }  // namespace penumbra
