@@ -30,7 +30,7 @@ std::vector<float> decoded(const NumbersView& numbers) {
     return out;
 }
 
-// [rows, columns] -> [columns, rows], the rows in the given order.
+// Transposes [rows, columns] to [columns, rows], with the rows in the given order.
 std::vector<float> transposedRows(std::span<const float> m, std::span<const std::size_t> rows, std::size_t columns) {
     std::vector<float> out(m.size());
     for (std::size_t r = 0; r < rows.size(); ++r)
@@ -57,7 +57,7 @@ Regressor::Regressor(const ModelView& model, const ClusterView& cluster)
     const std::vector<float> basis = decoded(cluster.input_basis);
     basis_ = transposedRows(basis, counting(inputs_), features);
     for (std::size_t i = 0; i < inputs_; ++i) {
-        double sum = 0;  // the mean of a feature is large against its changes
+        double sum = 0;  // in double, because the mean of a feature is large against its changes
         for (std::size_t n = 0; n < features; ++n) sum += double(basis[i * features + n]) * cluster.feature_mean[n];
         offset_.push_back(float(sum));
         const float margin = kRangeMargin * (cluster.input_max[i] - cluster.input_min[i]);
@@ -86,6 +86,7 @@ void Regressor::readGroups(const ModelView& model, const ClusterView& cluster) {
     }
 }
 
+// Sorts the units of an additive model by their group, so that a group's units stand together.
 void Regressor::readUnits(const ClusterView& cluster) {
     std::vector<std::size_t> order = counting(units_);
     if (kind_ == AssetModel::kAdditive) {
@@ -103,6 +104,7 @@ void Regressor::readUnits(const ClusterView& cluster) {
         for (std::size_t k = 0; k < components(); ++k) weights_[h * components() + k] = weights[k * units_ + order[h]];
 }
 
+// Projects the features on the cluster's input PCA, and clamps to the training range.
 void Regressor::pcaInputs(std::span<const float> features, std::span<float> x) const {
     for (std::size_t i = 0; i < inputs_; ++i) x[i] = -offset_[i];
     const float* row = basis_.data();
@@ -113,7 +115,7 @@ void Regressor::pcaInputs(std::span<const float> features, std::span<float> x) c
     for (std::size_t i = 0; i < inputs_; ++i) x[i] = std::clamp(x[i], input_least_[i], input_most_[i]);
 }
 
-// Clamped to the training range; returns the square of what was cut off.
+// Computes a group's inputs and clamps them to the training range. Returns the square of what the clamp cut off.
 float Regressor::groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const {
     const float* raw = features.data() + group.feature;
     const std::size_t size = group_size_;
@@ -134,7 +136,8 @@ float Regressor::groupInputs(const Group& group, std::size_t index, std::span<co
     return squared;
 }
 
-// Out of range squared; an additive model's units on the way.
+// Returns the square of the distance out of range. Computes the units of an additive model on the way: exp(-d^2 / 2)
+// of the distance d from the unit's centre (docs/formulas.md, section 4).
 float Regressor::addGroups(std::span<const float> features, std::span<float> units) const {
     std::array<float, kBoneInputs> x;
     float out_of_range = 0;
@@ -157,6 +160,7 @@ float Regressor::addGroups(std::span<const float> features, std::span<float> uni
     return out_of_range;
 }
 
+// The units of the quadratic model are all x and all products x_i x_j, i <= j.
 void Regressor::quadraticUnits(std::span<const float> x, std::span<float> units) const {
     std::size_t at = 0;
     for (float value : x) units[at++] = value;
@@ -164,6 +168,7 @@ void Regressor::quadraticUnits(std::span<const float> x, std::span<float> units)
         for (std::size_t j = i; j < x.size(); ++j) units[at++] = x[i] * x[j];
 }
 
+// The units of the neural model are tanh(d . x + d0); the last row of `hidden_` has the d0.
 void Regressor::neuralUnits(std::span<const float> x, std::span<float> units) const {
     const float* row = hidden_.data();
     std::copy_n(row + inputs_ * units_, units_, units.begin());
@@ -175,11 +180,13 @@ void Regressor::neuralUnits(std::span<const float> x, std::span<float> units) co
 float Regressor::evaluate(std::span<const float> features, std::span<float> scratch, std::span<float> scores) const {
     assert(scratch.size() >= scratchSize() && scores.size() == components());
     const std::span<float> x = scratch.first(inputs_), units = scratch.subspan(inputs_, units_);
+    // 1. Group inputs first: they tell the distance from training with every model.
     const float out_of_range = addGroups(features, units);
     if (kind_ != AssetModel::kAdditive) pcaInputs(features, x);
     if (kind_ == AssetModel::kLinear) std::copy(x.begin(), x.end(), units.begin());
     if (kind_ == AssetModel::kQuadratic) quadraticUnits(x, units);
     if (kind_ == AssetModel::kNeural) neuralUnits(x, units);
+    // 2. The scores are linear in the units, row by row, so that the inner loop runs over independent sums.
     std::copy(bias_.begin(), bias_.end(), scores.begin());
     const float* row = weights_.data();
     for (float unit : units) {

@@ -43,6 +43,7 @@ void ambient(const Convention& convention, int stride, std::size_t begin, std::s
     }
 }
 
+// E is linear in the numbers, with weights that depend on the convention alone.
 Mat3 localFrame(Vec3 normal, Vec3 tangent) { return fromRows(tangent, cross(normal, tangent), normal); }
 
 void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
