@@ -1,5 +1,5 @@
 #pragma once
-// penumbra-pack check X.pnb TRUTH.vis.h5
+// The verb `penumbra-pack check X.pnb TRUTH.vis.h5`.
 #include "formats/common/command_line.h"
 
 namespace penumbra {
