@@ -9,9 +9,9 @@
 //
 // Here: first turn each cluster's components to the principal axes of its own predictions over the training frames.
 // This changes no number. Leaving out component k then changes the sum of squared numbers by exactly its energy
-// lambda_k, and energies add up over components and clusters. So the best choice is greedy: drop the component that
-// loses the least energy for each byte saved, over all clusters, until the bytes or the error are as asked
-// (docs/formulas.md, end of section 4).
+// lambda_k, and energies add up over components and clusters. So a greedy choice is nearly the best: drop the
+// component that loses the least energy for each byte saved, over all clusters, until the bytes or the error are as
+// asked (docs/formulas.md, end of section 4).
 #include "pack/compress_model.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 #pragma once
-// Random access into a raw deflate stream (RFC 1951) in bounded memory.
+// Gives random access into a raw deflate stream (RFC 1951) in bounded memory.
 #include <cstdint>
 #include <string>
 
