@@ -3,7 +3,7 @@
 
 namespace penumbra {
 
-// penumbra-player bench X.pnb: milliseconds a frame on this machine.
+// The verb `penumbra-player bench X.pnb`, which prints milliseconds a frame on this machine.
 Verb benchVerb();
 
 }  // namespace penumbra

@@ -41,7 +41,7 @@ BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const A
     return plan;
 }
 
-// What the run writes beside the output that the verb has.
+// Returns what the run writes besides the verb's own output.
 std::vector<std::filesystem::path> moreFiles(const RenderRun& run) {
     std::vector<std::filesystem::path> files;
     if (FramePattern::looksLikeOne(run.command.output)) files = run.plan.files;

@@ -3,7 +3,7 @@
 
 namespace penumbra {
 
-// penumbra-player render X.pnb -o OUT.(png|exr): one frame as a picture.
+// The verb `penumbra-player render X.pnb -o OUT.(png|exr)`, which draws frames as pictures.
 Verb renderVerb();
 
 }  // namespace penumbra

@@ -11,8 +11,8 @@ struct Playhead {
     double time = 0;   // seconds after the clip's first frame
     double speed = 1;  // times the clip's own rate, > 0
     bool playing = false;
-    bool smooth =
-        false;  // a clip ends at its last frame, which has nothing to go on to; else it stays there for a while
+    // true: a clip ends at its last frame, which has nothing to go on to; false: it stays there for a while
+    bool smooth = false;
 };
 
 // Seconds that the clip lasts when it is repeated: to its last frame, and on as long as its last two are apart. 0 for

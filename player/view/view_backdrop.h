@@ -1,5 +1,5 @@
 #pragma once
-// What is behind and below the characters: the light as they see it, and a ground plane.
+// Draws what is behind and below the characters: the light as they see it, and a ground plane.
 #include <optional>
 
 #include "player/draw/draw_frame.h"
@@ -10,7 +10,7 @@ namespace penumbra {
 
 class Backdrop {
 public:
-    // Into the pane that is set; clears its depth. `view` has the pane's camera; `aspect` is its shape.
+    // Draws into the pane that is set, and clears its depth. `view` has the pane's camera; `aspect` is its shape.
     void draw(const Scene& scene, const ViewState& state, const FrameView& view, double aspect);
 
 private:
