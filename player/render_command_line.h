@@ -32,8 +32,8 @@ struct RenderCommand {
 
 void defineRender(CLI::App& app, RenderCommand& command);
 
-// Sets everything above "Values as the user typed them" from what stands below. Throws UsageError, which names option and
-// value.
+// Sets everything above "Values as the user typed them" from what stands below. Throws UsageError, which names option
+// and value.
 void parseRender(RenderCommand& command);
 
 }  // namespace penumbra
