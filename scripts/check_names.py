@@ -19,12 +19,12 @@ TYPE = re.compile(rf"(?:template.*>\s*)?(?:struct|class|union|enum class|enum)\s
 
 
 def code_of(path):
-    """Its lines without comments, strings and characters, whose braces do not count."""
+    """Returns the file's lines without comments, strings and characters, whose braces do not count."""
     return NO_CODE.sub(lambda match: "\n" * match[0].count("\n"), path.read_text()).split("\n")
 
 
 def types_of(path):
-    """(name, "FILE:LINE") of the types that other files can clash with."""
+    """Returns (name, "FILE:LINE") of the types that other files can clash with."""
     depth, open_namespaces = 0, []  # of each the depth around it, and whether it is unnamed
     for number, line in enumerate(code_of(path), 1):
         if re.match(r"(inline )?namespace\b[^=;]*\{", line):

@@ -23,7 +23,7 @@ def value_problem(key, value):
 
 
 def camera_problem(text):
-    """A sentence, or ""."""
+    """Returns a sentence that tells what is wrong, or ""."""
     items = [item.partition("=") for item in text.split(",")]
     for i, (key, _, value) in enumerate(items):
         if not key or not value:

@@ -58,7 +58,7 @@ class DragSource:
 
 
 def another_window():
-    """A mapped window of somebody else; close() its display to be rid of it."""
+    """Makes a mapped window of somebody else. Close its display() to be rid of it."""
     connection = display.Display()
     window = connection.screen().root.create_window(900, 700, 200, 100, 0, X.CopyFromParent)
     window.set_wm_name("other")
