@@ -17,7 +17,7 @@
 #include <chrono>
 #include <ctime>
 
-#include "bake/posed_frame.h"
+#include "bake/frame_scene.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/stored_size.h"
@@ -87,7 +87,7 @@ void append(std::span<const float> values, std::vector<float>& out) {
 void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size_t frame, int threads, RunOfFrames& run,
                 ProbeSums& sums) {
     double start = processorSeconds();
-    PosedFrame posed = poseFrame(plan, frame);
+    FrameScene posed = frameScene(plan, frame);
     sums.pose_seconds += processorSeconds() - start;
     const std::size_t vertices = posed.frame.positions.size(), n2 = plan.header.coefficientCount();
     const std::vector<std::size_t> tasks = probedTasks((vertices + kVerticesPerTask - 1) / kVerticesPerTask);

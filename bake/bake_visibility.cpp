@@ -23,7 +23,7 @@
 #include <utility>
 
 #include "bake/bake_journal.h"
-#include "bake/posed_frame.h"
+#include "bake/frame_scene.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
@@ -55,7 +55,7 @@ private:
     Progress progress_;
 };
 
-void traceTask(const PosedFrame& posed, const MomentTracer& tracer, std::size_t task, std::span<float> out,
+void traceTask(const FrameScene& posed, const MomentTracer& tracer, std::size_t task, std::span<float> out,
                RayCount& count) {
     const auto n2 = std::size_t(coefficientCount(tracer.directions.order));
     const std::span<const Vec3> positions(posed.frame.positions), normals(posed.frame.normals);
@@ -80,14 +80,14 @@ void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t b
     const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
     const std::size_t tasks = (plan.header.mesh.vertexCount() + kVerticesPerTask - 1) / kVerticesPerTask;
     std::optional<VisibilityFrame> done;
-    std::optional<PosedFrame> current = poseFrame(plan, begin), next;
+    std::optional<FrameScene> current = frameScene(plan, begin), next;
     for (std::size_t f = begin; f < frame_count; ++f) {
         const MomentTracer tracer = tracerOf(plan, *current, directions);
         const std::span<float> coefficients(current->frame.coefficients);
         // Tasks 0 and 1 come first, because they take longest and cannot be divided.
         parallelFor(tasks + 2, threads, [&](std::size_t i) {
             if (i == 0 && done) write(*done);
-            if (i == 1 && f + 1 < frame_count) next.emplace(poseFrame(plan, f + 1));
+            if (i == 1 && f + 1 < frame_count) next.emplace(frameScene(plan, f + 1));
             if (i >= 2) traceTask(*current, tracer, i - 2, coefficients, count);
         });
         done = std::move(current->frame);

@@ -1,5 +1,4 @@
-#include "bake/info_command.h"
-
+// penumbra-bake info FILE: what is in a Penumbra file of any kind, who made it and from what.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "bake/bake_verbs.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -206,14 +206,10 @@ Json describePoses(const fs::path& path) {
     return json;
 }
 
-const char* nameOf(AssetPrecision precision) {
-    return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
-}
-
 void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
-    json["model"] = {{"model", nameOf(kModelKinds[std::size_t(model.kind)])},  // one order in both lists
-                     {"features", model.features == AssetFeatures::kJointAngles ? "joint-angles" : "relative-bones"},
+    json["model"] = {{"model", nameOf(model.kind)},
+                     {"features", nameOf(model.features)},
                      {"convention", model.convention.name()},
                      {"clusters", model.clusters.size()},
                      {"precision", model.clusters.empty() ? "" : nameOf(model.clusters[0].basis.precision)},

@@ -1,8 +1,7 @@
 // penumbra-bake merge SHARD.vis.h5... -o X.vis.h5: the flags and the run.
-#include "bake/merge_command.h"
-
 #include <cstdio>
 
+#include "bake/bake_verbs.h"
 #include "bake/merge_shards.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"

@@ -1,9 +1,8 @@
 // penumbra-bake poses RIG... -o POSES.(h5|glb): the flags and the run.
-#include "bake/poses_command.h"
-
 #include <algorithm>
 #include <cstdio>
 
+#include "bake/bake_verbs.h"
 #include "bake/frame_choice.h"
 #include "bake/pose_list.h"
 #include "formats/common/errors.h"

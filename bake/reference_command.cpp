@@ -1,12 +1,11 @@
 // penumbra-bake reference X.vis.h5 --frame N -o REF.png: a ray-traced picture to compare results with.
-#include "bake/reference_command.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 
 #include "bake/bake_reference.h"
+#include "bake/bake_verbs.h"
 #include "bake/reference_blockers.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"

@@ -1,5 +1,5 @@
-// penumbra-fit brdf (--analytic SPEC | --merl FILE | --table FILE) -o M.brdf.h5 [--operators K]: a material as
-// reflectance slices, with the papers' operators beside them where asked for.
+// penumbra-fit brdf (--analytic SPEC | --merl FILE | --table FILE) -o M.brdf.h5 [--operators K]: fits a material as
+// reflectance slices, and beside them the papers' operators when they are asked for.
 #include <cstdio>
 #include <memory>
 
@@ -19,10 +19,10 @@ namespace {
 struct BrdfCommand {
     BrdfSource source;
     std::filesystem::path output;
-    int operators = 0;  // k; 0: none
+    int operators = 0;  // k; 0 means none
     std::string operators_from = "slices";
     SliceOrders orders;
-    std::string name;  // "": the source's
+    std::string name;  // empty: the name of the source
 };
 
 std::string modelNames() {
@@ -72,7 +72,7 @@ nlohmann::ordered_json optionsOf(const BrdfCommand& command, const RgbBrdf& brdf
     return options;
 }
 
-// More than slices that still change by kSettled can make of an albedo of 1.
+// Slices that still change by kSettled cannot turn an albedo of 1 into more than this.
 constexpr double kMostAlbedo = 1.001;
 
 std::string rounded(double value, int digits) {
@@ -81,8 +81,8 @@ std::string rounded(double value, int digits) {
     return text;
 }
 
-// The budget of paper 000's operators at run time, bytes a colour channel of M^b and w with light and visibility of
-// order 4.
+// The budget for paper 000's operators at run time: bytes of M^b and w for a colour channel, with light and visibility
+// of order 4.
 constexpr std::size_t kMostOperatorBytes = 10240;
 
 std::size_t operatorBytes(const BrdfOperators& operators) {

@@ -1,4 +1,5 @@
-// penumbra-fit compare X.vis.h5 --holdout CLIPS -o REPORT.html: parse, read, compute, write.
+// penumbra-fit compare X.vis.h5 --holdout CLIPS -o REPORT.html: reads a bake, runs the fits of a comparison and writes
+// the report.
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -49,7 +50,7 @@ auto parseKinds(const char* option, const std::vector<std::string>& words, const
     return words.empty() ? std::vector<typename Kinds::value_type>(known.begin(), known.end()) : kinds;
 }
 
-// Ascending, each once.
+// Returns the numbers in ascending order, each once.
 std::vector<double> parseNumbers(const char* option, const std::vector<std::string>& words, double least, double most) {
     std::vector<double> numbers;
     for (const std::string& word : words) {
@@ -114,7 +115,7 @@ std::string optionsJson(const CompareOptions& options) {
     return json.dump();
 }
 
-// NAME.html -> NAME.json, NAME.csv.
+// The report NAME.html and the files NAME.json and NAME.csv beside it.
 struct OutputFiles {
     std::filesystem::path html, json, csv;
 };
@@ -128,7 +129,7 @@ OutputFiles outputFiles(const std::string& output) {
     return files;
 }
 
-// The common checks know the page only; the files beside it are held to the same.
+// The common checks know only the page. This holds the files beside it to the same rules.
 void checkOutputs(const OutputFiles& files, const CompareCommand& command, const CommonOptions& common) {
     const auto whole = [](const std::filesystem::path& path) {
         return std::filesystem::absolute(path).lexically_normal();
@@ -161,7 +162,7 @@ bool atReference(const CompareOptions& options, const FitOptions& fit) {
     return sameFit(fit, referenceFit(options, fit.model, fit.features));
 }
 
-// Everything that is measured; the reports of the fits go into `comparison`.
+// Measures everything. The reports of the fits go into `comparison`.
 void measure(const CompareInput& input, const std::vector<FitOptions>& grid, const CommonOptions& common,
              Comparison& comparison, Report& report) {
     const double steps = double(grid.size()) + 2;
@@ -183,7 +184,7 @@ void measure(const CompareInput& input, const std::vector<FitOptions>& grid, con
     }
 }
 
-// What is printed: every model at the reference, and what each figure shows.
+// Puts every model at the reference, and what each figure shows, into the report.
 void fillReport(const Comparison& comparison, const std::vector<Figure>& figures, Report& report) {
     const Table table = summaryTable(comparison);
     report.figures["fits"] = comparison.fits.size();
@@ -221,7 +222,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
         return;
     }
     report.phase("poses");
-    // One table for all fits: with the angles where any of them reads those.
+    // All fits share one table of poses. It has the angles when any fit reads them.
     PoseRequest request = poseRequest(reader.header(), grid.front());
     for (const FitOptions& fit : grid)
         if (fit.features == FeatureKind::kDihedrals) request.angle_variance = inputVariance(fit);
@@ -232,7 +233,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     source.train_frames = comparison.fits.front().report.train_frames;
     source.held_out_frames = comparison.fits.front().report.held_out_frames;
     const std::vector<Figure> figures = compareFigures(comparison);
-    // The page last: where it is new, all three are.
+    // The page comes last: when it is new, all three files are.
     writeWholeFile(files.json, compareJson(comparison, figures, source));
     writeWholeFile(files.csv, compareCsv(comparison));
     writeWholeFile(files.html, comparePage(comparison, figures, source));

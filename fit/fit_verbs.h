@@ -1,5 +1,5 @@
 #pragma once
-// The verbs of penumbra-fit.
+// The verbs of penumbra-fit. X_command.cpp holds the flags and the run of verb X.
 #include "formats/common/command_line.h"
 
 namespace penumbra {

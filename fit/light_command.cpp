@@ -1,4 +1,4 @@
-// penumbra-fit light (ENV.(exr|hdr) | --analytic SPEC) -o E.light.h5: a light as SH and as zonal lobes.
+// penumbra-fit light (ENV.(exr|hdr) | --analytic SPEC) -o E.light.h5: fits a light as SH and as zonal lobes.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -19,9 +19,9 @@ namespace {
 
 struct LightCommand {
     std::filesystem::path picture, output;
-    std::string name;  // "": the file or the analytic lights
+    std::string name;  // empty: the name of the file or of the analytic lights
     std::vector<std::string> analytic;
-    std::string layout;  // "": by the picture's shape
+    std::string layout;  // empty: chosen by the picture's shape
     std::string window = "auto", lobe_fit = "joint";
     int order = 4, lobes = 3;
     const CLI::Option *layout_option = nullptr, *lobes_option = nullptr, *window_option = nullptr;
@@ -62,7 +62,7 @@ void define(CLI::App& app, LightCommand& command) {
     app.footer(describeAnalyticLights() + "\n" + app.get_footer());
 }
 
-// What the command line alone decides.
+// Everything that the command line alone decides.
 struct LightRequest {
     std::vector<AnalyticLight> analytic;
     WindowChoice window;
@@ -110,13 +110,13 @@ LightFile fitPicture(const LightCommand& command, const CommonOptions& common, R
     return light;
 }
 
-// Above this the residual is explained in words: half of the light's energy is 0.71.
+// Above this residual the report explains it in words. When half of the light's energy is left out, it is 0.71.
 constexpr double kMuchResidual = 0.7;
 
 void describe(const LightFile& light, Report& report, bool quiet) {
     report.figures["order"] = light.order;
     report.figures["residual"] = light.residual;
-    // Mean radiance: SH_0 / sqrt(4pi) = SH_0 y_0.
+    // The mean radiance is SH_0 / sqrt(4pi) = SH_0 y_0.
     const double y0 = 0.28209479177387814;
     report.figures["mean_radiance"] = {light.sh[0] * y0, light.sh[1] * y0, light.sh[2] * y0};
     if (std::all_of(light.sh.begin(), light.sh.end(), [](double value) { return value == 0; }))
@@ -130,7 +130,7 @@ void describe(const LightFile& light, Report& report, bool quiet) {
             light.name.c_str(), light.order);
 }
 
-// Ringing that shows: radiance below -1 times the mean.
+// Ringing below -1 times the mean is visible.
 constexpr double kWorstRinging = 1;
 
 void warnOfRinging(const LightFile& light, double least) {
@@ -153,7 +153,7 @@ void describeWindow(const WindowReport& window, const HotPixel& hot, const char*
             name, window.weights[1], 100 * window.least_before, 100 * window.least_after,
             100 * window.irradiance_change);
     else if (window.least_after < -kWorstRinging)
-        return;  // warned of
+        return;  // warnOfRinging() has said so
     else if (window.least_after < -kMostRinging)
         std::printf("%s: no window; rings down to %.1f%% of the mean, --window always would take that away\n", name,
                     100 * window.least_after);

@@ -1,4 +1,4 @@
-// penumbra-fit predict X.model.h5 POSES.vis.h5 -o PRED.vis.h5: predicted visibility in the layout of a bake.
+// penumbra-fit predict X.model.h5 POSES.vis.h5 -o PRED.vis.h5: predicts visibility in the layout of a bake.
 #include <cstdio>
 #include <memory>
 
@@ -19,8 +19,9 @@ void define(CLI::App& app, PredictCommand& command) {
     app.add_option("-o,--output", command.output, "prediction to write, PRED.vis.h5")->required();
 }
 
-// The measure is the root mean square of what was cut off the inputs (formats/stage/model_file.h): about the angle in
-// radians by which what hides the sky is away from where training frames had it.
+// Prints how far the poses are out of range. The measure is the root mean square of what was cut off the inputs
+// (formats/stage/model_file.h). It is about the angle in radians by which whatever hides the sky is away from where
+// training frames had it.
 void printOutOfRange(const PredictReport& report) {
     double mean = 0, most = 0;
     std::size_t worst = 0;

@@ -1,4 +1,4 @@
-// penumbra-fit visibility X.vis.h5 -o X.model.h5: parse, read, compute, write.
+// penumbra-fit visibility X.vis.h5 -o X.model.h5: reads a bake, fits a model and writes it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -190,7 +190,7 @@ void predictedNumbers(const Convention& convention, bool mirrored, std::span<con
     if (!mirrored) return numbersFromMoments(convention, coefficients, normal, tangent, numbers);
     std::array<float, coefficientCount(kMaxOrder)> local;
     const auto count = std::size_t(coefficientCount(convention.order));
-    apply(makeShRotation(convention.order, localFrame(normal, tangent)), coefficients.first(count),
+    apply(makeShRotation(convention.order, toLocalFrame(normal, tangent)), coefficients.first(count),
           std::span(local).first(count));
     std::size_t j = 0;
     for (int band = 0; band < convention.order; ++band)

@@ -1,5 +1,4 @@
-#include "pack/check_command.h"
-
+// penumbra-pack check X.pnb TRUTH.vis.h5: the run-time evaluator against baked truth.
 #include <cmath>
 #include <cstdio>
 
@@ -8,6 +7,7 @@
 #include "pack/error_budget.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
+#include "pack/pack_verbs.h"
 
 namespace penumbra {
 

@@ -29,7 +29,7 @@ void checkFits(const AssetView& asset, const VisibilityHeader& header) {
     if (header.order < asset.model.convention.order)
         throw InvalidInput("sh_order is " + std::to_string(header.order) + ", the asset needs " +
                            std::to_string(asset.model.convention.order));
-    if (asset.model.features == AssetFeatures::kJointAngles &&
+    if (asset.model.features == FeatureKind::kJointAngles &&
         std::uint32_t(header.pose_size) != asset.animation.pose_size)
         throw InvalidInput("has a pose of " + std::to_string(header.pose_size) + " numbers, the asset of " +
                            std::to_string(asset.animation.pose_size));

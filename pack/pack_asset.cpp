@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "formats/asset/asset_kinds.h"
 #include "formats/common/errors.h"
 #include "pack/asset_writer.h"
 #include "pack/material_section.h"
@@ -13,18 +14,6 @@
 namespace penumbra {
 
 namespace {
-
-const char* nameOf(AssetPrecision precision) {
-    switch (precision) {
-        case AssetPrecision::kF32:
-            return "f32";
-        case AssetPrecision::kF16:
-            return "f16";
-        case AssetPrecision::kI8:
-            return "i8";
-    }
-    return "";
-}
 
 // Returns the vertices in the order of the clusters: order[new] = old.
 std::vector<std::uint32_t> clusterOrder(const Model& model) {
@@ -110,32 +99,6 @@ Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model
                               mean, basis);
 }
 
-fbs::ModelKind kindOf(ModelKind kind) {
-    switch (kind) {
-        case ModelKind::kLinear:
-            return fbs::ModelKind::Linear;
-        case ModelKind::kQuadratic:
-            return fbs::ModelKind::Quadratic;
-        case ModelKind::kNeural:
-            return fbs::ModelKind::Neural;
-        case ModelKind::kAdditive:
-            return fbs::ModelKind::Additive;
-    }
-    return {};
-}
-
-fbs::FeatureKind featuresOf(FeatureKind features) {
-    switch (features) {
-        case FeatureKind::kJointAngles:
-            return fbs::FeatureKind::JointAngles;
-        case FeatureKind::kRelativeBones:
-            return fbs::FeatureKind::RelativeBones;
-        case FeatureKind::kDihedrals:
-            return fbs::FeatureKind::DihedralAngles;
-    }
-    return {};
-}
-
 Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> writeInputJoints(FlatBufferBuilder& builder,
                                                                       const std::vector<InputJoint>& joints) {
     std::vector<Offset<fbs::InputJoint>> written;
@@ -167,7 +130,7 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
         pose_basis =
             writeNumbers(builder, quantize(model.pose_basis, model.pose_mean.size(), fine, "model.pose_basis"));
     }
-    return fbs::CreateModel(builder, kindOf(model.kind), featuresOf(model.features), convention,
+    return fbs::CreateModel(builder, toStored(model.kind), toStored(model.features), convention,
                             std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
                             spreads, cluster_vector, float(quantization_error), model.deforming, input_joints,
                             pose_mean, pose_basis);

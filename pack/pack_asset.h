@@ -46,8 +46,6 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
 std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                                    const std::string& provenance);
 
-const char* nameOf(AssetPrecision precision);  // "f32", "f16", "i8"
-
 struct SizeOf {
     std::string section;
     std::size_t bytes;

@@ -1,10 +1,10 @@
-#include "player/bench_command.h"
-
+// penumbra-player bench X.pnb: milliseconds a frame on this machine.
 #include <cstdio>
 
 #include "formats/common/errors.h"
 #include "player/bench/bench_report.h"
 #include "player/frame/open_asset.h"
+#include "player/player_verbs.h"
 
 namespace penumbra {
 

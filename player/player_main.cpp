@@ -1,8 +1,6 @@
 // penumbra-player: shows an asset as pictures. It links neither HDF5 nor Embree nor Ceres.
 #include "formats/common/program_version.h"
-#include "player/bench_command.h"
-#include "player/render_command.h"
-#include "player/view_command.h"
+#include "player/player_verbs.h"
 
 int main(int argc, char** argv) {
     using namespace penumbra;

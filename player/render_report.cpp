@@ -7,25 +7,25 @@ namespace penumbra {
 
 namespace {
 
-void reportPictures(const RenderCommand& command, const BatchResult& result, const CommonOptions& common,
+void reportPictures(const RenderOptions& options, const BatchResult& result, const CommonOptions& common,
                     Report& report) {
     if (result.gl.empty()) return;
     const char* path = result.path == EvaluationPath::kCpu ? "cpu" : "glsl";
-    report.figures["width"] = command.options.width;
-    report.figures["height"] = command.options.height;
+    report.figures["width"] = options.width;
+    report.figures["height"] = options.height;
     report.figures["gl"] = result.gl;
     report.figures["path"] = path;
-    if (command.options.channel == Channel::kShaded) {
-        report.figures["reflectance"] = command.reflectance;
-        report.figures["light_form"] = nameOf(command.options.shading.light_form);
+    if (options.channel == Channel::kShaded) {
+        report.figures["reflectance"] = nameOf(options.shading.reflectance);
+        report.figures["light_form"] = nameOf(options.shading.light_form);
     }
     if (common.verbosity > 0) std::printf("%s; path %s\n", result.gl.c_str(), path);
 }
 
 }  // namespace
 
-void reportFrame(const RenderCommand& command, const BatchResult& result, const CommonOptions& common, Report& report) {
-    reportPictures(command, result, common, report);
+void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report) {
+    reportPictures(plan.options, result, common, report);
     const FrameRecord& record = result.frames.front();
     report.figures["out_of_range"] = record.out_of_range;
     if (!common.quiet)
@@ -38,7 +38,7 @@ void reportFrame(const RenderCommand& command, const BatchResult& result, const 
     report.figures["ambient_error_max"] = record.errors->ambient_max;
     if (!common.quiet)
         std::printf("ambient error |E(model) - E(truth)| over all vertices: mean %.5f, max %.5f; colours: 0 to %g\n",
-                    record.errors->ambientMean(), record.errors->ambient_max, double(command.options.error_max));
+                    record.errors->ambientMean(), record.errors->ambient_max, double(plan.options.error_max));
 }
 
 // --- Many frames ----------------------------------------------------------------------------------------------------
@@ -135,9 +135,9 @@ nlohmann::ordered_json gateJson(const ErrorGate& gate, const GateResult& result)
 
 }  // namespace
 
-void reportBatch(const BatchPlan& plan, const BatchResult& result, const GateResult* gate, const RenderCommand& command,
+void reportBatch(const BatchPlan& plan, const BatchResult& result, const std::optional<Judgement>& judgement,
                  const CommonOptions& common, Report& report) {
-    reportPictures(command, result, common, report);
+    reportPictures(plan.options, result, common, report);
     RunFigures all;
     report.figures["frames"] = nlohmann::ordered_json::array();
     for (const FrameRecord& record : result.frames) {
@@ -153,7 +153,7 @@ void reportBatch(const BatchPlan& plan, const BatchResult& result, const GateRes
         if (all.with_truth < all.frames && !common.quiet)
             std::printf("%zu of %zu frames have no truth\n", all.frames - all.with_truth, all.frames);
     }
-    if (gate) report.figures["gate"] = gateJson(*command.gate, *gate);
+    if (judgement) report.figures["gate"] = gateJson(judgement->gate, judgement->result);
 }
 
 }  // namespace penumbra

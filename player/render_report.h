@@ -1,15 +1,22 @@
 #pragma once
-// Reports a run of `penumbra-player render`, on stdout and in --report.
-#include "player/render_command_line.h"
+// What `penumbra-player render` says about a run, on stdout and in --report.
+#include "formats/common/command_line.h"
+#include "player/render/error_gate.h"
+#include "player/render/render_batch.h"
 
 namespace penumbra {
 
 // Reports one picture of one frame.
-void reportFrame(const RenderCommand& command, const BatchResult& result, const CommonOptions& common, Report& report);
+void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report);
 
-// Reports every frame, and figures over the frames of each clip, of training and held-out clips, and of all. `gate`
-// may be null.
-void reportBatch(const BatchPlan& plan, const BatchResult& result, const GateResult* gate, const RenderCommand& command,
+// The gate of --fail-above and its result.
+struct Judgement {
+    ErrorGate gate;
+    GateResult result;
+};
+
+// Every frame, and over the frames of each clip, of training and held-out clips, and of all.
+void reportBatch(const BatchPlan& plan, const BatchResult& result, const std::optional<Judgement>& judgement,
                  const CommonOptions& common, Report& report);
 
 }  // namespace penumbra

@@ -1,8 +1,8 @@
-#include "player/view_command.h"
-
+// penumbra-player view X.pnb...: assets in a window.
 #include <cstdio>
 
 #include "formats/common/errors.h"
+#include "player/player_verbs.h"
 #include "player/view/view_loop.h"
 #include "player/view/view_scene.h"
 #include "player/view/window_place.h"

@@ -20,8 +20,7 @@ namespace {
 
 using std::numbers::pi;
 
-// --- The language
-// -----------------------------------------------------------------------------------------------------
+// --- The language ---
 
 struct LightParameter {
     const char* name;
@@ -112,7 +111,7 @@ AnalyticLight parseLight(std::string_view text) {
 
 }  // namespace
 
-// A '+' before a letter starts another light; one in 1e+5 does not.
+// A '+' before a letter starts another light. The '+' in 1e+5 does not.
 std::vector<AnalyticLight> parseLights(std::string_view text) {
     std::vector<AnalyticLight> lights;
     std::size_t begin = 0;
@@ -161,8 +160,7 @@ std::string describeAnalyticLights() {
     return text;
 }
 
-// --- Parts
-// ------------------------------------------------------------------------------------------------------------
+// --- Parts ---
 
 bool DiscLight::covers(Vec3d d) const { return std::atan2(length(cross(d, direction)), dot(d, direction)) < angle; }
 
@@ -173,7 +171,7 @@ double DiscLight::solidAngle() const {
 
 namespace {
 
-// The sum over bands of zonal functions around `axis` times a colour.
+// Adds a function that is zonal about `axis`, times a colour.
 void addZonal(std::span<const double> zonal, Vec3d axis, Vec3d color, std::span<double> sh) {
     std::vector<double> one(sh.size() / 3);
     rotateZonal(zonal, axis, one);
@@ -191,7 +189,7 @@ SmoothLight uniformLight(Vec3d radiance) {
             true};
 }
 
-// L = zenith (1 + 2 cos t) / 3; its irradiance on the ground is 7 pi / 9 zenith.
+// L = zenith (1 + 2 cos t) / 3. Its irradiance on the ground is 7 pi / 9 zenith.
 SmoothLight overcastLight(Vec3d zenith, Vec3d albedo) {
     const Vec3d ground = albedo * zenith * (7.0 / 9);
     return {[=](Vec3d d) { return d.y < 0 ? ground : zenith * ((1 + 2 * d.y) / 3); },
@@ -237,7 +235,9 @@ LightParts partsOf(std::span<const AnalyticLight> lights) {
         if (light.name == "directional") parts.directional.push_back({value("direction"), value("irradiance")});
         if (light.name == "disc")
             parts.discs.push_back({value("direction"), value("angle").x * pi / 180, value("radiance")});
-        if (light.name == "sun") {  // irradiance pi sin^2 a times the radiance; beyond a half sphere as for one
+        if (light.name == "sun") {
+            // The irradiance is pi sin^2 a times the radiance. A disc larger than a half sphere counts as a half sphere
+            // here.
             const double angle = value("angle").x * pi / 180, sine = std::sin(std::min(angle, pi / 2));
             parts.discs.push_back({value("direction"), angle, value("irradiance") / (pi * sine * sine)});
         }
@@ -246,8 +246,7 @@ LightParts partsOf(std::span<const AnalyticLight> lights) {
     return parts;
 }
 
-// --- Integrals
-// --------------------------------------------------------------------------------------------------------
+// --- Integrals ---
 
 std::vector<double> projectLights(const LightParts& parts, int order) {
     std::vector<double> sh(3 * std::size_t(coefficientCount(order)), 0.0), zonal(std::size_t(order), 0.0);
@@ -256,12 +255,13 @@ std::vector<double> projectLights(const LightParts& parts, int order) {
         for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += one[i];
     }
     for (const DiscLight& disc : parts.discs) {
-        capVisibilityZonal(disc.angle, zonal);  // of the sphere without the disc
+        capVisibilityZonal(disc.angle, zonal);  // the sphere without the disc
         for (double& z : zonal) z = -z;
         zonal[0] = disc.solidAngle() / std::sqrt(4 * pi);
         addZonal(zonal, disc.direction, disc.radiance, sh);
     }
     for (const DirectionalLight& light : parts.directional) {
+        // A delta in direction d has the coefficients y_i(d).
         for (std::size_t l = 0; l < zonal.size(); ++l) zonal[l] = std::sqrt((2.0 * double(l) + 1) / (4 * pi));
         addZonal(zonal, light.direction, light.irradiance, sh);
     }
@@ -287,14 +287,15 @@ double energyOf(const LightParts& parts) {
                 const Vec3d radiance = smoothRadiance(parts, side);
                 energy += weight * dot(radiance, radiance);
             }
-    // Over each disc: its own square, and the cross terms with smooth light (both of them) and with other discs (one
-    // each).
+    // Each disc adds its own square, its cross terms with smooth light (both of them) and its cross terms with other
+    // discs (one of the two; the other disc adds the other one).
     for (std::size_t a = 0; a < parts.discs.size(); ++a) {
         const DiscLight& disc = parts.discs[a];
         const Vec3d side = normalized(
                         cross(disc.direction, std::abs(disc.direction.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
                     other = cross(disc.direction, side);
-        for (const auto& [d, weight] : gaussHemisphere(24, 48)) {  // uniform over the disc when z is mapped to it
+        // Uniform nodes over the disc, made by mapping z to it.
+        for (const auto& [d, weight] : gaussHemisphere(24, 48)) {
             const double cosine = 1 - d.z * disc.solidAngle() / (2 * pi),
                          sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
             const double q = std::atan2(d.y, d.x);

@@ -1,6 +1,6 @@
 #pragma once
-// Analytic BRDFs, local frame z = normal, both directions point away from the surface. Names, parameters with their
-// defaults, ranges and normalisation (docs/formulas.md section 3 has the formulas):
+// Analytic BRDFs. The local frame has z = normal, and both directions point away from the surface. These are the names,
+// the parameters with their defaults, their ranges and the normalisation (docs/formulas.md section 3 has the formulas):
 //   lambert                                     albedo 1
 //   oren-nayar:sigma=0.5                        radians, 0..1.5708; the qualitative model; 0 is Lambert
 //   phong:exponent=10                           0..1e5; (s+2)/2pi lobe: albedo 1 at normal view
@@ -10,7 +10,7 @@
 //   ashikhmin-shirley:nu=10,nv=50,rs=0.5,rd=0.3 exponents 0..1e5, reflectances 0..1
 //   ggx:alpha=0.3,f0=0.9                        0.01..1, 0..1; height-correlated Smith term, Schlick's Fresnel term
 //   cook-torrance:m=0.3,ior=1.5                 0.01..1, 1..100; Beckmann, V-grooves, a dielectric's Fresnel term
-// Every one takes color=R/G/B (linear Rec.709), a factor on the result.
+// Every model takes color=R/G/B (linear Rec.709), a factor on the result.
 #include <array>
 #include <functional>
 #include <map>
@@ -24,21 +24,22 @@ namespace penumbra {
 
 struct BrdfSpec {
     std::string name = "lambert";
-    std::map<std::string, double> parameters;  // every parameter of the model, defaults filled in
+    std::map<std::string, double> parameters;  // every parameter of the model, with defaults filled in
     Vec3d color{1, 1, 1};
 
     bool operator==(const BrdfSpec&) const = default;
 };
 
-// "NAME[:key=value,...]". Throws std::invalid_argument: one sentence that names the key, its range and the value.
+// Parses "NAME[:key=value,...]". Throws std::invalid_argument with one sentence that names the key, its range and the
+// value.
 BrdfSpec parseBrdf(std::string_view text);
-std::string toString(const BrdfSpec& spec);  // canonical; parseBrdf(toString(s)) == s
+std::string toString(const BrdfSpec& spec);  // canonical: parseBrdf(toString(s)) == s
 std::vector<std::string> brdfNames();
-// A line for every model with its parameters, their defaults and ranges: for --help.
+// Returns a line for every model with its parameters, their defaults and ranges, for --help.
 std::string describeBrdfs();
 
-// A model with its parameters looked up, for inner loops: f(wi, wo) without the cosine and without `color`; 0 where
-// either direction is at or below the horizon.
+// A model with its parameters looked up, for inner loops. It returns f(wi, wo) without the cosine and without `color`,
+// and 0 where either direction is at or below the horizon.
 struct BrdfFunction {
     using Eval = double (*)(const std::array<double, 4>& parameters, Vec3d wi, Vec3d wo);
     Eval eval = nullptr;
@@ -48,21 +49,21 @@ struct BrdfFunction {
 };
 BrdfFunction brdfFunction(const BrdfSpec& spec);
 
-// brdfFunction(spec)(wi, wo), for a few evaluations.
+// Returns brdfFunction(spec)(wi, wo). Use it for a few evaluations only.
 double evalBrdf(const BrdfSpec& spec, Vec3d wi, Vec3d wo);
-// True when f depends on the difference of the azimuths only.
+// True when f depends only on the difference of the azimuths.
 bool isIsotropic(const BrdfSpec& spec);
 
-// kIsotropic: f depends on the azimuths' difference only and is even in it. kOrthotropic: f stays the same when both
-// directions are mirrored at x = 0, and when they are at y = 0. kGeneral: anything.
+// kIsotropic: f depends only on the difference of the azimuths and is even in it. kOrthotropic: f stays the same when
+// both directions are mirrored at x = 0, and when both are mirrored at y = 0. kGeneral: no symmetry is known.
 enum class BrdfSymmetry { kIsotropic, kOrthotropic, kGeneral };
 
-// Any material to evaluate, analytic or measured (formats/brdf/brdf_source.h); copies share their data.
+// Any material to evaluate, analytic or measured (formats/brdf/brdf_source.h). Copies share their data.
 struct RgbBrdf {
     std::string name;
     BrdfSymmetry symmetry = BrdfSymmetry::kIsotropic;
-    // f without the cosine, linear Rec.709, the colour included; 0 where either direction is at or below the horizon.
-    // Safe to call from many threads.
+    // Returns f without the cosine, in linear Rec.709 and including the colour; 0 where either direction is at or below
+    // the horizon. It is safe to call from many threads.
     std::function<Vec3d(Vec3d wi, Vec3d wo)> eval;
 };
 RgbBrdf rgbBrdf(const BrdfSpec& spec);

@@ -2,7 +2,7 @@
 
 namespace penumbra {
 
-// Square root for tables that the compiler makes; value >= 0, exact to an ulp or two. Newton's method.
+// Square root for tables that the compiler makes, by Newton's method. value >= 0; the result is exact to an ulp or two.
 constexpr double constexprSqrt(double value) {
     if (value == 0) return 0;
     double root = value > 1 ? value : 1;

@@ -9,16 +9,17 @@ namespace penumbra {
 
 namespace {
 
-// An edge as one triangle has it.
+// An edge as seen from one of its triangles.
 struct HalfEdge {
     std::uint32_t a, b;  // a < b
-    bool forward;        // the triangle has it as a -> b
+    bool forward;        // true when the triangle has it as a -> b
     std::uint32_t opposite;
 };
 
 }  // namespace
 
 std::vector<InnerEdge> innerEdges(std::span<const std::array<std::uint32_t, 3>> triangles) {
+    // 1. Collect the edges of all triangles, and sort those of one edge together.
     std::vector<HalfEdge> halves;
     halves.reserve(3 * triangles.size());
     for (const auto& t : triangles) {
@@ -32,6 +33,7 @@ std::vector<InnerEdge> innerEdges(std::span<const std::array<std::uint32_t, 3>> 
         return std::array{p.a, p.b, std::uint32_t(!p.forward), p.opposite} <
                std::array{q.a, q.b, std::uint32_t(!q.forward), q.opposite};
     });
+    // 2. Keep the edges with exactly two triangles in opposite directions.
     std::vector<InnerEdge> edges;
     for (std::size_t begin = 0, end = 0; begin < halves.size(); begin = end) {
         while (end < halves.size() && halves[end].a == halves[begin].a && halves[end].b == halves[begin].b) ++end;
@@ -47,7 +49,7 @@ void dihedralAngles(std::span<const InnerEdge> edges, std::span<const Vec3> posi
         const Vec3d a = toDouble(positions[edges[e][0]]), edge = toDouble(positions[edges[e][1]]) - a;
         const Vec3d n1 = cross(edge, toDouble(positions[edges[e][2]]) - a);
         const Vec3d n2 = cross(toDouble(positions[edges[e][3]]) - a, edge);
-        // n1 x n2 lies along the edge: |edge| sin and |edge| cos of the angle, times |n1| |n2|.
+        // n1 x n2 lies along the edge, so the two arguments are sin and cos of the angle times |edge| |n1| |n2|.
         angles[e] = float(std::atan2(dot(cross(n1, n2), edge), dot(n1, n2) * length(edge)));
     }
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Fresnel reflectance of a smooth dielectric for unpolarised light, from outside: `cosine` = h.wi in [0, 1], `ior`
-// >= 1.
+// Returns the Fresnel reflectance of a smooth dielectric for unpolarised light from outside. `cosine` is h.wi in [0,
+// 1], and `ior` >= 1.
 #include <cmath>
 
 namespace penumbra {

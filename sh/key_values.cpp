@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-// The parts before and after the first `separator`; the second is empty when there is none.
+// Returns the parts before and after the first `separator`. The second is empty when there is none.
 std::pair<std::string_view, std::string_view> cut(std::string_view text, char separator) {
     const std::size_t at = text.find(separator);
     if (at == std::string_view::npos) return {text, {}};

@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-// Rodrigues: R = cos I + (1 - cos) a a^T + sin [a]x, axis unit, angle in degrees.
+// Returns the rotation about the unit axis a by Rodrigues' formula, R = cos I + (1 - cos) a a^T + sin [a]x.
 Mat3d turnAbout(Vec3d a, double degrees) {
     const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
     Mat3d r;

@@ -7,7 +7,8 @@ namespace penumbra {
 
 namespace {
 
-// The 20 entries of appendix A that differ; a1 = alpha + 1 and so on. Corrected: M_0C, M_6C, M_BB, M_66.
+// The 20 different entries of appendix A, where a1 = alpha + 1 and so on. M_0C, M_6C and M_BB are corrected, and M_66
+// is added.
 struct PhongEntry {
     int i, j;
     double value;
@@ -38,7 +39,7 @@ std::vector<PhongEntry> phongEntries(double a) {
             {9, 9, 105 / (2 * a1 * a3 * a5 * a7)}};
 }
 
-// (l, m) -> (l, -m)
+// Returns the index of (l, -m) for that of (l, m).
 int mirrored(int index) {
     int band = 0;
     while ((band + 1) * (band + 1) <= index) ++band;

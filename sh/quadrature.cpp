@@ -14,7 +14,8 @@ struct Node {
     double z, weight;
 };
 
-// Nodes and weights of Gauss-Legendre quadrature on (-1, 1), ascending: Newton's method on P_n from Tricomi's guess.
+// Returns nodes and weights of Gauss-Legendre quadrature on (-1, 1), ascending. Newton's method on P_n starts from
+// Tricomi's guess.
 std::vector<Node> gaussLegendre(int n) {
     assert(n > 0);
     std::vector<Node> nodes(n);
@@ -22,6 +23,7 @@ std::vector<Node> gaussLegendre(int n) {
         double z = -std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), derivative = 1;
         for (int step = 0; step < 8; ++step) {
             double before = 0, p = 1;
+            // Evaluate P_n and P_(n-1) by recurrence.
             for (int l = 1; l <= n; ++l) {
                 const double next = ((2 * l - 1) * z * p - (l - 1) * before) / l;
                 before = p;
@@ -79,6 +81,7 @@ std::vector<Vec3d> fibonacciSphere(int n) {
 
 namespace {
 
+// Moves bit i of x to bit 2 i.
 std::uint32_t spreadBits(std::uint32_t x) {
     x = (x | x << 8) & 0x00ff00ffu;
     x = (x | x << 4) & 0x0f0f0f0fu;
@@ -86,7 +89,7 @@ std::uint32_t spreadBits(std::uint32_t x) {
     return (x | x << 1) & 0x55555555u;
 }
 
-// Octahedral map of the sphere onto the square [0, 65535]^2, its two coordinates interleaved.
+// Maps the sphere onto the square [0, 65535]^2 by the octahedral map, and interleaves the bits of the two coordinates.
 std::uint32_t mortonCode(Vec3d d) {
     const double sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
     double u = d.x / sum, v = d.y / sum;

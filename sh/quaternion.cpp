@@ -32,7 +32,7 @@ Quaternion slerp(const Quaternion& a, const Quaternion& b, double t) {
         sum[i] = a[i] + sign * b[i];
         difference[i] = a[i] - sign * b[i];
     }
-    // Half the angle between them from the two chords: exact to rounding for small angles, where acos is not.
+    // Half the angle comes from the two chords. It is exact to rounding for small angles, where acos is not.
     const double angle = 2 * std::atan2(norm(difference), norm(sum));
     const double s = std::sin(angle);
     const double from = s < 1e-12 ? 1 - t : std::sin((1 - t) * angle) / s;
@@ -43,7 +43,7 @@ Quaternion slerp(const Quaternion& a, const Quaternion& b, double t) {
 }
 
 Vec3d rotationVector(const Quaternion& q) {
-    const double sign = q[3] < 0 ? -1 : 1;  // q and -q are one rotation; w >= 0 is the one of angle <= pi
+    const double sign = q[3] < 0 ? -1 : 1;  // q and -q are one rotation; w >= 0 has the angle <= pi
     const Vec3d v = sign * Vec3d{q[0], q[1], q[2]};
     const double s = length(v);
     if (s < 1e-12) return 2.0 * v;
@@ -56,7 +56,7 @@ Quaternion rotationOf(Vec3d v) {
     return {s * v.x, s * v.y, s * v.z, std::cos(angle / 2)};
 }
 
-// Shepperd's method: the largest of w, x, y, z is the one divided by.
+// Shepperd's method divides by the largest of w, x, y and z.
 Quaternion quaternionOf(const Mat3d& m) {
     const double trace = m(0, 0) + m(1, 1) + m(2, 2);
     const std::array<double, 4> size{m(0, 0), m(1, 1), m(2, 2), trace};

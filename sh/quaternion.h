@@ -1,5 +1,5 @@
 #pragma once
-// Rotations as quaternions, x y z w, as glTF has them.
+// Rotations as quaternions in the order x y z w, as glTF has them.
 #include <array>
 #include <optional>
 
@@ -11,14 +11,14 @@ using Quaternion = std::array<double, 4>;
 
 Quaternion multiply(const Quaternion& a, const Quaternion& b);
 Quaternion conjugate(const Quaternion& q);
-// Empty where the length is 0 or not finite.
+// Returns nothing where the length is 0 or not finite.
 std::optional<Quaternion> normalized(const Quaternion& q);
-// Shortest great arc from a to b, both unit; t in 0..1.
+// Goes along the shortest great arc from a to b, both unit; t in 0..1.
 Quaternion slerp(const Quaternion& a, const Quaternion& b, double t);
-// log of a unit quaternion: axis times angle, in radians, length <= pi.
+// Returns the logarithm of a unit quaternion: axis times angle, in radians, of length <= pi.
 Vec3d rotationVector(const Quaternion& q);
-Quaternion rotationOf(Vec3d rotation_vector);  // the other way: exp
+Quaternion rotationOf(Vec3d rotation_vector);  // the exponential, inverse of rotationVector()
 Quaternion quaternionOf(const Mat3d& rotation);
-Mat3d matrixOf(const Quaternion& q);  // of a unit one
+Mat3d matrixOf(const Quaternion& q);  // `q` is a unit quaternion
 
 }  // namespace penumbra

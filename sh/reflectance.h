@@ -1,7 +1,7 @@
 #pragma once
-// Reflectance slices, docs/formulas.md section 3: the cosine-weighted BRDF as seen from omega_o is f = C
-// y_even(omega_o), with J = slice order, E = number of z-even SH (l+m even) of order E_order. Shading: L = l . (f x v),
-// Gamma exact.
+// Reflectance slices (docs/formulas.md section 3). The cosine-weighted BRDF as seen from omega_o is f = C
+// y_even(omega_o), where C has J^2 rows for the slice order J and E columns for the E z-even SH (l+m even) of the view
+// order. Shading is L = l . (f x v) with the exact Gamma.
 #include <span>
 #include <vector>
 
@@ -12,13 +12,14 @@ namespace penumbra {
 constexpr int kSliceOrder = 5;      // J: 25 coefficients in the incident direction
 constexpr int kSliceViewOrder = 5;  // 15 z-even functions of the view direction
 
-// SH indices i < order^2 with l+m even, ascending; order (order+1)/2 of them.
+// Returns the SH indices i < order^2 with l+m even in ascending order; there are order (order+1)/2 of them.
 std::vector<int> evenIndices(int order);
 
-// y_even(direction): the z-even basis values only. out.size() == evenIndices(order).size().
+// Evaluates y_even(direction), the z-even basis functions only. out.size() == evenIndices(order).size().
 void evalEvenBasis(int order, Vec3 direction, std::span<float> out);
 
-// f_i = sum_e C[i, e] y_even_e(omega_o); slices row-major [J^2, E] of one colour channel. Local frame.
+// Evaluates f_i = sum_e C[i, e] y_even_e(omega_o) in the local frame. `slices` is [J^2, E], row-major, of one colour
+// channel.
 void evalSlice(std::span<const float> slices, int slice_order, int view_order, Vec3 omega_o, std::span<float> f);
 
 }  // namespace penumbra

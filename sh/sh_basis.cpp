@@ -95,7 +95,7 @@ void evalBasis(int order, Vec3d direction, std::span<double> out) { evalBasisAny
 
 namespace {
 
-// P_lm(z) with the sign (-1)^m, for l = m .. order-1 at p[l]; `sine` = sqrt(1 - z^2).
+// Writes P_lm(z) with the sign (-1)^m for l = m .. order-1 into p[l]; `sine` is sqrt(1 - z^2).
 void associatedLegendre(int order, int m, double z, double sine, std::array<double, kMaxProductOrder>& p) {
     p[m] = 1;
     for (int k = 1; k <= m; ++k) p[m] *= -(2 * k - 1) * sine;
@@ -103,7 +103,7 @@ void associatedLegendre(int order, int m, double z, double sine, std::array<doub
     for (int l = m + 2; l < order; ++l) p[l] = ((2 * l - 1) * z * p[l - 1] - (l + m - 1) * p[l - 2]) / (l - m);
 }
 
-// sqrt((2l+1)/4pi (l-m)!/(l+m)!), times sqrt 2 for m > 0.
+// Returns sqrt((2l+1)/4pi (l-m)!/(l+m)!), times sqrt 2 for m > 0.
 double normalisation(int l, int m) {
     double ratio = (2 * l + 1) / (4 * std::numbers::pi);
     for (int k = l - m + 1; k <= l + m; ++k) ratio /= k;

@@ -18,16 +18,16 @@ namespace penumbra {
 
 namespace {
 
-// y(l,m) = N_l|m|(z) trig_m(azimuth), trig_m = cos(m phi) for m >= 0 and sin(|m| phi) for m < 0, so that
+// y(l,m) = N_l|m|(z) trig_m(azimuth), where trig_m is cos(m phi) for m >= 0 and sin(|m| phi) for m < 0. So
 //   Gamma_ijk = (integral of N N N over z) (integral of trig trig trig over the azimuth).
-// The second factor is a closed form and mostly zero. Where it is not, |m1|+|m2|+|m3| is even, so the first integrand
-// is a polynomial in z of degree l1+l2+l3 <= 42 and Gauss-Legendre quadrature is exact.
+// The second factor is a closed form and mostly zero. Where it is not zero, |m1|+|m2|+|m3| is even. The first integrand
+// is then a polynomial in z of degree l1+l2+l3 <= 42, for which Gauss-Legendre quadrature is exact.
 constexpr int kNodes = 22;  // exact to degree 43
 
-// Integral of trig_a trig_b trig_c over [0, 2pi]: each of the four sums a+-b+-c that vanishes gives pi/2.
+// Returns the integral of trig_a trig_b trig_c over [0, 2pi]: each of the four sums a+-b+-c that vanishes gives pi/2.
 double azimuthIntegral(int a, int b, int c) {
     if (((a < 0) + (b < 0) + (c < 0)) % 2 != 0) return 0;
-    if (a < 0) std::swap(a, b >= 0 ? b : c);  // the cosine first, then two cosines or two sines
+    if (a < 0) std::swap(a, b >= 0 ? b : c);  // put the cosine first; two cosines or two sines follow
     const bool sines = b < 0;
     double sum = 0;
     for (int sign_b : {1, -1})
@@ -62,7 +62,7 @@ std::vector<TripleProductEntry> computeTripleProduct(int order_i, int order_j, i
             std::array<double, kNodes> pair;
             const auto &ni = table.n[shIndex(li, std::abs(mi))], &nj = table.n[shIndex(lj, std::abs(mj))];
             for (int q = 0; q < kNodes; ++q) pair[q] = table.weight[q] * ni[q] * nj[q];
-            // Triangle rule and parity of the bands: all other integrals over z vanish.
+            // All other integrals over z vanish by the triangle rule and by the parity of the bands.
             for (int lk = std::abs(li - lj); lk <= std::min(li + lj, order_k - 1); lk += 2)
                 for (int mk = -lk; mk <= lk; ++mk) {
                     const double azimuth = azimuthIntegral(mi, mj, mk);

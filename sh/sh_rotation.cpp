@@ -9,14 +9,15 @@ namespace penumbra {
 
 namespace {
 
-// Ivanic and Ruedenberg 1996 (with the 1998 additions and corrections), rearranged by rows. Row m of band l is
+// The recurrence of Ivanic and Ruedenberg 1996 (with the 1998 additions and corrections), rearranged by rows. Row m of
+// band l is
 //   R_l[m][n] = g_l[n] sum over i in {-1,0,1} of P_i(T_i, n),   T_i = a combination of at most two rows of band l-1,
 //   P_i(T, n) = r_i0 T[n] for |n| < l;  r_i,1 T[l-1] - r_i,-1 T[1-l] for n = l;  r_i,1 T[1-l] + r_i,-1 T[l-1], n = -l,
-// with r = band 1. It holds with the Condon-Shortley sign as well as without: both sides change by (-1)^(m+n).
+// where r is band 1. It holds with the Condon-Shortley sign as well as without it: both sides change by (-1)^(m+n).
 template <class T>
 struct RowTerm {
     T factor = 0;
-    int row = 0;  // of band l-1, 0 .. 2l-2
+    int row = 0;  // row of band l-1, 0 .. 2l-2
 };
 template <class T>
 struct RowRecipe {
@@ -36,7 +37,7 @@ constexpr RowTerm<T> makeTerm(int l, int row, double factor) {
     return {T(factor), row + l - 1};
 }
 
-// u, v and w of the paper without the column's part, spread over the rows that they multiply.
+// Computes u, v and w of the paper without the column's part, and assigns them to the rows that they multiply.
 template <class T>
 constexpr RowRecipe<T> makeRow(int l, int m) {
     const int a = m < 0 ? -m : m;
@@ -77,12 +78,14 @@ constexpr std::array<BandRecipe<T>, kMaxOrder> makeRecipes() {
 template <class T>
 constexpr std::array<BandRecipe<T>, kMaxOrder> kRecipes = makeRecipes<T>();
 
-// Band L from band L-1 (`before`); r is band 1, row-major, rows and columns m = -1, 0, 1. All loops have fixed bounds.
+// Computes band L from band L-1 (`before`). r is band 1, row-major, with rows and columns m = -1, 0, 1. All loops have
+// fixed bounds.
 template <int L, class T>
 void makeBand(const T* r, const T* before, T* out) {
     constexpr int kWidth = 2 * L + 1, kInner = 2 * L - 1;
     const BandRecipe<T>& recipe = kRecipes<T>[L];
     const T* scale = recipe.column_scale.data();
+    // 1. The inner columns take one entry of each row.
     for (int m = 0; m < kWidth; ++m) {
         const RowRecipe<T>& row = recipe.rows[m];
         const auto start = [before](const RowTerm<T>& term) { return before + term.row * kInner; };
@@ -94,6 +97,7 @@ void makeBand(const T* r, const T* before, T* out) {
         for (int n = 0; n < kInner; ++n)
             to[n + 1] = scale[n + 1] *
                         (r[4] * fs * same[n] + r[7] * (fpa * pa[n] + fpb * pb[n]) + r[1] * (fma * ma[n] + fmb * mb[n]));
+        // 2. The two outer columns take the first and the last entry of each row.
         const auto ends = [&](int n) {
             return std::array<T, 3>{fma * ma[n] + fmb * mb[n], fs * same[n], fpa * pa[n] + fpb * pb[n]};
         };

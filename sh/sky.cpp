@@ -15,19 +15,21 @@ namespace {
 
 using std::numbers::pi;
 
+// Perez' function of the direction, with t from the zenith and the angle from the sun.
 double perezOf(const double (&p)[5], double cos_zenith, double sun_angle) {
     const double cosine = std::cos(sun_angle);
     return (1 + p[0] * std::exp(p[1] / cos_zenith)) * (1 + p[2] * std::exp(p[3] * sun_angle) + p[4] * cosine * cosine);
 }
 
-// The paper's table 2, A .. E of Y, x and y: slope times turbidity plus offset.
+// The paper's table 2 has A .. E for Y, x and y: slope times turbidity plus offset.
 constexpr double kSlopes[3][5] = {{0.1787, -0.3554, -0.0227, 0.1206, -0.0670},
                                   {-0.0193, -0.0665, -0.0004, -0.0641, -0.0033},
                                   {-0.0167, -0.0950, -0.0079, -0.0441, -0.0109}};
 constexpr double kOffsets[3][5] = {{-1.4630, 0.4275, 5.3251, -2.5771, 0.3703},
                                    {-0.2592, 0.0008, 0.2125, -0.8989, 0.0452},
                                    {-0.2608, 0.0092, 0.2102, -1.6537, 0.0529}};
-// Chromaticity of the zenith: rows T^2, T, 1; columns a^3, a^2, a, 1 of the sun's angle a from the zenith.
+// Chromaticity of the zenith. Rows belong to T^2, T, 1, and columns to a^3, a^2, a, 1 of the sun's angle a from the
+// zenith.
 constexpr double kZenithX[3][4] = {
     {0.00166, -0.00375, 0.00209, 0}, {-0.02903, 0.06377, -0.03202, 0.00394}, {0.11693, -0.21196, 0.06052, 0.25886}};
 constexpr double kZenithY[3][4] = {
@@ -38,7 +40,7 @@ double zenithChromaticity(const double (&m)[3][4], double t, double a) {
     return (row(0) * t + row(1)) * t + row(2);
 }
 
-// kcd/m^2
+// Returns the luminance of the zenith in kcd/m^2.
 double zenithLuminance(double t, double a) {
     return (4.0453 * t - 4.9710) * std::tan((4.0 / 9 - t / 120) * (pi - 2 * a)) - 0.2155 * t + 2.4192;
 }
@@ -49,7 +51,8 @@ Vec3d toRec709(double luminance, double x, double y) {
             0.0557 * xx - 0.2040 * luminance + 1.0570 * zz};
 }
 
-// Through Rayleigh scattering and aerosol; air mass of Kasten 1965; wavelengths (um) of the Rec.709 primaries.
+// Returns what Rayleigh scattering and aerosol let through. The air mass is that of Kasten 1965, and the wavelengths
+// (um) are those of the Rec.709 primaries.
 Vec3d transmittance(double turbidity, double zenith_angle) {
     const double mass = 1 / (std::cos(zenith_angle) + 0.15 * std::pow(93.885 - zenith_angle * 180 / pi, -1.253));
     const double haze = 0.04608 * turbidity - 0.04586;
@@ -60,9 +63,9 @@ Vec3d transmittance(double turbidity, double zenith_angle) {
     return out;
 }
 
-// Calls visit(direction, steradians) for nodes over the upper hemisphere. Circles around the sun, angle g: whole ones
-// for g below the sun's elevation h, then arcs down to the horizon, which end like square roots at h and pi - h; the
-// substitution g(s) with s^2 (3 - 2s) takes those away.
+// Calls visit(direction, steradians) for nodes over the upper hemisphere. They lie on circles of angle g around the
+// sun: whole circles for g below the sun's elevation h, then arcs down to the horizon. As functions of g, the arcs end
+// like square roots at h and pi - h; the substitution g(s) with s^2 (3 - 2s) takes those away.
 void visitSky(const Sky& sky, const std::function<void(Vec3d, double)>& visit) {
     static const std::vector<WeightedDirection> nodes = gaussSphere(48, 1);
     const Vec3d sun = sky.sun_direction, up{0, 1, 0};
@@ -78,6 +81,7 @@ void visitSky(const Sky& sky, const std::function<void(Vec3d, double)>& visit) {
             visit(d, weight * std::sin(g) * half * node_weight / (2 * pi));
         }
     };
+    // First the whole circles, then the arcs.
     for (const auto& [node, node_weight] : nodes) {
         const double s = (node.z + 1) / 2, w = node_weight / (4 * pi);
         if (h > 0) circle(h * s, h * w);
@@ -90,6 +94,7 @@ void visitSky(const Sky& sky, const std::function<void(Vec3d, double)>& visit) {
 Sky makeSky(const SkyOptions& options) {
     Sky sky;
     sky.options = options;
+    // 1. Perez' coefficients, scaled so that the zenith has its luminance and colour.
     const double t = options.turbidity, h = options.elevation, zenith_angle = pi / 2 - h;
     sky.sun_direction = {std::cos(h) * std::cos(options.azimuth), std::sin(h), std::cos(h) * std::sin(options.azimuth)};
     const double zenith[3] = {zenithLuminance(t, zenith_angle) / 10, zenithChromaticity(kZenithX, t, zenith_angle),
@@ -98,7 +103,9 @@ Sky makeSky(const SkyOptions& options) {
         for (int i = 0; i < 5; ++i) sky.perez[c][i] = kSlopes[c][i] * t + kOffsets[c][i];
         sky.scale[c] = zenith[c] / perezOf(sky.perez[c], 1, zenith_angle);
     }
+    // 2. The sun.
     sky.sun_irradiance = 13.38 * options.intensity * options.sun * transmittance(t, zenith_angle);
+    // 3. The ground reflects the irradiance of sky and sun.
     Vec3d irradiance;
     visitSky(sky, [&](Vec3d d, double weight) { irradiance += skyRadiance(sky, d) * (weight * d.y); });
     irradiance += sky.sun_irradiance * std::sin(h);

@@ -20,7 +20,7 @@ const char* nameOf(SliceForm form) {
 
 namespace {
 
-// May the entry that pairs m of the incident direction with M of the view be other than zero?
+// Tells whether the entry that pairs m of the incident direction with M of the view may be other than zero.
 bool pairs(SliceForm form, int m, int view_m) {
     switch (form) {
         case SliceForm::kGeneral:
@@ -33,7 +33,7 @@ bool pairs(SliceForm form, int m, int view_m) {
     return false;
 }
 
-// m of y_lm; index = l (l + 1) + m with |m| <= l.
+// Returns m of y_lm; index = l (l + 1) + m with |m| <= l.
 int orderOf(int index) {
     const int l = int(std::sqrt(double(index)));
     return index - l * (l + 1);
@@ -47,11 +47,13 @@ std::vector<int> entryPositions(SliceForm form, int slice_order, int view_order)
     const bool isotropic = form == SliceForm::kIsotropic;
     std::vector<int> positions(std::size_t(rows * columns), -1);
     int next = 0;
+    // 1. Number the entries that are kept.
     for (int i = 0; i < rows; ++i)
         for (int e = 0; e < columns; ++e)
             if (pairs(form, orderOf(i), orderOf(even[std::size_t(e)])) && !(isotropic && orderOf(i) < 0))
                 positions[std::size_t(i * columns + e)] = next++;
-    // (l, -m) lies 2 |m| rows below (l, m) for m < 0, and |m| columns to the right, as every second M is there.
+    // 2. Isotropic: the entries of -m share the values of m. For m < 0, (l, -m) lies 2 |m| rows below (l, m), and |m|
+    //    columns to the right, as every second M is there.
     for (int i = 0; i < rows; ++i)
         for (int e = 0, m = orderOf(i); e < columns && isotropic && m < 0; ++e)
             if (orderOf(even[std::size_t(e)]) == m)

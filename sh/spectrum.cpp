@@ -9,9 +9,9 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kFirst = 380, kLast = 780;  // nm, where the eye sees
+constexpr int kFirst = 380, kLast = 780;  // nm, the range that the eye sees
 
-// CIE standard illuminant D65, relative power at 380, 390, ... 780 nm (CIE 15:2004, table T.1).
+// Relative power of the CIE standard illuminant D65 at 380, 390, ... 780 nm (CIE 15:2004, table T.1).
 constexpr std::array<double, 41> kD65 = {
     49.9755, 54.6482, 82.7549, 91.4860, 93.4318, 86.6823, 104.865, 117.008, 117.812, 114.861, 115.923,
     108.811, 109.354, 107.802, 104.790, 107.689, 104.405, 104.046, 100.000, 96.3342, 95.7880, 88.6856,
@@ -24,8 +24,8 @@ double d65(double wavelength) {
     return kD65[below] + (at - double(below)) * (kD65[below + 1] - kD65[below]);
 }
 
-// Wyman, Sloan and Shirley 2013, "Simple analytic approximations to the CIE XYZ color matching functions", section 2.2:
-// sums of Gaussians with another width on either side of the peak.
+// The colour matching functions of Wyman, Sloan and Shirley 2013, "Simple analytic approximations to the CIE XYZ color
+// matching functions", section 2.2: sums of Gaussians whose width differs on the two sides of the peak.
 Vec3d colourMatching(double w) {
     const auto lobe = [w](double height, double peak, double below, double above) {
         const double t = (w - peak) / (w < peak ? below : above);
@@ -40,14 +40,16 @@ Vec3d colourMatching(double w) {
 
 std::vector<Vec3d> rec709Weights(std::span<const double> wavelengths) {
     assert(wavelengths.size() >= 2 && std::is_sorted(wavelengths.begin(), wavelengths.end()));
-    // XYZ to linear Rec.709 (ITU-R BT.709 primaries, white D65).
+    // This matrix takes XYZ to linear Rec.709 (ITU-R BT.709 primaries, white D65).
     const Mat3d rgb_of_xyz{
         {3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108, 0.0415560, 0.0556434, -0.2040259, 1.0572252}};
     std::vector<Vec3d> weights(wavelengths.size());
     Vec3d white;
     for (int w = kFirst; w <= kLast; ++w) {
+        // 1. The light of one nanometre that a white reflector returns.
         const Vec3d rgb = rgb_of_xyz * (colourMatching(w) * d65(w));
         white += rgb;
+        // 2. It belongs to the samples on both sides, in proportion to their nearness.
         const auto above = std::upper_bound(wavelengths.begin(), wavelengths.end(), double(w));
         const auto k = std::size_t(above - wavelengths.begin());
         if (k == 0 || k == wavelengths.size()) {
@@ -58,6 +60,7 @@ std::vector<Vec3d> rec709Weights(std::span<const double> wavelengths) {
         weights[k - 1] += rgb * (1 - share);
         weights[k] += rgb * share;
     }
+    // 3. Scale so that a white reflector is (1, 1, 1).
     for (Vec3d& weight : weights) weight = {weight.x / white.x, weight.y / white.y, weight.z / white.z};
     return weights;
 }

@@ -1,13 +1,13 @@
 #pragma once
-// The tangent of a vertex' local frame. Fit, run time and brute-force pictures must have the very same one.
+// The tangent of a vertex' local frame. Fit, run time and brute-force pictures must all have exactly this one.
 #include <cmath>
 
 #include "sh/vec3.h"
 
 namespace penumbra {
 
-// `wanted` made orthogonal to the unit `normal`, unit; where nothing is left of it, the coordinate axis least along the
-// normal is taken instead.
+// Returns `wanted` made orthogonal to the unit `normal`, with length 1. Where nothing is left of it, it takes the
+// coordinate axis that is least along the normal instead.
 inline Vec3 tangentOf(Vec3 normal, Vec3 wanted) {
     const Vec3 tangent = wanted - normal * dot(normal, wanted);
     if (dot(tangent, tangent) > 1e-12f) return normalized(tangent);

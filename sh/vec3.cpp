@@ -8,8 +8,8 @@ namespace {
 
 using Mat4d = std::array<std::array<double, 4>, 4>;
 
-// Davenport's matrix of the attitude problem: q^T K q = trace(R(q)^T A) for a unit quaternion q = (w, x, y, z), so the
-// eigenvector of the largest eigenvalue is the nearest rotation, whatever the sign of det A.
+// Returns Davenport's matrix of the attitude problem: q^T K q = trace(R(q)^T A) for a unit quaternion q = (w, x, y, z).
+// The eigenvector of the largest eigenvalue is therefore the nearest rotation, whatever the sign of det A.
 Mat4d davenport(const Mat3d& a) {
     const double s01 = a(0, 1) + a(1, 0), s02 = a(0, 2) + a(2, 0), s12 = a(1, 2) + a(2, 1);
     const double d12 = a(2, 1) - a(1, 2), d20 = a(0, 2) - a(2, 0), d01 = a(1, 0) - a(0, 1);
@@ -19,12 +19,14 @@ Mat4d davenport(const Mat3d& a) {
              {d01, s02, s12, a(2, 2) - a(0, 0) - a(1, 1)}}};
 }
 
-// One Jacobi rotation that annihilates k[p][q]; `v` collects the rotations in its columns.
+// Makes one Jacobi rotation that turns k[p][q] into zero. `v` collects the rotations in its columns.
 void jacobiRotate(Mat4d& k, Mat4d& v, int p, int q) {
+    // 1. The rotation by the smaller of the two possible angles.
     if (k[p][q] == 0) return;
     const double theta = (k[q][q] - k[p][p]) / (2 * k[p][q]);
     const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
     const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+    // 2. Apply it to the columns and rows of k, and to the columns of v.
     for (int i = 0; i < 4; ++i) {
         const double a = k[i][p], b = k[i][q];
         k[i][p] = c * a - s * b;
@@ -43,10 +45,11 @@ void jacobiRotate(Mat4d& k, Mat4d& v, int p, int q) {
     k[p][q] = k[q][p] = 0;
 }
 
+// Returns the eigenvector of the largest eigenvalue, by Jacobi's method.
 std::array<double, 4> largestEigenvector(Mat4d k) {
     Mat4d v{};
     for (int i = 0; i < 4; ++i) v[i][i] = 1;
-    constexpr int kMostSweeps = 16;  // 4 to 6 reach machine precision
+    constexpr int kMostSweeps = 16;  // 4 to 6 sweeps reach machine precision
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
         double off = 0, total = 0;
         for (int p = 0; p < 4; ++p)

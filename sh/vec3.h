@@ -38,7 +38,7 @@ template <class T>
 T length(BasicVec3<T> a) {
     return std::sqrt(dot(a, a));
 }
-// a / |a|; a zero vector stays zero.
+// Returns a / |a|; a zero vector stays zero.
 template <class T>
 BasicVec3<T> normalized(BasicVec3<T> a) {
     const T l = length(a);
@@ -81,15 +81,15 @@ template <class T>
 constexpr BasicMat3<T> fromRows(BasicVec3<T> a, BasicVec3<T> b, BasicVec3<T> c) {
     return {{a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z}};
 }
-// The cofactor matrix, det(A) A^-T: what normals transform with when points transform with A; defined for singular A
-// too.
+// Returns the cofactor matrix, det(A) A^-T. Normals transform with it when points transform with A. It is defined for a
+// singular A too.
 template <class T>
 constexpr BasicMat3<T> cofactor(const BasicMat3<T>& a) {
     const BasicVec3<T> r0{a.m[0], a.m[1], a.m[2]}, r1{a.m[3], a.m[4], a.m[5]}, r2{a.m[6], a.m[7], a.m[8]};
     return fromRows(cross(r1, r2), cross(r2, r0), cross(r0, r1));
 }
 
-// p' = linear p + translation; the 12 floats are row-major 3x4, as /frames/bones stores them.
+// Maps p to linear p + translation. The 12 floats are row-major 3x4, as /frames/bones stores them.
 struct Affine {
     std::array<float, 12> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
@@ -99,8 +99,9 @@ struct Affine {
     constexpr bool operator==(const Affine&) const = default;
 };
 
-// The rotation of the polar decomposition of `a` (the nearest rotation in the Frobenius norm); reflections are removed.
-// A singular `a` gives some rotation, the same one for the same input. Deterministic; double arithmetic inside.
+// Returns the rotation of the polar decomposition of `a`, which is the nearest rotation in the Frobenius norm;
+// reflections are removed. A singular `a` gives some rotation, always the same one for the same input. It computes in
+// double and is deterministic.
 Mat3 nearestRotation(const Mat3& a);
 
 }  // namespace penumbra

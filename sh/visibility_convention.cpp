@@ -82,8 +82,9 @@ double binaryEnergy(const Convention& convention, double moment0) {
     return above;
 }
 
-// A: the clamped cosine, projected. D: half of |cos|, which has the even bands of the clamped cosine and no odd ones.
-// B: cos itself, because V is 0 below; it is band 1 and so exact (order 1 has no band 1 and takes the mean of V).
+// A takes the projected clamped cosine. D takes half of |cos|, which has the even bands of the clamped cosine and no
+// odd ones. B takes cos itself, because V is 0 below the horizon; cos is in band 1, so this is exact. (Order 1 has no
+// band 1 and takes the mean of V.)
 void ambientWeights(const Convention& convention, std::span<float> w) {
     assert(int(w.size()) == convention.size());
     std::fill(w.begin(), w.end(), 0.0f);
@@ -96,7 +97,7 @@ void ambientWeights(const Convention& convention, std::span<float> w) {
     }
     std::array<double, kMaxOrder> cosine;
     clampedCosineZonal(std::span(cosine).first(convention.order));
-    std::size_t i = 0;  // as indices() counts, without its allocation: this is called for every frame
+    std::size_t i = 0;  // counts as indices() does, but without an allocation, because this runs for every frame
     for (int band = 0; band < convention.order; ++band)
         for (int m = -band; m <= band; ++m) {
             if (convention.below == BelowHorizon::kMirrored && (band + m) % 2 != 0) continue;

@@ -17,8 +17,8 @@ void rotateZonal(std::span<const double> z, Vec3d axis, std::span<double> out) {
     }
 }
 
-// z_l = 2pi sqrt((2l+1)/4pi) times the integral of t P_l(t) over (0,1), which is 1/3 for l = 1, 0 for other odd l and
-// (-1)^(l/2-1) / ((l+2)(l-1)) l! / (2^l (l/2)!^2) for even l.
+// z_l is 2pi sqrt((2l+1)/4pi) times the integral of t P_l(t) over (0,1). That integral is 1/3 for l = 1, 0 for other
+// odd l and (-1)^(l/2-1) / ((l+2)(l-1)) l! / (2^l (l/2)!^2) for even l.
 void clampedCosineZonal(std::span<double> z) {
     double central = 1;  // l! / (2^l (l/2)!^2) with its sign (-1)^(l/2)
     for (int l = 0; l < int(z.size()); ++l) {

@@ -23,7 +23,7 @@ inline void useAsset(const AssetView& asset) {
         points[0] += Vec3{0.1f, 0.2f, 0.3f};
         evaluator.setPositions(points, evaluator.deformation()->restInputs());
     } else {
-        if (asset.model.features == AssetFeatures::kJointAngles && asset.animation.pose.empty()) return;
+        if (asset.model.features == FeatureKind::kJointAngles && asset.animation.pose.empty()) return;
         evaluator.setFrame(0);
     }
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);

@@ -9,7 +9,7 @@ namespace penumbra {
 
 namespace {
 
-// Whether columns c, c + 1, c + 2 are NAME.x, NAME.y and NAME.z.
+// Tells whether columns c, c + 1 and c + 2 are NAME.x, NAME.y and NAME.z.
 bool isPoint(const std::vector<std::string>& names, std::size_t c) {
     if (c + 2 >= names.size() || names[c].size() < 3 || !names[c].ends_with(".x")) return false;
     const std::string stem = names[c].substr(0, names[c].size() - 1);
@@ -59,8 +59,10 @@ std::vector<float> reducedAngles(std::span<const float> mean, std::span<const fl
                                  std::span<const float> angles) {
     assert(mean.size() == angles.size());
     std::vector<float> centred(angles.size()), out;
+    // 1. Turn the angles towards their means.
     for (std::size_t e = 0; e < angles.size(); ++e)
         centred[e] = addTurns(angles[e], turnsTowards(mean[e], angles[e])) - mean[e];
+    // 2. Project on the rows of the basis.
     for (std::size_t row = 0; row < basis.size(); row += angles.size()) {
         double sum = 0;
         for (std::size_t e = 0; e < angles.size(); ++e) sum += double(basis[row + e]) * double(centred[e]);

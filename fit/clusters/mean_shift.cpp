@@ -1,3 +1,14 @@
+// Clusters points by mean-shift.
+//
+// Problem: find the groups of vertices that follow the same bones. Nobody knows how many groups there are.
+//
+// Naive: k-means needs the number of groups, and its result depends on the start. Clustering every vertex by mean-shift
+// costs the square of the number of vertices.
+//
+// Here: mean-shift (Comaniciu and Meer 2002) finds the number of groups by itself: each point climbs to a mode of the
+// density of all points. Vertices with nearly equal weights are first put into one bin, so that only the bins climb.
+// See docs/formulas.md, section 4.
+
 #include "fit/clusters/mean_shift.h"
 
 #include <algorithm>
@@ -15,15 +26,15 @@ namespace {
 
 constexpr float kBinsPerUnit = 8;
 constexpr int kMaxSteps = 300;
-constexpr double kStopStep = 1e-3;  // of the bandwidth
+constexpr double kStopStep = 1e-3;  // as a part of the bandwidth
 
 struct WeightBins {
-    MatrixF points;                        // [B, J] mean weights of the members
-    std::vector<double> counts;            // [B]
-    std::vector<std::uint32_t> of_vertex;  // [V]
+    MatrixF points;                        // [B, J] mean weights of each bin's members
+    std::vector<double> counts;            // [B] number of members
+    std::vector<std::uint32_t> of_vertex;  // [V] bin of each vertex
 };
 
-// The bin of a vertex: (joint, level) of every weight that rounds to at least one level.
+// Returns the bin of a vertex: the joint and the level of every weight that rounds to at least one level.
 std::vector<std::pair<int, int>> binKey(const Skin& skin, std::size_t vertex) {
     std::vector<std::pair<int, int>> key;
     for (int k = 0; k < skin.influences; ++k) {
@@ -35,12 +46,15 @@ std::vector<std::pair<int, int>> binKey(const Skin& skin, std::size_t vertex) {
     return key;
 }
 
+// Puts the vertices into bins.
 WeightBins makeBins(const Skin& skin) {
     const std::size_t vertices = skin.weights.size() / std::size_t(skin.influences);
+    // 1. Vertices with the same key share a bin.
     WeightBins bins;
     std::map<std::vector<std::pair<int, int>>, std::uint32_t> known;
     for (std::size_t v = 0; v < vertices; ++v)
         bins.of_vertex.push_back(known.try_emplace(binKey(skin, v), std::uint32_t(known.size())).first->second);
+    // 2. Each bin gets the mean weights of its members.
     bins.points = MatrixF(known.size(), skin.jointCount());
     bins.counts.resize(known.size());
     for (std::size_t v = 0; v < vertices; ++v) {
@@ -61,20 +75,22 @@ double squaredDistance(std::span<const float> a, std::span<const float> b) {
     return sum;
 }
 
-// Moves x to the mode that it climbs to.
+// Moves x to the mode that it climbs to: x becomes the weighted mean of the points around it, again and again.
 void climb(const MatrixF& points, std::span<const double> counts, double bandwidth, std::span<float> x) {
     std::vector<double> mean(x.size());
     for (int step = 0; step < kMaxSteps; ++step) {
+        // 1. Average the points by the kernel around x. Points farther than exp(-20) = 2e-9 add nothing.
         std::fill(mean.begin(), mean.end(), 0.0);
         double total = 0;
         for (std::size_t b = 0; b < points.rows; ++b) {
             const double d2 = squaredDistance(points.row(b), x) / (2 * bandwidth * bandwidth);
-            if (d2 > 20) continue;  // exp(-20) = 2e-9
+            if (d2 > 20) continue;
             const double w = counts[b] * std::exp(-d2);
             total += w;
             for (std::size_t i = 0; i < x.size(); ++i) mean[i] += w * points(b, i);
         }
         if (total <= 0) return;
+        // 2. Move x there, and stop when it hardly moves.
         double moved = 0;
         for (std::size_t i = 0; i < x.size(); ++i) {
             const auto next = float(mean[i] / total);
@@ -85,7 +101,8 @@ void climb(const MatrixF& points, std::span<const double> counts, double bandwid
     }
 }
 
-// Points in descending count; each joins the first mode within a bandwidth, or founds one.
+// Gives every point the number of its mode. Points come in descending order of count; each joins the first mode within
+// one bandwidth, or else founds a new mode.
 std::vector<std::uint32_t> labelModes(std::span<const double> counts, const MatrixF& ends, double bandwidth) {
     std::vector<std::size_t> order(ends.rows), modes;
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -114,8 +131,10 @@ std::vector<std::uint32_t> meanShift(const MatrixF& points, std::span<const doub
 }
 
 std::vector<std::uint32_t> meanShiftSkinWeights(const Skin& skin, double bandwidth, int threads) {
+    // 1. Cluster the bins.
     const WeightBins bins = makeBins(skin);
     const std::vector<std::uint32_t> mode_of_bin = meanShift(bins.points, bins.counts, bandwidth, threads);
+    // 2. Number the clusters in the order in which vertices use them.
     std::vector<std::uint32_t> dense(bins.points.rows, std::uint32_t(-1)), label;
     std::uint32_t used = 0;
     for (std::uint32_t bin : bins.of_vertex) {

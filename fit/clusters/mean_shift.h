@@ -8,19 +8,21 @@
 
 namespace penumbra {
 
-// Every point [n, D] climbs the Gaussian kernel density (standard deviation `bandwidth`) of all points, which count as
-// often as `counts` says; those that reach one mode are a cluster (Comaniciu and Meer 2002). The cost is n squared.
-// Result: the number of each point's mode.
+// Clusters points [n, D] by mean-shift (Comaniciu and Meer 2002). Every point climbs the Gaussian kernel density of all
+// points, whose standard deviation is `bandwidth`; each point counts as often as `counts` [n] says. Points that reach
+// the same mode form a cluster. Returns the number of each point's mode, [n]. The cost is proportional to n squared.
+// The result is the same for any number of threads.
 std::vector<std::uint32_t> meanShift(const MatrixF& points, std::span<const double> counts, double bandwidth,
                                      int threads);
 
-// Two vertices that follow one bone each are sqrt(2) apart, a half-and-half one 0.71 from both: 0.2 keeps these three
-// apart and joins what a smooth falloff blurs.
+// Two vertices that each follow one bone alone are sqrt(2) apart, and a vertex that follows both by half is 0.71 from
+// either. A bandwidth of 0.2 keeps these three apart and joins what a smooth falloff blurs.
 constexpr double kSkinWeightBandwidth = 0.2;
 
-// meanShift() of vertices by their skinning weights, as points of the J-dimensional simplex. Weights are first put into
-// bins of 1/8, each bin standing for its members by their mean and count, so the cost is the number of different bins
-// squared. Result: a label per vertex, dense, in order of first use.
+// Clusters vertices by their skinning weights, as points of the J-dimensional simplex, with meanShift(). Weights are
+// first put into bins of 1/8, and the mean and count of each bin stand for its members. The cost is therefore the
+// square of the number of different bins, not of vertices. Returns a label for each vertex; labels are dense and in
+// order of first use.
 std::vector<std::uint32_t> meanShiftSkinWeights(const Skin& skin, double bandwidth = kSkinWeightBandwidth,
                                                 int threads = 0);
 

@@ -15,13 +15,14 @@ namespace penumbra {
 
 namespace {
 
-// What the file says of every frame.
+// The contents of the file for every frame.
 struct RawPoses {
-    std::vector<Affine> bones;  // of the file's own joints
+    std::vector<Affine> bones;  // [F, J] of the file's own joints
     std::vector<float> inputs;  // [F, X]
-    MatrixF angles;             // [F, E], or empty
+    MatrixF angles;             // [F, E]; empty when no angles are asked for
 };
 
+// Reads every frame. A deforming mesh keeps its positions and normals; a character keeps its pose.
 RawPoses readFrames(const VisibilityReader& reader, const PoseRequest& request, PoseTable& poses) {
     const VisibilityHeader& header = reader.header();
     const std::size_t frames = header.frames.frameCount(), fronts = header.mesh.frontVertexCount();
@@ -44,13 +45,14 @@ RawPoses readFrames(const VisibilityReader& reader, const PoseRequest& request, 
     return raw;
 }
 
-// Near-rigid parts as joints that move their vertices alone.
+// Makes a skin in which near-rigid parts are joints, each the only one to move its vertices.
 Skin skinOfParts(const VisibilityHeader& header, const PoseTable& poses, const PoseRequest& request) {
     const std::size_t fronts = header.mesh.frontVertexCount();
     const DeformingFrames mesh{std::span(header.mesh.triangles).first(header.mesh.frontTriangleCount()),
                                std::span(header.mesh.rest_positions).first(fronts), poses.positions, request.train};
     const RigidParts parts = findRigidParts(mesh, request.parts, request.threads);
     Skin skin;
+    // The backs of a two-sided mesh follow the joints of their fronts.
     for (std::size_t p = 0; p < parts.count; ++p) skin.joint_names.push_back("part" + std::to_string(p));
     skin.parents.assign(parts.count, -1);
     skin.influences = 1;
@@ -60,7 +62,8 @@ Skin skinOfParts(const VisibilityHeader& header, const PoseTable& poses, const P
     return skin;
 }
 
-// The range of a number over training frames is 1, its mean 0, so that features do not know its unit.
+// Scales a number so that its mean over training frames is 0 and its range is 1. Features then do not depend on its
+// unit.
 void scaleNumber(InputJoint& joint, const RawPoses& raw, std::size_t inputs, std::span<const std::size_t> train,
                  double feature_scale) {
     double mean = 0, least = std::numeric_limits<double>::infinity(), most = -least;
@@ -74,17 +77,19 @@ void scaleNumber(InputJoint& joint, const RawPoses& raw, std::size_t inputs, std
     joint.scale = float(feature_scale / (most > least ? most - least : 1));
 }
 
-// Joints of the inputs behind those that there are.
+// Adds the joints of the inputs behind the other joints.
 void addInputJoints(const VisibilityHeader& header, const RawPoses& raw, const PoseRequest& request, PoseTable& poses) {
     const std::size_t inputs = header.input_names.size();
     poses.input_joints = inputJoints(header.input_names, poses.skin.jointCount());
     const double scale = boxDiagonal(header.mesh.rest_positions);
+    // 1. Name the joints.
     for (const std::string& name : inputJointNames(header.input_names, poses.input_joints)) {
         poses.skin.joint_names.push_back(name);
         poses.skin.parents.push_back(-1);
         if (!poses.skin.rest_transforms.empty()) poses.skin.rest_transforms.push_back({});
         if (!poses.skin.inverse_bind.empty()) poses.skin.inverse_bind.push_back({});
     }
+    // 2. Place them: a point is where it is in the first training frame.
     poses.joint_centers = jointCenters(header.mesh, poses.skin);
     for (InputJoint& joint : poses.input_joints) {
         const float* x = raw.inputs.data() + request.train.front() * inputs + joint.column;
@@ -93,7 +98,8 @@ void addInputJoints(const VisibilityHeader& header, const RawPoses& raw, const P
     }
 }
 
-// All angles after PCA over the training frames; the first number has a standard deviation of 1 there.
+// Makes a PCA of all dihedral angles over the training frames. It is scaled so that the first number has a standard
+// deviation of 1 there.
 void reduceAngles(const RawPoses& raw, const PoseRequest& request, PoseTable& poses) {
     const std::vector<double> mean = meanOfRows(raw.angles, request.train);
     poses.pose_mean.assign(mean.begin(), mean.end());
@@ -110,6 +116,7 @@ void reduceAngles(const RawPoses& raw, const PoseRequest& request, PoseTable& po
     for (float& x : poses.pose_basis) x *= scale;
 }
 
+// Writes the pose of a deforming mesh in every frame: reduced angles, if any, then the inputs.
 void writePose(const RawPoses& raw, std::size_t inputs, PoseTable& poses) {
     const std::size_t frames = poses.frameCount();
     for (std::size_t f = 0; f < frames; ++f) {
@@ -128,18 +135,22 @@ void writePose(const RawPoses& raw, std::size_t inputs, PoseTable& poses) {
 PoseTable readPoses(const VisibilityReader& reader, const PoseRequest& asked) {
     const VisibilityHeader& header = reader.header();
     const std::size_t frames = header.frames.frameCount(), inputs = header.input_names.size();
+    // 1. Without a list of training frames, all frames are.
     PoseRequest request = asked;
     for (std::size_t f = 0; f < frames && asked.train.empty(); ++f) request.train.push_back(f);
     PoseTable poses;
     poses.deforming = !header.skin;
+    // 2. Read the file, and find the parts of a mesh without a skeleton.
     const RawPoses raw = readFrames(reader, request, poses);
     poses.skin = header.skin ? *header.skin : skinOfParts(header, poses, request);
     const std::size_t own = poses.skin.jointCount();
+    // 3. Add the inputs as joints.
     addInputJoints(header, raw, request, poses);
     poses.joints = poses.skin.jointCount();
     const std::size_t fronts = header.mesh.frontVertexCount();
     poses.bones.resize(frames * poses.joints);
     poses.rotations.resize(poses.bones.size());
+    // 4. Compute the bones of every frame and their rotations.
     parallelFor(frames, request.threads, [&](std::size_t f) {
         std::vector<Affine> bones =
             poses.deforming
@@ -152,6 +163,7 @@ PoseTable readPoses(const VisibilityReader& reader, const PoseRequest& asked) {
             poses.rotations[f * poses.joints + j] = nearestRotation(bones[j].linear());
         }
     });
+    // 5. Compute the pose of every frame.
     if (!raw.angles.values.empty()) reduceAngles(raw, request, poses);
     if (poses.deforming)
         writePose(raw, inputs, poses);

@@ -1,3 +1,15 @@
+// Finds the near-rigid parts of a deforming mesh.
+//
+// Problem: a mesh without a skeleton moves, and the model of the pose needs bones. Some parts of the mesh move almost
+// rigidly; which ones, and how many, is not known.
+//
+// Naive: cut the surface into patches of equal size. Patches then lie across folds, and no bone describes how they
+// move.
+//
+// Here: triangles whose rotations agree over all frames form a part (James and Twigg 2005). Mean-shift finds such
+// groups without knowing their number; merging and cutting then bring the parts to the number that is asked for. The
+// steps are numbered in rigid_parts.h. See docs/formulas.md, section 4.
+
 #include "fit/clusters/rigid_parts.h"
 
 #include <algorithm>
@@ -16,15 +28,16 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kMostPoints = 2000;  // that climb
+constexpr std::size_t kMostPoints = 2000;  // number of triangles that climb in the mean-shift
 
+// A set of triangles and the moments of their motions (triangle_motion.h).
 struct Piece {
     std::vector<std::uint32_t> triangles;
-    std::vector<double> sum;  // [D] of their motions
-    double squares = 0;       // of their motions' lengths
+    std::vector<double> sum;  // [D] sum of their motions
+    double squares = 0;       // sum of their motions' squared lengths
 
     double count() const { return double(triangles.size()); }
-    // Sum of squared distances from the mean motion.
+    // Returns the sum of squared distances from the mean motion.
     double spread() const {
         double s = squares;
         for (double x : sum) s -= x * x / count();
@@ -42,6 +55,7 @@ Piece makePiece(const MatrixF& motions, std::vector<std::uint32_t> triangles) {
     return piece;
 }
 
+// Returns the squared distance between the mean motions of two pieces.
 double squaredDistance(const Piece& a, const Piece& b) {
     double sum = 0;
     for (std::size_t d = 0; d < a.sum.size(); ++d) {
@@ -51,13 +65,14 @@ double squaredDistance(const Piece& a, const Piece& b) {
     return sum;
 }
 
+// Returns what joining two pieces adds to the sum of squared distances from the mean motion.
 double wardCost(const Piece& a, const Piece& b) {
     return a.count() * b.count() / (a.count() + b.count()) * squaredDistance(a, b);
 }
 
-// Triangles that share an edge, whatever its direction, each pair once.
+// Returns all pairs of triangles that share an edge, whatever its direction. Each pair comes once for each shared edge.
 std::vector<std::array<std::uint32_t, 2>> neighbourTriangles(std::span<const Triangle> triangles) {
-    std::vector<std::array<std::uint32_t, 3>> edges;  // a < b, triangle
+    std::vector<std::array<std::uint32_t, 3>> edges;  // two vertices a < b, triangle
     for (std::size_t t = 0; t < triangles.size(); ++t)
         for (std::size_t i = 0; i < 3; ++i) {
             const auto [a, b] = std::minmax(triangles[t][i], triangles[t][(i + 1) % 3]);
@@ -71,14 +86,16 @@ std::vector<std::array<std::uint32_t, 2>> neighbourTriangles(std::span<const Tri
     return pairs;
 }
 
-// The mode of each triangle.
+// Returns the mode of each triangle.
 std::vector<std::uint32_t> modesOf(const MatrixF& motions, int threads) {
+    // 1. A sample of the triangles finds the modes.
     const std::vector<std::size_t> sample = evenlySpread(motions.rows, kMostPoints);
     MatrixF points(sample.size(), motions.columns);
     for (std::size_t r = 0; r < sample.size(); ++r)
         std::copy_n(motions.row(sample[r]).begin(), motions.columns, points.row(r).begin());
     const std::vector<double> counts(points.rows, 1.0);
     const std::vector<std::uint32_t> label = meanShift(points, counts, kPartBandwidth, threads);
+    // 2. Every triangle takes the mode of the nearest triangle of the sample.
     std::vector<std::uint32_t> out(motions.rows);
     constexpr std::size_t kBlock = 256;
     parallelFor((out.size() + kBlock - 1) / kBlock, threads, [&](std::size_t block) {
@@ -97,14 +114,16 @@ std::vector<std::uint32_t> modesOf(const MatrixF& motions, int threads) {
     return out;
 }
 
+// Returns the root of t in a union-find forest and shortens the path to it.
 std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t t) {
     while (parent[t] != t) t = parent[t] = parent[parent[t]];
     return t;
 }
 
-// Connected triangles of one label.
+// Returns the connected sets of triangles that have one label.
 std::vector<Piece> connectedPieces(const MatrixF& motions, const std::vector<std::uint32_t>& label,
                                    const std::vector<std::array<std::uint32_t, 2>>& pairs) {
+    // 1. Unite neighbours of one label; the triangle with the smallest number is the root.
     std::vector<std::uint32_t> parent(label.size());
     std::iota(parent.begin(), parent.end(), 0);
     for (auto [a, b] : pairs)
@@ -112,18 +131,20 @@ std::vector<Piece> connectedPieces(const MatrixF& motions, const std::vector<std
             const std::uint32_t x = rootOf(parent, a), y = rootOf(parent, b);
             parent[std::max(x, y)] = std::min(x, y);
         }
-    std::map<std::uint32_t, std::vector<std::uint32_t>> members;  // by the first triangle
+    // 2. Collect the triangles of each root.
+    std::map<std::uint32_t, std::vector<std::uint32_t>> members;  // triangles by their root
     for (std::uint32_t t = 0; t < label.size(); ++t) members[rootOf(parent, t)].push_back(t);
     std::vector<Piece> pieces;
     for (auto& [first, triangles] : members) pieces.push_back(makePiece(motions, std::move(triangles)));
     return pieces;
 }
 
-// Pieces and which of them touch. A piece that became part of another is left without triangles.
+// Pieces, and which of them touch. A piece that has joined another is left without triangles.
 struct PieceGraph {
     std::vector<Piece> pieces;
     std::vector<std::set<std::uint32_t>> neighbours;
 
+    // Joins `source` to `target`, with its triangles, moments and neighbours.
     void unite(std::uint32_t target, std::uint32_t source) {
         Piece& into = pieces[target];
         Piece& from = pieces[source];
@@ -154,9 +175,10 @@ PieceGraph makeGraph(std::vector<Piece> pieces, const std::vector<std::array<std
     return graph;
 }
 
-// The smallest first; one that touches nothing stays.
+// Joins pieces of fewer than `least` triangles to the neighbour that moves most like them, the smallest first. A piece
+// that touches nothing stays as it is.
 void joinTiny(PieceGraph& graph, std::size_t least) {
-    std::set<std::pair<std::size_t, std::uint32_t>> tiny;  // by size
+    std::set<std::pair<std::size_t, std::uint32_t>> tiny;  // size, piece
     const auto enter = [&](std::uint32_t p) {
         if (graph.pieces[p].triangles.size() < least) tiny.insert({graph.pieces[p].triangles.size(), p});
     };
@@ -176,7 +198,7 @@ void joinTiny(PieceGraph& graph, std::size_t least) {
     }
 }
 
-// Pieces that are left, in order.
+// Returns the pieces that are left, in ascending order.
 std::vector<std::uint32_t> piecesLeft(const PieceGraph& graph) {
     std::vector<std::uint32_t> left;
     for (std::uint32_t p = 0; p < graph.pieces.size(); ++p)
@@ -184,7 +206,7 @@ std::vector<std::uint32_t> piecesLeft(const PieceGraph& graph) {
     return left;
 }
 
-// The pair of least cost: of neighbours, or where there are none, of all.
+// Returns the pair whose union costs least: among neighbours or, when no pieces touch, among all.
 std::pair<std::uint32_t, std::uint32_t> cheapestPair(const PieceGraph& graph, const std::vector<std::uint32_t>& left) {
     std::pair<std::uint32_t, std::uint32_t> cheapest{left[0], left[1]};
     double best = std::numeric_limits<double>::infinity();
@@ -211,7 +233,7 @@ std::vector<Piece> mergedDownTo(PieceGraph graph, std::size_t count) {
     return pieces;
 }
 
-// Cut at the median along a principal axis of the triangles' centres; 0: the longest.
+// Cuts a piece at the median along a principal axis of its triangles' centres. Axis 0 is the longest.
 std::array<Piece, 2> halvesOf(const Piece& piece, const DeformingFrames& mesh, const MatrixF& motions,
                               std::size_t which_axis) {
     std::vector<std::uint32_t> order = piece.triangles;
@@ -235,7 +257,8 @@ void cutPiece(std::vector<Piece>& pieces, std::size_t which, const DeformingFram
     pieces.push_back(std::move(second));
 }
 
-// Noise turns every triangle, but the means of halves only where there is a bend between them.
+// Tells whether a piece bends. Noise turns every triangle, but it changes the mean motion of a half only a little; the
+// means of two halves differ only where there is a bend between them.
 bool bends(const Piece& piece, const DeformingFrames& mesh, const MatrixF& motions) {
     for (std::size_t axis : {0, 1}) {
         const auto [first, second] = halvesOf(piece, mesh, motions, axis);
@@ -244,6 +267,7 @@ bool bends(const Piece& piece, const DeformingFrames& mesh, const MatrixF& motio
     return false;
 }
 
+// Cuts the piece with the largest sum of squared distances, again and again, until there are `count` pieces.
 void cutUpTo(std::vector<Piece>& pieces, std::size_t count, const DeformingFrames& mesh, const MatrixF& motions) {
     while (pieces.size() < count) {
         const auto key = [](const Piece& p) {
@@ -256,7 +280,7 @@ void cutUpTo(std::vector<Piece>& pieces, std::size_t count, const DeformingFrame
     }
 }
 
-// The largest that bends, until all are small or there are enough.
+// Cuts the largest piece that bends, again and again, until all pieces are small or there are enough.
 void cutLarge(std::vector<Piece>& pieces, const DeformingFrames& mesh, const MatrixF& motions) {
     const double per_vertex = double(mesh.triangles.size()) / double(std::max<std::size_t>(mesh.rest.size(), 1));
     const double most = per_vertex * double(kAutoPartVertices);
@@ -277,7 +301,7 @@ void cutLarge(std::vector<Piece>& pieces, const DeformingFrames& mesh, const Mat
     }
 }
 
-// Area at rest around each vertex by piece: the piece with most of it, of equal ones the first.
+// Returns the piece of each vertex: the one with most of the area at rest around it, or the first of equals.
 std::vector<std::uint32_t> piecesOfVertices(const DeformingFrames& mesh, const std::vector<std::uint32_t>& piece_of) {
     std::vector<std::map<std::uint32_t, double>> area(mesh.rest.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -286,7 +310,7 @@ std::vector<std::uint32_t> piecesOfVertices(const DeformingFrames& mesh, const s
         const double size = length(cross(toDouble(mesh.rest[b]) - p, toDouble(mesh.rest[c]) - p));
         for (std::uint32_t v : mesh.triangles[t]) area[v][piece_of[t]] += size;
     }
-    std::vector<std::uint32_t> out(mesh.rest.size(), 0);  // 0: a vertex without triangles
+    std::vector<std::uint32_t> out(mesh.rest.size(), 0);  // a vertex without triangles gets 0
     for (std::size_t v = 0; v < out.size(); ++v) {
         double most = -1;
         for (auto [piece, size] : area[v])
@@ -295,7 +319,8 @@ std::vector<std::uint32_t> piecesOfVertices(const DeformingFrames& mesh, const s
     return out;
 }
 
-// Pieces that have a vertex, in the order of their first; triangles of others go with their first corner.
+// Numbers the pieces that have a vertex, in the order of their first vertex. Triangles of other pieces go with their
+// first corner.
 RigidParts numberParts(const DeformingFrames& mesh, const std::vector<Piece>& pieces) {
     std::vector<std::uint32_t> piece_of(mesh.triangles.size());
     for (std::size_t p = 0; p < pieces.size(); ++p)
@@ -317,16 +342,19 @@ RigidParts numberParts(const DeformingFrames& mesh, const std::vector<Piece>& pi
 RigidParts findRigidParts(const DeformingFrames& mesh, std::size_t count, int threads) {
     assert(!mesh.frames.empty() && count <= 65535);
     if (mesh.triangles.empty()) return numberParts(mesh, {});
+    // Steps 1 and 2: motions, modes, connected pieces, and no tiny ones.
     const MatrixF motions = triangleMotions(mesh, threads);
     const std::vector<std::array<std::uint32_t, 2>> pairs = neighbourTriangles(mesh.triangles);
     PieceGraph graph =
         makeGraph(connectedPieces(motions, modesOf(motions, threads), pairs), pairs, mesh.triangles.size());
     joinTiny(graph, mesh.triangles.size() / 200);
+    // Steps 3 and 4: merge, then cut.
     std::vector<Piece> pieces = mergedDownTo(std::move(graph), count ? count : kMostAutoParts);
     if (count)
         cutUpTo(pieces, count, mesh, motions);
     else
         cutLarge(pieces, mesh, motions);
+    // Step 5.
     return numberParts(mesh, pieces);
 }
 

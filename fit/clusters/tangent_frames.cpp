@@ -1,3 +1,13 @@
+// Chooses the tangents of a mesh at rest.
+//
+// Problem: neighbouring vertices should have nearly equal local frames, because the numbers in these frames are then
+// alike and a cluster needs few components. No tangent field is smooth over a closed surface.
+//
+// Naive: project one axis on all tangent planes. Where a normal lies along the axis, tangents spin around it.
+//
+// Here: the field needs to be smooth only inside a cluster. A few candidates are singular at different places, and each
+// cluster takes the one that turns least over its own edges. The candidates are listed in tangent_frames.h.
+
 #include "fit/clusters/tangent_frames.h"
 
 #include <algorithm>
@@ -12,10 +22,11 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kOpposite = -0.999;  // cosine beyond which "the smallest rotation" is not told apart from others
+constexpr double kOpposite = -0.999;  // below this cosine the smallest rotation is not well defined
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
+// Returns the edges of the mesh that lie inside each cluster, every edge once.
 std::vector<std::vector<Edge>> edgesOfClusters(const Mesh& mesh, const VertexClusters& clusters) {
     std::vector<std::vector<Edge>> edges(clusters.vertices.size());
     for (const Triangle& t : mesh.triangles)
@@ -31,16 +42,17 @@ std::vector<std::vector<Edge>> edgesOfClusters(const Mesh& mesh, const VertexClu
     return edges;
 }
 
-// v, orthogonal to unit a, under the smallest rotation that takes a to unit b.
+// Returns v, orthogonal to the unit vector a, after the smallest rotation that takes a to the unit vector b.
 Vec3d carry(Vec3d a, Vec3d b, Vec3d v) {
     const double cosine = dot(a, b);
     if (cosine < kOpposite) return v;
     return v - (a + b) * (dot(b, v) / (1 + cosine));
 }
 
+// A candidate field of tangents.
 struct Field {
-    Vec3d axis;  // projected on the tangent planes, or the tangent at the pole
-    Vec3d pole;  // zero: projection
+    Vec3d axis;  // the axis to project, or the tangent at the pole
+    Vec3d pole;  // zero for a projection
 };
 
 Vec3 evaluate(const Field& field, Vec3 normal) {
@@ -48,6 +60,7 @@ Vec3 evaluate(const Field& field, Vec3 normal) {
     return tangentOf(normal, toFloat(carry(field.pole, toDouble(normal), field.axis)));
 }
 
+// Returns the candidate fields of a cluster.
 std::vector<Field> candidateFields(const Mesh& mesh, const std::vector<Vec3>& normals,
                                    const std::vector<std::uint32_t>& vertices) {
     std::vector<Vec3> points;
@@ -58,7 +71,9 @@ std::vector<Field> candidateFields(const Mesh& mesh, const std::vector<Vec3>& no
     }
     const std::array<Vec3d, 3> axes = principalAxes(points);
     std::vector<Field> fields;
+    // 1. Projections of the three axes.
     for (Vec3d axis : axes) fields.push_back({axis, {}});
+    // 2. Fields around the six ends of the axes, then around the mean normal.
     for (std::size_t k = 0; k < 3; ++k)
         for (double sign : {1.0, -1.0}) fields.push_back({axes[(k + 1) % 3], axes[k] * sign});
     if (const Vec3d mean = normalized(sum); length(mean) > 0)
@@ -66,6 +81,7 @@ std::vector<Field> candidateFields(const Mesh& mesh, const std::vector<Vec3>& no
     return fields;
 }
 
+// Returns how much a field turns over the edges.
 double turning(const Field& field, const std::vector<Vec3>& normals, const std::vector<Edge>& edges) {
     double sum = 0;
     for (auto [a, b] : edges) {
@@ -94,6 +110,7 @@ std::vector<Vec3> restTangents(const Mesh& mesh, const std::vector<Vec3>& rest_n
     const std::vector<std::vector<Edge>> edges = edgesOfClusters(mesh, clusters);
     std::vector<Vec3> tangents(mesh.vertexCount());
     parallelFor(clusters.vertices.size(), threads, [&](std::size_t c) {
+        // The candidate that turns least is taken.
         const std::vector<Field> fields = candidateFields(mesh, rest_normals, clusters.vertices[c]);
         std::vector<double> cost;
         for (const Field& field : fields) cost.push_back(turning(field, rest_normals, edges[c]));

@@ -13,13 +13,13 @@ namespace {
 constexpr std::size_t kMostFrames = 32, kMostDimensions = 16, kMostRows = 2000;
 constexpr double kVarianceKept = 0.99;
 
-// Columns: two edges and the unit normal.
+// Returns a matrix whose columns are two edges and the unit normal.
 Mat3d frameOf(Vec3 a, Vec3 b, Vec3 c) {
     const Vec3d e = toDouble(b) - toDouble(a), f = toDouble(c) - toDouble(a);
     return transposed(fromRows(e, f, normalized(cross(e, f))));
 }
 
-// The rotation of the deformation gradient; none where the triangle has no area at rest.
+// Returns the rotation of the deformation gradient, or the identity where the triangle has no area at rest.
 Mat3 rotationOf(const Mat3d& rest, const Mat3d& moved) {
     const Mat3d c = cofactor(rest);
     const double det = rest.m[0] * c.m[0] + rest.m[1] * c.m[1] + rest.m[2] * c.m[2];
@@ -30,7 +30,8 @@ Mat3 rotationOf(const Mat3d& rest, const Mat3d& moved) {
     return nearestRotation(out);
 }
 
-// The 9 entries of every frame's rotation: |R_a - R_b|_F is sqrt(2) times the angle for small angles.
+// Writes the 9 entries of every frame's rotation, scaled so that distances of rows are angles: for small angles |R_a -
+// R_b|_F is sqrt(2) times the angle between the two.
 void writeRotations(const DeformingFrames& mesh, std::span<const std::size_t> frames, const Triangle& t,
                     std::span<float> out) {
     const auto scale = float(1 / std::sqrt(2.0 * double(frames.size())));
@@ -52,12 +53,14 @@ std::vector<std::size_t> evenlySpread(std::size_t count, std::size_t most) {
 }
 
 MatrixF triangleMotions(const DeformingFrames& mesh, int threads) {
+    // 1. Write the rotations of a sample of triangles in a sample of frames.
     std::vector<std::size_t> frames;
     for (std::size_t i : evenlySpread(mesh.frames.size(), kMostFrames)) frames.push_back(mesh.frames[i]);
     const std::vector<std::size_t> sample = evenlySpread(mesh.triangles.size(), kMostRows);
     MatrixF rows(sample.size(), 9 * frames.size());
     parallelFor(sample.size(), threads,
                 [&](std::size_t r) { writeRotations(mesh, frames, mesh.triangles[sample[r]], rows.row(r)); });
+    // 2. Reduce them by PCA.
     std::vector<std::size_t> all(rows.rows);
     for (std::size_t r = 0; r < all.size(); ++r) all[r] = r;
     const std::vector<double> mean = meanOfRows(rows, all);
@@ -68,6 +71,7 @@ MatrixF triangleMotions(const DeformingFrames& mesh, int threads) {
         pca.energies.empty() ? 1 : std::min(componentsFor(pca, kVarianceKept), std::min(kMostDimensions, rows.columns));
     const MatrixF basis = basisOf(pca, rows, size);
 
+    // 3. Project the rotations of every triangle on that basis.
     MatrixF out(mesh.triangles.size(), size);
     constexpr std::size_t kBlock = 256;
     parallelFor((out.rows + kBlock - 1) / kBlock, threads, [&](std::size_t block) {

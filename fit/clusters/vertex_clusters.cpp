@@ -1,3 +1,14 @@
+// Clusters vertices that move alike, to a given number of clusters.
+//
+// Problem: a model of the pose is fitted for each cluster, so the vertices of a cluster should follow the same bones
+// and lie together, and the user wants to choose how many clusters there are.
+//
+// Naive: k-means on the skinning weights takes a number but depends on its start, and it cannot split vertices that all
+// follow one bone.
+//
+// Here: mean-shift finds the groups that are there (mean_shift.cpp). Ward's rule merges groups down to the number, and
+// cuts in space bring them up to it. The steps are numbered in vertex_clusters.h. See docs/formulas.md, section 4.
+
 #include "fit/clusters/vertex_clusters.h"
 
 #include <algorithm>
@@ -11,13 +22,14 @@ namespace penumbra {
 
 namespace {
 
+// A cluster in the making, with the sums that its means come from.
 struct Group {
     std::vector<std::uint32_t> vertices;
-    std::vector<double> weight_sum;  // [J]
-    Vec3d place_sum;                 // of rest positions
+    std::vector<double> weight_sum;  // [J] sum of the vertices' weights
+    Vec3d place_sum;                 // sum of their rest positions
 };
 
-// What clusters are made of; `parts` are compared by place, not by weights.
+// The vertices from which clusters are made. With `parts`, groups are compared by place and not by weights.
 struct Source {
     const Mesh& mesh;
     const Skin& skin;
@@ -36,6 +48,7 @@ Group makeGroup(const Source& source, std::vector<std::uint32_t> vertices) {
     return group;
 }
 
+// Returns the squared distance between the mean weights (or mean places) of two groups.
 double squaredDistance(const Source& source, const Group& a, const Group& b) {
     if (source.parts) {
         const Vec3d d = a.place_sum / double(a.vertices.size()) - b.place_sum / double(b.vertices.size());
@@ -49,7 +62,7 @@ double squaredDistance(const Source& source, const Group& a, const Group& b) {
     return sum;
 }
 
-// What a union adds to the sum of squared distances from the mean.
+// Returns what a union adds to the sum of squared distances from the mean.
 double wardCost(const Source& source, const Group& a, const Group& b) {
     const double na = double(a.vertices.size()), nb = double(b.vertices.size());
     return na * nb / (na + nb) * squaredDistance(source, a, b);
@@ -64,6 +77,7 @@ void mergeInto(std::vector<Group>& groups, std::size_t target, std::size_t sourc
     groups.erase(groups.begin() + std::ptrdiff_t(source));
 }
 
+// Step 2: joins groups of fewer than `least` vertices to the nearest group, the smallest first.
 void mergeTiny(const Source& by, std::vector<Group>& groups, std::size_t least) {
     while (groups.size() > 1) {
         const auto smallest = std::min_element(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
@@ -80,6 +94,7 @@ void mergeTiny(const Source& by, std::vector<Group>& groups, std::size_t least) 
     }
 }
 
+// Step 3: merges the cheapest pair until `count` groups are left.
 void mergeDownTo(const Source& by, std::vector<Group>& groups, std::size_t count) {
     while (groups.size() > count) {
         std::size_t target = 0, source = 1;
@@ -95,7 +110,7 @@ void mergeDownTo(const Source& by, std::vector<Group>& groups, std::size_t count
     }
 }
 
-// Cuts at the median along the longest principal axis; equal projections go by vertex number.
+// Cuts a group at the median along its longest principal axis. Vertices with equal projections are ordered by number.
 void splitGroup(const Source& source, std::vector<Group>& groups, std::size_t largest) {
     const Mesh& mesh = source.mesh;
     std::vector<std::uint32_t> order = groups[largest].vertices;
@@ -110,6 +125,7 @@ void splitGroup(const Source& source, std::vector<Group>& groups, std::size_t la
     groups.push_back(makeGroup(source, {middle, order.end()}));
 }
 
+// Step 4: cuts the largest group until there are `count`.
 void splitUpTo(const Source& source, std::vector<Group>& groups, std::size_t count) {
     while (groups.size() < count) {
         const auto largest = std::max_element(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
@@ -120,6 +136,7 @@ void splitUpTo(const Source& source, std::vector<Group>& groups, std::size_t cou
     }
 }
 
+// Orders the groups by their first vertex and finds the joint of each.
 VertexClusters numberGroups(std::vector<Group> groups, std::size_t vertex_count) {
     for (Group& group : groups) std::sort(group.vertices.begin(), group.vertices.end());
     std::sort(groups.begin(), groups.end(),
@@ -144,6 +161,7 @@ std::vector<Group> groupsOf(const Source& source, const std::vector<std::uint32_
     return groups;
 }
 
+// Runs steps 2 to 4 on groups of `vertices` vertices in all.
 std::vector<Group> mergedOrSplit(const Source& source, std::vector<Group> groups, std::size_t vertices,
                                  std::size_t count) {
     mergeTiny(source, groups, vertices / 1000);
@@ -173,6 +191,7 @@ VertexClusters clusterParts(const Mesh& mesh, const Skin& skin, std::size_t coun
     const std::vector<std::uint32_t> part(skin.joints.begin(), skin.joints.begin() + long(fronts));
     std::vector<Group> groups =
         mergedOrSplit(source, groupsOf(source, part), fronts, mesh.two_sided ? (count + 1) / 2 : count);
+    // Give each cluster of fronts a cluster of backs, which follow behind all fronts.
     for (std::size_t g = 0, of_fronts = groups.size(); g < of_fronts && mesh.two_sided; ++g) {
         Group back = groups[g];
         for (std::uint32_t& v : back.vertices) v += std::uint32_t(fronts);

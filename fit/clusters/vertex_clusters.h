@@ -1,5 +1,6 @@
 #pragma once
-// Clusters of vertices that move alike: mean-shift on the skinning weights, then merged or split to the asked number.
+// Clusters of vertices that move alike: mean-shift on the skinning weights, then merging or splitting to the number
+// that is asked for.
 #include <cstdint>
 #include <vector>
 
@@ -7,24 +8,31 @@
 
 namespace penumbra {
 
-constexpr std::size_t kAutoClusterSize = 432;  // vertices; the 13,380-vertex character of the papers' size gets 31
+constexpr std::size_t kAutoClusterSize = 432;  // vertices in a cluster; the 13,380-vertex character gets 31 clusters
 
 struct VertexClusters {
-    std::vector<std::uint32_t> cluster_of_vertex;      // [V]
-    std::vector<std::vector<std::uint32_t>> vertices;  // ascending in each cluster; clusters by their first vertex
-    std::vector<int> joint;                            // the joint with the largest total weight in the cluster
+    std::vector<std::uint32_t> cluster_of_vertex;  // [V]
+    // Vertices are ascending in each cluster, and clusters come in the order of their first vertex.
+    std::vector<std::vector<std::uint32_t>> vertices;
+    std::vector<int> joint;  // the joint with the largest total weight in each cluster
 };
 
-// 1. Mean-shift (mean_shift.h). 2. Clusters of fewer than V/1000 vertices join the one of the nearest mean weights.
-// 3. Too many: the pair whose union raises the sum of squared distances to the mean weights least (Ward) is merged,
-// again and again. 4. Too few: the largest is cut at the median along its longest principal axis.
-// `count` 0: as many as step 2 leaves, or V / kAutoClusterSize rounded up if that is more. 1 <= count <= V otherwise.
-// Parts of a deforming mesh (influences = 1) are clusters from the start, and step 3 merges those whose centres are
-// near (Ward on rest positions). Fronts and backs are never in one cluster: of a two-sided mesh all this is done with
-// the fronts and half the number (rounded up), then each cluster gets one of their backs.
+// Clusters the vertices into `count` clusters, 1 <= count <= V; 0 lets the function choose.
+//
+// 1. Mean-shift (mean_shift.h) groups the vertices by their skinning weights.
+// 2. Clusters of fewer than V/1000 vertices join the cluster with the nearest mean weights.
+// 3. When there are too many clusters, the pair whose union adds least to the sum of squared distances from the mean
+//    weights (Ward) is merged, again and again. With `count` 0, the number is what step 2 leaves, or V /
+//    kAutoClusterSize rounded up if that is more.
+// 4. When there are too few, the largest is cut at the median along its longest principal axis.
+//
+// clusterParts() does the same for a deforming mesh (influences = 1). It starts from the parts, and step 3 merges those
+// whose centres are near (Ward on rest positions). A front and a back are never in one cluster: for a two-sided mesh
+// the steps run on the fronts with half the number, rounded up, and then each cluster of fronts gets a cluster of their
+// backs.
 VertexClusters clusterVertices(const Mesh& mesh, const Skin& skin, std::size_t count, int threads);
 VertexClusters clusterParts(const Mesh& mesh, const Skin& skin, std::size_t count);
-// Either, by what the poses are of.
+// Calls the one of the two that suits the mesh that the poses belong to.
 VertexClusters clustersOf(const Mesh& mesh, const PoseTable& poses, std::size_t count, int threads);
 
 }  // namespace penumbra

@@ -1,5 +1,5 @@
 #pragma once
-// A character as a fit at the reference of a comparison sees it.
+// Prepares a character as a fit at the reference of a comparison sees it.
 #include <string>
 #include <vector>
 
@@ -12,7 +12,7 @@ namespace penumbra {
 struct CompareInput {
     const VisibilityReader& reader;
     const PoseTable& poses;
-    std::string file;  // for messages
+    std::string file;  // names the reader's file in messages
 };
 
 struct CompareCharacter {

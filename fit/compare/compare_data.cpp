@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no NaN: a figure that is not known is null.
+// JSON has no NaN, so a figure that is not known is null.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json numbers(const std::vector<double>& values) {
@@ -18,7 +18,7 @@ Json numbers(const std::vector<double>& values) {
     return list;
 }
 
-// The columns of the CSV file and the members of a fit in JSON, in this order.
+// Returns the columns of the CSV file, which are the members of a fit in JSON, in this order.
 Json fitJson(const CompareFit& fit) {
     const FitOptions& options = fit.options;
     const FitReport& report = fit.report;

@@ -1,5 +1,6 @@
 #pragma once
-// A comparison as JSON (schema "penumbra.compare") and as CSV (one row a fit): the figures of the page, as numbers.
+// Writes a comparison as JSON (schema "penumbra.compare") and as CSV with one row for each fit. They hold the figures
+// of the page as numbers.
 #include <string>
 
 #include "fit/compare/compare_page.h"

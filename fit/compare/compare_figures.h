@@ -1,5 +1,5 @@
 #pragma once
-// The figures of a comparison: what is plotted, the table beside it and what it shows, in words.
+// The figures of a comparison. Each has plots, the table beside them and a text that says what they show.
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,11 +13,11 @@ namespace penumbra {
 struct Comparison {
     CompareOptions options;
     int file_order = 0;
-    std::vector<CompareFit> fits;  // of makeGrid()
+    std::vector<CompareFit> fits;  // the fits of makeGrid()
     std::vector<EigenvalueDecay> inputs, outputs;
     std::optional<JointSweep> sweep;
 };
-const CompareFit* findFit(const Comparison& comparison, const FitOptions& options);  // null: not in the grid
+const CompareFit* findFit(const Comparison& comparison, const FitOptions& options);  // null when it is not in the grid
 
 struct Table {
     std::vector<std::string> columns;
@@ -25,30 +25,30 @@ struct Table {
 };
 
 struct Figure {
-    std::string id, title;  // id: its anchor on the page
-    std::string source;     // which figure of which paper
-    std::string finding;    // one sentence, from the data
+    std::string id, title;  // id is its anchor on the page
+    std::string source;     // the figure of the paper that it repeats
+    std::string finding;    // one sentence, made from the data
     std::string method;     // what is held fixed and how it was measured
     std::vector<Plot> plots;
     Table table;
 };
 
-// compare_sweeps.cpp: fits that differ in a number.
+// Figures in compare_sweeps.cpp: fits that differ in a number.
 Figure clustersFigure(const Comparison& comparison);
 Figure varianceFigure(const Comparison& comparison);
 Figure costFigure(const Comparison& comparison);
-// compare_variants.cpp: fits that differ in kind.
-Table summaryTable(const Comparison& comparison);  // every model at the reference: errors, size, times
+// Figures in compare_variants.cpp: fits that differ in kind.
+Table summaryTable(const Comparison& comparison);  // errors, size and times of every model at the reference
 std::string modelsFinding(const Comparison& comparison);
 Figure modelsFigure(const Comparison& comparison);
 Figure conventionsFigure(const Comparison& comparison);
 Figure cosineFigure(const Comparison& comparison);
 Figure framesFigure(const Comparison& comparison);
-// compare_motion.cpp: the poses and the visibility themselves.
+// Figures in compare_motion.cpp: the poses and the visibility themselves.
 Figure jointFigure(const Comparison& comparison);
 Figure eigenvaluesFigure(const Comparison& comparison);
 
-// All that the data allow, in the order of the page.
+// Returns all figures that the data allow, in the order of the page.
 std::vector<Figure> compareFigures(const Comparison& comparison);
 
 }  // namespace penumbra

@@ -21,6 +21,7 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
+// Returns the median time of predictNumbers() over frames spread over the file.
 double evaluationMilliseconds(const Model& model, const PoseTable& poses) {
     constexpr std::size_t kFrames = 9;
     std::vector<double> times;
@@ -63,12 +64,14 @@ std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) 
     for (ModelKind model : options.models)
         for (FeatureKind features : options.features) {
             const FitOptions reference = referenceFit(options, model, features);
+            // 1. The reference, and fits that differ from it in one thing.
             add(reference, [](FitOptions&) {});
             for (int clusters : options.clusters) add(reference, [=](FitOptions& fit) { fit.clusters = clusters; });
             for (double share : options.output_variances)
                 add(reference, [=](FitOptions& fit) { fit.output_variance = share; });
             for (Convention convention : options.conventions)
                 add(reference, [=](FitOptions& fit) { fit.convention = convention; });
+            // 2. Fits as in figures 8 and 9 of paper 000.
             FitOptions paper = reference;
             paper.convention = paperConvention(options, file_order);
             paper.clamp = false;

@@ -29,7 +29,7 @@ Series bakedSeries(const JointSweep& sweep, bool held_out) {
     return series;
 }
 
-// Root mean square over all frames of the curve at the frame's angle minus the frame's E.
+// Returns the root mean square, over all frames, of the curve at the frame's angle minus the frame's E.
 double distanceFromPoints(const JointSweep& sweep, const std::vector<double>& curve) {
     const double step = (sweep.angles.back() - sweep.angles.front()) / double(sweep.angles.size() - 1);
     double sum = 0;

@@ -1,5 +1,6 @@
 #pragma once
-// What a comparison varies. The defaults here are the documented ones; nothing else holds a default.
+// The options of a comparison say what it varies. The defaults here are the documented ones, and no other place holds a
+// default.
 #include <string>
 #include <vector>
 
@@ -7,14 +8,14 @@
 
 namespace penumbra {
 
-// One list for each thing that is varied. All combinations would be too many: every figure varies one thing and holds
-// the others at the reference, which is the middle value of a list of numbers (of an even count, the upper) and the
-// first convention.
+// There is one list for each thing that is varied. All combinations would be too many, so every figure varies one thing
+// and holds the others at the reference. The reference is the middle value of a list of numbers (of an even count, the
+// upper one) and the first convention.
 struct CompareOptions {
     std::vector<ModelKind> models{kModelKinds.begin(), kModelKinds.end()};
-    // The papers' first: dihedral-angles in place of joint-angles for meshes without a skeleton.
+    // The papers' features come first. Meshes without a skeleton have dihedral-angles in place of joint-angles.
     std::vector<FeatureKind> features{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
-    int parts = 0;                                               // of those; 0: fit/clusters/rigid_parts.h chooses
+    int parts = 0;  // near-rigid parts of such meshes; 0 lets fit/clusters/rigid_parts.h choose
     std::vector<int> clusters{8, 16, 32, 64};                    // ascending
     std::vector<double> output_variances{0.8, 0.9, 0.95, 0.99};  // ascending
     std::vector<Convention> conventions;                         // the papers' A4, and D5

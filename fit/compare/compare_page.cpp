@@ -6,7 +6,7 @@ namespace penumbra {
 
 namespace {
 
-// Colours: Okabe and Ito's, which the colour-blind can tell apart; lighter for a dark page.
+// Colours by Okabe and Ito, which the colour-blind can tell apart. They are lighter on a dark page.
 constexpr const char* kStyle = R"css(
 :root { color-scheme: light dark;
   --paper: #ffffff; --ink: #1d2430; --soft: #5c6675; --line: #d9dee6; --band: #f5f7fa; --link: #0b5cad;
@@ -107,7 +107,7 @@ std::string joined(const std::vector<std::string>& names) {
     return text;
 }
 
-// 13,380.
+// Returns a number with a comma at thousands, such as 13,380.
 std::string grouped(std::size_t number) {
     std::string text = std::to_string(number);
     for (std::size_t at = text.size(); at > 3;) text.insert(at -= 3, ",");
@@ -181,7 +181,7 @@ std::string footerHtml(const CompareSource& source) {
 std::string headHtml(const std::string& title) {
     std::string head = "<meta charset=\"utf-8\">\n";
     head += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-    // Nothing may come from outside, and nothing runs.
+    // The page loads nothing from outside, and nothing in it runs.
     head +=
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
         "img-src data:\">\n";

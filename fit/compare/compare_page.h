@@ -1,14 +1,14 @@
 #pragma once
-// A comparison as files: one self-contained HTML page, JSON with everything that the page shows, CSV with a row a fit.
+// Writes a comparison as one self-contained HTML page.
 #include <string>
 
 #include "fit/compare/compare_figures.h"
 
 namespace penumbra {
 
-// What the page says about where its figures come from.
+// The source of the figures, as the page tells it.
 struct CompareSource {
-    std::string file;  // name of the visibility file, without folders
+    std::string file;  // name of the visibility file, without its folders
     std::size_t vertices = 0, joints = 0;
     std::size_t train_frames = 0, held_out_frames = 0;
     std::vector<std::string> train_clips, held_out_clips;

@@ -1,5 +1,5 @@
 #pragma once
-// From the fits of a comparison to series of plots: what the figures share.
+// Turns the fits of a comparison into series of plots. All figures share these functions.
 #include <functional>
 #include <string>
 #include <vector>
@@ -14,31 +14,34 @@ double heldOutAmbient(const CompareFit& fit);
 double trainError(const CompareFit& fit);
 
 std::string fixedNumber(double value, int digits);  // "-" when not finite
-std::string percent(double share);                  // "12.3%"
+std::string percent(double share);                  // for example "12.3%"
 
-// A colour a model; dashed or hollow for angles, the papers' features.
+// Returns the style of a model's series. Each model has a colour; series of angles, the papers' features, are dashed or
+// hollow.
 SeriesStyle styleOf(ModelKind model, FeatureKind features);
 
-// Fits that differ in one number: fit i stands at x[i].
+// Fits that differ in one number; fit i stands at x[i].
 struct Sweep {
     std::vector<double> x;
     std::function<void(FitOptions&, std::size_t)> vary;
 };
-// One series for each model on each of the features.
+// Returns one series for each model on each of the features.
 std::vector<Series> sweepSeries(const Comparison& comparison, const Sweep& sweep, const Measure& measure);
 
-// Fits that differ in kind: a group of bars for each model, in it a bar for each variant on each of the features.
+// Fits that differ in kind. The plot has a group of bars for each model, and in it a bar for each variant on each of
+// the features.
 struct Variant {
     std::string name;
-    std::function<void(FitOptions&)> change;  // of the reference
+    std::function<void(FitOptions&)> change;  // changes the reference
     Measure measure;
 };
 Plot variantPlot(const Comparison& comparison, const std::vector<Variant>& variants);
 
 struct Lowest {
-    const Series* series = nullptr;  // null: there is no finite point
+    const Series* series = nullptr;  // null when there is no finite point
     double x = 0, y = 0;
 };
+// Returns the lowest point of all series.
 Lowest lowestPoint(const std::vector<Series>& series);
 
 }  // namespace penumbra

@@ -1,4 +1,4 @@
-// Figures of fits that differ in a number: clusters, output variance; and what each fit costs.
+// Figures of fits that differ in a number (clusters, output variance), and the figure of what each fit costs.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@ namespace penumbra {
 
 namespace {
 
-// Logarithmic where one model is so far off that the others would lie on one another.
+// The axis is logarithmic where one model is so far off that the others would lie on one another.
 Axis errorAxis(const std::vector<Series>& series) {
     double least = INFINITY, most = 0;
     for (const Series& s : series)
@@ -97,7 +97,7 @@ Figure varianceFigure(const Comparison& comparison) {
 
 namespace {
 
-// Held-out error against a cost, over the numbers of clusters.
+// Plots the held-out error against a cost, over the numbers of clusters.
 Plot costPlot(const Comparison& comparison, const std::string& id, const std::string& title, const Axis& x,
               const Measure& cost) {
     const CompareOptions& options = comparison.options;
@@ -114,7 +114,7 @@ bool isPlain(const CompareFit& fit) {
     return fit.options.target == Target::kVisibility && fit.options.frame == Frame::kLocal && fit.options.clamp;
 }
 
-// Of all plain fits in the reference's convention.
+// Names the best and the smallest of all plain fits in the reference's convention.
 std::string costFinding(const Comparison& comparison) {
     const CompareFit *best = nullptr, *smallest = nullptr;
     for (const CompareFit& fit : comparison.fits) {

@@ -10,18 +10,18 @@ namespace {
 
 void asReference(FitOptions&) {}
 
-// Figures 8 and 9 of paper 000.
+// Changes a fit to those of figures 8 and 9 of paper 000.
 void asPaper(FitOptions& fit, const Convention& convention) {
     fit.convention = convention;
     fit.clamp = false;
 }
 
-// Of all bars of the second variant over those of the first: the geometric mean and the range.
+// The ratios of all bars of the second variant to those of the first: their geometric mean and range.
 struct Ratio {
     double mean = NAN, low = INFINITY, high = 0;
 };
 
-// Series 0..n-1 are the first variant's (one for each of the features), n..2n-1 the second's.
+// Computes these ratios. Series 0..n-1 are the first variant's, one for each of the features, and n..2n-1 the second's.
 Ratio ratioOf(const Plot& plot) {
     Ratio ratio;
     double logs = 0, count = 0;
@@ -39,7 +39,7 @@ Ratio ratioOf(const Plot& plot) {
     return ratio;
 }
 
-// "12.3% higher (8.0% lower to 15.1% higher)".
+// Returns a text such as "12.3% higher on average (from 8.0% lower to 15.1% higher)".
 std::string comparedWith(const Ratio& ratio) {
     const auto words = [](double r) {
         return std::abs(r - 1) < 5e-4 ? "the same" : percent(std::abs(r - 1)) + (r < 1 ? " lower" : " higher");
@@ -57,7 +57,7 @@ Plot named(Plot plot, const std::string& id, const std::string& title, const std
     return plot;
 }
 
-// A row for each bar, a column for each plot.
+// Returns a table with a row for each bar and a column for each plot.
 Table barTable(const std::vector<Plot>& plots) {
     Table table{{"model", "fit"}, {}};
     for (const Plot& plot : plots) table.columns.push_back(plot.title);
@@ -71,7 +71,7 @@ Table barTable(const std::vector<Plot>& plots) {
     return table;
 }
 
-// The papers have linear, quadratic and neural models of angles.
+// Returns the model with the least held-out error. The papers have linear, quadratic and neural models of angles.
 const CompareFit* bestOf(const Comparison& comparison, bool papers_only) {
     const CompareFit* best = nullptr;
     for (ModelKind model : comparison.options.models)
@@ -85,7 +85,7 @@ const CompareFit* bestOf(const Comparison& comparison, bool papers_only) {
 
 std::string fitName(const CompareFit& fit) { return labelOf(fit.options.model, fit.options.features); }
 
-// Which model loses most, and least, from training clips to novel poses.
+// Says which model loses most, and which least, from training clips to novel poses.
 std::string gapFinding(const Comparison& comparison) {
     const CompareFit *most = nullptr, *least = nullptr;
     const auto gap = [](const CompareFit& fit) { return heldOutError(fit) - trainError(fit); };
@@ -104,7 +104,7 @@ std::string gapFinding(const Comparison& comparison) {
     return text + ".";
 }
 
-// Errors of each held-out clip under each model at the reference.
+// Lists the errors of each held-out clip under each model at the reference.
 Table clipTable(const Comparison& comparison) {
     Table table{{"model", "held-out clip", "relative error", "rms V", "ambient error"}, {}};
     for (ModelKind model : comparison.options.models)

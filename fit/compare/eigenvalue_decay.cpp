@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kBatchBytes = std::size_t(128) << 20;  // of numbers in memory at a time
+constexpr std::size_t kBatchBytes = std::size_t(128) << 20;  // bytes of numbers in memory at a time
 
 template <class T>
 BasicMatrix<T> centredRows(const BasicMatrix<T>& all, std::span<const std::size_t> rows) {
@@ -22,7 +22,7 @@ BasicMatrix<T> centredRows(const BasicMatrix<T>& all, std::span<const std::size_
     return out;
 }
 
-// Empty where nothing varies.
+// Returns each value's share of their sum. The result is empty when nothing varies.
 std::vector<double> sharesOf(std::vector<double> values) {
     double total = 0;
     for (double value : values) total += value;
@@ -31,7 +31,8 @@ std::vector<double> sharesOf(std::vector<double> values) {
     return values;
 }
 
-// Mean of each share over the clusters where something varies; one of fewer components counts as 0 beyond them.
+// Returns the mean of each share over the clusters in which something varies. A cluster with fewer components counts as
+// 0 beyond them.
 std::vector<double> meanShares(const std::vector<std::vector<double>>& of_cluster) {
     const auto varying = std::count_if(of_cluster.begin(), of_cluster.end(), [](const auto& s) { return !s.empty(); });
     std::vector<double> mean;
@@ -42,7 +43,7 @@ std::vector<double> meanShares(const std::vector<std::vector<double>>& of_cluste
     return mean;
 }
 
-// Angles of a deforming mesh are those that its own PCA kept, and the inputs.
+// Returns the poses as a matrix. For a deforming mesh they are the angles that its own PCA kept, and the inputs.
 Matrix poseMatrix(const PoseTable& poses) {
     Matrix pose(poses.frameCount(), poses.pose_size);
     std::copy(poses.pose.begin(), poses.pose.end(), pose.values.begin());
@@ -55,7 +56,7 @@ Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
     return toFloat(sum / double(vertices.size()));
 }
 
-// Weighted as the fit weighs them before its input PCA.
+// Returns the raw features of a cluster, weighted as the fit weighs them before its input PCA.
 Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character, const FeatureRecipe& recipe,
                     std::size_t cluster) {
     const int joint = character.clusters.joint[cluster];
@@ -70,7 +71,7 @@ Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character
     return raw;
 }
 
-// The clusters [first, last) whose numbers go into memory together.
+// Returns the end of the batch that starts with cluster `first`: clusters whose numbers go into memory together.
 std::size_t endOfBatch(const VertexClusters& clusters, std::size_t first, std::size_t bytes_per_vertex) {
     std::size_t bytes = 0, last = first;
     while (last < clusters.vertices.size() &&
@@ -121,6 +122,8 @@ std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const Compa
     request.threads = options.threads;
     std::vector<Matrix> grams(clusters.vertices.size());
     const std::size_t bytes_per_vertex = frames * std::size_t(request.convention.size()) * sizeof(float);
+    // 1. Compute the Gram matrix of every cluster's numbers over training frames. It has the same eigenvalues as the
+    //    covariance.
     for (std::size_t first = 0, last = 0; first < grams.size(); first = last) {
         last = endOfBatch(clusters, first, bytes_per_vertex);
         request.vertices_of_cluster = std::span(clusters.vertices).subspan(first, last - first);
@@ -132,6 +135,7 @@ std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const Compa
         });
         if (progress) progress(double(last) / double(grams.size()));
     }
+    // 2. The Gram matrix of all vertices is the sum of those of the clusters.
     Matrix sum(train, train);
     std::vector<std::vector<double>> of_cluster(grams.size());
     for (const Matrix& gram : grams)

@@ -12,12 +12,12 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kMostVertices = 1500, kBins = 8, kCurvePoints = 61;
-constexpr double kLeastTurn = 0.02;  // radians, standard deviation: joints that move less are left out
+constexpr double kLeastTurn = 0.02;  // standard deviation in radians; joints that move less are left out
 
-// E of up to kMostVertices vertices, evenly spread over their indices: [F, vertices].
+// E of up to kMostVertices vertices, evenly spread over their indices.
 struct AmbientTable {
     std::vector<std::uint32_t> vertices;
-    Matrix ambient;
+    Matrix ambient;  // [F, vertices]
 };
 
 AmbientTable readAmbient(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options) {
@@ -40,7 +40,7 @@ AmbientTable readAmbient(const CompareInput& input, const CompareCharacter& char
     return table;
 }
 
-// Frames in order of the angle, cut into kBins equal parts: the bin of each.
+// Returns the bin of each frame: frames in the order of the angle, cut into kBins equal parts.
 std::vector<std::size_t> binsOf(std::span<const double> angles) {
     std::vector<std::size_t> order(angles.size()), bins(angles.size());
     std::iota(order.begin(), order.end(), 0);
@@ -50,10 +50,11 @@ std::vector<std::size_t> binsOf(std::span<const double> angles) {
 }
 
 struct Explained {
-    double between = 0, total = 0;  // variance of the bins' means, weighted, and of all
+    double between = 0, total = 0;  // weighted variance of the bins' means, and variance of all values
     double score() const { return total > 1e-12 ? between * between / total : 0; }
 };
 
+// Returns how much of the variance of the values a function of the bin explains.
 Explained explainedBy(std::span<const std::size_t> bins, std::span<const double> values) {
     std::array<double, kBins> sums{}, counts{};
     double sum = 0, squares = 0;
@@ -84,7 +85,7 @@ struct Choice {
     Explained explained;
 };
 
-// The pair of joint and vertex of the largest score.
+// Returns the pair of joint and vertex with the largest score.
 Choice choosePair(const CompareInput& input, const CompareCharacter& character, const AmbientTable& table,
                   std::span<const Vec3d> rotations) {
     const Skin& skin = input.poses.skin;
@@ -115,10 +116,12 @@ std::optional<JointSweep> findJointSweep(const CompareInput& input, const Compar
     if (input.poses.deforming) return std::nullopt;
     const Skin& skin = input.poses.skin;
     const std::size_t joints = skin.jointCount(), frames = input.poses.frameCount();
+    // 1. Choose joint and vertex.
     const AmbientTable table = readAmbient(input, character, options);
     const std::vector<Vec3d> rotations = relativeRotations(input.poses, skin.parents);
     const Choice choice = choosePair(input, character, table, rotations);
     if (choice.explained.score() <= 0) return std::nullopt;
+    // 2. Collect the baked points.
     JointSweep sweep;
     sweep.turn = makeJointTurn(input, character, int(choice.joint));
     sweep.joint_name = skin.joint_names[choice.joint];
@@ -130,6 +133,7 @@ std::optional<JointSweep> findJointSweep(const CompareInput& input, const Compar
         sweep.baked_angles.push_back(dot(sweep.turn.axis, rotations[f * joints + choice.joint]));
         sweep.baked_ambient.push_back(table.ambient(f, choice.column));
     }
+    // 3. Spread the points of the curves over the range of baked angles.
     const auto [low, high] = std::minmax_element(sweep.baked_angles.begin(), sweep.baked_angles.end());
     for (std::size_t i = 0; i < kCurvePoints; ++i)
         sweep.angles.push_back(*low + (*high - *low) * double(i) / double(kCurvePoints - 1));

@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-// Axis times angle of a rotation. Near half a turn the axis comes from R + I, whose columns are along it.
+// Returns axis times angle of a rotation. Near half a turn the axis comes from R + I, whose columns lie along it.
 Vec3d rotationLog(const Mat3d& r) {
     const Vec3d twice{r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)};  // 2 sin(angle) axis
     const double cosine = std::clamp((r(0, 0) + r(1, 1) + r(2, 2) - 1) / 2, -1.0, 1.0);
@@ -36,7 +36,8 @@ Mat3d rotationExp(Vec3d w) {
 
 Vec3d apply(const Affine& a, Vec3d p) { return toDouble(a.linear()) * p + toDouble(a.translation()); }
 
-// argmin over c of sum_f |M_joint c - M_parent c|^2, held to `guess` where a hinge leaves it open.
+// Returns the point c that minimises sum_f |M_joint c - M_parent c|^2. Along a hinge, where the sum leaves c open, it
+// stays near `guess`.
 Vec3d fitPivot(const PoseTable& poses, std::span<const std::size_t> frames, std::pair<int, int> joints, Vec3d guess) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() * (1e-9 * double(frames.size()));
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -62,8 +63,8 @@ Vec3d meanOf(std::span<const Vec3d> rotations, std::size_t joints, std::size_t j
     return sum / double(frames.size());
 }
 
-// The joint's three numbers of the pose vector turn with its rotation: v = Q w with one rotation Q for all frames, so
-// that the regression of v on the angle about a principal axis a of w is Q a.
+// Returns the change of the joint's three numbers of the pose vector for a radian. They turn with the joint's rotation:
+// v = Q w with one rotation Q for all frames. So the regression of v on the angle about a principal axis a of w is Q a.
 Vec3d poseAxis(const PoseTable& poses, std::size_t joint, std::span<const std::size_t> frames,
                std::span<const double> angles) {
     if (poses.pose_size != 3 * poses.joints) return {};
@@ -78,6 +79,7 @@ Vec3d poseAxis(const PoseTable& poses, std::size_t joint, std::span<const std::s
     return spread > 0 ? normalized(sum / spread) : Vec3d{};
 }
 
+// Returns the frame in which all joints but one are nearest to their mean rotations.
 std::size_t nearestToMeans(std::span<const Vec3d> rotations, std::size_t joints, std::size_t but,
                            std::span<const std::size_t> frames) {
     std::vector<double> distance(frames.size());
@@ -141,6 +143,7 @@ TurnedPose poseAt(const CompareInput& input, const JointTurn& turn, double angle
     const std::vector<std::int32_t>& parents = input.poses.skin.parents;
     const std::size_t f = turn.base_frame;
     const auto joint = std::size_t(turn.joint), parent = std::size_t(parents[joint]);
+    // 1. The rotation in the model frame that takes the joint from its angle in the base frame to the asked one.
     const Mat3d rest_to_model = toDouble(poses.rotationsOf(f)[parent]);
     const Mat3d before = transposed(rest_to_model) * toDouble(poses.rotationsOf(f)[joint]);
     const Mat3d after = rotationExp(rotationLog(before) + turn.axis * (angle - turn.base_angle));
@@ -148,6 +151,7 @@ TurnedPose poseAt(const CompareInput& input, const JointTurn& turn, double angle
     const Vec3d center = apply(poses.bonesOf(f)[parent], turn.pivot);
     TurnedPose turned{{poses.bonesOf(f).begin(), poses.bonesOf(f).end()},
                       {poses.poseOf(f).begin(), poses.poseOf(f).end()}};
+    // 2. Turn the joint and all that hangs on it about the pivot.
     for (std::size_t j = 0; j < poses.joints; ++j) {
         if (!movesWith(parents, j, turn.joint)) continue;
         const Mat3d linear = rotate * toDouble(turned.bones[j].linear());
@@ -157,6 +161,7 @@ TurnedPose poseAt(const CompareInput& input, const JointTurn& turn, double angle
             turned.bones[j].m[std::size_t(4 * r + 3)] = float(moved[r]);
         }
     }
+    // 3. Change the joint's numbers of the pose vector.
     if (turn.pose_axis != Vec3d{})
         for (int i = 0; i < 3; ++i)
             turned.pose[3 * joint + std::size_t(i)] += float(turn.pose_axis[i] * (angle - turn.base_angle));

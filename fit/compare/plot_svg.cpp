@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-// In units of the view box.
+// Sizes in units of the view box.
 constexpr double kWidth = 560, kHeight = 340, kLeft = 76, kRight = 14, kTop = 14, kBottom = 50;
 constexpr double kMark = 4;
 
@@ -50,7 +50,7 @@ struct Range {
     bool empty() const { return low > high; }
 };
 
-// 1, 2 or 5 times a power of ten: about `count` steps over `span`.
+// Returns 1, 2 or 5 times a power of ten that divides `span` into about `count` steps.
 double roundStep(double span, int count) {
     const double rough = span / count, power = std::pow(10.0, std::floor(std::log10(rough)));
     for (double factor : {1.0, 2.0, 5.0})
@@ -66,7 +66,8 @@ std::vector<double> linearTicks(double low, double high) {
     return ticks;
 }
 
-// Powers of ten; with 2 and 5 between them over less than two decades; where that leaves one, those of a linear axis.
+// Returns powers of ten, with 2 and 5 between them when the range is less than two decades. Where that leaves one tick,
+// it returns those of a linear axis.
 std::vector<double> logTicks(double low, double high) {
     const double decades = std::log10(high / low);
     const double stride = std::max(1.0, std::ceil(decades / 7));
@@ -79,7 +80,7 @@ std::vector<double> logTicks(double low, double high) {
     return ticks.size() > 1 ? ticks : linearTicks(low, high);
 }
 
-// The range of the data, opened a little, and never empty.
+// Returns the range of the data, opened a little and never empty.
 Range opened(Range range, const Axis& axis) {
     if (range.empty()) return {axis.log ? 1.0 : 0.0, axis.log ? 10.0 : 1.0};
     if (axis.log) {
@@ -156,7 +157,7 @@ std::string axesSvg(const Plot& plot, const PlotFrame& frame) {
     return svg + "</g>";
 }
 
-// The colour's own shape, so that colour is never the only difference.
+// Draws the shape that belongs to the colour, so that colour is never the only difference.
 std::string markSvg(const SeriesStyle& style, double x, double y, const std::string& title) {
     const double r = kMark;
     if (style.colour % 4 == 0)

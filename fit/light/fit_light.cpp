@@ -17,7 +17,8 @@ double squareOf(std::span<const double> values) {
     return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
 }
 
-// The projection is orthogonal: |L - SH|^2 = |L|^2 - |SH|^2.
+// Makes a light of SH coefficients and of the energy |L|^2 of the whole light. The projection is orthogonal, so |L -
+// SH|^2 = |L|^2 - |SH|^2.
 LightFile makeLight(const std::string& name, int order, std::vector<double> sh, double energy) {
     LightFile light;
     light.name = name;
@@ -44,12 +45,13 @@ namespace {
 
 double luminanceOf(Vec3 rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
 
-constexpr int kSpot = 2, kEdge = kSpot + 1;  // rings around a pixel
+constexpr int kSpot = 2, kEdge = kSpot + 1;  // number of rings around a pixel
 
-// Around a pixel, by ring: the largest luminance over its own, and the sum of them.
+// The surroundings of a pixel by ring: the largest luminance in each, and the sum, both as multiples of the pixel's
+// own.
 struct Rings {
     std::array<double, kEdge + 1> largest{}, sum{};
-    double flux = 0;  // of the spot
+    double flux = 0;  // flux of the spot
 };
 
 Rings ringsAround(const EnvironmentMap& map, int x, int y) {
@@ -60,6 +62,7 @@ Rings ringsAround(const EnvironmentMap& map, int x, int y) {
     Rings rings;
     for (int j = std::max(0, y - kEdge); j <= std::min(height - 1, y + kEdge); ++j)
         for (int i = x - kEdge; i <= x + kEdge; ++i) {
+            // A lat-long picture continues at its other side.
             const bool around = map.layout == MapLayout::kLatLong && width > 2 * kEdge;
             if ((i < 0 || i >= width) && !around) continue;
             const int column = (i + width) % width, ring = std::max(std::abs(i - x), std::abs(j - y));
@@ -75,6 +78,7 @@ Rings ringsAround(const EnvironmentMap& map, int x, int y) {
 
 HotPixel findHotPixel(const EnvironmentMap& map) {
     constexpr double kShare = 0.05, kAlone = 0.1, kMostPixels = 6, kSharp = 0.002;
+    // 1. Find the pixel with the most flux, and the flux of the whole picture.
     HotPixel brightest;
     double whole = 0, most = 0;
     for (int y = 0; y < map.image.height; ++y)
@@ -85,6 +89,7 @@ HotPixel findHotPixel(const EnvironmentMap& map) {
             if (flux > most) most = flux, brightest = {x, y, 0};
         }
     if (!(most > 0)) return brightest;
+    // 2. See whether it shines alone or belongs to a sharp spot.
     const Rings rings = ringsAround(map, brightest.x, brightest.y);
     if (most >= kShare * whole && rings.largest[1] < kAlone) {
         brightest.share = most / whole;
@@ -105,7 +110,7 @@ WindowReport windowFit(const WindowChoice& choice, const HotPixel& hot, LightFil
     light.window = report.weights;
     const double whole = squareOf(change);
     for (std::size_t i = 0; i < change.size(); ++i) change[i] -= light.sh[i];
-    // |L|^2 = |SH|^2 / (1 - residual^2), and what the window took is orthogonal to what the projection left out.
+    // |L|^2 is |SH|^2 / (1 - residual^2), and what the window took is orthogonal to what the projection left out.
     const double left = light.residual * light.residual;
     light.residual = std::sqrt(left + (1 - left) * squareOf(change) / whole);
     return report;

@@ -8,8 +8,8 @@ namespace penumbra {
 namespace {
 
 // clang-format off
-// scripts/make_lobe_directions.py made this table: 2n-1 directions of every order n after one another, with the largest
-// condition of a band's matrix.
+// scripts/make_lobe_directions.py made this table. It holds 2n-1 directions for each order n, one order after the
+// other, with the largest condition number of a band's matrix.
 constexpr Vec3d kDirections[kMaxOrder * kMaxOrder] = {
     // order 1: condition 1.00
     {0, 0, 1},

@@ -1,3 +1,18 @@
+// Fits zonal lobes to the SH of a light.
+//
+// Problem: find directions s_d and coefficients z_dl, for every band l and channel, so that l_lm = sum_d
+// sqrt(4pi/(2l+1)) z_dl y_lm(s_d) is as near as possible to the light.
+//
+// Naive: minimise over directions and coefficients together. There are 3 n coefficients for each lobe and only two
+// numbers for its direction, and the objective has many minima.
+//
+// Here: for given directions, every band and channel is a least squares problem of its own, which solveMinNorm() solves
+// exactly (band 0 has rank 1, because all lobes share it). So only directions are searched. At the best coefficients
+// their derivative is zero, so the gradient by the directions needs no derivative of the solution (variable projection,
+// Golub and Pereyra 1973). Many starts take care of the minima.
+//
+// Derivation: docs/formulas.md, section 6.
+
 #include "fit/light/light_lobes.h"
 
 #include <algorithm>
@@ -20,14 +35,15 @@ namespace penumbra {
 namespace {
 
 constexpr int kCandidates = 1500;  // paper 000 section 5.4
-// Two lobes that move into one direction with opposite coefficients that grow without bound act like one and its
-// derivative. This weight of |z|^2 against the light's own square stops them: coefficients stay below some 100 of the
-// light's norm, which floats can take. Coefficients are solved without it when directions are found.
+// Weight of |z|^2 against the square of the light. Without it two lobes could move into one direction with opposite
+// coefficients that grow without bound, and act like a lobe and its derivative. With it, coefficients stay below some
+// 100 times the light's norm, which floats can hold. It is used while directions are searched; the coefficients of the
+// final directions are solved without it.
 constexpr double kRidge = 1e-8;
 
 using Basis = std::array<double, coefficientCount(kMaxOrder)>;
 
-// Bands of a light, scaled to a norm of 1 (0 for a black one).
+// The bands of a light, scaled to a norm of 1 (or 0 for a black light).
 struct Bands {
     int order = 0;
     double scale = 0;                       // norm before scaling
@@ -49,7 +65,7 @@ Bands bandsOf(int order, std::span<const double> sh) {
     return bands;
 }
 
-// y_lm(s) sqrt(4pi/(2l+1)), a unit vector in every band.
+// Returns y_lm(s) sqrt(4pi/(2l+1)), which is a unit vector in every band.
 Basis unitBasis(int order, Vec3d s) {
     Basis y{};
     evalBasis(order, s, std::span(y).first(std::size_t(coefficientCount(order))));
@@ -58,8 +74,9 @@ Basis unitBasis(int order, Vec3d s) {
     return y;
 }
 
-// Its derivative along the great circle from s towards the unit tangent t: a trigonometric polynomial of degree < 8,
-// whose fourth-order central difference at this step is right to 1e-11.
+// Returns the derivative of unitBasis() along the great circle from s towards the unit tangent t. Along that circle the
+// basis is a trigonometric polynomial of degree < 8, and the fourth-order central difference with this step is right to
+// 1e-11.
 Basis slopeOfBasis(int order, Vec3d s, Vec3d t) {
     constexpr double h = 3e-4;
     const auto at = [&](double a) { return unitBasis(order, s * std::cos(a) + t * std::sin(a)); };
@@ -69,6 +86,7 @@ Basis slopeOfBasis(int order, Vec3d s, Vec3d t) {
     return slope;
 }
 
+// Returns band l of every lobe's basis as the columns of a matrix.
 SmallMatrix columnsOf(int l, std::span<const Basis> bases) {
     SmallMatrix columns{2 * l + 1, int(bases.size()), {}};
     for (std::size_t d = 0; d < bases.size(); ++d)
@@ -76,7 +94,7 @@ SmallMatrix columnsOf(int l, std::span<const Basis> bases) {
     return columns;
 }
 
-// band - columns x
+// Returns band - columns x.
 SmallMatrix leftOf(SmallMatrix band, const SmallMatrix& columns, const SmallMatrix& x) {
     for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t d = 0; d < std::size_t(columns.columns); ++d)
@@ -90,16 +108,18 @@ std::vector<Basis> basesOf(int order, std::span<const Vec3d> directions) {
     return bases;
 }
 
-// What is left, squared, with the ridge, when every band has its best coefficients. Those being best, only the moving
-// columns count in the gradient: d|R|^2 = -2 <R, dA X> (variable projection, Golub and Pereyra 1973).
+// Returns what is left, squared, when every band has its best coefficients, plus the ridge. Because these are best,
+// only the moving columns count in the gradient: d|R|^2 = -2 <R, dA X>. `gradient` may be empty.
 double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::span<Vec3d> gradient) {
     const std::vector<Basis> bases = basesOf(bands.order, directions);
     std::vector<Basis> pull(directions.size(), Basis{});  // -2 R X^T
     double sum = 0;
-    for (int l = 1; l < bands.order; ++l) {  // all lobes share band 0, which any of them has
+    for (int l = 1; l < bands.order; ++l) {  // band 0 is left out: any lobe has all of it
+        // 1. Solve for the coefficients of the band.
         const SmallMatrix columns = columnsOf(l, bases);
         const SmallMatrix x = solveMinNorm(columns, bands.of[std::size_t(l)], kRidge);
         const SmallMatrix left = leftOf(bands.of[std::size_t(l)], columns, x);
+        // 2. Sum what is left, and the pull -2 R X^T on every lobe's column.
         for (std::size_t c = 0; c < 3; ++c) {
             for (std::size_t d = 0; d < directions.size(); ++d) sum += kRidge * x.at[c][d] * x.at[c][d];
             for (std::size_t i = 0; i < std::size_t(left.rows); ++i) {
@@ -109,6 +129,7 @@ double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::sp
             }
         }
     }
+    // 3. Take the pull along two tangents of every direction.
     for (std::size_t d = 0; d < gradient.size(); ++d) {
         const Vec3d s = directions[d], a = normalized(cross(s, std::abs(s.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
                     b = cross(s, a);
@@ -119,7 +140,7 @@ double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::sp
     return sum;
 }
 
-// The candidate that takes most away: sum over bands and channels of (y_l(s) . band)^2.
+// Returns the candidate that takes most away: it maximises the sum over bands and channels of (y_l(s) . band)^2.
 Vec3d bestCandidate(const Bands& bands, std::span<const Vec3d> candidates) {
     double best = -1;
     Vec3d direction;
@@ -139,9 +160,10 @@ Vec3d bestCandidate(const Bands& bands, std::span<const Vec3d> candidates) {
 
 struct Lobes {
     std::vector<Vec3d> directions;
-    std::array<SmallMatrix, kMaxOrder> z;  // per band [D, 3]
+    std::array<SmallMatrix, kMaxOrder> z;  // [D, 3] for each band
 };
 
+// Solves for the coefficients of given directions, without the ridge.
 Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions) {
     Lobes lobes{std::move(directions), {}};
     const std::vector<Basis> bases = basesOf(bands.order, lobes.directions);
@@ -150,18 +172,22 @@ Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions) {
     return lobes;
 }
 
+// Searches for better directions from `start`.
 DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start) {
     return minimiseOverDirections(
         [&](std::span<const Vec3d> s, std::span<Vec3d> gradient) { return residualOf(bands, s, gradient); }, start);
 }
 
+// Fits one lobe at a time to what the lobes before have left.
 Lobes fitGreedily(Bands bands, int count, std::span<const Vec3d> candidates) {
     Lobes lobes;
     for (int l = 0; l < bands.order; ++l) lobes.z[std::size_t(l)] = {count, 3, {}};
     for (int d = 0; d < count; ++d) {
+        // 1. Find the best direction for one lobe, and its coefficients.
         const Vec3d start = bestCandidate(bands, candidates);
         const Lobes one = withBestCoefficients(bands, refine(bands, std::span(&start, 1)).directions);
         lobes.directions.push_back(one.directions[0]);
+        // 2. Subtract the lobe.
         const Basis y = unitBasis(bands.order, one.directions[0]);
         for (int l = 0; l < bands.order; ++l) {
             const SmallMatrix& z = one.z[std::size_t(l)];
@@ -172,8 +198,8 @@ Lobes fitGreedily(Bands bands, int count, std::span<const Vec3d> candidates) {
     return lobes;
 }
 
-// Another start: `count` candidates far apart in the list, which winds from pole to pole; 617 and 401 share no factor
-// with its length.
+// Returns another start: `count` candidates that lie far apart in the list, which winds from pole to pole. 617 and 401
+// share no factor with the length of the list.
 std::vector<Vec3d> otherStart(int start, int count, std::span<const Vec3d> candidates) {
     std::vector<Vec3d> directions;
     for (int d = 0; d < count; ++d)
@@ -184,7 +210,9 @@ std::vector<Vec3d> otherStart(int start, int count, std::span<const Vec3d> candi
 Lobes fitJointly(const Bands& bands, int count, std::span<const Vec3d> candidates) {
     constexpr int kOtherStarts = 12;
     constexpr double kExact = 2 * kRidge;
+    // 1. Start from the greedy directions.
     DirectionMinimum best = refine(bands, fitGreedily(bands, count, candidates).directions);
+    // 2. Try other starts until the fit is exact, and keep the best.
     for (int i = 0; i < kOtherStarts && best.value > kExact; ++i) {
         DirectionMinimum other = refine(bands, otherStart(i, count, candidates));
         if (other.value < best.value * (1 - 1e-6)) best = std::move(other);
@@ -192,7 +220,7 @@ Lobes fitJointly(const Bands& bands, int count, std::span<const Vec3d> candidate
     return withBestCoefficients(bands, std::move(best.directions));
 }
 
-// |a - b| / |b|, squares of band l times weight_l.
+// Returns |a - b| / |b|, where the squares of band l count weight_l times.
 double relativeDifference(int order, std::span<const double> a, std::span<const double> b,
                           std::span<const double> weight) {
     double left = 0, whole = 0;
@@ -204,8 +232,8 @@ double relativeDifference(int order, std::span<const double> a, std::span<const 
     return whole > 0 ? std::sqrt(left / whole) : 0;
 }
 
-// The same lobes with opposite axes where they point away from the light: z_l and (-1)^l z_l at the opposite axis
-// agree.
+// Turns the axes of lobes that point away from the light to the opposite direction. The lobes stay the same, because
+// z_l and (-1)^l z_l at the opposite axis agree.
 void turnTowardsLight(int order, Lobes& lobes) {
     constexpr std::array<double, 3> kLuminance{0.2126, 0.7152, 0.0722};
     for (std::size_t d = 0; order > 1 && d < lobes.directions.size(); ++d) {
@@ -218,6 +246,7 @@ void turnTowardsLight(int order, Lobes& lobes) {
     }
 }
 
+// Returns the lobes in descending order of energy.
 std::vector<std::size_t> byEnergy(int order, const Lobes& lobes) {
     std::vector<double> energy(lobes.directions.size(), 0.0);
     for (int l = 0; l < order; ++l)
@@ -242,6 +271,7 @@ LobeFit parseLobeFit(std::string_view name) {
 LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit how) {
     assert(order >= 1 && order <= kMaxOrder && int(sh.size()) == 3 * coefficientCount(order));
     assert(how == LobeFit::kFixed || (count >= 1 && count <= kMaxFittedLobes));
+    // 1. Fit the lobes in the way that was asked for.
     const Bands bands = bandsOf(order, sh);
     const std::vector<Vec3d> candidates = fibonacciSphere(kCandidates);
     const std::span<const Vec3d> fixed = fixedLobeDirections(order);
@@ -250,6 +280,7 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit
                                            : withBestCoefficients(bands, {fixed.begin(), fixed.end()});
     LightLobesFit fit;
     fit.mode = how == LobeFit::kGreedy ? "greedy" : how == LobeFit::kJoint ? "joint" : "fixed";
+    // 2. Bring them into a definite form. Fixed lobes keep the order of their table.
     if (how != LobeFit::kFixed) turnTowardsLight(order, lobes);
     std::vector<std::size_t> sorted = byEnergy(order, lobes);
     if (how == LobeFit::kFixed) std::iota(sorted.begin(), sorted.end(), std::size_t(0));
@@ -259,6 +290,7 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit
             for (std::size_t c = 0; c < 3; ++c)
                 fit.coefficients.push_back(bands.scale * lobes.z[std::size_t(l)].at[c][d]);
     }
+    // 3. Measure the error.
     const std::vector<double> lobes_sh = lobesToSh(order, fit);
     fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
     fit.irradiance_error = irradianceDifference(order, lobes_sh, sh);

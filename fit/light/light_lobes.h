@@ -1,7 +1,7 @@
 #pragma once
-// A light's SH as a sum of zonal lobes (paper 000 eq 15 and section 5.4): directions and, per band and colour channel,
-// coefficients. Rotating a lobe is evaluating the basis once, so a light of few lobes turns into any vertex' frame
-// cheaply.
+// Writes a light's SH as a sum of zonal lobes (paper 000 eq 15 and section 5.4). A lobe has a direction and, for every
+// band and colour channel, a coefficient. To rotate a lobe is to evaluate the basis once, so a light of few lobes turns
+// into any vertex' frame cheaply.
 #include <span>
 #include <string_view>
 
@@ -10,27 +10,32 @@
 namespace penumbra {
 
 enum class LobeFit { kGreedy, kJoint, kFixed };
-LobeFit parseLobeFit(std::string_view name);  // greedy, joint, fixed; std::invalid_argument
+LobeFit parseLobeFit(std::string_view name);  // greedy, joint or fixed; throws std::invalid_argument otherwise
 
 constexpr int kMaxFittedLobes = 7;
 constexpr int fixedLobeCount(int order) { return 2 * order - 1; }
 
-// `sh` is [order^2, 3]. Lobes come in descending energy with axes towards the light (luminance of z_1 >= 0), but for
-// kFixed.
-// kGreedy, the paper's way: the best of 1500 directions, refined by BFGS, coefficients in closed form; subtract; again.
-// kJoint: BFGS over all directions at once, coefficients eliminated band by band (min-norm least squares), from the
-//     greedy directions and from a fixed set of others; the best.
-// kFixed: fixedLobeCount(order) directions with which every light of this order is exact; `lobes` is not used.
-// What no lobe can do (band 0 only, black) leaves lobes of zeros. 1 <= lobes <= kMaxFittedLobes.
+// Fits lobes to the light `sh` [order^2, 3].
+//
+// - kGreedy, the paper's way: takes the best of 1500 directions, refines it by BFGS, solves for its coefficients,
+//   subtracts the lobe, and goes on with the next.
+// - kJoint: BFGS over all directions at once, with the coefficients eliminated band by band (min-norm least squares).
+//   It starts from the greedy directions and from a fixed set of others, and takes the best result.
+// - kFixed: fixedLobeCount(order) directions with which every light of this order is exact. `lobes` is not used.
+//
+// Otherwise 1 <= lobes <= kMaxFittedLobes, and lobes come in descending energy with axes towards the light (the
+// luminance of z_1 is >= 0). When there is nothing for a lobe to do (the light has band 0 only, or is black), its
+// coefficients are zero.
 LightLobesFit fitLobes(int order, std::span<const double> sh, int lobes, LobeFit how);
 
-// The SH of the lobes, [order^2, 3].
+// Returns the SH of the lobes, [order^2, 3].
 std::vector<double> lobesToSh(int order, const LightLobesFit& lobes);
 
-// |E - E_truth| / |E_truth| of the irradiance that two lights of one order give, over all normals and channels.
+// Returns |E - E_truth| / |E_truth| for the irradiance E that two lights of one order give, over all normals and
+// channels.
 double irradianceDifference(int order, std::span<const double> sh, std::span<const double> truth);
 
-// The directions of kFixed: conditions of every band's matrix are below 4 at each order.
+// Returns the directions of kFixed. At every order the condition number of each band's matrix is below 4.
 std::span<const Vec3d> fixedLobeDirections(int order);
 
 }  // namespace penumbra

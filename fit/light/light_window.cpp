@@ -26,7 +26,7 @@ WindowChoice parseWindow(const std::string& text) {
     }
 }
 
-// tests/golden/light.json has those of orders 3 to 6.
+// tests/golden/light.json has the windows of orders 3 to 6.
 std::span<const double> sharpestWindow(int order) {
     static constexpr double kWindows[kMaxOrder][kMaxOrder] = {
         {1},
@@ -59,7 +59,7 @@ double radianceAt(int order, std::span<const double> sh, std::size_t channel, Ve
     return sum;
 }
 
-// Downhill from `direction` by a pattern search in the tangent plane: steps halve where no neighbour is lower.
+// Goes downhill from `direction` by a pattern search in the tangent plane. The step halves when no neighbour is lower.
 double refineMinimum(int order, std::span<const double> sh, std::size_t channel, Vec3d direction, double value) {
     for (double step = 0.04; step > 1e-5;) {
         const Vec3d a = normalized(cross(direction, std::abs(direction.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})),
@@ -88,9 +88,11 @@ double leastRadiance(int order, std::span<const double> sh) {
         const double mean = sh[channel] / std::sqrt(4 * std::numbers::pi);
         if (!(mean > 0)) continue;
         std::vector<std::pair<double, std::size_t>> values;
+        // 1. Evaluate all directions and keep the lowest.
         for (std::size_t i = 0; i < directions.size(); ++i)
             values.push_back({radianceAt(order, sh, channel, directions[i]), i});
         std::partial_sort(values.begin(), values.begin() + kRefined, values.end());
+        // 2. Refine these.
         for (std::size_t k = 0; k < kRefined; ++k)
             least = std::min(least,
                              refineMinimum(order, sh, channel, directions[values[k].second], values[k].first) / mean);
@@ -100,12 +102,14 @@ double leastRadiance(int order, std::span<const double> sh) {
 
 namespace {
 
+// Returns w_l = 1 / (1 + lambda l^2 (l+1)^2).
 std::vector<double> sloanWindow(int order, double lambda) {
     std::vector<double> weights;
     for (int l = 0; l < order; ++l) weights.push_back(1 / (1 + lambda * l * l * (l + 1.0) * (l + 1.0)));
     return weights;
 }
 
+// Returns the sharpest window, mixed with no window.
 std::vector<double> blendedWindow(int order, double share) {
     std::vector<double> weights;
     for (double w : sharpestWindow(order)) weights.push_back(1 - share * (1 - w));
@@ -118,8 +122,9 @@ std::vector<double> windowed(std::span<const double> sh, std::span<const double>
     return out;
 }
 
-// Both families from no window (parameter 0) to one that suits any light (1; a lambda of 1000 leaves 0.02% of band 1).
-// The first is better against a little ringing, the second against much.
+// Returns the window that changes irradiance least while ringing stays within kMostRinging. There are two families,
+// each with a parameter from 0 (no window) to 1 (suits any light; a lambda of 1000 leaves 0.02% of band 1). Sloan's
+// family is better against a little ringing, the other against much.
 std::vector<double> leastWindow(int order, std::span<const double> sh) {
     const auto sloan = [order](double s) { return sloanWindow(order, s > 0 ? std::pow(10.0, 9 * s - 6) : 0); };
     const auto blend = [order](double s) { return blendedWindow(order, s); };
@@ -127,11 +132,13 @@ std::vector<double> leastWindow(int order, std::span<const double> sh) {
     double least_change = 0;
     for (const std::function<std::vector<double>(double)>& family :
          std::initializer_list<std::function<std::vector<double>(double)>>{sloan, blend}) {
+        // 1. Bisect for the least parameter of the family that suffices.
         double low = 0, high = 1;
         while (high - low > 1e-4) {
             const double middle = (low + high) / 2;
             (leastRadiance(order, windowed(sh, family(middle))) < -kMostRinging ? low : high) = middle;
         }
+        // 2. Keep the family that changes irradiance less.
         const double change = irradianceDifference(order, windowed(sh, family(high)), sh);
         if (best.empty() || change < least_change) best = family(high), least_change = change;
     }

@@ -11,12 +11,13 @@ namespace penumbra {
 namespace {
 
 constexpr double kSingular = 1e-9;
-constexpr double kNearness = 0.02;  // box diagonals squared: keeps the weight of the nearest bones finite
+constexpr double kNearness = 0.02;  // in box diagonals squared; keeps the weight of the nearest bones finite
 constexpr double kBoneExponent = 2, kDeformingExponent = 1;
 constexpr double kInputWeight = 3;
 constexpr double kRotationWeight = 0.3;
-constexpr double kNumberDistance = 0.1;  // squared, of what is nowhere: an input that is no point
+constexpr double kNumberDistance = 0.1;  // squared distance that an input counts as having when it is not a point
 
+// Returns the inverse of a bone's linear part, or of its rotation when the linear part cannot be inverted.
 Mat3d inverseLinear(const Affine& bone, const Mat3& rotation) {
     const Mat3d a = toDouble(bone.linear()), c = cofactor(a);
     const double det = a.m[0] * c.m[0] + a.m[1] * c.m[1] + a.m[2] * c.m[2];
@@ -28,8 +29,8 @@ Mat3d inverseLinear(const Affine& bone, const Mat3& rotation) {
 
 Vec3d applyAffine(const Affine& bone, Vec3d p) { return toDouble(bone.linear()) * p + toDouble(bone.translation()); }
 
-// Mean over `rows` of the squared distance of each joint's centre from the cluster's, in box diagonals, [J]; the
-// cluster's own joint: 0.
+// Returns, for each joint [J], the mean over `rows` of the squared distance of its centre from the cluster's, in box
+// diagonals. It is 0 for the cluster's own joint.
 std::vector<double> squaredDistances(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,
                                      std::span<const std::size_t> rows) {
     std::vector<double> distances(recipe.joint_centers.size());
@@ -37,11 +38,13 @@ std::vector<double> squaredDistances(const FeatureRecipe& recipe, const ClusterP
     for (std::size_t j = 0; j < distances.size(); ++j) {
         if (j == std::size_t(place.joint)) continue;
         if (recipe.absolute(j)) {
+            // An input that is not a point has no distance.
             distances[j] = kNumberDistance;
             at += 12;
             continue;
         }
         const Vec3d rest = (toDouble(recipe.joint_centers[j]) - toDouble(place.center)) / recipe.scale;
+        // The raw features hold how far the joint's centre has moved; adding its rest position gives where it is.
         for (std::size_t r : rows) {
             const Vec3d d = rest + Vec3d{raw(r, at), raw(r, at + 1), raw(r, at + 2)};
             distances[j] += dot(d, d) / double(rows.size());
@@ -81,6 +84,7 @@ void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const
         return;
     }
     const auto own = std::size_t(cluster_joint);
+    // 1. The map from the model frame into the frame of the cluster's bone.
     const Mat3d to_cluster = inverseLinear(bones[own], rotations[own]);
     const Mat3d unrotate = transposed(toDouble(rotations[own]));
     std::size_t at = 0;
@@ -88,11 +92,13 @@ void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const
         if (j == own) continue;
         const Vec3d center = toDouble(recipe.joint_centers[j]);
         if (recipe.absolute(j)) {
+            // 2. An input that is not a point gives its number as it is.
             const Vec3d way = (applyAffine(bones[j], center) - center) / recipe.scale;
             for (int i = 0; i < 12; ++i) out[at++] = i < 3 ? way[i] : 0;
             continue;
         }
         const Vec3d moved = to_cluster * (applyAffine(bones[j], center) - toDouble(bones[own].translation()));
+        // 3. Any other bone gives the displacement of its centre and its rotation, both relative to the cluster's bone.
         for (int i = 0; i < 3; ++i) out[at++] = (moved[i] - center[i]) / recipe.scale;
         const Mat3d turned = unrotate * toDouble(rotations[j]);
         for (std::size_t i = 0; i < 9; ++i) out[at++] = turned.m[i] - (i % 4 == 0 ? 1 : 0);
@@ -100,6 +106,7 @@ void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const
 }
 
 std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& centers, double scale) {
+    // 1. Sum the weighted outer products of the offsets of each joint's vertices.
     std::vector<Eigen::Matrix3d> sum(skin.jointCount(), Eigen::Matrix3d::Zero());
     std::vector<double> weight(skin.jointCount());
     for (std::size_t v = 0; v < mesh.vertexCount(); ++v)
@@ -110,6 +117,7 @@ std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::ve
             sum[j] += double(skin.weights[i]) * offset * offset.transpose();
             weight[j] += skin.weights[i];
         }
+    // 2. Take the symmetric square root of each mean.
     std::vector<Mat3> spreads;
     for (std::size_t j = 0; j < sum.size(); ++j) {
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(weight[j] > 0 ? (sum[j] / weight[j]).eval()
@@ -129,6 +137,7 @@ void readGroup(const FeatureRecipe& recipe, const ClusterPlace& place, std::size
         for (std::size_t i = 0; i < out.size(); ++i) out[i] = raw[out.size() * group + i];
         return;
     }
+    // The raw features leave out the cluster's own joint, so later joints stand one place earlier.
     assert(group != std::size_t(place.joint));
     const double* bone = raw.data() + 12 * (group - (group > std::size_t(place.joint) ? 1 : 0));
     if (recipe.absolute(group)) {
@@ -143,7 +152,8 @@ void readGroup(const FeatureRecipe& recipe, const ClusterPlace& place, std::size
 
 namespace {
 
-// Reduced angles keep their variances, of which the first is 1; so do inputs get.
+// Reduced angles keep their variances, of which the first is 1. Inputs stand in the last columns and are scaled to a
+// variance of 1.
 std::vector<double> angleWeights(const FeatureRecipe& recipe, const Matrix& raw, std::span<const std::size_t> rows) {
     std::vector<double> weights(recipe.count(), 1.0);
     for (std::size_t c = weights.size() - recipe.input_count; c < weights.size(); ++c) {

@@ -1,6 +1,6 @@
 #pragma once
-// What a cluster's numbers are predicted from. The recipe is written down in formats/stage/model_file.h; the run-time
-// evaluator repeats it.
+// Computes the inputs from which a cluster's numbers are predicted. formats/stage/model_file.h writes down the recipe,
+// and the run-time evaluator follows it too.
 #include <span>
 #include <vector>
 
@@ -9,57 +9,72 @@
 
 namespace penumbra {
 
-// What rawFeatures needs beside the pose.
+// Everything that rawFeatures() needs besides the pose. J counts joints, P the numbers of a pose, N the raw features.
 struct FeatureRecipe {
     FeatureKind kind = FeatureKind::kRelativeBones;
     double scale = 1;                 // box diagonal of the rest positions
-    std::vector<Vec3> joint_centers;  // [J]
-    std::vector<Mat3> joint_spreads;  // [J]
+    std::vector<Vec3> joint_centers;  // [J] rest positions
+    std::vector<Mat3> joint_spreads;  // [J] jointSpreads()
     std::size_t pose_size = 0;        // P
     bool deforming = false;
-    std::vector<InputJoint> input_joints = {};  // the last joints
-    std::size_t input_count = 0;                // X, the last numbers of the pose
+    std::vector<InputJoint> input_joints = {};  // they stand for inputs and are the last joints
+    std::size_t input_count = 0;                // X, inputs that are the last numbers of the pose
 
-    std::size_t count() const;   // N: P, or 12 (J - 1)
-    std::size_t groups() const;  // what a cluster may see: joints, P / 3 or J (its own never counts), or P numbers
+    std::size_t count() const;   // N: P, or 12 (J - 1) for relative bones
+    std::size_t groups() const;  // number of groups: J joints, P / 3 rotation vectors, or P numbers
+    // True when the joint stands for an input that every cluster sees as it is.
     bool absolute(std::size_t joint) const;
 };
 FeatureRecipe recipeOf(const Model& model);
 
-// Symmetric square root of the weighted mean of (p - centre)(p - centre)^T / scale^2 over the rest positions p that
-// each joint moves; zero for a joint that moves nothing.
+// Returns, for each joint, the symmetric square root of the weighted mean of (p - centre)(p - centre)^T / scale^2 over
+// the rest positions p that the joint moves. It is zero for a joint that moves nothing.
 std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::vector<Vec3>& centers, double scale);
 
-// out.size() == recipe.count(). `rotations` is nearestRotation of each bone's linear part, [J]. A cluster bone that
-// cannot be inverted (|det| < 1e-9) counts as its rotation and translation alone.
+// Computes the raw features of one pose for the clusters of `cluster_joint`; out.size() == recipe.count(). `rotations`
+// [J] holds nearestRotation() of each bone's linear part. When the cluster's bone cannot be inverted (|det| < 1e-9),
+// its rotation stands in for its linear part.
 void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const Affine> bones,
                  std::span<const Mat3> rotations, std::span<const float> pose, std::span<double> out);
 
-// Where a cluster is.
+// The place of a cluster: its joint and its centre.
 struct ClusterPlace {
     int joint = 0;
-    Vec3 center;  // rest pose
+    Vec3 center;  // mean rest position of its vertices
 };
 
-// Factor of each raw feature before the input PCA, so that its variance says how much it should matter. Joint angles: 1
-// (the paper's way). Relative bones: 1 / (0.02 + d^2) for the position of a bone, 0.3 times that for its rotation; d^2
-// = mean over `rows` of the squared distance of its centre from the cluster's, in box diagonals: near bones hide more
-// of the sky. Chosen by blocked cross-validation over the training clips of a 13,380-vertex character (199 frames,
-// inputs at 90% / 99%): relative error 0.716 / 0.704, with weights 1 0.759 / 0.745, with the square root of these 0.729
-// / 0.717; within 0.005 of that for exponents 2 to 3, 0.01 to 0.02 and rotations at 0.15 to 1.
+// Returns a factor for each raw feature. It is applied before the input PCA, so that a feature's variance says how much
+// it should matter.
+//
+// - Joint angles have the factor 1, as in the paper.
+// - Relative bones: the position of a bone has 1 / (0.02 + d^2) and its rotation 0.3 times that. d^2 is the mean over
+//   `rows` of the squared distance of the bone's centre from the cluster's, in box diagonals. Near bones hide more of
+//   the sky.
+// - Reduced dihedral angles have the factor 1, and inputs are scaled to a variance of 1.
+//
+// The weights of relative bones were chosen by blocked cross-validation over the training clips of a character with
+// 13,380 vertices (199 frames, inputs at 90% / 99% of the variance). The relative error is 0.716 / 0.704. It is 0.759 /
+// 0.745 with all weights 1 and 0.729 / 0.717 with the square roots of these weights. It stays within 0.005 of the best
+// for exponents 2 to 3, for 0.01 instead of 0.02, and for rotations at 0.15 to 1.
 std::vector<double> featureWeights(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,
                                    std::span<const std::size_t> rows);
 
-// The inputs of one group (model_file.h), out.size() == groupInputs(recipe.kind); `raw` from rawFeatures().
+// Writes the inputs of one group (model_file.h) into `out`; out.size() == groupInputs(recipe.kind). `raw` comes from
+// rawFeatures().
 void readGroup(const FeatureRecipe& recipe, const ClusterPlace& place, std::size_t group, std::span<const double> raw,
                std::span<double> out);
 
-// How much each group matters, [recipe.groups()], sum 1. Relative bones: in proportion to 1 / (0.02 + d^2)^2, d as in
-// featureWeights(), 0 for the cluster's own joint. Angles: all the same. With the inputs of boneInputs(), blocked
-// cross-validation over the training clips of that character gives 0.520, 0.511, 0.502, 0.500 for exponents 0.5, 1, 2,
-// 2.5 (an additive kernel of unit width, one prior for all components). The parts of a deforming mesh take the exponent
-// 1: on a curtain of 64 square parts it gives 0.728, 2 gives 0.736 and 3 gives 0.766 (36 parts: 0.738, 0.728 and 0.730
-// for 0.5, 1 and 2). Inputs weigh three times as much: 0.693, 0.686 and 0.698 for 1, 3 and 10 with half of the regions.
+// Returns how much each group matters, [recipe.groups()], with the sum 1.
+//
+// - Relative bones: in proportion to 1 / (0.02 + d^2)^2 with d^2 as in featureWeights(), and 0 for the cluster's own
+//   joint. Parts of a deforming mesh have the exponent 1 instead of 2, and inputs weigh three times as much.
+// - Angles: all groups weigh the same.
+//
+// The figures below are relative errors in blocked cross-validation. On the training clips of the character above, with
+// an additive kernel of unit width and one prior for all components, the exponents 0.5, 1, 2 and 2.5 give 0.520, 0.511,
+// 0.502 and 0.500. On a curtain of 64 square parts the exponents 1, 2 and 3 give 0.728, 0.736 and 0.766; on one of 36
+// parts 0.5, 1 and 2 give 0.738, 0.728 and 0.730. Inputs that weigh 1, 3 and 10 times as much give 0.693, 0.686 and
+// 0.698 with half of the regions.
 std::vector<double> groupWeights(const FeatureRecipe& recipe, const ClusterPlace& place, const Matrix& raw,
                                  std::span<const std::size_t> rows);
 

@@ -10,7 +10,8 @@ namespace penumbra {
 
 namespace {
 
-// Weights and hat diagonal through the smaller side: (X^T X + a)^-1 X^T = X^T (X X^T + a)^-1.
+// Both functions below compute the weights and the diagonal of the hat matrix. They agree because (X^T X + a)^-1 X^T =
+// X^T (X X^T + a)^-1; each solves a system of the size of one side of X.
 void solveThroughColumns(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty, Eigen::MatrixXd& weights,
                          Eigen::VectorXd& hat) {
     Eigen::MatrixXd normal = x.transpose() * x;
@@ -34,12 +35,15 @@ void solveThroughRows(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double
 
 Ridge fitRidge(const Matrix& inputs, const Matrix& outputs, double alpha) {
     assert(inputs.rows == outputs.rows && inputs.rows > 0);
+    // 1. Take the means off both sides.
     const Eigen::RowVectorXd x_mean = asEigen(inputs).colwise().mean(), y_mean = asEigen(outputs).colwise().mean();
     const Eigen::MatrixXd x = asEigen(inputs).rowwise() - x_mean, y = asEigen(outputs).rowwise() - y_mean;
+    // 2. Solve through the smaller side.
     Eigen::MatrixXd weights;
     Eigen::VectorXd hat;
     (x.rows() < x.cols() ? solveThroughRows : solveThroughColumns)(x, y, alpha * alpha, weights, hat);
 
+    // 3. Put the means back as the intercept, and add its share to the leverages.
     Ridge ridge;
     ridge.weights = Matrix(inputs.columns, outputs.columns);
     asEigen(ridge.weights) = weights;

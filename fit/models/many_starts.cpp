@@ -9,6 +9,7 @@ namespace penumbra {
 
 namespace {
 
+// Runs searches, remembers the best result and counts the work of all.
 struct Search {
     const NetData& data;
     double alpha, target;
@@ -36,11 +37,13 @@ NetFit fitFromManyStarts(const Matrix& inputs, const Matrix& outputs, double alp
     LbfgsOptions first = options;
     first.iterations = std::min(plan.first_iterations, options.iterations);
     for (int round = 0; round < plan.rounds && !search.done(); ++round) {
+        // 1. Search briefly from every start of the round.
         std::vector<NetFit> fits;
         for (int s = 0; s < plan.starts && !search.done(); ++s) {
             const auto seed = plan.seed + std::uint64_t(round * plan.starts + s);
             fits.push_back(search.run(startNet(inputs, outputs, plan.neurons, plan.ranges, seed), first));
         }
+        // 2. Continue the best of these searches to the end.
         std::stable_sort(fits.begin(), fits.end(),
                          [](const NetFit& a, const NetFit& b) { return a.objective < b.objective; });
         for (int k = 0; k < std::min(plan.kept, int(fits.size())) && !search.done(); ++k)

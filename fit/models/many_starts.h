@@ -1,5 +1,6 @@
 #pragma once
-// Eq 13 has many minima. Rounds of short searches from several starts, of which the best go on to the end.
+// Fits a tanh net from many starts, because its objective (paper 000 eq 13) has many minima. A round makes short
+// searches from several starts and continues the best of them to the end.
 #include <cstdint>
 #include <vector>
 
@@ -7,17 +8,18 @@
 
 namespace penumbra {
 
-// Over 8 clusters (199 frames, 16 neurons) 3 rounds come to the sum of objectives of 24 whole searches in a third of
-// their time, 1 round to 0.3% above it in a tenth.
+// A plan says how many searches are made. Over 8 clusters (199 frames, 16 neurons), 3 rounds reach the same sum of
+// objectives as 24 whole searches in a third of their time, and 1 round ends 0.3% above it in a tenth of their time.
 struct StartPlan {
     std::size_t neurons = 16;
     std::vector<InputRange> ranges;  // [neurons] or empty
     std::uint64_t seed = 1;
     int rounds = 1;
-    int starts = 8, first_iterations = 30, kept = 2;  // of a round
+    int starts = 8, first_iterations = 30, kept = 2;  // of each round
 };
 
-// The best of all; `iterations` and `evaluations` are of all searches together. Stops at options.target.
+// Returns the best net of all searches. Its `iterations` and `evaluations` are summed over all of them. The searches
+// stop as soon as one reaches options.target.
 NetFit fitFromManyStarts(const Matrix& inputs, const Matrix& outputs, double alpha, const StartPlan& plan,
                          const LbfgsOptions& options);
 

@@ -11,6 +11,7 @@ namespace penumbra {
 
 namespace {
 
+// Calls visit() with every array of weights, always in the same order.
 template <class Net, class Visit>
 void visitWeights(Net& net, Visit visit) {
     visit(net.hidden.values), visit(net.hidden_bias), visit(net.output.values), visit(net.output_bias);
@@ -29,6 +30,7 @@ void setWeights(TanhNet& net, const double* weights) {
     });
 }
 
+// Eq 13 and its gradient as Ceres asks for them.
 class Objective : public ceres::FirstOrderFunction {
 public:
     Objective(const Matrix& inputs, const Matrix& outputs, const TanhNet& start, double alpha)
@@ -43,7 +45,7 @@ public:
             const std::vector<double> values = weightsOf(slope);
             std::copy(values.begin(), values.end(), gradient);
         }
-        return std::isfinite(*cost);  // Ceres takes NaN for convergence
+        return std::isfinite(*cost);  // Ceres would take NaN for convergence
     }
     int NumParameters() const override { return size_; }
 
@@ -58,7 +60,7 @@ private:
 
 NetFit fitByBfgs(const Matrix& inputs, const Matrix& outputs, const TanhNet& start, double alpha,
                  const BfgsOptions& options) {
-    FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres warns on stderr of BFGS with more than 1000 variables
+    FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres warns on stderr when BFGS has more than 1000 variables
     ceres::GradientProblem problem(new Objective(inputs, outputs, start, alpha));
     ceres::GradientProblemSolver::Options settings;
     settings.line_search_type = ceres::WOLFE;

@@ -57,12 +57,15 @@ double netObjective(const TanhNet& net, const Matrix& inputs, const Matrix& outp
 
 double netObjective(const TanhNet& net, const Matrix& inputs, const Matrix& outputs, double alpha, TanhNet& gradient) {
     const Matrix h = activations(net, inputs);
+    // 1. Forward: activations and residuals.
     EigenRows<double> residual = asEigen(h) * asEigen(net.output) - asEigen(outputs);
     residual.rowwise() += asRow(net.output_bias);
+    // 2. Derivative by each neuron's argument, taken back through the output weights and tanh.
     const EigenRows<double> slope =
         (2 * residual * asEigen(net.output).transpose()).cwiseProduct((1 - asEigen(h).array().square()).matrix());
 
     gradient = emptyNet(net.hidden.columns, net.output.columns, net.neurons(), net.ranges);
+    // 3. Derivatives by the weights, each with its part of the penalty, then by the biases.
     asEigen(gradient.output) = 2 * (asEigen(h).transpose() * residual + alpha * asEigen(net.output));
     asEigen(gradient.hidden) = slope.transpose() * asEigen(inputs) + 2 * alpha * asEigen(net.hidden);
     clearOutsideRange(net, gradient.hidden);

@@ -1,6 +1,6 @@
 #pragma once
-// A layer of tanh neurons (paper 000 eq 12, vector output, a bias per neuron):
-// y = sum_n c^n tanh(d^n . x + d0^n) + c0.
+// A layer of tanh neurons, y = sum_n c^n tanh(d^n . x + d0^n) + c0: paper 000 eq 12 with a vector for output and a bias
+// for each neuron.
 #include <cstddef>
 #include <vector>
 
@@ -14,26 +14,28 @@ struct InputRange {
     bool operator==(const InputRange&) const = default;
 };
 
+// The weights of a net with N neurons, I inputs and K outputs.
 struct TanhNet {
-    Matrix hidden;                    // [N, I] d^n; zero outside the neuron's range
+    Matrix hidden;                    // [N, I] d^n, zero outside the neuron's range
     std::vector<double> hidden_bias;  // [N] d0^n
     Matrix output;                    // [N, K] c^n
     std::vector<double> output_bias;  // [K] c0
-    std::vector<InputRange> ranges;   // [N], or empty: every neuron sees every input
+    std::vector<InputRange> ranges;   // [N]; empty when every neuron sees every input
 
     std::size_t neurons() const { return hidden.rows; }
     InputRange rangeOf(std::size_t n) const { return ranges.empty() ? InputRange{0, hidden.columns} : ranges[n]; }
 };
 
-// All weights zero.
+// Returns a net whose weights are all zero.
 TanhNet emptyNet(std::size_t inputs, std::size_t outputs, std::size_t neurons, std::vector<InputRange> ranges = {});
 
 Matrix activations(const TanhNet& net, const Matrix& inputs);  // [F, N] tanh(d^n . x + d0^n)
 Matrix predict(const TanhNet& net, const Matrix& inputs);      // [F, K]
 
-// Paper 000 eq 13: sum over frames |prediction - y|^2 + alpha sum_n (|c^n|^2 + |d^n|^2); the biases are free.
+// Returns the value of paper 000 eq 13: sum over frames |prediction - y|^2 + alpha sum_n (|c^n|^2 + |d^n|^2). The
+// biases are free.
 double netObjective(const TanhNet& net, const Matrix& inputs, const Matrix& outputs, double alpha);
-// The same, and its derivative by every weight; zero for weights outside a neuron's range.
+// Also sets `gradient` to the derivative by every weight. It is zero for weights outside a neuron's range.
 double netObjective(const TanhNet& net, const Matrix& inputs, const Matrix& outputs, double alpha, TanhNet& gradient);
 
 }  // namespace penumbra

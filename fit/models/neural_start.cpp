@@ -1,3 +1,13 @@
+// Draws the hidden weights from which the search for a tanh net starts.
+//
+// Problem: the objective has many minima, and where a search ends depends on where it starts.
+//
+// Naive: draw all weights from one normal distribution. Most such neurons are flat or saturated over the poses that
+// occur, or bend where the outputs hardly change.
+//
+// Here: every neuron is put between two training frames, and pairs of frames between which the outputs change fast are
+// drawn more often (Bolager et al. 2023). See docs/formulas.md, section 4.
+
 #include "fit/models/neural_start.h"
 
 #include <cassert>
@@ -8,12 +18,13 @@ namespace penumbra {
 
 namespace {
 
-// Of the inputs' length; nearer frames are one pose (a loop's ends), and a neuron between them would never move again.
+// The least distance between two frames, as a part of the inputs' length. Nearer frames show one pose (the two ends of
+// a loop). A neuron between them would be so steep that the search could never move it again.
 constexpr double kLeastDistance = 1e-3;
-constexpr std::size_t kCandidatesPerNeuron = 16;   // pairs to draw from
+constexpr std::size_t kCandidatesPerNeuron = 16;   // random pairs of which one is drawn
 constexpr double kSteepness = 1.0986122886681098;  // 2 atanh(1/2)
 
-// [0, 1): the same in every standard library, which std::uniform_real_distribution is not.
+// Returns a number in [0, 1). It is the same in every standard library, unlike that of std::uniform_real_distribution.
 double uniform(std::mt19937_64& random) { return double(random() >> 11) * 0x1p-53; }
 
 struct PairOfFrames {
@@ -21,7 +32,7 @@ struct PairOfFrames {
     double steepness = 0;  // |y_b - y_a| / |x_b - x_a|
 };
 
-// Root mean square length of the inputs of a range.
+// Returns the root mean square length of the inputs of a range.
 double lengthOf(const Matrix& inputs, const InputRange& range) {
     double sum = 0;
     for (std::size_t f = 0; f < inputs.rows; ++f)
@@ -41,6 +52,7 @@ TanhNet startNet(const Matrix& inputs, const Matrix& outputs, std::size_t neuron
         const InputRange range = net.rangeOf(n);
         const double least = kLeastDistance * lengthOf(inputs, range);
         const auto seen = [&](std::size_t f) { return inputs.row(f).subspan(range.first, range.count); };
+        // 1. Draw pairs of frames and note how steeply the outputs change between the two.
         PairOfFrames candidates[kCandidatesPerNeuron];
         double total = 0;
         for (PairOfFrames& pair : candidates) {
@@ -50,13 +62,15 @@ TanhNet startNet(const Matrix& inputs, const Matrix& outputs, std::size_t neuron
                 pair.steepness = std::sqrt(squaredDistance(outputs.row(pair.a), outputs.row(pair.b))) / distance;
             total += pair.steepness;
         }
+        // 2. Choose one of the pairs with a probability proportional to its steepness.
         double draw = uniform(random) * total;
         const PairOfFrames* chosen = candidates;
         for (const PairOfFrames& pair : candidates) {
             if (pair.steepness > 0) chosen = &pair;
             if ((draw -= pair.steepness) < 0) break;
         }
-        if (chosen->steepness == 0) continue;  // every pair alike: the neuron starts, and stays, at zero
+        if (chosen->steepness == 0) continue;  // all frames look alike to this neuron: it starts, and stays, at zero
+        // 3. Put the neuron between the two frames of the pair.
         const std::span<const double> a = seen(chosen->a), b = seen(chosen->b);
         const double square = squaredDistance(a, b);
         for (std::size_t i = 0; i < range.count; ++i) {

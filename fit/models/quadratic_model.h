@@ -1,6 +1,6 @@
 #pragma once
-// The papers' quadratic model (paper 000 section 5.3): a ridge regression on the PCA inputs and all their products. The
-// squares of inputs grow with the square of their unit, so callers scale the inputs to a spread of about 1 first.
+// The papers' quadratic model (paper 000 section 5.3): a ridge regression on the PCA inputs and all their products. A
+// product grows with the square of the inputs' unit, so callers first scale the inputs to a spread of about 1.
 #include <cstddef>
 #include <span>
 
@@ -10,10 +10,11 @@ namespace penumbra {
 
 constexpr std::size_t quadraticCount(std::size_t inputs) { return inputs + inputs * (inputs + 1) / 2; }
 
-// x_0 .. x_(I-1), then x_i x_j for i <= j, j fastest; out.size() == quadraticCount(x.size()). The run-time evaluator
-// repeats this order.
+// Writes x_0 .. x_(I-1), then x_i x_j for i <= j, with j running fastest. out.size() == quadraticCount(x.size()). The
+// run-time evaluator uses the same order.
 void quadraticInputs(std::span<const double> x, std::span<double> out);
 
-Matrix quadraticInputs(const Matrix& inputs);  // of every row
+// Does this for every row: [n, I] becomes [n, quadraticCount(I)].
+Matrix quadraticInputs(const Matrix& inputs);
 
 }  // namespace penumbra

@@ -14,14 +14,15 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kLeastGroupWeight = 0.003;  // of the largest
+constexpr double kLeastGroupWeight = 0.003;  // as a part of the largest group weight
 
+// Keeps an input within its range over training frames, widened at both ends.
 float clampedInput(float x, float least, float most) {
     const float margin = kRangeMargin * (most - least);
     return std::clamp(x, least - margin, most + margin);
 }
 
-// x = input_basis (raw - feature_mean), clamped.
+// Returns x = input_basis (raw - feature_mean), clamped.
 std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double> raw) {
     std::vector<float> x;
     for (std::size_t i = 0; i < cluster.input_min.size(); ++i) {
@@ -33,7 +34,8 @@ std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double
     return x;
 }
 
-// Inputs of all groups, clamped to their ranges, [G, D]; adds what was cut off to `out_of_range`.
+// Returns the inputs of all groups, clamped to their ranges, [G, D]. Adds the weighted squares of what was cut off to
+// `out_of_range`.
 std::vector<float> groupInputs(const FeatureRecipe& recipe, const ClusterModel& cluster, std::span<const double> raw,
                                double& out_of_range) {
     const std::size_t size = groupInputs(recipe.kind);
@@ -51,6 +53,7 @@ std::vector<float> groupInputs(const FeatureRecipe& recipe, const ClusterModel& 
     return inputs;
 }
 
+// Appends all products of two inputs, in the order of quadraticInputs().
 std::vector<float> withProducts(std::vector<float> x) {
     const std::size_t inputs = x.size();
     for (std::size_t i = 0; i < inputs; ++i)
@@ -58,6 +61,7 @@ std::vector<float> withProducts(std::vector<float> x) {
     return x;
 }
 
+// Returns the tanh neurons' activations.
 std::vector<float> neurons(const ClusterModel& cluster, std::span<const float> x) {
     std::vector<float> units;
     for (std::size_t h = 0; h < cluster.units(); ++h) {
@@ -69,6 +73,7 @@ std::vector<float> neurons(const ClusterModel& cluster, std::span<const float> x
     return units;
 }
 
+// Returns the radial units of the additive model. Their factor sqrt(w_g) stands in the weights.
 std::vector<float> additiveUnits(const ClusterModel& cluster, std::span<const float> inputs, std::size_t size) {
     std::vector<float> units;
     for (std::size_t h = 0; h < cluster.unit_group.size(); ++h) {
@@ -122,7 +127,9 @@ void setGroups(const RegressionProblem& problem, ClusterModel& model) {
 ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const ClusterModel& cluster,
                         std::span<const double> raw) {
     ScoredPose pose;
+    // 1. The group inputs tell how far the pose is out of range, with every kind of model.
     const std::vector<float> groups = groupInputs(recipe, cluster, raw, pose.out_of_range);
+    // 2. Compute the units of the model.
     std::vector<float> units;
     switch (kind) {
         case ModelKind::kLinear:
@@ -138,6 +145,7 @@ ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const Clust
             units = additiveUnits(cluster, groups, groupInputs(recipe.kind));
             break;
     }
+    // 3. Each score is a weighted sum of the units.
     for (std::size_t k = 0; k < cluster.components(); ++k) {
         double sum = cluster.bias[k];
         for (std::size_t h = 0; h < units.size(); ++h)

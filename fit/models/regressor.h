@@ -1,6 +1,6 @@
 #pragma once
-// One interface to the models of a cluster: train, and the scores of a pose. formats/stage/model_file.h has the
-// formulas and what is stored; the run-time evaluator repeats the second.
+// One interface to all models of a cluster: training, and the scores that a trained model predicts for a pose.
+// formats/stage/model_file.h has the formulas and says what is stored. The run-time evaluator computes the same scores.
 #include <algorithm>
 #include <span>
 #include <vector>
@@ -12,39 +12,42 @@
 
 namespace penumbra {
 
-// What the training of one cluster sees.
+// Everything that the training of one cluster reads. F counts frames, N raw features, r the components of the outputs.
 struct RegressionProblem {
     const FeatureRecipe& recipe;
     ClusterPlace place;
-    const Matrix& raw;                      // [F, N] of all frames
-    std::span<const std::size_t> train;     // rows
-    const std::vector<int>& folds;          // of the training rows
+    const Matrix& raw;                      // [F, N] raw features of all frames
+    std::span<const std::size_t> train;     // the rows of `raw` to train on
+    const std::vector<int>& folds;          // one fold for each training row
     std::span<const double> group_weights;  // [recipe.groups()]
-    const Pca& outputs;                     // of the training rows: scores [train, r]
-    std::size_t components = 0;             // K that are kept
+    const Pca& outputs;                     // principal components of the training rows, with scores [train, r]
+    std::size_t components = 0;             // K, the number of components that are kept
     double input_variance = 0.9;
 };
 
 struct RegressionErrors {
-    double cross_validated = 0;  // squared error over the folds of the choice that was made, all r components
-    double leave_one_out = 0;    // squared error of the kept scores; NaN where there is no closed form
+    double cross_validated = 0;  // squared error over the folds for the chosen parameters, all r components
+    double leave_one_out = 0;    // squared error of the kept scores, or NaN where there is no closed form
 };
 
-// Sets what maps raw features to scores: feature_mean to bias, but no groups, and ridge.
+// Trains a model of the given kind. Sets the fields of `model` that map raw features to scores, from feature_mean to
+// bias, and ridge. The groups must already be set by setGroups(); the additive model removes those that it does not
+// need.
 RegressionErrors trainRegressor(ModelKind kind, const RegressionProblem& problem, ClusterModel& model);
 
-// Sets groups, their weights and their ranges over the training rows: groups of at least 0.3% of the largest weight
-// that move at all.
+// Sets the groups, their weights and the ranges of their inputs over the training rows. Groups with less than 0.3% of
+// the largest weight are left out.
 void setGroups(const RegressionProblem& problem, ClusterModel& model);
 
 struct ScoredPose {
-    std::vector<float> scores;  // [K]
-    double out_of_range = 0;    // squared, of this cluster
+    std::vector<float> scores;  // [K] predicted scores
+    double out_of_range = 0;    // weighted squared distance of this cluster's inputs from their ranges
 };
+// Predicts the scores of one pose from the cluster's raw features.
 ScoredPose scoreCluster(ModelKind kind, const FeatureRecipe& recipe, const ClusterModel& cluster,
                         std::span<const double> raw);
 
-// Of rows of a matrix.
+// Copies the given rows of a matrix.
 template <class T>
 BasicMatrix<T> selectRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
     BasicMatrix<T> out(rows.size(), m.columns);
@@ -53,7 +56,7 @@ BasicMatrix<T> selectRows(const BasicMatrix<T>& m, std::span<const std::size_t> 
 }
 inline std::vector<float> toFloats(std::span<const double> values) { return {values.begin(), values.end()}; }
 
-// The first K columns of the training scores, [train, K]; zeros past the rank.
+// Returns the first K columns of the training scores, [train, K]. Columns past the rank are zero.
 Matrix keptScores(const RegressionProblem& problem);
 
 }  // namespace penumbra

@@ -1,3 +1,28 @@
+// Chooses the units of an additive model and computes their weights.
+//
+// Problem: a cluster's scores Y [frames, components] are to be predicted from groups of inputs, for instance 13 numbers
+// for each bone that the cluster sees. The prediction must hold in poses that combine what training frames showed only
+// one bone at a time.
+//
+// Naive: a Gaussian process with a kernel over all inputs together needs training frames near every combination of
+// poses, and it keeps all training frames to be evaluated. A ridge regression on every candidate unit, of which the
+// smallest weights are then dropped, chooses badly: units that overlap share their weight, so all of them look small.
+//
+// Here: the kernel is a sum over groups, sum_g w_g exp(-|x_g - x'_g|^2 / 2), where w_g is the weight of group g. Its
+// subset-of-regressors form needs no training frames. It has units phi_h = sqrt(w_g) exp(-|x_g - centre_h|^2 / 2) and
+// the prior c^T P c on their coefficients, where P_hh' is the kernel between centres of one group and 0 between groups.
+// All components have the same noise, and component k has a signal of its own energy E_k. Its prior therefore weighs
+// lambda_k = lambda E_1 / E_k.
+//
+// 1. The candidate centres of a group are training inputs that lie far apart (makeCandidates).
+// 2. Regularised orthogonal least squares picks the units, one at a time (chooseUnits; Chen, Cowan, Grant 1991). This
+//    is a Cholesky factorisation of Phi^T Phi + lambda_0 P whose next pivot is the unit that lowers the objective most.
+//    With M candidates, the step that adds unit t costs O(M t) instead of a new fit for each of them.
+// 3. A generalised eigenproblem gives the coefficients for every lambda at once (RidgePath).
+// 4. Blocked cross-validation chooses lambda and the number of units (crossValidate).
+//
+// Derivation: docs/formulas.md, section 4.
+
 #include "fit/models/train_additive.h"
 
 #include <Eigen/Eigenvalues>
@@ -11,41 +36,39 @@ namespace penumbra {
 
 namespace {
 
-// A Gaussian process with the kernel sum_g w_g exp(-|x_g - x'_g|^2 / 2), w_g the groups' weights, in its
-// subset-of-regressors form: units phi_h = sqrt(w_g) exp(-|x_g - centre_h|^2 / 2) and the prior c^T P c, P_hh' the
-// kernel between centres of one group. Component k has a signal of its own energy E_k and all have one noise, so its
-// prior weighs lambda_k = lambda E_1 / E_k. Candidate centres are training inputs; the units among them are chosen by
-// regularised orthogonal least squares (Chen, Cowan, Grant 1991), which is a Cholesky factorisation of
-// Phi^T Phi + lambda P whose pivot is the unit that lowers the objective most.
+// Number of candidate centres in each group of a character.
 constexpr std::size_t kCentresPerGroup = 48;
-// Of all groups of a deforming mesh together, which has more parts than a character has bones: training takes time in
-// proportion to their square.
+// The groups of a deforming mesh share this many centres, because such a mesh has more parts than a character has
+// bones. Training takes time in proportion to the square of the number of centres.
 constexpr std::size_t kDeformingCentres = 1024, kLeastCentresPerGroup = 12;
 constexpr std::size_t kUnitCounts[] = {16, 32, 48, 64, 96, 128};
 constexpr double kLambdas[] = {3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 1.0};
 constexpr double kSelectionLambda = 1e-3;
-// Components with less than this share of the first one's energy hardly take part in the choice of units.
+// Components with less energy than this share of the first one's hardly take part in the choice of units.
 constexpr double kSelectionShare = 1.0 / 30;
-// Fewer units are taken when cross-validation finds them within this of the best (squared error, relative).
+// A smaller number of units is taken when its squared error is at most this part above the best.
 constexpr double kWorthMoreUnits = 0.01;
-constexpr double kWorthLessPrior = 0.005;  // a stronger prior is taken when it costs no more (likewise)
-constexpr float kLeastIdleWeight = 0.05f;  // of the largest group weight
+// A stronger prior is taken when its squared error is at most this part above the least.
+constexpr double kWorthLessPrior = 0.005;
+constexpr float kLeastIdleWeight = 0.05f;  // as a part of the largest group weight
 
 struct Candidates {
     std::vector<std::size_t> group;  // index into the model's groups
-    Matrix centres;                  // [M, D]
-    Eigen::MatrixXd phi;             // [n, M]
+    Matrix centres;                  // [M, D] the inputs at which each unit is largest
+    Eigen::MatrixXd phi;             // [n, M] values of the units on the training rows
 };
 
-// Rows that lie far apart: the first is nearest the mean, each next one farthest from those before; fewer than `count`
-// when the rest repeat them.
+// Returns rows that lie far apart. The first is the row nearest the mean, and each next one is the row farthest from
+// all before it. There are fewer than `count` when the remaining rows repeat the chosen ones.
 std::vector<std::size_t> farthestRows(const Matrix& x, std::size_t count) {
     std::vector<std::size_t> all(x.rows);
     for (std::size_t r = 0; r < x.rows; ++r) all[r] = r;
+    // 1. Start at the row nearest the mean.
     const std::vector<double> mean = meanOfRows(x, all);
     std::vector<double> distance(x.rows);
     for (std::size_t r = 0; r < x.rows; ++r) distance[r] = squaredDistance(x.row(r), mean);
     std::vector<std::size_t> chosen{std::size_t(std::min_element(distance.begin(), distance.end()) - distance.begin())};
+    // 2. Keep each row's squared distance to the nearest chosen row, and add the row where it is largest.
     std::fill(distance.begin(), distance.end(), std::numeric_limits<double>::infinity());
     while (chosen.size() < count) {
         for (std::size_t r = 0; r < x.rows; ++r)
@@ -57,13 +80,14 @@ std::vector<std::size_t> farthestRows(const Matrix& x, std::size_t count) {
     return chosen;
 }
 
-// Entry of the prior: units of different groups do not know of one another.
+// Returns entry (i, j) of the prior P. It is zero between units of different groups.
 double priorOf(const Candidates& all, Eigen::Index i, Eigen::Index j) {
     const std::size_t a = std::size_t(i), b = std::size_t(j);
     if (all.group[a] != all.group[b]) return 0;
     return std::exp(-0.5 * squaredDistance(all.centres.row(a), all.centres.row(b)));
 }
 
+// Returns the inputs of one group on every training row, [n, D].
 Matrix groupRows(const RegressionProblem& problem, std::size_t group) {
     Matrix x(problem.train.size(), groupInputs(problem.recipe.kind));
     for (std::size_t r = 0; r < x.rows; ++r)
@@ -71,18 +95,21 @@ Matrix groupRows(const RegressionProblem& problem, std::size_t group) {
     return x;
 }
 
+// Makes the candidate units of all groups and evaluates them on the training rows.
 Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& model) {
     Candidates all;
+    // 1. Decide how many centres a group may have.
     const std::size_t centres_per_group =
         problem.recipe.deforming ? std::clamp(kDeformingCentres / std::max<std::size_t>(model.groups.size(), 1),
                                               kLeastCentresPerGroup, kCentresPerGroup)
                                  : kCentresPerGroup;
     std::vector<Eigen::VectorXd> columns;
     std::vector<double> centres;
+    // 2. Choose the centres of each group among its training inputs, and evaluate their units.
     for (std::size_t g = 0; g < model.groups.size(); ++g) {
         const Matrix x = groupRows(problem, model.groups[g]);
         const std::vector<std::size_t> rows = farthestRows(x, centres_per_group);
-        if (rows.size() == 1) continue;  // it does not move: nothing can be learned from it
+        if (rows.size() == 1) continue;  // the group does not move, so nothing can be learned from it
         for (std::size_t c : rows) {
             all.group.push_back(g);
             centres.insert(centres.end(), x.row(c).begin(), x.row(c).end());
@@ -92,6 +119,7 @@ Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& 
             phi *= std::sqrt(double(model.group_weight[g]));
         }
     }
+    // 3. Gather centres and columns into matrices.
     all.centres = Matrix(columns.size(), groupInputs(problem.recipe.kind));
     all.centres.values = centres;
     const auto count = Eigen::Index(columns.size());
@@ -100,7 +128,8 @@ Candidates makeCandidates(const RegressionProblem& problem, const ClusterModel& 
     return all;
 }
 
-// Second moments of a set of rows, Phi^T Phi and Phi^T Y, and the sums that centre() takes off them.
+// The second moments of a set of rows, Phi^T Phi and Phi^T Y, and the sums that centre() needs to take the means off
+// them.
 struct Moments {
     Eigen::MatrixXd gram, cross;
     Eigen::RowVectorXd phi_sum, y_sum;
@@ -111,7 +140,7 @@ Moments momentsOf(const Eigen::MatrixXd& phi, const Eigen::MatrixXd& y) {
     return {phi.transpose() * phi, phi.transpose() * y, phi.colwise().sum(), y.colwise().sum(), double(phi.rows())};
 }
 
-// In place, because the Gram matrices are what training needs memory for.
+// Takes rows out of `m`. It works in place, because the Gram matrices are what training needs memory for.
 void removeRows(const Eigen::MatrixXd& phi, const Eigen::MatrixXd& y, Moments& m) {
     m.gram.noalias() -= phi.transpose() * phi;
     m.cross.noalias() -= phi.transpose() * y;
@@ -120,35 +149,44 @@ void removeRows(const Eigen::MatrixXd& phi, const Eigen::MatrixXd& y, Moments& m
     m.rows -= double(phi.rows());
 }
 
+// Turns moments about zero into moments about the means.
 void centre(Moments& m) {
     m.gram.noalias() -= m.phi_sum.transpose() * (m.phi_sum / m.rows);
     m.cross.noalias() -= m.phi_sum.transpose() * (m.y_sum / m.rows);
 }
 
-// Shrinks the components as the prior will.
+// Returns a factor for each component: weak components count less in the choice of units, as the prior will shrink
+// them.
 Eigen::RowVectorXd selectionWeights(const Eigen::RowVectorXd& ratios) {
     return (1 + kSelectionShare * ratios.array()).inverse();
 }
 
-// Up to `count` candidates, best first.
+// Returns up to `count` candidates, the most useful first. `m` holds centred moments. After t steps the factorisation
+// has done two things: row i of `residual` is the inner product of candidate i with what the chosen units leave of the
+// outputs, and pivots[i] is the candidate's penalised energy that the chosen units do not share.
 std::vector<Eigen::Index> chooseUnits(const Candidates& all, const Moments& m, const Eigen::RowVectorXd& ratios,
                                       std::size_t count) {
     const Eigen::Index size = m.gram.rows();
+    // 1. Nothing is chosen yet, so every candidate sees all of the outputs. The diagonal of P is 1.
     Eigen::MatrixXd residual = m.cross * selectionWeights(ratios).asDiagonal();
     Eigen::MatrixXd factor(size, Eigen::Index(count));
     Eigen::VectorXd pivots = m.gram.diagonal().array() + kSelectionLambda;
+    // A candidate of which less than this is left nearly repeats the chosen ones.
     const Eigen::VectorXd least = 1e-4 * pivots;
     std::vector<Eigen::Index> chosen;
     while (chosen.size() < count) {
+        // 2. Adding candidate i lowers the penalised error by |residual_i|^2 / pivot_i. Pick the largest gain.
         Eigen::VectorXd gain = residual.rowwise().squaredNorm();
         for (Eigen::Index i = 0; i < size; ++i) gain[i] = pivots[i] > least[i] ? gain[i] / pivots[i] : -1;
         Eigen::Index best;
         if (!(gain.maxCoeff(&best) > 0)) break;
+        // 3. Compute the chosen unit's column of the Cholesky factor of Phi^T Phi + lambda_0 P.
         const auto t = Eigen::Index(chosen.size());
         const double root = std::sqrt(pivots[best]);
         Eigen::VectorXd column = m.gram.col(best) - factor.leftCols(t) * factor.row(best).head(t).transpose();
         for (Eigen::Index i = 0; i < size; ++i) column[i] += kSelectionLambda * priorOf(all, i, best);
         factor.col(t) = column / root;
+        // 4. Remove the chosen unit's direction from the outputs and from the energies of all other candidates.
         residual -= (factor.col(t) * (residual.row(best) / root)).eval();
         pivots -= factor.col(t).cwiseAbs2();
         pivots[best] = 0;
@@ -157,25 +195,29 @@ std::vector<Eigen::Index> chooseUnits(const Candidates& all, const Moments& m, c
     return chosen;
 }
 
-// Coefficients of units for any lambda, through the generalised eigenproblem G v = s P v, which makes both diagonal.
+// Coefficients of a set of units for any lambda. The generalised eigenvectors of G v = s P v turn both the Gram matrix
+// G and the prior P into diagonal matrices, so one decomposition serves every lambda and every component.
 class RidgePath {
 public:
     RidgePath(const Candidates& all, const Moments& m, std::span<const Eigen::Index> units) {
         const std::vector<Eigen::Index> rows(units.begin(), units.end());
         projected_.resize(0, m.cross.cols());
-        if (rows.empty()) return;  // nothing to learn: the mean alone
+        if (rows.empty()) return;  // there is nothing to learn, so the mean alone remains
+        // 1. Cut the moments and the prior down to the chosen units.
         const Eigen::MatrixXd gram = m.gram(rows, rows);
         Eigen::MatrixXd prior(gram.rows(), gram.cols());
         for (Eigen::Index i = 0; i < prior.rows(); ++i)
             for (Eigen::Index j = 0; j < prior.cols(); ++j)
                 prior(i, j) = priorOf(all, rows[std::size_t(i)], rows[std::size_t(j)]);
-        prior.diagonal().array() += 1e-9;  // centres that nearly repeat one another
+        prior.diagonal().array() += 1e-9;  // keeps P positive definite when centres nearly repeat one another
+        // 2. Solve G V = P V diag(s) with V^T P V = I, and project Phi^T Y on V.
         const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram, prior);
         vectors_ = solver.eigenvectors();
         values_ = solver.eigenvalues().cwiseMax(0);
         projected_ = vectors_.transpose() * m.cross(rows, Eigen::all);
     }
-    // [H, K] with component k's prior lambda * ratios[k].
+    // Returns the coefficients [H, K] where component k has the prior lambda * ratios[k]: V (s + lambda_k)^-1 V^T Phi^T
+    // Y.
     Eigen::MatrixXd solve(double lambda, const Eigen::RowVectorXd& ratios) const {
         Eigen::MatrixXd scaled = projected_;
         for (Eigen::Index k = 0; k < scaled.cols(); ++k) scaled.col(k).array() /= values_.array() + lambda * ratios[k];
@@ -189,11 +231,16 @@ private:
 
 using ErrorTable = std::vector<std::vector<double>>;  // [unit count][lambda] squared error
 
+// Adds the squared errors on one fold, for every number of units and every lambda. `kept` holds the centred moments of
+// the rows outside the fold.
 void addFoldErrors(const Candidates& all, const Eigen::MatrixXd& y, const Eigen::RowVectorXd& ratios,
                    const Moments& kept, const std::vector<Eigen::Index>& left_out, ErrorTable& errors) {
+    // 1. Choose units without the fold. The first n of them are the choice for n units.
     const std::vector<Eigen::Index> units = chooseUnits(all, kept, ratios, std::end(kUnitCounts)[-1]);
+    // 2. Centre the rows of the fold by the means of the other rows.
     const Eigen::RowVectorXd phi_mean = kept.phi_sum / kept.rows, y_mean = kept.y_sum / kept.rows;
     const Eigen::MatrixXd truth = y(left_out, Eigen::all).rowwise() - y_mean;
+    // 3. For each number of units, one decomposition gives the errors for all lambdas.
     for (std::size_t n = 0; n < std::size(kUnitCounts); ++n) {
         const std::span<const Eigen::Index> some = std::span(units).first(std::min(kUnitCounts[n], units.size()));
         const RidgePath path(all, kept, some);
@@ -209,8 +256,9 @@ struct Choice {
     double lambda = std::end(kLambdas)[-1], error = 0;
 };
 
-// The smallest number of units that is nearly as good as the best, with the strongest prior that is as good: weights
-// then stay small, and what rounds them does little harm. With nothing to validate on, that is nearly the mean alone.
+// Takes the smallest number of units that is nearly as good as the best and, with it, the strongest prior that is
+// nearly as good. Coefficients then stay small, so rounding them does little harm. Without any fold all errors are
+// zero, and the choice is the fewest units with the strongest prior, which is nearly the mean alone.
 Choice choose(const ErrorTable& errors) {
     double best = std::numeric_limits<double>::infinity();
     for (const std::vector<double>& row : errors) best = std::min(best, *std::min_element(row.begin(), row.end()));
@@ -223,7 +271,9 @@ Choice choose(const ErrorTable& errors) {
     return {};
 }
 
-// Blocked: what a fold would predict depends on no output of it. (The candidates are inputs of all training frames.)
+// Cross-validates over blocks of frames. No output of a fold takes part in what is predicted for the fold. The
+// candidates are shared by all folds; they are inputs of all training frames. `whole` holds the moments of all rows,
+// not centred.
 Choice crossValidate(const Candidates& all, const Eigen::MatrixXd& y, const Eigen::RowVectorXd& ratios,
                      const std::vector<int>& folds, const Moments& whole) {
     const int fold_count = folds.empty() ? 0 : 1 + *std::max_element(folds.begin(), folds.end());
@@ -240,6 +290,7 @@ Choice crossValidate(const Candidates& all, const Eigen::MatrixXd& y, const Eige
     return choose(errors);
 }
 
+// Writes units and coefficients into the model. The stored units leave out sqrt(w_g), so the stored weights include it.
 void store(const Candidates& all, const std::vector<Eigen::Index>& units, const Eigen::MatrixXd& weights,
            ClusterModel& model) {
     for (Eigen::Index unit : units) {
@@ -254,7 +305,8 @@ void store(const Candidates& all, const std::vector<Eigen::Index>& units, const 
         }
 }
 
-// Groups that no unit sees and that weigh little only cost bytes.
+// Removes the groups that no unit sees and that weigh little, because they only cost bytes. The other unused groups
+// stay: they still count in the distance from the training poses ("out of range").
 void dropIdleGroups(ClusterModel& model) {
     const std::size_t size = model.groups.empty() ? 0 : model.group_min.size() / model.groups.size();
     const float least = kLeastIdleWeight * *std::max_element(model.group_weight.begin(), model.group_weight.end());
@@ -281,22 +333,27 @@ void dropIdleGroups(ClusterModel& model) {
 }  // namespace
 
 RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& model) {
+    // 1. Make the candidates. The components that are not kept always count as error.
     const Matrix kept = keptScores(problem);
     const Eigen::MatrixXd y = asEigen(kept);
     const Candidates all = makeCandidates(problem, model);
     const double dropped = problem.outputs.total - y.squaredNorm();
     const double none = std::numeric_limits<double>::quiet_NaN();
     model.bias.assign(problem.components, 0.0f);  // scores are centred
-    // Nothing moves, or nothing changes (vertices that are always blocked).
+    // Nothing can be learned when no group moves, or when the outputs never change (vertices that are always blocked).
     if (all.group.empty() || y.squaredNorm() == 0) return {problem.outputs.total, none};
 
+    // 2. The prior of component k is E_1 / E_k times that of the first; tiny energies are limited.
     const Eigen::RowVectorXd energies = y.colwise().squaredNorm();
     const Eigen::RowVectorXd ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
+    // 3. Choose lambda and the number of units by cross-validation.
     Moments centred = momentsOf(all.phi, y);
     const Choice choice = crossValidate(all, y, ratios, problem.folds, centred);
+    // 4. Choose the units again on all training rows and compute their coefficients.
     centre(centred);
     const std::vector<Eigen::Index> units = chooseUnits(all, centred, ratios, choice.units);
     const Eigen::MatrixXd weights = RidgePath(all, centred, units).solve(choice.lambda, ratios);
+    // 5. The bias moves the centred prediction back: mean of y less the mean of the units times their coefficients.
     const Eigen::RowVectorXd offset = centred.y_sum / centred.rows - centred.phi_sum(units) / centred.rows * weights;
     for (std::size_t k = 0; k < problem.components; ++k) model.bias[k] = float(offset[Eigen::Index(k)]);
     store(all, units, weights, model);

@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kLeastAlphaExponent = -5, kMostAlphaExponent = 1.5, kAlphaExponentStep = 0.25;
 
-// alpha as a multiple of the largest singular value of the inputs: from no prior to nearly the mean alone.
+// Returns the values of alpha to try, as multiples of the inputs' largest singular value. They reach from almost no
+// prior to nearly the mean alone.
 std::vector<double> alphaGrid(double largest_singular_value) {
     std::vector<double> alphas;
     for (double e = kLeastAlphaExponent; e <= kMostAlphaExponent; e += kAlphaExponentStep)
@@ -25,15 +26,18 @@ std::vector<double> alphaGrid(double largest_singular_value) {
 }  // namespace
 
 RegressionErrors trainLinear(const RegressionProblem& problem, ClusterModel& model) {
+    // 1. Reduce the inputs and cross-validate every alpha.
     const InputPca inputs = makeInputPca(problem);
     const std::vector<double> alphas = alphaGrid(inputs.pca.energies.empty() ? 0 : std::sqrt(inputs.pca.energies[0]));
     const std::vector<double> errors =
         blockedErrors(inputs.weighted, problem.outputs.scores, problem.folds, problem.input_variance, alphas);
-    // Of equal errors the strongest prior: with nothing to validate on, that is nearly the mean alone.
+    // 2. When errors are equal, take the strongest prior. With nothing to validate on, the result is nearly the mean
+    //    alone.
     std::size_t best = 0;
     for (std::size_t a = 1; a < errors.size(); ++a)
         if (errors[a] <= errors[best]) best = a;
 
+    // 3. Fit the ridge regression on all training rows and store it.
     const Matrix x = setInputs(inputs, componentsFor(inputs.pca, problem.input_variance), model);
     const Matrix y = keptScores(problem);
     const Ridge ridge = fitRidge(x, y, alphas[best]);

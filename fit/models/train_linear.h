@@ -1,9 +1,10 @@
 #pragma once
-// Input PCA and ridge regression (paper 000 section 5.2-5.3, paper 002 section 4.2).
+// Trains the linear model: input PCA and ridge regression (paper 000 sections 5.2 and 5.3, paper 002 section 4.2).
 #include "fit/models/regressor.h"
 
 namespace penumbra {
 
+// Chooses alpha by blocked cross-validation and sets the model's input PCA, weights, bias and ridge.
 RegressionErrors trainLinear(const RegressionProblem& problem, ClusterModel& model);
 
 }  // namespace penumbra

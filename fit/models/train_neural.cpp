@@ -10,8 +10,8 @@ namespace penumbra {
 
 namespace {
 
-// Cross-validation makes its own PCA of these components of the inputs; what they leave out is small against what that
-// drops.
+// Cross-validation makes its own PCA of these components of the inputs. What they leave out is small compared with what
+// that PCA drops.
 constexpr double kValidatedVariance = 0.999;
 
 void setNet(const TanhNet& net, ClusterModel& model) {
@@ -28,12 +28,14 @@ void setNet(const TanhNet& net, ClusterModel& model) {
 }  // namespace
 
 RegressionErrors trainNeural(const RegressionProblem& problem, ClusterModel& model) {
+    // 1. Reduce the inputs to the components that cross-validation starts from.
     const InputPca inputs = makeInputPca(problem);
     const std::size_t validated = std::min(
         componentsFor(inputs.pca, std::max(kValidatedVariance, problem.input_variance)), inputs.pca.energies.size());
     Matrix scores(inputs.weighted.rows, validated);
     asEigen(scores) = asEigen(inputs.pca.scores).leftCols(Eigen::Index(validated));
 
+    // 2. Choose the number of neurons and the prior, then fit the net on all training rows.
     NetSearch search;
     search.input_variance = problem.input_variance;
     const Matrix y = keptScores(problem);
@@ -42,6 +44,7 @@ RegressionErrors trainNeural(const RegressionProblem& problem, ClusterModel& mod
     setNet(fitChosenNet(x, y, choice, search), model);
     model.ridge = choice.prior;
 
+    // 3. The components that are not kept always count as error.
     RegressionErrors errors{choice.error, std::nan("")};
     for (std::size_t k = problem.components; k < problem.outputs.energies.size(); ++k)
         errors.cross_validated += problem.outputs.energies[k];

@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-// alpha as a multiple of the root of the number of frames, the singular value of an input with root mean square 1.
+// Exponents of alpha as a multiple of sqrt(frames), the singular value of an input with a root mean square of 1.
 constexpr double kLeastQuadraticExponent = -3, kMostQuadraticExponent = 1.5, kQuadraticExponentStep = 0.25;
 
 std::vector<double> alphaGrid(std::size_t frames) {
@@ -22,7 +22,7 @@ std::vector<double> alphaGrid(std::size_t frames) {
     return alphas;
 }
 
-// The model's inputs become `scale` times what they were.
+// Makes the model's inputs `scale` times as large.
 void scaleInputs(double scale, ClusterModel& model) {
     for (std::vector<float>* part : {&model.input_basis, &model.input_min, &model.input_max})
         for (float& v : *part) v = float(scale * double(v));
@@ -31,20 +31,24 @@ void scaleInputs(double scale, ClusterModel& model) {
 }  // namespace
 
 RegressionErrors trainQuadratic(const RegressionProblem& problem, ClusterModel& model) {
+    // 1. Reduce the inputs and cross-validate every alpha on the expanded inputs.
     const InputPca inputs = makeInputPca(problem);
     const std::vector<double> alphas = alphaGrid(problem.train.size());
     const std::vector<double> errors =
         blockedErrors(inputs.weighted, problem.outputs.scores, problem.folds, problem.input_variance, alphas,
                       [](const Matrix& x) { return quadraticInputs(x); });
-    // Of equal errors the strongest prior: with nothing to validate on, that is nearly the mean alone.
+    // 2. When errors are equal, take the strongest prior. With nothing to validate on, the result is nearly the mean
+    //    alone.
     std::size_t best = 0;
     for (std::size_t a = 1; a < errors.size(); ++a)
         if (errors[a] <= errors[best]) best = a;
 
+    // 3. Scale the inputs so that the first has a root mean square of 1, and expand them.
     Matrix x = setInputs(inputs, componentsFor(inputs.pca, problem.input_variance), model);
     const double scale = expansionScale(inputs.pca, problem.train.size());
     asEigen(x) *= scale;
     scaleInputs(scale, model);
+    // 4. Fit the ridge regression on all training rows and store it.
     const Matrix units = quadraticInputs(x), y = keptScores(problem);
     const Ridge ridge = fitRidge(units, y, alphas[best]);
     model.ridge = alphas[best];

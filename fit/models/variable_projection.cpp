@@ -1,3 +1,19 @@
+// Fits a layer of tanh neurons by variable projection.
+//
+// Problem: find hidden weights d, hidden biases d0, output weights c and output biases c0 that minimise eq 13 of paper
+// 000, sum over frames |sum_n c^n tanh(d^n . x + d0^n) + c0 - y|^2 + alpha sum_n (|c^n|^2 + |d^n|^2).
+//
+// Naive: search all weights together with BFGS, as the papers do (neural_bfgs.cpp). Every change of a hidden weight
+// makes the output weights wrong, and the search needs further steps to bring them back.
+//
+// Here: for fixed d and d0 the objective is a ridge regression in c and c0, which one Cholesky factorisation solves
+// exactly. So the search runs over d and d0 only and always sees the best c. Centred activations and outputs take care
+// of c0. At the best c the derivative by c is zero, so the gradient of this projected objective is the gradient of
+// eq 13 by d with c held: no derivative of the ridge regression is needed. L-BFGS with the Gauss-Newton diagonal
+// minimises it.
+//
+// Derivation: docs/formulas.md, section 4. Measurements: tests/bench (bench_optimisers).
+
 #include "fit/models/variable_projection.h"
 
 #include <Eigen/Cholesky>
@@ -11,11 +27,11 @@ namespace penumbra {
 
 namespace {
 
-// Neighbouring neurons with one range, that is one matrix product.
+// Neighbouring neurons that see the same range of inputs. One matrix product serves all of them.
 struct Group {
     std::size_t first, count;
     InputRange range;
-    std::size_t offset;  // in the variables: of each neuron its weights over the range, then its bias
+    std::size_t offset;  // first of their variables; each neuron has its weights over the range, then its bias
 };
 
 std::vector<Group> groupsOf(const TanhNet& net) {
@@ -30,6 +46,7 @@ std::vector<Group> groupsOf(const TanhNet& net) {
     return groups;
 }
 
+// The objective as a function of the hidden weights and biases alone.
 class ProjectedObjective {
 public:
     ProjectedObjective(const NetData& data, const TanhNet& start, double alpha)
@@ -46,14 +63,20 @@ public:
           gram_(neurons_, neurons_),
           output_(neurons_, data.outputs) {}
 
+    // Returns the objective at the variables `x` and fills its gradient; infinity when the ridge regression has no
+    // solution.
     double evaluate(std::span<const double> x, std::span<double> gradient) {
+        // 1. Evaluate the hidden neurons.
         setActivations(x);
+        // 2. Solve for the best output weights.
         if (!solveOutputs()) return std::numeric_limits<double>::infinity();
+        // 3. Sum the squared residuals and the penalties, and take the gradient with the output weights held.
         const double value = setResidual() + alpha_ * asEigen(output_).squaredNorm();
         return value + backPropagate(x, gradient);
     }
 
-    // Gauss-Newton, output weights held: 2 |c^n|^2 sum_f slope^2 x^2 + 2 alpha.
+    // Fills the Gauss-Newton diagonal at the last evaluated variables, with the output weights held: 2 |c^n|^2 sum_f
+    // slope^2 x^2 + 2 alpha.
     void curvature(std::span<double> diagonal) {
         for (std::size_t i = 0; i < slope_.size(); ++i) back_[i] = slope_[i] * slope_[i];
         for (const Group& g : groups_) {
@@ -67,7 +90,7 @@ public:
         }
     }
 
-    // Of the last evaluated variables.
+    // Writes the output weights and biases that belong to the last evaluated variables into `net`.
     void setOutputs(TanhNet& net) const {
         net.output = output_;
         net.output_bias = data_.y_mean;
@@ -76,9 +99,11 @@ public:
     }
 
 private:
-    // h_ = tanh(d . x + d0) less its mean, slope_ = 1 - tanh^2; zero in the padding.
+    // Sets h_ to tanh(d . x + d0) less its mean over the frames, and slope_ to 1 - tanh^2. Both are zero in the
+    // padding.
     void setActivations(std::span<const double> x) {
         const std::size_t stride = data_.stride, frames = data_.frames;
+        // 1. Fill each row with the neuron's bias, then add the product of weights and inputs.
         for (const Group& g : groups_) {
             const std::size_t width = g.range.count + 1;
             for (std::size_t n = 0; n < g.count; ++n)
@@ -86,7 +111,9 @@ private:
             kernels_.addProduct(g.count, g.range.count, stride, &x[g.offset], width, &data_.x[g.range.first * stride],
                                 &h_[g.first * stride]);
         }
+        // 2. Apply tanh.
         kernels_.tanhAndSlope(h_.size(), h_.data(), slope_.data());
+        // 3. Centre every row over the frames and clear the padding.
         for (std::size_t n = 0; n < neurons_; ++n) {
             Eigen::Map<Eigen::ArrayXd> row(&h_[n * stride], Eigen::Index(frames));
             h_mean_[n] = row.mean();
@@ -95,7 +122,8 @@ private:
         }
     }
 
-    // (H H^T + alpha) C = H Y^T.
+    // Solves (H H^T + alpha) C = H Y^T for the output weights C. Returns false when the matrix is not positive
+    // definite.
     bool solveOutputs() {
         const std::size_t stride = data_.stride;
         kernels_.innerProducts(neurons_, neurons_, stride, h_.data(), h_.data(), gram_.values.data(), neurons_);
@@ -108,6 +136,7 @@ private:
         return true;
     }
 
+    // Sets residual_ to Y - C^T H and returns its squared norm.
     double setResidual() {
         const EigenRows<double> minus = -asEigen(output_).transpose();
         residual_ = data_.y;
@@ -115,12 +144,15 @@ private:
         return Eigen::Map<const Eigen::VectorXd>(residual_.data(), Eigen::Index(residual_.size())).squaredNorm();
     }
 
-    // Gradient, and the penalty of the hidden weights. The residuals sum to zero, so the mean of h adds nothing.
+    // Fills the gradient and returns the penalty of the hidden weights. The residuals of each output sum to zero over
+    // the frames, so it makes no difference that h_ has its mean taken off.
     double backPropagate(std::span<const double> x, std::span<double> gradient) {
+        // 1. Take the residuals back through the output weights and through tanh.
         std::fill(back_.begin(), back_.end(), 0.0);
         kernels_.addProduct(neurons_, data_.outputs, data_.stride, output_.values.data(), data_.outputs,
                             residual_.data(), back_.data());
         for (std::size_t i = 0; i < back_.size(); ++i) back_[i] *= -2 * slope_[i];
+        // 2. Multiply by the inputs and add the derivative of the penalty. Biases have none.
         double square = 0;
         for (const Group& g : groups_) {
             const std::size_t width = g.range.count + 1;
@@ -135,7 +167,8 @@ private:
         return alpha_ * square;
     }
 
-    // Of each neuron of the group: sums over frames of back_ times the inputs of the range, then of back_ alone.
+    // Computes, for each neuron of the group, the sums over frames of back_ times the inputs of the range, then the sum
+    // of back_ alone.
     void products(const Group& g, const std::vector<double>& inputs, double* out) {
         const std::size_t width = g.range.count + 1, stride = data_.stride;
         kernels_.innerProducts(g.count, g.range.count, stride, &back_[g.first * stride],
@@ -150,12 +183,13 @@ private:
     NetKernels kernels_;
     std::size_t neurons_;
     double alpha_;
-    std::vector<double> h_, slope_, back_;  // [N, stride]
+    std::vector<double> h_, slope_, back_;  // [N, stride]; back_ is the derivative by each neuron's argument
     std::vector<double> residual_;          // [K, stride]
-    std::vector<double> h_mean_;
-    Matrix gram_, output_;
+    std::vector<double> h_mean_;            // [N]
+    Matrix gram_, output_;                  // [N, N] and [N, K]
 };
 
+// Returns the hidden weights within their ranges, each neuron's followed by its bias.
 std::vector<double> variablesOf(const TanhNet& net) {
     std::vector<double> x;
     for (std::size_t n = 0; n < net.neurons(); ++n) {
@@ -166,6 +200,7 @@ std::vector<double> variablesOf(const TanhNet& net) {
     return x;
 }
 
+// The inverse of variablesOf().
 void setHidden(TanhNet& net, std::span<const double> x) {
     for (std::size_t n = 0, at = 0; n < net.neurons(); ++n) {
         const InputRange range = net.rangeOf(n);
@@ -175,6 +210,7 @@ void setHidden(TanhNet& net, std::span<const double> x) {
     }
 }
 
+// Returns the transpose of `m` less the mean of each column, every row padded with zeros to `stride`.
 std::vector<double> paddedRows(const Matrix& m, std::size_t stride, std::span<const double> mean) {
     std::vector<double> rows(m.columns * stride);
     for (std::size_t f = 0; f < m.rows; ++f)
@@ -187,6 +223,7 @@ std::vector<double> paddedRows(const Matrix& m, std::size_t stride, std::span<co
 NetData netData(const Matrix& inputs, const Matrix& outputs) {
     assert(inputs.rows == outputs.rows && inputs.rows > 0);
     NetData data;
+    // The frames are padded to a whole number of lanes.
     data.frames = inputs.rows;
     data.stride = (inputs.rows + kNetLanes - 1) / kNetLanes * kNetLanes;
     data.inputs = inputs.columns;

@@ -1,7 +1,7 @@
 #pragma once
-// The fast optimiser of eq 13. For given hidden weights the best output weights are a ridge regression, so only the
-// hidden weights are searched: variable projection (Golub and Pereyra 1973). The projected objective has the gradient
-// of eq 13 with the output weights held at their best; L-BFGS with the Gauss-Newton diagonal minimises it.
+// The fast optimiser of a tanh net (paper 000 eq 13) by variable projection (Golub and Pereyra 1973). For given hidden
+// weights the best output weights are a ridge regression, so only the hidden weights are searched. The .cpp file and
+// docs/formulas.md, section 4, explain the method; neural_bfgs.h is the reference.
 #include <cstddef>
 #include <vector>
 
@@ -10,22 +10,24 @@
 
 namespace penumbra {
 
-// Inputs and centred outputs as rows along the frames (net_kernels.h); made once for many fits.
+// Inputs and centred outputs, one row per input or output and one column per frame (net_kernels.h). Rows are padded
+// with zeros to `stride`. One NetData serves many fits.
 struct NetData {
     std::size_t frames = 0, stride = 0, inputs = 0, outputs = 0;
-    std::vector<double> x, x_squared;  // [I, stride]
+    std::vector<double> x, x_squared;  // [I, stride], and the squares of its entries
     std::vector<double> y;             // [K, stride]
-    std::vector<double> y_mean;        // [K]
+    std::vector<double> y_mean;        // [K] what was taken off the outputs
 };
 NetData netData(const Matrix& inputs, const Matrix& outputs);
 
 struct NetFit {
     TanhNet net;
-    double objective = 0;  // eq 13
+    double objective = 0;  // the value of eq 13
     int iterations = 0, evaluations = 0;
 };
 
-// Starts at the hidden weights, biases and ranges of `start`; its output weights are not read. alpha > 0.
+// Minimises eq 13 from the hidden weights, biases and ranges of `start`. The output weights of `start` are not read.
+// alpha must be positive.
 NetFit fitByProjection(const NetData& data, const TanhNet& start, double alpha, const LbfgsOptions& options);
 
 }  // namespace penumbra

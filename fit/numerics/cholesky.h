@@ -1,13 +1,14 @@
 #pragma once
-// Small dense symmetric positive definite systems in double precision.
+// Solves small dense symmetric positive definite systems in double precision.
 #include <span>
 #include <vector>
 
 namespace penumbra {
 
-// Overwrites the lower triangle of the n x n row-major `a` with L, a = L L^T. Asserts that `a` is positive definite.
+// Overwrites the lower triangle of the n x n row-major matrix `a` with L, where a = L L^T. Asserts that `a` is positive
+// definite.
 void factorCholesky(std::vector<double>& a, std::size_t n);
-// x = a^-1 x for a factored `a`; x.size() == n.
+// Replaces x by a^-1 x for a factored `a`; x.size() == n.
 void solveCholesky(const std::vector<double>& factored, std::span<double> x);
 
 }  // namespace penumbra

@@ -11,17 +11,20 @@ namespace penumbra {
 namespace {
 
 struct Block {
-    std::size_t begin, end;  // in the list of training frames
+    std::size_t begin, end;  // positions in the list of training frames
     std::size_t size() const { return end - begin; }
 };
 
+// Cuts the training frames into blocks of consecutive frames.
 std::vector<Block> makeBlocks(const FrameList& list, std::span<const std::size_t> frames) {
     std::vector<Block> blocks;
+    // 1. Each clip is a block.
     for (std::size_t i = 0; i < frames.size(); ++i) {
         if (i == 0 || list.clip[frames[i]] != list.clip[frames[i - 1]]) blocks.push_back({i, i});
         blocks.back().end = i + 1;
     }
     while (blocks.size() < std::min(kLeastFolds, frames.size())) {
+        // 2. Cut the longest block in half until there are enough.
         const auto longest =
             std::max_element(blocks.begin(), blocks.end(), [](Block a, Block b) { return a.size() < b.size(); });
         const Block whole = *longest;
@@ -36,11 +39,11 @@ struct Fold {
     std::vector<std::size_t> kept, left_out;  // rows
 };
 
-// Rows in the basis of the principal components of the kept ones.
+// Rows of a fold, expressed in the principal components of the kept rows.
 struct Reduced {
-    Pca pca;                // of the kept rows
-    std::size_t count = 0;  // components
-    Matrix left_out;        // [left out, count] scores
+    Pca pca;                // principal components of the kept rows
+    std::size_t count = 0;  // number of components
+    Matrix left_out;        // [left out, count] scores of the rows that were left out
 };
 
 Reduced reduce(const Matrix& all, const Fold& fold, double variance) {
@@ -54,7 +57,8 @@ Reduced reduce(const Matrix& all, const Fold& fold, double variance) {
     return out;
 }
 
-// The same of functions of the reduced inputs, scaled as expansionScale says.
+// Applies `expand` to the reduced inputs, scaled by expansionScale(), and reduces the result again without dropping any
+// component.
 Reduced expanded(const Reduced& inputs, const Fold& fold, const Expansion& expand) {
     const double scale = expansionScale(inputs.pca, fold.kept.size());
     Matrix x(fold.kept.size() + fold.left_out.size(), inputs.count);
@@ -66,20 +70,25 @@ Reduced expanded(const Reduced& inputs, const Fold& fold, const Expansion& expan
     return reduce(expand(x), in_order, 1);
 }
 
-// In the PCA of the inputs x = U s, the ridge is diagonal: a left-out row with scores z is predicted as
-// sum_i z_i d_i (U_i^T Y), d_i = s_i / (s_i^2 + alpha^2). So the squared error of the fold, |Y_out|^2 - 2 d.c + d.Bd,
-// costs I^2 for each alpha: c_i = (Z^T Y_out)_i . (U^T Y)_i, B_ij = (Z^T Z)_ij (U^T Y)_i . (U^T Y)_j.
+// Returns the squared error on one fold for every alpha.
+//
+// Naive: solve a ridge regression for each alpha. Here the inputs are x = U s in their own PCA, which makes the
+// regression diagonal: a left-out row with scores z is predicted as sum_i z_i d_i (U_i^T Y), where d_i = s_i / (s_i^2 +
+// alpha^2). The squared error of the fold is then |Y_out|^2 - 2 d.c + d.Bd with c_i = (Z^T Y_out)_i . (U^T Y)_i and
+// B_ij = (Z^T Z)_ij (U^T Y)_i . (U^T Y)_j, and each further alpha costs only I^2.
 std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, const Fold& fold, double input_variance,
                                std::span<const double> alphas, const Expansion& expand) {
+    // 1. Reduce the inputs, and expand them if asked to.
     Reduced inputs = reduce(features, fold, input_variance);
     if (expand) inputs = expanded(inputs, fold, expand);
     const std::vector<double> y_mean = meanOfRows(outputs, fold.kept);
     const Matrix y = centredRows(outputs, fold.kept, y_mean), y_out = centredRows(outputs, fold.left_out, y_mean);
     const auto n = Eigen::Index(inputs.count);
     const double square = asEigen(y_out).squaredNorm();
-    // Inputs or outputs that never change: the mean is all there is.
+    // When inputs or outputs never change, the prediction is the mean.
     if (n == 0 || y.columns == 0) return std::vector<double>(alphas.size(), square);
 
+    // 2. Compute what does not depend on alpha: s, U^T Y, c and B.
     const Eigen::VectorXd s = Eigen::Map<const Eigen::VectorXd>(inputs.pca.energies.data(), n).cwiseSqrt();
     const auto z = asEigen(inputs.left_out);
     const Eigen::MatrixXd uy =
@@ -87,6 +96,7 @@ std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, co
     const Eigen::VectorXd c = (z.transpose() * asEigen(y_out)).cwiseProduct(uy).rowwise().sum();
     const Eigen::MatrixXd b = (z.transpose() * z).cwiseProduct(uy * uy.transpose());
     std::vector<double> errors;
+    // 3. Each alpha gives its own d.
     for (double alpha : alphas) {
         const Eigen::VectorXd d = s.array() / (s.array().square() + alpha * alpha);
         errors.push_back(square - 2 * d.dot(c) + d.dot(b * d));
@@ -98,6 +108,7 @@ std::vector<double> foldErrors(const Matrix& features, const Matrix& outputs, co
 
 std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames) {
     const std::vector<Block> blocks = makeBlocks(list, frames);
+    // Deal the blocks out to folds, the longest first.
     std::vector<std::size_t> order(blocks.size()), size(std::min(blocks.size(), kMostFolds));
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return blocks[a].size() > blocks[b].size(); });

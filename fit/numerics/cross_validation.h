@@ -1,5 +1,5 @@
 #pragma once
-// Blocked cross-validation of the ridge's alpha.
+// Chooses the alpha of a ridge regression by cross-validation over blocks of frames.
 #include <functional>
 #include <span>
 #include <vector>
@@ -12,21 +12,24 @@ namespace penumbra {
 
 constexpr std::size_t kLeastFolds = 4, kMostFolds = 8;
 
-// A fold per training frame, [frames.size()]. Neighbouring frames are nearly equal, so folds are blocks: each clip is a
-// block; while there are fewer than 4, the longest is cut in half; more than 8 are dealt out, the longest first, each
-// to the fold with the fewest frames. `frames` are the training frames, ascending.
+// Returns the fold of each training frame, [frames.size()]. Neighbouring frames are nearly equal, so folds are made of
+// blocks. Each clip is a block; while there are fewer than 4 blocks, the longest is cut in half. When there are more
+// than 8, they are dealt out to 8 folds: starting with the longest, each goes to the fold that has the fewest frames so
+// far. `frames` are the training frames in ascending order.
 std::vector<int> makeFolds(const FrameList& list, std::span<const std::size_t> frames);
 
-// Functions of the reduced inputs [n, I] that the ridge sees in their place, [n, H].
+// Turns the reduced inputs [n, I] into the functions of them that the ridge regression sees in their place, [n, H].
 using Expansion = std::function<Matrix(const Matrix& inputs)>;
 
-// Factor of the PCA inputs before an expansion, so that the first has a root mean square of 1.
+// Returns the factor that gives the first of the PCA inputs a root mean square of 1. Inputs are scaled by it before an
+// expansion. `rows` is the number of rows that the PCA was made of.
 double expansionScale(const Pca& inputs, std::size_t rows);
 
-// Sum over folds of the squared error on the fold of a ridge from all the others, for each alpha. Nothing of the fold
-// enters: centring and input PCA are made anew without it. `outputs` are all principal components of the outputs,
-// that is an isometric copy of the outputs themselves, so that no output PCA has to be made anew. `expand`, when given,
-// makes of the scaled PCA inputs what the ridge sees.
+// Returns, for each alpha, the squared error on each fold of a ridge regression on all other folds, summed over the
+// folds. Without a second fold all errors are zero. Nothing of a fold enters its prediction: means and input PCA are
+// computed again without it. `outputs` are all principal components of the outputs. They are an isometric copy of the
+// outputs, so no output PCA has to be computed again. When `expand` is given, the regression sees expand(scaled PCA
+// inputs).
 std::vector<double> blockedErrors(const Matrix& weighted_features, const Matrix& outputs, const std::vector<int>& folds,
                                   double input_variance, std::span<const double> alphas, const Expansion& expand = {});
 

@@ -1,5 +1,5 @@
 #pragma once
-// Eigen's view of our matrices. Included by .cpp files of this folder only.
+// Lets Eigen work on our matrices without a copy. Only .cpp files include it, so that no header needs Eigen.
 #include <Eigen/Core>
 
 #include "fit/numerics/matrix.h"

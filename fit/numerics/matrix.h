@@ -21,7 +21,7 @@ struct BasicMatrix {
 using Matrix = BasicMatrix<double>;
 using MatrixF = BasicMatrix<float>;
 
-// Mean of the given rows, summed in double and in order.
+// Returns the mean of the given rows, summed in double and in their order.
 template <class T>
 std::vector<double> meanOfRows(const BasicMatrix<T>& m, std::span<const std::size_t> rows) {
     std::vector<double> mean(m.columns);
@@ -31,7 +31,7 @@ std::vector<double> meanOfRows(const BasicMatrix<T>& m, std::span<const std::siz
     return mean;
 }
 
-// The given rows minus `mean`.
+// Returns the given rows minus `mean`.
 inline Matrix centredRows(const Matrix& m, std::span<const std::size_t> rows, std::span<const double> mean) {
     Matrix out(rows.size(), m.columns);
     for (std::size_t r = 0; r < rows.size(); ++r)

@@ -14,13 +14,15 @@ struct Tangents {
     Vec3d a, b;
 };
 
+// Returns two unit vectors that are orthogonal to s and to each other.
 Tangents tangentsOf(Vec3d s) {
     const Vec3d axis = std::abs(s.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
     const Vec3d a = normalized(cross(s, axis));
     return {a, cross(s, a)};
 }
 
-// Direction d is (s_d + x_2d a_d + x_2d+1 b_d) / |.|.
+// The objective as a function of coordinates in the tangent planes. Direction d is the normalised s_d + x_2d a_d +
+// x_2d+1 b_d.
 class TangentPlanes : public ceres::FirstOrderFunction {
 public:
     TangentPlanes(const DirectionObjective& objective, std::span<const Vec3d> start)
@@ -36,6 +38,7 @@ public:
     bool Evaluate(const double* x, double* cost, double* gradient) const override {
         std::vector<Vec3d> slopes(start_.size());
         *cost = objective_(at(x), slopes);
+        // The gradient is orthogonal to the direction, so the normalisation only divides it by the length.
         if (gradient)
             for (std::size_t d = 0; d < start_.size(); ++d) {
                 const double distance = length(unscaled(d, x));
@@ -55,6 +58,7 @@ private:
     std::vector<Tangents> tangents_;
 };
 
+// Runs one search in the tangent planes of `start`.
 DirectionMinimum descend(const DirectionObjective& objective, std::span<const Vec3d> start) {
     const auto planes = new TangentPlanes(objective, start);  // the problem owns it
     ceres::GradientProblem problem(planes);
@@ -74,8 +78,9 @@ DirectionMinimum descend(const DirectionObjective& objective, std::span<const Ve
 }  // namespace
 
 DirectionMinimum minimiseOverDirections(const DirectionObjective& objective, std::span<const Vec3d> start) {
-    FLAGS_minloglevel = google::GLOG_ERROR;  // a line search that cannot go on is an answer, not a warning
+    FLAGS_minloglevel = google::GLOG_ERROR;  // a line search that cannot go on is an answer, so Ceres must not warn
     DirectionMinimum best = descend(objective, start);
+    // Begin again where the last search ended, because tangent planes far from their points bend the objective.
     for (int again = 0; again < 2; ++again) {
         DirectionMinimum next = descend(objective, best.directions);
         if (!(next.value < best.value)) break;

@@ -1,5 +1,5 @@
 #pragma once
-// BFGS over unit vectors.
+// Minimises a function of unit vectors by BFGS.
 #include <functional>
 #include <span>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace penumbra {
 
-// The value at unit `directions`, and its gradient there: one vector a direction, orthogonal to it.
+// Returns the value at unit `directions` and fills its gradient: one vector for each direction, orthogonal to it.
 using DirectionObjective = std::function<double(std::span<const Vec3d> directions, std::span<Vec3d> gradient)>;
 
 struct DirectionMinimum {
@@ -16,8 +16,9 @@ struct DirectionMinimum {
     double value = 0;
 };
 
-// Ceres' BFGS in the tangent planes of `start` (no pole is singular), in new tangent planes until the value stays
-// within 1e-10 of itself, three times at most. Values are of order 1.
+// Minimises the objective from `start` with Ceres' BFGS. The variables are coordinates in the tangent planes of the
+// start, so no pole is singular. The search begins again in new tangent planes until the value changes by less than
+// 1e-10 of itself, three times at most. Values should be of order 1.
 DirectionMinimum minimiseOverDirections(const DirectionObjective& objective, std::span<const Vec3d> start);
 
 }  // namespace penumbra

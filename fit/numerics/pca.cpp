@@ -9,10 +9,10 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kRankTolerance = 1e-12;  // of the total energy: what float rows cannot resolve
+constexpr double kRankTolerance = 1e-12;  // of the total energy; smaller energies are below what float rows resolve
 constexpr Eigen::Index kBlock = 512;      // columns (or rows) that are converted to double at a time
 
-// rows rows^T, or rows^T rows when there are fewer columns than rows.
+// Returns the lower triangle of rows rows^T if `from_rows`, else of rows^T rows.
 template <class T>
 Eigen::MatrixXd smallerGram(const BasicMatrix<T>& rows, bool from_rows) {
     const auto m = asEigen(rows);
@@ -29,6 +29,7 @@ Eigen::MatrixXd smallerGram(const BasicMatrix<T>& rows, bool from_rows) {
     return gram;
 }
 
+// Makes the entry of largest magnitude of each column positive.
 void fixSign(Eigen::MatrixXd& vectors) {
     for (Eigen::Index k = 0; k < vectors.cols(); ++k) {
         Eigen::Index largest = 0;
@@ -41,6 +42,7 @@ template <class T>
 Pca componentsOf(const BasicMatrix<T>& rows) {
     Pca pca;
     pca.from_rows = rows.rows <= rows.columns;
+    // 1. Solve the smaller eigenproblem.
     pca.scores = Matrix(rows.rows, 0);
     if (rows.values.empty()) return pca;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(smallerGram(rows, pca.from_rows));
@@ -48,12 +50,16 @@ Pca componentsOf(const BasicMatrix<T>& rows) {
     Eigen::MatrixXd vectors = solver.eigenvectors().rowwise().reverse();
     fixSign(vectors);
     pca.total = values.sum();
+    // 2. Leave out components that are only rounding.
     while (pca.energies.size() < std::size_t(values.size()) &&
            values[Eigen::Index(pca.energies.size())] > kRankTolerance * pca.total)
         pca.energies.push_back(values[Eigen::Index(pca.energies.size())]);
 
     const auto rank = Eigen::Index(pca.energies.size());
     const Eigen::VectorXd sigma = values.head(rank).cwiseSqrt();
+    // 3. Compute the scores. From the eigenvectors of rows rows^T they are U sigma, and the basis is (U / sigma)^T
+    //    rows, which basisOf() multiplies out when it is asked to. The eigenvectors of rows^T rows are the basis
+    //    itself.
     pca.scores = Matrix(rows.rows, pca.energies.size());
     if (pca.from_rows) {
         asEigen(pca.scores) = vectors.leftCols(rank) * sigma.asDiagonal();
@@ -70,6 +76,7 @@ Pca componentsOf(const BasicMatrix<T>& rows) {
 template <class T>
 BasicMatrix<T> basisRows(const Pca& pca, const BasicMatrix<T>& rows, std::size_t count) {
     BasicMatrix<T> basis(count, rows.columns);
+    // 1. The basis may be known already.
     const auto known = Eigen::Index(std::min(count, pca.energies.size()));
     const auto m = asEigen(rows);
     auto out = asEigen(basis);
@@ -80,6 +87,7 @@ BasicMatrix<T> basisRows(const Pca& pca, const BasicMatrix<T>& rows, std::size_t
     const Eigen::MatrixXd combine = asEigen(pca.to_basis).leftCols(known).transpose();
     for (Eigen::Index begin = 0; begin < m.cols(); begin += kBlock) {
         const Eigen::Index n = std::min(kBlock, m.cols() - begin);
+        // 2. Otherwise combine the rows, a block of columns at a time.
         const Eigen::MatrixXd block = m.middleCols(begin, n).template cast<double>();
         out.block(0, begin, known, n) = (combine * block).template cast<T>();
     }

@@ -5,12 +5,13 @@ namespace penumbra {
 
 struct TruncatedSvd {
     std::vector<double> sigma;  // descending
-    Matrix u, v;                // [k, rows], [k, columns]: a ~= sum of sigma_b u_b v_b^T, a row a vector
+    Matrix u, v;                // [k, rows] and [k, columns], one vector a row: a ~= sum of sigma_b u_b v_b^T
 };
 
-// The `count` largest singular values of `a` (fewer where it has fewer rows or columns) and their vectors: residuals
-// |a^T u - sigma v| below 1e-11 of the largest value. Deterministic, also where singular values are equal. Small
-// matrices directly, others in a block Krylov space of a^T a (Golub, Luk and Overton 1981) from a fixed start.
+// Returns the `count` largest singular values of `a` and their vectors, or fewer where `a` has fewer rows or columns.
+// The residuals |a^T u - sigma v| are below 1e-11 of the largest value. The result is deterministic, even where
+// singular values are equal. Small matrices are decomposed directly, others in a block Krylov space of a^T a from a
+// fixed start (Golub, Luk and Overton 1981).
 TruncatedSvd truncatedSvd(const Matrix& a, std::size_t count);
 
 }  // namespace penumbra

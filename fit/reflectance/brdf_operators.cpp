@@ -1,3 +1,18 @@
+// Fits reflection product operators to a material.
+//
+// Problem: write the cosine-weighted BRDF as a sum of k products of a function of the light's direction and a function
+// of the view, f cos_i ~= sum_b U^b(wi) W^b(wo), with both sides in SH.
+//
+// Naive: tabulate f on equal steps of both directions, take the SVD of the table and project its vectors. That is the
+// paper as printed (termsAsPrinted). The poles of the table count too much, grazing spikes rule the result, and the
+// projection of W takes it for zero below the horizon; a Lambertian alone then has an error of 13.6%.
+//
+// Here: weigh the table by solid angle and cosine, and project W by least squares on even functions (termsOfTable); or,
+// by default, decompose the slices C that are fitted already. Whitening C by the Gram matrix of the view functions
+// turns the SVD of a 25 x 15 matrix into that of the function itself (termsOfSlices).
+//
+// Derivation and errors: docs/formulas.md, section 3.
+
 #include "fit/reflectance/brdf_operators.h"
 
 #include <Eigen/Cholesky>
@@ -32,14 +47,15 @@ const char* nameOf(OperatorSource source) {
 
 namespace {
 
-// One channel's terms as SH coefficients.
+// The terms of one channel as SH coefficients.
 struct ProjectedTerms {
     std::vector<double> sigma;
-    Matrix u, w;  // [k, order^2], [k, view functions]
+    Matrix u, w;  // [k, order^2] with sigma, and [k, view functions]
 };
 
-// The k nearest to `count` that does not cut a run of equal singular values: which of the run's vectors are kept would
-// depend on the SVD routine. Of k + 1 and k - 1 the larger. At most the rank and kMaxOperators.
+// Returns the number of terms nearest to `count` that does not cut a run of equal singular values; which of the run's
+// vectors were kept would otherwise depend on the SVD routine. When k + 1 and k - 1 are both possible, it returns the
+// larger. It is at most the rank and kMaxOperators.
 std::size_t cutAtGap(const std::vector<double>& sigma, std::size_t count) {
     constexpr double kRank = 1e-9, kEqual = 1e-6;
     std::size_t rank = 0;
@@ -53,7 +69,7 @@ std::size_t cutAtGap(const std::vector<double>& sigma, std::size_t count) {
     return count;
 }
 
-// integral of values y_i over the hemisphere for the rows of `values`, i in `index`.
+// Returns the integrals of values y_i over the hemisphere, for each row of `values` and each i in `index`.
 Matrix projected(const Matrix& values, const DirectionGrid& grid, const std::vector<int>& index) {
     Matrix out(values.rows, index.size());
     std::array<double, coefficientCount(kMaxOrder)> y;
@@ -72,7 +88,7 @@ std::vector<int> allIndices(int order) {
     return index;
 }
 
-// G = integral over the hemisphere of z y y for the view functions, exact.
+// Returns G = integral over the hemisphere of z y y^T for the view functions. The quadrature is exact.
 Eigen::MatrixXd cosineGram(const std::vector<int>& even_index) {
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(Eigen::Index(even_index.size()), Eigen::Index(even_index.size()));
     std::array<double, coefficientCount(kMaxOrder)> y;
@@ -85,13 +101,14 @@ Eigen::MatrixXd cosineGram(const std::vector<int>& even_index) {
     return gram;
 }
 
-// w y_even is the best fit to W in the measure of the SVD: sum over e of G_de w_e = integral over H of z W y_d. It is
-// even across the horizon; extending W by zeros instead costs a Lambertian 13.6%.
+// Returns terms by the SVD of a table. w y_even is the best fit to W in the measure of the SVD: it solves sum over e of
+// G_de w_e = integral over H of z W y_d. It is even across the horizon.
 std::vector<ProjectedTerms> termsOfTable(const RgbBrdf& source, const std::vector<int>& even_index, int threads) {
     const DirectionGrid grid = gaussGrid(32, 64);
     const Eigen::LLT<Eigen::MatrixXd> gram(cosineGram(even_index));
     std::vector<ProjectedTerms> out;
     for (BrdfTerms& terms : brdfTerms(source, grid, ViewMeasure::kCosine, kMaxOperators + 1, threads)) {
+        // The cosine belongs to the measure of the least squares problem.
         for (std::size_t i = 0; i < terms.w.values.size(); ++i) terms.w.values[i] *= grid.direction(i % grid.size()).z;
         Matrix w = projected(terms.w, grid, even_index);
         asEigen(w) = gram.solve(asEigen(w).transpose()).transpose().eval();
@@ -102,6 +119,7 @@ std::vector<ProjectedTerms> termsOfTable(const RgbBrdf& source, const std::vecto
 
 constexpr int kLiteralOrder = 4;
 
+// Returns terms as the paper prints them.
 std::vector<ProjectedTerms> termsAsPrinted(const RgbBrdf& source, int threads) {
     const DirectionGrid grid = latitudeGrid(16, 32);
     const std::vector<int> index = allIndices(kLiteralOrder);
@@ -111,28 +129,30 @@ std::vector<ProjectedTerms> termsAsPrinted(const RgbBrdf& source, int threads) {
     return out;
 }
 
-// C = (C L) L^-1 with G = L L^T: L^-1 y_even is orthonormal in the cosine measure, so the SVD of C L is that of the
-// function F(o) itself, u' sigma (v'^T L^-1) y_even.
+// Returns terms from the slices: C = (C L) L^-1 with G = L L^T. The functions L^-1 y_even are orthonormal in the cosine
+// measure, so the SVD of C L is that of the function F(o) itself: u' sigma (v'^T L^-1) y_even.
 std::vector<ProjectedTerms> termsOfSlices(const BrdfFile& brdf) {
     const Eigen::MatrixXd gram = cosineGram(brdf.even_index);
     const Eigen::MatrixXd l = gram.llt().matrixL();
     const std::size_t rows = std::size_t(coefficientCount(brdf.slice_order)), columns = brdf.even_index.size();
+    // 1. Channels that are multiples of one another share one decomposition.
     const ChannelFactors same = channelFactors(brdf.slices);
     std::vector<ProjectedTerms> out;
     for (std::size_t c = 0; c < 3; ++c) {
         const std::size_t channel = same.factors.empty() ? c : std::size_t(same.strongest);
         const double factor = same.factors.empty() ? 1 : same.factors[c];
+        // 2. Whiten: C L.
         Matrix whitened(rows, columns);
         for (std::size_t i = 0; i < rows; ++i)
             for (std::size_t e = 0; e < columns; ++e)
                 for (std::size_t d = 0; d < columns; ++d)
                     whitened(i, e) +=
                         brdf.slices[(i * columns + d) * 3 + channel] * l(Eigen::Index(d), Eigen::Index(e));
+        // 3. Decompose. u takes the singular values, and w = L^-T v' undoes the whitening.
         TruncatedSvd svd = truncatedSvd(whitened, kMaxOperators + 1);
         ProjectedTerms terms{svd.sigma, svd.u, Matrix(svd.v.rows, columns)};
         for (std::size_t b = 0; b < svd.sigma.size(); ++b)
             for (double& u : terms.u.row(b)) u *= svd.sigma[b] * factor;
-        // Rows of v' L^-1: w = L^-T v'.
         asEigen(terms.w) = l.triangularView<Eigen::Lower>().transpose().solve(asEigen(svd.v).transpose()).transpose();
         for (double& sigma : terms.sigma) sigma *= factor;
         out.push_back(std::move(terms));
@@ -140,7 +160,7 @@ std::vector<ProjectedTerms> termsOfSlices(const BrdfFile& brdf) {
     return out;
 }
 
-// Channels may cut elsewhere; those with fewer terms are filled up with zeros.
+// Cuts every channel at a gap and stores the terms. A channel with fewer terms than the others is filled up with zeros.
 BrdfOperators assembled(const std::vector<ProjectedTerms>& channels, std::size_t asked,
                         const std::vector<int>& view_index, OperatorSource from) {
     std::array<std::size_t, 3> kept{};
@@ -183,7 +203,7 @@ std::size_t expandedBytes(const BrdfOperators& operators, int light_order, const
 
 namespace {
 
-// c[i, e, channel] = sum_b u^b_i w^b_e: operators as slices, any view functions.
+// Returns operators in the form of slices, c[i, e, channel] = sum_b u^b_i w^b_e, for any view functions.
 std::vector<double> slicesOf(const BrdfOperators& operators) {
     const std::size_t rows = std::size_t(coefficientCount(operators.order)), columns = operators.view_index.size();
     std::vector<double> c(rows * columns * 3);

@@ -1,6 +1,6 @@
 #pragma once
-// Reflection product operators of paper 000 section 4 and docs/formulas.md section 3: f cos_i ~= sum of k terms U^b(wi)
-// W^b(wo), each side projected on SH. sh/reflection_operator.h turns u into M^b.
+// Reflection product operators (paper 000 section 4, docs/formulas.md section 3): f cos_i ~= a sum of k terms U^b(wi)
+// W^b(wo) whose sides are both projected on SH. sh/reflection_operator.h turns u into M^b.
 #include <string>
 
 #include "fit/reflectance/shading_error.h"
@@ -10,23 +10,27 @@
 namespace penumbra {
 
 enum class OperatorSource {
-    kSlices,   // k terms of C, by the SVD whitened with the cosine-weighted Gram of the view functions: the default
-    kTable,    // paper 000, corrected: SVD of the tabulated BRDF in the measures wi and wo cos_o; u of order 8
-    kLiteral,  // paper 000 as printed, kept as reference: unweighted SVD of a 16 x 32 latitude-longitude table, u of
-               // order 4, w zero below the horizon
+    // The default: k terms of C by an SVD, whitened with the cosine-weighted Gram matrix of the view functions.
+    kSlices,
+    kTable,  // paper 000, corrected: SVD of the tabulated BRDF in the measures wi and wo cos_o, with u of order 8
+    // Paper 000 as printed, kept as a reference: SVD of a 16 x 32 latitude-longitude table without weights, with u of
+    // order 4 and w zero below the horizon.
+    kLiteral,
 };
-OperatorSource parseOperatorSource(const std::string& name);  // UsageError
+OperatorSource parseOperatorSource(const std::string& name);  // throws UsageError for other names
 const char* nameOf(OperatorSource source);
 
-// `brdf` holds the slices of `source`; count 1..kMaxOperators. There are more or fewer where `count` would cut a pair
-// of equal singular values, and fewer where the BRDF has no more terms.
+// Fits `count` terms, 1 <= count <= kMaxOperators. `brdf` holds the slices of `source`. The result has more or fewer
+// terms where `count` would cut a pair of equal singular values, and fewer where the BRDF has no more terms.
 BrdfOperators fitOperators(const RgbBrdf& source, const BrdfFile& brdf, OperatorSource from, int count, int threads);
 
-// Bytes of M^b and w of all channels in single precision, as the paper stores them: k (n^4 + E) a channel.
+// Returns the bytes of M^b and w of all channels in single precision, as the paper stores them: k (n^4 + E) numbers a
+// channel.
 std::size_t expandedBytes(const BrdfOperators& operators, int light_order, const Convention& convention);
 
-// Adds to brdf.errors what is measured on the reference scenes: shading_d5, shading_a4 (light of order 4, the slices as
-// they are), and shading_operators, shading_operators_d5 where there are any (A4, D5).
+// Measures shading errors on the reference scenes and adds them to brdf.errors. shading_d5 and shading_a4 are those of
+// the slices. shading_operators (A4) and shading_operators_d5 (D5) are those of the operators, if there are any. The
+// light has order 4.
 void measureShading(const RgbBrdf& source, BrdfFile& brdf, int threads);
 
 }  // namespace penumbra

@@ -1,3 +1,17 @@
+// Singular value decomposition of a tabulated BRDF.
+//
+// Problem: a grid of 32 heights and 64 azimuths has 2048 directions, so the table of f cos_i over both directions has
+// 2048 x 2048 entries for each channel.
+//
+// Naive: decompose the whole table. This takes long, and rounding mixes the vectors of equal singular values, so that
+// the terms lose the symmetry of the BRDF.
+//
+// Here: the symmetry splits the table into independent blocks. For an isotropic BRDF every frequency m of the azimuth
+// is a block of 32 x 32, and cos m phi and sin m phi have the same one. For an orthotropic BRDF the parities under the
+// two mirrors give four blocks. The terms of all blocks are then merged in the order of their singular values.
+//
+// See docs/formulas.md, section 3 (reflection product operators).
+
 #include "fit/reflectance/brdf_terms.h"
 
 #include <algorithm>
@@ -38,12 +52,14 @@ DirectionGrid latitudeGrid(int heights, int azimuths) {
 }
 
 ChannelFactors channelFactors(const std::vector<double>& values) {
+    // 1. Find the largest entry.
     std::size_t largest = 0;
     for (std::size_t i = 0; i < values.size(); ++i)
         if (std::abs(values[i]) > std::abs(values[largest])) largest = i;
     const double top = values[largest];
     ChannelFactors out{int(largest % 3), {1, 0, 0}};
     if (top == 0) return out;
+    // 2. Take the ratios of the channels there, and see whether they hold everywhere.
     for (std::size_t c = 0; c < 3; ++c) out.factors[c] = values[largest / 3 * 3 + c] / top;
     for (std::size_t i = 0; i < values.size(); ++i)
         if (std::abs(values[i] - out.factors[i % 3] * values[i / 3 * 3 + largest % 3]) > 1e-12 * std::abs(top))
@@ -53,15 +69,17 @@ ChannelFactors channelFactors(const std::vector<double>& values) {
 
 namespace {
 
-// Functions of the azimuth t_a, orthonormal over the grid's azimuths, that the BRDF maps to themselves: for every pair
-// of heights sum over phi_i, phi_o of t_a(phi_i) F t_b(phi_o) is what remains, all other functions give 0. The sum over
-// phi_o is sources[b] alone: sum over phi_i of t_a(phi_i) F(phi_i, sources[b]) / t_b(sources[b]).
+// A set of functions t_a of the azimuth that the BRDF maps to themselves. They are orthonormal over the grid's
+// azimuths. For a pair of heights only sum over phi_i, phi_o of t_a(phi_i) F t_b(phi_o) remains, and functions of other
+// sets give 0. Because of the symmetry the sum over phi_o needs a single azimuth sources[b]: sum over phi_i of
+// t_a(phi_i) F(phi_i, sources[b]) / t_b(sources[b]).
 struct AzimuthBlock {
     Matrix functions;                  // [p, azimuths]
     std::vector<std::size_t> sources;  // [p] azimuths at which the views are evaluated
-    Matrix twin;                       // functions of another block with the same matrix, or empty
+    Matrix twin;                       // functions of another set that has the same matrix; may be empty
 };
 
+// One set for each frequency m: cos m phi, with sin m phi as its twin.
 std::vector<AzimuthBlock> isotropicBlocks(std::size_t azimuths) {
     std::vector<AzimuthBlock> blocks;
     for (std::size_t m = 0; m <= azimuths / 2; ++m) {
@@ -78,7 +96,8 @@ std::vector<AzimuthBlock> isotropicBlocks(std::size_t azimuths) {
     return blocks;
 }
 
-// Azimuths j, -j, n/2 - j and n/2 + j are mirror images; a function takes the signs of its parities there.
+// One set for each pair of parities. The azimuths j, -j, n/2 - j and n/2 + j are mirror images, and a function takes
+// the signs of its parities there.
 std::vector<AzimuthBlock> orthotropicBlocks(std::size_t n) {
     std::vector<AzimuthBlock> blocks;
     for (int sign_x : {1, -1})
@@ -103,6 +122,7 @@ std::vector<AzimuthBlock> orthotropicBlocks(std::size_t n) {
     return blocks;
 }
 
+// Without a symmetry, one set has all azimuths.
 std::vector<AzimuthBlock> blocksOf(BrdfSymmetry symmetry, std::size_t azimuths) {
     if (symmetry == BrdfSymmetry::kIsotropic) return isotropicBlocks(azimuths);
     if (symmetry == BrdfSymmetry::kOrthotropic) return orthotropicBlocks(azimuths);
@@ -114,7 +134,8 @@ std::vector<AzimuthBlock> blocksOf(BrdfSymmetry symmetry, std::size_t azimuths) 
     return {all};
 }
 
-// f cos_i of all incident directions at the views of the first `sources` azimuths: [sources, heights, directions, 3].
+// Tabulates f cos_i for all incident directions and the views of the first `sources` azimuths: [sources, heights,
+// directions, 3].
 std::vector<double> tabulate(const RgbBrdf& brdf, const DirectionGrid& grid, std::size_t sources, int threads) {
     const std::size_t heights = grid.heights.size(), count = grid.size();
     std::vector<Vec3d> directions(count);
@@ -131,7 +152,7 @@ std::vector<double> tabulate(const RgbBrdf& brdf, const DirectionGrid& grid, std
     return table;
 }
 
-// Square roots of the measures of one direction of each height.
+// The square roots of the measures of one direction at each height.
 struct Roots {
     std::vector<double> incident, view;
 };
@@ -146,7 +167,7 @@ Roots rootsOf(const DirectionGrid& grid, ViewMeasure measure) {
     return roots;
 }
 
-// Rows (height of wi, a), columns (height of wo, b).
+// Returns the matrix of one set of functions: rows are (height of wi, a), columns are (height of wo, b).
 Matrix blockMatrix(const AzimuthBlock& block, const std::vector<double>& table, std::size_t channel,
                    const DirectionGrid& grid, const Roots& roots) {
     const std::size_t p = block.sources.size(), heights = grid.heights.size(), n = std::size_t(grid.azimuths);
@@ -169,7 +190,7 @@ Matrix blockMatrix(const AzimuthBlock& block, const std::vector<double>& table, 
     return matrix;
 }
 
-// A vector over (height, a) as values on the grid, each height divided by its root.
+// Adds a vector over (height, a) to `out` as values on the grid. Each height is divided by its root.
 void expand(std::span<const double> vector, const Matrix& functions, const std::vector<double>& roots, double factor,
             std::span<double> out) {
     const std::size_t p = functions.rows, n = functions.columns;
@@ -179,12 +200,14 @@ void expand(std::span<const double> vector, const Matrix& functions, const std::
                 out[h * n + j] += vector[h * p + a] * functions(a, j) * factor / roots[h];
 }
 
+// A term before merging: its singular value and the block that it comes from.
 struct TermRef {
     double sigma;
     std::size_t block, index;
     bool twin;
 };
 
+// Merges the terms of all sets in descending order of sigma and keeps the first `count`.
 BrdfTerms mergedTerms(const std::vector<AzimuthBlock>& blocks, std::span<const TruncatedSvd> parts,
                       const DirectionGrid& grid, const Roots& roots, std::size_t count) {
     std::vector<TermRef> refs;
@@ -209,23 +232,27 @@ BrdfTerms mergedTerms(const std::vector<AzimuthBlock>& blocks, std::span<const T
 
 std::vector<BrdfTerms> brdfTerms(const RgbBrdf& brdf, const DirectionGrid& grid, ViewMeasure measure, int count,
                                  int threads) {
+    // 1. Split the azimuths by the symmetry, and tabulate the views that this needs.
     assert(grid.azimuths % 4 == 0);
     const std::vector<AzimuthBlock> blocks = blocksOf(brdf.symmetry, std::size_t(grid.azimuths));
     std::size_t sources = 0;
     for (const AzimuthBlock& block : blocks)
         for (std::size_t source : block.sources) sources = std::max(sources, source + 1);
     const std::vector<double> table = tabulate(brdf, grid, sources, threads);
+    // 2. Channels that differ by a factor need one decomposition.
     const ChannelFactors same = channelFactors(table);
     const std::vector<std::size_t> channels = same.factors.empty()
                                                   ? std::vector<std::size_t>{0, 1, 2}
                                                   : std::vector<std::size_t>{std::size_t(same.strongest)};
     const Roots roots = rootsOf(grid, measure);
+    // 3. Decompose every set of functions in every channel.
     std::vector<TruncatedSvd> parts(channels.size() * blocks.size());
     parallelFor(parts.size(), threads, [&](std::size_t i) {
         const AzimuthBlock& block = blocks[i % blocks.size()];
         parts[i] =
             truncatedSvd(blockMatrix(block, table, channels[i / blocks.size()], grid, roots), std::size_t(count));
     });
+    // 4. Merge the sets, and apply the factors of the channels.
     std::vector<BrdfTerms> terms;
     for (std::size_t c = 0; c < channels.size(); ++c)
         terms.push_back(mergedTerms(blocks, std::span(parts).subspan(c * blocks.size(), blocks.size()), grid, roots,

@@ -15,7 +15,8 @@ namespace {
 
 constexpr int kParts = 16;  // the grid is summed in this many parts, whatever the number of threads
 
-// lit f^T of every channel, [lights * occluders, 3 views]. Channels that are multiples of another take no product.
+// Returns lit f^T for every channel, [lights * occluders, 3 views]. A channel that is a multiple of an earlier one
+// takes no product of its own.
 Eigen::MatrixXd shaded(const Eigen::MatrixXd& lit, const std::array<Eigen::MatrixXd, 3>& f) {
     const Eigen::Index views = f[0].rows();
     Eigen::MatrixXd radiance(lit.rows(), 3 * views);
@@ -34,13 +35,14 @@ Eigen::MatrixXd shaded(const Eigen::MatrixXd& lit, const std::array<Eigen::Matri
     return radiance;
 }
 
-// Of all scenes, and what each view reflects of a light of 1 everywhere, all channels together.
+// The radiance of all scenes, and the albedo: what each view reflects of a light of 1 everywhere, summed over the
+// channels.
 struct Radiance {
-    std::vector<double> radiance;  // as bruteForceRadiance()
+    std::vector<double> radiance;  // as bruteForceRadiance() returns it
     std::vector<double> albedo;    // [views]
 };
 
-// On the grid of the test, the same for all views: a matrix product.
+// Integrates on the grid of the test, which all views share. The sum is then a matrix product.
 Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
     const std::size_t lights = test.scenes.lights.size(), occluders = test.scenes.occluders.size(),
                       views = test.scenes.views.size(), columns = lights * occluders;
@@ -68,6 +70,7 @@ Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int threads)
         sums[part] = shaded(lit, f);
         albedos[part] = (f[0] + f[1] + f[2]) * cosines;
     });
+    // The parts are added in order, so the result does not depend on the number of threads.
     for (std::size_t part = 1; part < kParts; ++part) {
         sums[0] += sums[part];
         albedos[0] += albedos[part];
@@ -75,10 +78,10 @@ Radiance onSharedGrid(const ShadingTest& test, const RgbBrdf& brdf, int threads)
     return {{sums[0].data(), sums[0].data() + sums[0].size()}, {albedos[0].data(), albedos[0].data() + views}};
 }
 
-// A grid of its own for every view, dense around its mirror direction r: angles a sinh(b u) from r, azimuths about r.
+// Returns a grid for one view that is dense around its mirror direction r: angles a sinh(b u) from r, azimuths about r.
 std::vector<WeightedDirection> gridAbout(Vec3d view) {
     constexpr int kAngles = 96, kAzimuths = 64;
-    constexpr double kWidth = 0.003;  // a, radians: a third of the nodes are nearer to r than 7 times that
+    constexpr double kWidth = 0.003;  // a in radians: a third of the nodes are nearer to r than 7 times this
     const Vec3d r{-view.x, -view.y, view.z};
     const Vec3d side = normalized(cross(std::abs(r.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0}, r)), up = cross(r, side);
     const double b = std::asinh(std::numbers::pi / kWidth);
@@ -95,7 +98,7 @@ std::vector<WeightedDirection> gridAbout(Vec3d view) {
     return grid;
 }
 
-// f cos w of every direction of one view's grid that reflects anything.
+// A direction of one view's grid that reflects anything, with f cos w.
 struct Reflected {
     Vec3d direction, value;
 };
@@ -108,8 +111,8 @@ std::vector<Reflected> reflectedOf(const RgbBrdf& brdf, Vec3d view) {
     return out;
 }
 
-// Relative difference of the albedos that the two kinds of grid see, over all views: large where a lobe falls between
-// the points of the shared grid.
+// Returns the relative difference between the albedos that the two kinds of grid see, over all views. It is large where
+// a lobe falls between the points of the shared grid.
 double albedoDifference(const ShadingTest& test, const RgbBrdf& brdf, const std::vector<double>& shared, int threads) {
     std::vector<double> own(shared.size());
     parallelFor(own.size(), threads, [&](std::size_t v) {
@@ -123,6 +126,7 @@ double albedoDifference(const ShadingTest& test, const RgbBrdf& brdf, const std:
     return total > 0 ? std::sqrt(difference / total) : 0;
 }
 
+// Integrates each view on its own grid.
 std::vector<double> onOwnGrids(const ShadingTest& test, const RgbBrdf& brdf, int threads) {
     const ShadingScenes& scenes = test.scenes;
     const std::size_t lights = scenes.lights.size(), occluders = scenes.occluders.size(), views = scenes.views.size();
@@ -143,6 +147,7 @@ std::vector<double> onOwnGrids(const ShadingTest& test, const RgbBrdf& brdf, int
                 for (std::size_t i = 0; i < lit.size(); ++i) sums[k * lit.size() + i] += lit[i];
             }
         }
+        // Put the sums in the order of bruteForceRadiance().
         for (std::size_t at = 0; at < sums.size(); ++at) {
             const std::size_t k = at / lit.size(), c = at % lit.size() / lights, l = at % lights;
             radiance[((c * views + v) * lights + l) * occluders + k] = sums[at];

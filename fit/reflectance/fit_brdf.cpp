@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kChannels = 3;
 
+// Returns y_even of every view, [views, E].
 std::vector<double> evenBasisTable(const std::vector<Vec3d>& views, int view_order) {
     const std::vector<int> even = evenIndices(view_order);
     std::vector<double> table, y(std::size_t(coefficientCount(view_order)));
@@ -32,6 +33,7 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
                       columns = evenIndices(orders.view_order).size();
     assert(table.slices.size() == table.views.size() * rows);
     const std::vector<double> y = evenBasisTable(table.views, orders.view_order);
+    // 1. Sum the normal equations: the Gram matrix of the view functions and the right side of every row.
     std::vector<double> gram(columns * columns), by_row(rows * columns);  // [J^2, 3, E]
     for (std::size_t o = 0; o < table.views.size(); ++o)
         for (std::size_t e = 0; e < columns; ++e) {
@@ -39,6 +41,7 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
             for (std::size_t d = 0; d < columns; ++d) gram[e * columns + d] += weighted * y[o * columns + d];
             for (std::size_t i = 0; i < rows; ++i) by_row[i * columns + e] += weighted * table.slices[o * rows + i];
         }
+    // 2. Solve them for every row.
     factorCholesky(gram, columns);
     std::vector<double> c(by_row.size());
     for (std::size_t i = 0; i < rows; ++i) {
@@ -51,7 +54,7 @@ std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders
 
 namespace {
 
-// sqrt(sum w z |F - C y|^2 / sum w z |F|^2), over all channels.
+// Returns sqrt(sum w z |F - C y|^2 / sum w z |F|^2) over all channels.
 double fitError(const SliceTable& table, const std::vector<double>& c, int view_order) {
     const std::size_t columns = evenIndices(view_order).size(), rows = c.size() / columns;
     const std::vector<double> y = evenBasisTable(table.views, view_order);
@@ -68,7 +71,7 @@ double fitError(const SliceTable& table, const std::vector<double>& c, int view_
     return total > 0 ? std::sqrt(error / total) : 0;
 }
 
-// Directional albedo of a view is sqrt(4pi) F_0, because y_0 is constant. `mean` weighs views by their cosine.
+// The directional albedo of a view is sqrt(4pi) F_0, because y_0 is constant. `mean` weighs the views by their cosine.
 struct Albedo {
     Vec3d mean;
     double largest = 0;

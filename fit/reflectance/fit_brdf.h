@@ -1,6 +1,7 @@
 #pragma once
-// Reflectance slices of a BRDF, docs/formulas.md section 3: F_i(o) = integral over the hemisphere of f(wi, o) cos y_i
-// dwi for i < J^2, then C = argmin sum over o of w_o z_o |F(o) - C y_even(o)|^2. No 4D table and no SVD.
+// Fits the reflectance slices of a BRDF (docs/formulas.md section 3). F_i(o) is the integral over the hemisphere of
+// f(wi, o) cos y_i dwi for i < J^2, and C = argmin sum over o of w_o z_o |F(o) - C y_even(o)|^2. This needs no 4D table
+// and no SVD.
 #include <vector>
 
 #include "fit/reflectance/slice_table.h"
@@ -10,18 +11,20 @@
 namespace penumbra {
 
 struct SliceOrders {
-    int slice_order = 5;  // J, 1..kMaxOrder
-    int view_order = 5;   // 1..kMaxOrder
+    int slice_order = 5;  // J, from 1 to kMaxOrder
+    int view_order = 5;   // from 1 to kMaxOrder
 };
 
-// C, row-major [J^2, E, 3], from a table.
+// Returns C, row-major [J^2, E, 3], from a table.
 std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders);
 
-// `errors` of the result, over all channels where none is named:
-//   fit: sqrt(sum w z |F - C y|^2 / sum w z |F|^2);  refinement: the last change of F in the same measure;
-//   albedo_r, _g, _b: mean directional albedo, cosine-weighted over the views;  albedo_max: the largest of any view
-//   (down to 0.1 degrees above the horizon).
-// The provenance is left to the caller. InvalidInput when a lobe is too narrow for the finest grid.
+// Fits a BRDF. The provenance is left to the caller. Throws InvalidInput when a lobe is too narrow for the finest grid.
+// The result has these `errors`, over all channels where none is named:
+//
+// - fit: sqrt(sum w z |F - C y|^2 / sum w z |F|^2).
+// - refinement: the last change of F in the same measure.
+// - albedo_r, albedo_g, albedo_b: the mean directional albedo, where views are weighted by their cosine.
+// - albedo_max: the largest directional albedo of any view, down to 0.1 degrees above the horizon.
 BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads);
 
 }  // namespace penumbra

@@ -30,10 +30,12 @@ ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
     const auto grid = gaussHemisphere(kHeights, kAzimuths);
     const std::size_t lights = scenes.lights.size(), occluders = scenes.occluders.size();
     constexpr int kCount = coefficientCount(kMaxOrder);
+    // 1. The grid.
     for (const auto& [direction, weight] : grid) {
         test.directions.push_back(direction);
         test.weights.push_back(weight);
     }
+    // 2. Lights and occluders on the grid.
     test.light.resize(grid.size() * lights);
     test.open.resize(grid.size() * occluders);
     std::vector<double> weighted(grid.size() * kCount);
@@ -50,6 +52,7 @@ ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
                 test.open[q * occluders + k] = !isBlocked(scenes.occluders[k], direction);
         }
     });
+    // 3. Moments of every occluder.
     test.moments.resize(occluders * kCount);
     Eigen::Map<EigenRows<double>>(test.moments.data(), Eigen::Index(occluders), kCount) =
         rowsOf(test.open, occluders).transpose() * rowsOf(weighted, kCount);
@@ -58,8 +61,8 @@ ShadingTest makeShadingTest(const ShadingScenes& scenes, int threads) {
 
 namespace {
 
-// p of every light and occluder, [lights * occluders, J^2]: the product of light and visibility does not depend on the
-// view.
+// Returns the product of light and visibility for every light and occluder, [lights * occluders, J^2]. It does not
+// depend on the view.
 std::vector<double> products(const ShadingTest& test, const Convention& convention, int slice_order) {
     const auto count = std::size_t(coefficientCount(convention.order)),
                rows = std::size_t(coefficientCount(slice_order));

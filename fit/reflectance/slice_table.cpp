@@ -1,3 +1,17 @@
+// Tabulates the cosine-weighted BRDF as seen from many views, projected on SH.
+//
+// Problem: every view needs the integral of f cos y_i over the hemisphere. The lobe of f may be much narrower than any
+// affordable grid, and it usually lies at the mirror direction of the view.
+//
+// Naive: use one product grid for all views (tabulateSlices, kept as the reference). It misses narrow lobes, or wastes
+// points on wide ones.
+//
+// Here: heights and azimuths are graded towards the mirror direction by x = a sinh(b u), at the scale of the lobe,
+// which is probed first. Grids are doubled view by view until the slices of the view no longer change. Views that
+// follow from others by the symmetry of the BRDF are not integrated at all.
+//
+// See docs/formulas.md, section 3 (tabulation).
+
 #include "fit/reflectance/slice_table.h"
 
 #include <algorithm>
@@ -22,8 +36,8 @@ constexpr int kChannels = 3;
 
 // --- One integral ---------------------------------------------------------------------------------------------------
 
-// F(o) of one view on the nodes of any grid over the hemisphere, one after the other, so that the sum does not depend
-// on threads.
+// Integrates F(o) of one view on the nodes of any grid over the hemisphere. Nodes are added one after the other, so the
+// sum does not depend on threads.
 void integrateOnGrid(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedDirection>& grid,
                      std::span<double> slice) {
     const int count = int(slice.size()) / kChannels, order = bandOfIndex(count - 1) + 1;
@@ -37,11 +51,13 @@ void integrateOnGrid(const RgbBrdf& brdf, Vec3d view, const std::vector<Weighted
     }
 }
 
-// Directions of one height: y_l+-m are A_lm(z) times cos m phi and sin m phi, so a direction adds to 2J - 1 sums only.
+// Sums over directions of one height. y_l+-m is A_lm(z) times cos m phi or sin m phi, so a direction adds to 2J - 1
+// sums only.
 struct Ring {
     int order;
-    std::array<Vec3d, kMaxOrder> cosines{}, sines{};  // over directions: value cos m phi, value sin m phi
+    std::array<Vec3d, kMaxOrder> cosines{}, sines{};  // sums over directions of value cos m phi and value sin m phi
 
+    // Adds a direction with the given cosine and sine of its azimuth. cos m phi and sin m phi come by recurrence.
     void add(Vec3d value, double cosine, double sine) {
         double c = 1, s = 0;
         for (std::size_t m = 0; m < std::size_t(order); ++m) {
@@ -54,6 +70,7 @@ struct Ring {
     }
 };
 
+// Adds the sums of a ring at height z to the slice.
 void addRing(const Ring& ring, double z, double sine, std::span<double> slice) {
     std::array<double, coefficientCount(kMaxOrder)> storage;
     const std::span<double> y = std::span(storage).first(std::size_t(coefficientCount(ring.order)));
@@ -67,13 +84,13 @@ void addRing(const Ring& ring, double z, double sine, std::span<double> slice) {
             }
 }
 
-// How narrow the lobe is at the mirror direction: half of the value there is left at this distance in t = sqrt(z), and
-// at this distance in azimuth over z_i + z_o (at grazing views a lobe of width a is only a (z_i + z_o) wide in
-// azimuth).
+// The width of a lobe at the mirror direction. Half of the value there is left at distance `t` in sqrt(z), and at
+// azimuth distance azimuth * (z_i + z_o): at grazing views a lobe of width a is only a (z_i + z_o) wide in azimuth.
 struct LobeWidth {
     double t, azimuth;
 };
 
+// Probes the lobe at doubling distances.
 LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
     constexpr double kLeast = 1e-4, kMost = 0.1;
     const double t_o = std::sqrt(view.z), mirror = std::atan2(-view.y, -view.x);
@@ -97,7 +114,7 @@ LobeWidth lobeWidth(const RgbBrdf& brdf, Vec3d view) {
     return {std::min(width.t, kMost), std::min(width.azimuth, kMost)};
 }
 
-// x = scale sinh(b u) takes Gauss-Legendre nodes u on (0, 1) to (0, range), dense at 0.
+// The substitution x = scale sinh(b u) takes Gauss-Legendre nodes u on (0, 1) to (0, range), and makes them dense at 0.
 struct Graded {
     double scale, b;
     Graded(double least, double range) : scale(least), b(std::asinh(range / least)) {}
@@ -106,13 +123,15 @@ struct Graded {
     }
 };
 
-// Heights z = t^2 on both sides of the mirror direction's, azimuths on both sides of its azimuth.
+// Integrates F(o) of one view with heights z = t^2 on both sides of the mirror direction's, and azimuths on both sides
+// of its azimuth.
 void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::vector<WeightedNumber>& nodes,
                            std::span<double> slice) {
     const LobeWidth width = lobeWidth(brdf, view);
     const double t_o = std::sqrt(view.z), radius = std::hypot(view.x, view.y);
     const double mirror_cosine = radius > 0 ? -view.x / radius : 1, mirror_sine = radius > 0 ? -view.y / radius : 0;
     const int order = bandOfIndex(int(slice.size()) / kChannels - 1) + 1;
+    // Takes heights z = t^2 below and above the mirror direction's.
     for (double side : {-1.0, 1.0}) {
         const Graded heights(width.t, side < 0 ? t_o : 1 - t_o);
         for (const WeightedNumber& node : nodes) {
@@ -136,7 +155,7 @@ void integrateAroundMirror(const RgbBrdf& brdf, Vec3d view, const std::vector<We
 
 // --- Symmetries -----------------------------------------------------------------------------------------------------
 
-// f(s) -> f(Rz(angle)^-1 s): pairs (m, -m) turn by m angle.
+// Turns a slice by an angle about the normal: f(s) becomes f(Rz(angle)^-1 s). The pair (m, -m) turns by m angle.
 void rotateAboutNormal(double angle, std::span<const double> in, std::span<double> out) {
     for (int l = 0; kChannels * coefficientCount(l) < int(in.size()); ++l)
         for (int m = 0; m <= l; ++m) {
@@ -151,7 +170,7 @@ void rotateAboutNormal(double angle, std::span<const double> in, std::span<doubl
         }
 }
 
-// y -> -y keeps cosines and flips sines; x -> -x does the same after (-1)^m on both.
+// Mirrors a slice. y -> -y keeps cosines and flips sines. x -> -x does the same after a factor (-1)^m on both.
 void mirror(bool flip_x, bool flip_y, std::span<double> slice) {
     for (int l = 0; kChannels * coefficientCount(l) < int(slice.size()); ++l)
         for (int m = -l; m <= l; ++m) {
@@ -161,7 +180,7 @@ void mirror(bool flip_x, bool flip_y, std::span<double> slice) {
         }
 }
 
-// Row of the table that azimuth j of n (a multiple of 4) can be made from.
+// Returns the azimuth from whose row azimuth j of n (a multiple of 4) can be made.
 int sourceAzimuth(BrdfSymmetry symmetry, int j, int n) {
     if (symmetry == BrdfSymmetry::kGeneral) return j;
     if (symmetry == BrdfSymmetry::kIsotropic) return 0;
@@ -171,7 +190,7 @@ int sourceAzimuth(BrdfSymmetry symmetry, int j, int n) {
 
 // --- The table ------------------------------------------------------------------------------------------------------
 
-// The view grid; slices are zero.
+// Makes a table with its view grid and with zeros for slices.
 SliceTable makeTable(int slice_order, int view_n_z) {
     assert(view_n_z % 2 == 0);
     SliceTable table;
@@ -189,7 +208,7 @@ std::span<double> sliceOf(SliceTable& table, std::size_t view) {
     return std::span(table.slices).subspan(view * count, count);
 }
 
-// Views that must be integrated; the others follow from them.
+// Returns the views that must be integrated. The others follow from them by symmetry.
 std::vector<std::size_t> sourceViews(const SliceTable& table, BrdfSymmetry symmetry) {
     const int azimuths = 2 * table.view_n_z;
     std::vector<std::size_t> views;
@@ -198,6 +217,7 @@ std::vector<std::size_t> sourceViews(const SliceTable& table, BrdfSymmetry symme
     return views;
 }
 
+// Fills in the views that follow by symmetry.
 void spreadBySymmetry(SliceTable& table, BrdfSymmetry symmetry) {
     const int azimuths = 2 * table.view_n_z;
     for (int view = 0; view < int(table.views.size()); ++view) {
@@ -214,7 +234,7 @@ void spreadBySymmetry(SliceTable& table, BrdfSymmetry symmetry) {
     }
 }
 
-// Integrates `views` anew; returns w z |change of F|^2 of each.
+// Integrates the given views again and returns w z |change of F|^2 for each.
 using Integrate = std::function<void(Vec3d view, std::span<double> slice)>;
 std::vector<double> integrateViews(const Integrate& integrate, const std::vector<std::size_t>& views, int threads,
                                    SliceTable& table) {
@@ -244,20 +264,23 @@ SliceTable tabulateSlices(const RgbBrdf& brdf, int slice_order, int incident_n_z
 
 SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
     constexpr int kCoarsest = 32, kFinest = 512;  // heights, and azimuths
-    constexpr double kMostEvaluations = 4e7;      // of one refinement: some seconds
-    // C of any model here is within 5e-5 of that of 64 heights.
+    constexpr double kMostEvaluations = 4e7;      // in one refinement: takes some seconds
+    // With these views, C of any model here is within 5e-5 of that with 64 heights.
     const int view_n_z = brdf.symmetry == BrdfSymmetry::kIsotropic ? 32 : 16;
     SliceTable table = makeTable(slice_order, view_n_z);
     std::vector<std::size_t> views = sourceViews(table, brdf.symmetry);
-    const double enough = 0.25 * kSettled * kSettled / double(views.size());  // leaves as much to views still open
+    // A view has settled when it changes by no more than this. As much is left for the views that are still open.
+    const double enough = 0.25 * kSettled * kSettled / double(views.size());
     const auto sum = [](const std::vector<double>& values) { return std::reduce(values.begin(), values.end()); };
     const auto integrateAll = [&](int n) {
         const std::vector<WeightedNumber> nodes = gaussInterval(n / 2);
         return integrateViews([&](Vec3d view, std::span<double> s) { integrateAroundMirror(brdf, view, nodes, s); },
                               views, threads, table);
     };
+    // 1. Integrate all views on the coarsest grid.
     const double total = sum(integrateAll(kCoarsest));
     double settled_change = 0, open_change = total;
+    // 2. Double the grid of the views that still change, until the sum of all changes is small.
     for (int n = 2 * kCoarsest; n <= kFinest && !views.empty(); n *= 2) {
         if (double(views.size()) * n * n > kMostEvaluations) break;
         const std::vector<double> change = integrateAll(n);
@@ -271,6 +294,7 @@ SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
         if (settled_change + open_change <= kSettled * kSettled * total) break;
         views = std::move(open);
     }
+    // 3. Report the change that is left, and fill in the other views.
     table.refinement = total > 0 ? std::sqrt((settled_change + open_change) / total) : 0;
     spreadBySymmetry(table, brdf.symmetry);
     return table;
@@ -289,7 +313,7 @@ double largestAlbedo(const RgbBrdf& brdf, int threads) {
                      phi = std::numbers::pi / 4 * double(k % azimuths);
         std::array<double, kChannels> f0{};
         integrateAroundMirror(brdf, {r * std::cos(phi), r * std::sin(phi), z}, nodes, f0);
-        // F_0 holds the constant y_0 = 1 / sqrt(4 pi).
+        // F_0 is the integral with the constant y_0 = 1 / sqrt(4 pi).
         largest[k] = std::sqrt(4 * std::numbers::pi) * *std::max_element(f0.begin(), f0.end());
     });
     return *std::max_element(largest.begin(), largest.end());

@@ -19,6 +19,7 @@ void subtractFromRows(BasicMatrix<T>& m, std::span<const T> mean) {
         for (std::size_t c = 0; c < m.columns; ++c) m(r, c) -= mean[c];
 }
 
+// Returns the raw features of every frame, [F, N].
 Matrix allRawFeatures(const ClusterProblem& problem) {
     Matrix raw(problem.poses->frameCount(), problem.recipe->count());
     for (std::size_t f = 0; f < raw.rows; ++f)
@@ -27,7 +28,7 @@ Matrix allRawFeatures(const ClusterProblem& problem) {
     return raw;
 }
 
-// Row by row: residual = truth - mean on entry, truth - prediction on return.
+// Turns truth - mean into truth - prediction, row by row.
 void subtractPrediction(const ClusterProblem& problem, const ClusterModel& model, const Matrix& raw,
                         MatrixF& residual) {
     const std::vector<float>& w = problem.ambient_weights;
@@ -53,6 +54,7 @@ std::vector<double> squaredNorms(const MatrixF& m) {
     return sums;
 }
 
+// Returns the sum over vertices of |E(prediction) - E(truth)| for every frame.
 std::vector<double> ambientErrors(const std::vector<float>& w, const MatrixF& residual) {
     if (w.empty()) return std::vector<double>(residual.rows, std::numeric_limits<double>::quiet_NaN());
     std::vector<double> sums(residual.rows);
@@ -65,6 +67,7 @@ std::vector<double> ambientErrors(const std::vector<float>& w, const MatrixF& re
     return sums;
 }
 
+// Sets the relative squared errors of the model over training frames and over all other frames.
 void setErrorRatios(ClusterFit& fit, std::span<const std::size_t> train) {
     double squared[2] = {}, variance[2] = {};
     std::vector<bool> trained(fit.errors.squared.size());
@@ -81,6 +84,7 @@ void setErrorRatios(ClusterFit& fit, std::span<const std::size_t> train) {
 }  // namespace
 
 ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
+    // 1. Take the training mean off the numbers.
     ClusterFit fit;
     fit.model.joint = problem.joint;
     fit.model.center = problem.center;
@@ -88,12 +92,14 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     subtractFromRows(numbers, std::span<const float>(fit.model.mean));
     fit.errors.variance = squaredNorms(numbers);
 
+    // 2. Reduce the outputs by PCA over the training frames.
     const MatrixF centred = selectRows(numbers, problem.train);
     const Pca outputs = principalComponents(centred);
     const std::size_t components = componentsFor(outputs, problem.output_variance);
     fit.model.basis = basisOf(outputs, centred, components).values;
     for (std::size_t k = components; k < outputs.energies.size(); ++k) fit.left_by_pca += outputs.energies[k];
 
+    // 3. Compute the features, and train a model of the scores.
     const Matrix raw = allRawFeatures(problem);
     const ClusterPlace place{problem.joint, problem.center};
     const std::vector<double> group_weights = groupWeights(*problem.recipe, place, raw, problem.train);
@@ -104,6 +110,7 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     fit.cross_validated = errors.cross_validated;
     fit.leave_one_out = errors.leave_one_out;
 
+    // 4. Measure the errors of the predictions.
     subtractPrediction(problem, fit.model, raw, numbers);
     fit.errors.squared = squaredNorms(numbers);
     fit.errors.ambient = ambientErrors(problem.ambient_weights, numbers);

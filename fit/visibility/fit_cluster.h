@@ -1,5 +1,5 @@
 #pragma once
-// One cluster: output PCA, features, a regressor of the scores, and the errors of the result by frame.
+// Fits one cluster: output PCA, features, a model of the scores, and the errors of the result frame by frame.
 #include <span>
 #include <vector>
 
@@ -13,16 +13,16 @@ struct ClusterProblem {
     ModelKind kind = ModelKind::kLinear;
     const FeatureRecipe* recipe = nullptr;
     const PoseTable* poses = nullptr;
-    std::span<const std::size_t> train;       // frames
-    const std::vector<int>* folds = nullptr;  // of the training frames
-    std::vector<float> ambient_weights;       // E = sum of weights times a vertex' numbers; empty: E is not known
-    bool clamp = true;                        // predictions to where E lies in [0, 1]
+    std::span<const std::size_t> train;       // training frames
+    const std::vector<int>* folds = nullptr;  // one for each training frame
+    std::vector<float> ambient_weights;  // E is the sum of these times a vertex' numbers; empty when E is not known
+    bool clamp = true;                   // moves predictions to where E lies in [0, 1]
     double input_variance = 0.9, output_variance = 0.95;
     int joint = 0;
-    Vec3 center;  // of the cluster, rest pose
+    Vec3 center;  // centre of the cluster in the rest pose
 };
 
-// Sums over the vertices of a cluster (or of all), by frame.
+// Sums over the vertices of a cluster, or of all clusters, frame by frame. F counts frames.
 struct FrameErrors {
     std::vector<double> squared;   // [F] |prediction - truth|^2
     std::vector<double> variance;  // [F] |truth - training mean|^2
@@ -30,14 +30,14 @@ struct FrameErrors {
 };
 
 struct ClusterFit {
-    ClusterModel model;  // without vertices
+    ClusterModel model;  // all but its vertices
     FrameErrors errors;
-    double cross_validated = 0;  // squared error over the folds, that of the choice made
+    double cross_validated = 0;  // squared error over the folds, for the parameters that were chosen
     double leave_one_out = 0;    // squared error of the kept scores; NaN for models without a closed form
-    double left_by_pca = 0;      // energy of the outputs that the PCA dropped
+    double left_by_pca = 0;      // energy of the outputs that the output PCA dropped
 };
 
-// `numbers` [F, Vc n] are used up: they hold the residuals afterwards.
+// Fits the cluster to `numbers` [F, Vc n]. They are used up: afterwards they hold the residuals.
 ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers);
 
 }  // namespace penumbra

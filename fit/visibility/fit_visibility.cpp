@@ -1,3 +1,17 @@
+// Fits a model of the pose to a whole bake.
+//
+// Problem: predict the visibility of every vertex, some 15 numbers each, from a pose that nobody baked.
+//
+// Naive: train one regression from the whole pose to all numbers of all vertices. A vertex then pays for joints that it
+// cannot see, and the numbers vary as the surface turns although nothing hides more or less of the sky.
+//
+// Here: the numbers are rotated into a local frame at each vertex, where turning alone changes nothing. Vertices that
+// move alike form clusters. In each cluster a PCA over training frames reduces the numbers to a few scores, and one
+// model predicts these scores from what the cluster sees of the pose (fit_cluster.cpp). Numbers do not all fit in
+// memory, so clusters are read and fitted in batches; the size of a batch never changes the result.
+//
+// See docs/formulas.md, sections 2, 4 and 5.
+
 #include "fit/visibility/fit_visibility.h"
 
 #include <algorithm>
@@ -34,7 +48,8 @@ void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdo
             throw UsageError("--holdout: no clip '" + name + "'; the file has " + joined(frames.clip_names));
 }
 
-// Which of `frames` are in `list`. UsageError where a frame of the list is none of them, or of a clip held out.
+// Returns which of `frames` are in `list`. Throws UsageError where a frame of the list is not among them or belongs to
+// a clip that is held out.
 std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
                                const std::vector<std::string>& holdout) {
     std::vector<bool> listed(frames.frameCount());
@@ -53,6 +68,7 @@ std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
     return listed;
 }
 
+// Splits the frames into training frames and held-out ones. Frames that are not listed are neither.
 Split splitFrames(const FrameList& frames, const FitOptions& options) {
     checkHoldout(frames, options.holdout);
     const std::vector<bool> listed = options.train_frames ? listedFrames(frames, *options.train_frames, options.holdout)
@@ -69,7 +85,7 @@ Split splitFrames(const FrameList& frames, const FitOptions& options) {
     return split;
 }
 
-// What goes with a skeleton and what with a deforming mesh.
+// Checks the options that only suit a skeleton or only suit a deforming mesh.
 void checkKind(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (header.skin) {
         if (options.features == FeatureKind::kDihedrals)
@@ -105,7 +121,7 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
         throw InvalidInput(file + ": /skin/joint_names: --features relative-bones needs at least two joints");
 }
 
-// The table may have angles that other features do not read.
+// Copies the poses. The table may have angles, which other features do not read.
 void copyPose(const PoseTable& poses, const FitOptions& options, Model& model) {
     const std::size_t inputs = model.input_names.size();
     if (!poses.deforming || options.features == FeatureKind::kDihedrals) {
@@ -144,7 +160,7 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.output_variance = options.output_variance;
 }
 
-// Consecutive clusters whose numbers fit in batch_bytes.
+// Groups consecutive clusters whose numbers together fit in batch_bytes.
 std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters,
                                                              std::size_t bytes_per_vertex, std::size_t batch_bytes) {
     std::vector<std::pair<std::size_t, std::size_t>> batches;
@@ -167,7 +183,7 @@ Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
     return toFloat(sum / double(vertices.size()));
 }
 
-// Tells the observer from whichever thread; the share never goes down.
+// Tells the observer from whichever thread makes progress. The share never goes down.
 class SharedProgress {
 public:
     SharedProgress(const FitObserver& observer, double total) : observer_(observer), total_(total) {}
@@ -193,8 +209,8 @@ struct FitJob {
     std::vector<int> folds;
 };
 
-// E = (1/pi) integral of V cos. Cosine-weighted: that integral is sqrt(4 pi) times the first number. In the model frame
-// the weights would turn with the normal.
+// Returns the weights that give E = (1/pi) integral of V cos from a vertex' numbers. Cosine-weighted numbers hold that
+// integral as sqrt(4 pi) times the first. In the model frame the weights would turn with the normal, so there are none.
 std::vector<float> ambientWeightsOf(const FitOptions& options) {
     if (options.frame == Frame::kGlobal) return {};
     std::vector<float> weights(std::size_t(options.convention.size()));
@@ -205,11 +221,12 @@ std::vector<float> ambientWeightsOf(const FitOptions& options) {
     return weights;
 }
 
+// Fits all clusters, batch by batch.
 std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe = recipeOf(model);
     const bool dihedrals = model.features == FeatureKind::kDihedrals;
     const std::size_t vertices = model.mesh.vertexCount();
-    // Reading and rotating takes about as long as fitting.
+    // Reading and rotating a vertex' numbers takes about as long as fitting them, so each counts half.
     SharedProgress progress(job.observer, 2.0 * double(vertices));
     std::vector<ClusterFit> fits(job.clusters.vertices.size());
     const std::size_t bytes_per_vertex = job.poses.frameCount() * std::size_t(model.convention.size()) * sizeof(float);
@@ -217,6 +234,7 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
                                                             : std::clamp(bytes_per_vertex * vertices / 5,
                                                                          std::size_t(32) << 20, std::size_t(256) << 20);
     for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, batch_bytes)) {
+        // 1. Read the numbers of the batch's clusters in one pass over the file.
         ClusterNumbersRequest request;
         request.convention = model.convention;
         request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
@@ -226,12 +244,13 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
         request.threads = job.options.threads;
         request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
         std::vector<MatrixF> numbers = readClusterNumbers(job.reader, job.poses, request);
+        // 2. Fit the clusters in parallel, and free the numbers of each.
         parallelFor(numbers.size(), job.options.threads, [&, first = begin](std::size_t i) {
             throwIfInterrupted();
             const std::size_t c = first + i;
             const ClusterProblem problem{job.options.model, &recipe, &job.poses, job.split.train, &job.folds,
                                          ambientWeightsOf(job.options), job.options.clamp,
-                                         // The angles went through PCA all together.
+                                         // The angles went through one PCA together, so none is dropped here.
                                          dihedrals ? 1.0 : inputVariance(job.options), job.options.output_variance,
                                          job.clusters.joint[c], centerOf(model.mesh, job.clusters.vertices[c])};
             fits[c] = fitCluster(problem, numbers[i]);
@@ -243,6 +262,7 @@ std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
     return fits;
 }
 
+// Returns the error figures over the given frames.
 ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> frames, std::size_t vertices) {
     double squared = 0, variance = 0, ambient = 0;
     for (std::size_t f : frames) {
@@ -361,16 +381,20 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     };
     checkInput(header, file, options);
     const Split split = splitFrames(header.frames, options);
+    // 1. Copy what the model keeps of the bake.
     FitResult result;
     Model& model = result.model;
     copyInput(header, poses, options, model);
+    // 2. Cluster the vertices, and give each a tangent, which completes its local frame.
     phase("clusters");
     const VertexClusters clusters = clustersOf(model.mesh, poses, std::size_t(options.clusters), options.threads);
     model.cluster_of_vertex = clusters.cluster_of_vertex;
     model.rest_tangents = restTangents(model.mesh, model.rest_normals, clusters, options.threads);
+    // 3. Fit every cluster.
     phase("fit");
     std::vector<ClusterFit> fits =
         fitClusters({reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)}, model);
+    // 4. Sum the errors and report them by clip and over all.
     const FrameErrors errors = sumOverClusters(fits, poses.frameCount());
     model.clip_errors = errorsByClip(errors, model);
     result.report = reportOf(fits, errors, split, model);

@@ -1,5 +1,6 @@
 #pragma once
-// x.vis.h5 -> model: clusters, tangent frames, PCA and a ridge per cluster (docs/formulas.md section 4).
+// Turns a visibility file into a model: clusters, tangent frames, and a PCA and a model of its scores for each cluster
+// (docs/formulas.md section 4).
 #include <functional>
 
 #include "fit/visibility/fit_options.h"
@@ -12,12 +13,14 @@ struct ErrorFigures {
 };
 
 struct FitReport {
-    ErrorFigures train, held_out;  // of all training, all held-out frames; the latter zeros when there are none
+    // Over all training and all held-out frames; the latter are zeros when there are none.
+    ErrorFigures train, held_out;
     std::size_t train_frames = 0, held_out_frames = 0;
-    double cross_validated_error = 0;  // relative error by blocked cross-validation over training frames
-    double leave_one_out_error = 0;    // of the scores, relative to their spread: optimistic, to compare with the above
+    double cross_validated_error = 0;  // relative error in blocked cross-validation over training frames
+    // Relative error of leaving one frame out; optimistic, to compare with the line above.
+    double leave_one_out_error = 0;
     double output_floor = 0;           // relative error over training frames that the output PCA alone leaves
-    double largest_tangent_angle = 0;  // radians, over neighbours of one cluster in the rest pose
+    double largest_tangent_angle = 0;  // radians, over neighbours inside one cluster in the rest pose
 };
 
 struct FitResult {
@@ -25,21 +28,21 @@ struct FitResult {
     FitReport report;
 };
 
-// `phase` is told the name of each phase, `progress` the share done in it; either may be empty.
+// `phase` is told the name of each phase, and `progress` the share of it that is done. Either may be empty.
 struct FitObserver {
     std::function<void(const char*)> phase;
     std::function<void(double)> progress;
 };
 
-// `file` names the reader's file in messages: UsageError for options that do not go with it, InvalidInput or
-// Unsupported for a file that cannot be fitted.
+// Checks that a file can be fitted. `file` names it in messages. Throws UsageError for options that do not go with the
+// file, and InvalidInput when it cannot be fitted.
 void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options);
-// The same errors.
+// Fits a model. Throws what checkFit() throws.
 FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
                         const FitObserver& observer);
-// The request of the poses that such a fit reads.
+// Returns the request for the poses that such a fit reads.
 PoseRequest poseRequest(const VisibilityHeader& header, const FitOptions& options);
-// The same with what readPoses() gave, for several fits of one file.
+// Fits a model to poses that readPoses() returned for this request, so that several fits of one file can share them.
 FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, const std::string& file,
                         const FitOptions& options, const FitObserver& observer);
 

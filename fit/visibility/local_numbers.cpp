@@ -14,14 +14,14 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kBlockFloats = std::size_t(1) << 23;  // of moments in memory at a time
-constexpr std::size_t kBlockVertices = 64;                  // what a bake stores together
+constexpr std::size_t kBlockFloats = std::size_t(1) << 23;  // moments in memory at a time
+constexpr std::size_t kBlockVertices = 64;                  // vertices that a bake stores together
 
-// A vertex of a range that was asked for: where its numbers go.
+// A vertex of a range that was asked for, and where its numbers go.
 struct Wanted {
     std::uint32_t vertex;
     std::uint32_t cluster;  // index into the request
-    std::size_t column;     // of the first number
+    std::size_t column;     // column of its first number
 };
 
 std::vector<Wanted> wantedVertices(const ClusterNumbersRequest& request) {
@@ -34,7 +34,7 @@ std::vector<Wanted> wantedVertices(const ClusterNumbersRequest& request) {
     return wanted;
 }
 
-// The vertices as a mesh of their own, so that skinVertices() says where their normals are.
+// The wanted vertices as a mesh of their own, so that skinVertices() computes their normals only.
 struct Part {
     Mesh mesh;
     Skin skin;
@@ -62,7 +62,7 @@ Part makePart(const VisibilityHeader& header, std::span<const Wanted> wanted) {
 // A range of vertices in memory.
 struct VertexRange {
     std::size_t begin = 0, end = 0;
-    std::size_t stride = 0;      // moments a vertex
+    std::size_t stride = 0;      // number of moments of a vertex
     std::vector<float> moments;  // [F, end - begin, stride]
     std::span<const Wanted> wanted;
     Part part;  // the wanted vertices
@@ -73,7 +73,8 @@ struct VertexRange {
     }
 };
 
-// Of the wanted vertices: by skinning, or those of the file; a back has that of its front turned round.
+// Returns the normals of the wanted vertices in one frame, by skinning or from the file. A back has the opposite normal
+// of its front.
 std::vector<Vec3> normalsOf(const PoseTable& poses, const VertexRange& range, std::size_t frame) {
     std::vector<Vec3> positions, normals;
     if (!poses.deforming) {
@@ -90,6 +91,7 @@ std::vector<Vec3> normalsOf(const PoseTable& poses, const VertexRange& range, st
     return normals;
 }
 
+// Writes the numbers of the wanted vertices in one frame.
 void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
                        std::size_t frame, std::vector<MatrixF>& out) {
     const std::vector<Vec3> normals = normalsOf(poses, range, frame);
@@ -100,16 +102,19 @@ void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& requ
     const std::span<float> local = std::span(buffer).first(count);
     for (std::size_t i = 0; i < range.wanted.size(); ++i) {
         const Wanted& wanted = range.wanted[i];
+        // 1. The local frame of the vertex: its normal, and its tangent carried by the cluster's joint.
         const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[wanted.vertex]];
         const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
         const Vec3 tangent = carriedTangent(normals[i], rotation, (*request.frames.rest_tangents)[wanted.vertex]);
         const ShRotation to_model = makeShRotation(order, localFrame(normals[i], tangent));
         const std::span<float> numbers = out[wanted.cluster].row(frame).subspan(wanted.column, size);
+        // 2. Rotate the moments into it, and convert them to the convention.
         applyTransposed(to_model, range.momentsOf(frame, wanted.vertex, count), local);
         if (cosine)
             timesZ(order - 1, local, numbers);
         else
             fromMoments(request.convention, local, numbers);
+        // 3. For comparisons, rotate the numbers back into the model frame.
         if (request.frame == Frame::kGlobal) {
             std::copy(numbers.begin(), numbers.end(), local.begin());
             apply(to_model, local, numbers);
@@ -145,12 +150,14 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
     range.stride = stride;
     for (std::size_t first = 0; first < wanted.size(); first += range.wanted.size()) {
         throwIfInterrupted();
+        // 1. Take the next range of vertices that holds a wanted one.
         range.begin = wanted[first].vertex / step * step;
         range.end = std::min(range.begin + step, header.mesh.vertexCount());
         std::size_t last = first;
         while (last < wanted.size() && wanted[last].vertex < range.end) ++last;
         range.wanted = {wanted.data() + first, last - first};
         range.moments.resize(frames * (range.end - range.begin) * stride);
+        // 2. Read its moments in all frames, and compute the numbers frame by frame.
         reader.readVertices(range.begin, range.end, range.moments);
         range.part = makePart(header, range.wanted);
         parallelFor(frames, request.threads, [&](std::size_t f) { writeFrameNumbers(poses, request, range, f, out); });

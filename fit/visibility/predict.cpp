@@ -23,6 +23,7 @@ std::vector<Mat3> rotationsOf(std::span<const Affine> bones) {
     return rotations;
 }
 
+// Writes the numbers of a cluster's vertices: mean plus scores times basis, moved to where E lies in [0, 1].
 void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::span<const float> ambient,
                    std::span<float> numbers) {
     const std::size_t n = ambient.size();
@@ -37,6 +38,7 @@ void addComponents(const ClusterModel& cluster, const std::vector<float>& scores
     }
 }
 
+// Throws InvalidInput when the file shows another character than the model's.
 void checkCharacter(const Model& model, const VisibilityHeader& header, const std::string& file) {
     const auto refuse = [&](const char* field) {
         throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
@@ -65,7 +67,7 @@ VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& po
     return header;
 }
 
-// What the model sees of a frame of a file that checkCharacter() let pass.
+// The bones and the pose that the model sees of a frame, for a file that passed checkCharacter().
 struct SeenPose {
     std::vector<Affine> bones;
     std::vector<float> pose;
@@ -97,6 +99,7 @@ Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std
     std::vector<float> ambient(n);
     ambientWeights(model.convention, ambient);
     std::vector<double> raw(recipe.count());
+    // Each cluster predicts its own vertices and tells how far the pose is out of its range.
     for (const ClusterModel& cluster : model.clusters) {
         rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
         const ScoredPose scored = scoreCluster(model.kind, recipe, cluster, raw);
@@ -111,6 +114,7 @@ std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bone
                                 std::span<const float> numbers, int threads) {
     const Convention& convention = model.convention;
     const auto n = std::size_t(convention.size()), count = std::size_t(coefficientCount(convention.order));
+    // 1. Numbers include what lies below the horizon in convention A; moments do not.
     std::array<double, coefficientCount(kMaxOrder)> below{};
     if (convention.below == BelowHorizon::kOpen)
         belowHorizonCoefficients(convention.order, std::span(below).first(count));
@@ -121,6 +125,7 @@ std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bone
         std::array<float, coefficientCount(kMaxOrder)> local;
         for (std::size_t v = block * kBlock; v < std::min((block + 1) * kBlock, normals.size()); ++v) {
             const std::span<float> coefficients = std::span(local).first(count);
+            // 2. Rotate every vertex' coefficients from its local frame into the model frame.
             toCoefficients(convention, numbers.subspan(v * n, n), coefficients);
             for (std::size_t i = 0; i < count; ++i) coefficients[i] -= float(below[i]);
             const int joint = model.clusters[model.cluster_of_vertex[v]].joint;

@@ -1,5 +1,5 @@
 #pragma once
-// Predicted visibility of a pose, and of all poses of a file.
+// Predicts the visibility of a pose, and of all poses of a file.
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -13,13 +13,14 @@
 namespace penumbra {
 
 struct Prediction {
-    std::vector<float> numbers;  // [V, n] of the model's convention, local frames
-    double out_of_range = 0;     // model_file.h; 0: every group is where training frames had it
+    std::vector<float> numbers;  // [V, n] in the model's convention and in the local frames
+    double out_of_range = 0;     // model_file.h; 0 when every group is where training frames had it
 };
+// Predicts one pose from the bones [J] and the pose [P] that the model sees.
 Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std::span<const float> pose);
 
-// Numbers in the local frames of the pose -> what a prediction file holds, [V, order^2] in the model frame: hemisphere
-// moments b for conventions A and B, coefficients of the mirrored function for D.
+// Turns numbers in the local frames of a pose into what a prediction file holds, [V, order^2] in the model frame:
+// hemisphere moments b for conventions A and B, coefficients of the mirrored function for D.
 std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
                                 std::span<const float> numbers, int threads);
 
@@ -28,8 +29,9 @@ struct PredictReport {
     std::vector<double> out_of_range;  // [frames]
 };
 
-// The layout of a bake: mesh, skin, frames and poses of `poses`, coefficients predicted. InvalidInput when the
-// character of `poses` is not the model's. `progress` gets the number of frames done; may be empty.
+// Predicts every pose of a file. The result has the layout of a bake: mesh, skin, frames and poses of `poses`, with
+// predicted coefficients. Throws InvalidInput when the character of `poses` is not the model's. `progress` is told the
+// number of frames done; it may be empty.
 struct PredictFiles {
     std::string poses;  // name of the reader's file, for messages
     std::filesystem::path output;

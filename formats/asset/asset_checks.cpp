@@ -3,9 +3,8 @@
 
 #include <cmath>
 
-#include "asset_generated.h"
 #include "formats/asset/asset_field.h"
-#include "sh/pose_inputs.h"
+#include "formats/asset/asset_kinds.h"
 
 namespace penumbra {
 
@@ -151,7 +150,7 @@ AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
 
 // The numbers that the sizes of a cluster follow from.
 struct ModelSizes {
-    AssetModel kind = AssetModel::kLinear;
+    ModelKind kind = ModelKind::kLinear;
     bool bones = false;  // true: a group is another joint; false: numbers of the pose
     std::uint64_t group_size = 0, stride = 0, features = 0, joints = 0, groups = 0;
 };
@@ -180,15 +179,15 @@ void setUnits(const fbs::Cluster& stored, const Field& at, const ModelSizes& siz
     const std::uint64_t inputs = cluster.inputs();
     std::uint64_t width = 0;
     cluster.units = inputs;
-    if (sizes.kind == AssetModel::kQuadratic) cluster.units = inputs + inputs * (inputs + 1) / 2;
-    if (sizes.kind == AssetModel::kNeural) {
+    if (sizes.kind == ModelKind::kQuadratic) cluster.units = inputs + inputs * (inputs + 1) / 2;
+    if (sizes.kind == ModelKind::kNeural) {
         if (!stored.hidden()) (at / "hidden").fail("is missing");
         width = inputs + 1;
         cluster.units = stored.hidden()->count() / width;
     }
     cluster.unit_group = spanOf<std::uint16_t>(stored.unit_group(), at / "unit_group");
     checkIndices(at / "unit_group", cluster.unit_group, cluster.groups.size());
-    if (sizes.kind == AssetModel::kAdditive) {
+    if (sizes.kind == ModelKind::kAdditive) {
         width = sizes.group_size;
         cluster.units = cluster.unit_group.size();
     } else {
@@ -230,31 +229,19 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     return cluster;
 }
 
-std::uint64_t groupSizeOf(AssetFeatures features) {
-    switch (features) {
-        case AssetFeatures::kJointAngles:
-            return 3;
-        case AssetFeatures::kRelativeBones:
-            return std::uint64_t(kBoneInputs);
-        case AssetFeatures::kDihedrals:
-            return 1;
-    }
-    return 0;
-}
-
 // With bones every other joint is a group and gives 12 features. Otherwise the numbers of the pose are the features.
 ModelSizes sizesOf(const ModelView& model, const Field& at, const AnimationView& animation) {
     const std::uint64_t joints = animation.jointCount(), pose = animation.pose_size;
     const std::uint64_t own = joints - model.input_joints.size();  // each is another joint
-    if (model.features == AssetFeatures::kJointAngles && pose != 3 * own + animation.input_names.size())
+    if (model.features == FeatureKind::kJointAngles && pose != 3 * own + animation.input_names.size())
         at.fail("reads joint angles, but animation.pose_size is not 3 for each of the " + std::to_string(own) +
                 " joints, and the inputs");
     ModelSizes sizes;
     sizes.kind = model.kind;
-    sizes.bones = model.features == AssetFeatures::kRelativeBones;
-    sizes.group_size = groupSizeOf(model.features);
+    sizes.bones = model.features == FeatureKind::kRelativeBones;
+    sizes.group_size = groupInputs(model.features);
     sizes.stride = std::uint64_t(model.stride);
-    if (model.kind != AssetModel::kAdditive) sizes.features = sizes.bones ? 12 * (joints - 1) : pose;
+    if (model.kind != ModelKind::kAdditive) sizes.features = sizes.bones ? 12 * (joints - 1) : pose;
     sizes.joints = joints;
     sizes.groups = sizes.bones ? joints : pose / sizes.group_size;
     return sizes;
@@ -265,10 +252,10 @@ ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& 
     const AnimationView& animation = asset.animation;
     const std::size_t vertices = asset.mesh.positions.size();
     ModelView model;
-    checkRange(at / "kind", std::int64_t(stored.kind()), 0, 3);
-    model.kind = AssetModel(stored.kind());
-    checkRange(at / "features", std::int64_t(stored.features()), 0, 2);
-    model.features = AssetFeatures(stored.features());
+    checkRange(at / "kind", std::int64_t(stored.kind()), 0, std::int64_t(fbs::ModelKind::MAX));
+    model.kind = fromStored(stored.kind());
+    checkRange(at / "features", std::int64_t(stored.features()), 0, std::int64_t(fbs::FeatureKind::MAX));
+    model.features = fromStored(stored.features());
     try {
         model.convention = parseConvention(textOf(stored.convention()));
     } catch (const std::invalid_argument& error) {

@@ -107,7 +107,7 @@ std::size_t innerEdgeCount(const MeshView& mesh) {
 void setDihedralPose(const fbs::Model& stored, const Field& at, const AssetView& asset, ModelView& model) {
     model.pose_mean = spanOf<float>(stored.pose_mean(), at / "pose_mean");
     checkFinite(at / "pose_mean", model.pose_mean);
-    if (model.features != AssetFeatures::kDihedrals) {
+    if (model.features != FeatureKind::kDihedrals) {
         checkCount(at / "pose_mean", model.pose_mean, 0);
         (at / "pose_basis").require(!stored.pose_basis(), "is given, but the features are not dihedral angles");
         return;

@@ -19,6 +19,10 @@ namespace penumbra {
 
 static_assert(std::endian::native == std::endian::little, "assets are read in place and are little endian");
 
+AssetPrecision parsePrecision(std::string_view name) {
+    return name == "f32" ? AssetPrecision::kF32 : name == "f16" ? AssetPrecision::kF16 : AssetPrecision::kI8;
+}
+
 std::size_t bytesPerNumber(AssetPrecision precision) {
     switch (precision) {
         case AssetPrecision::kF32:
@@ -29,6 +33,18 @@ std::size_t bytesPerNumber(AssetPrecision precision) {
             return 1;
     }
     return 0;
+}
+
+const char* nameOf(AssetPrecision precision) {
+    switch (precision) {
+        case AssetPrecision::kF32:
+            return "f32";
+        case AssetPrecision::kF16:
+            return "f16";
+        case AssetPrecision::kI8:
+            return "i8";
+    }
+    return "";
 }
 
 void decode(const NumbersView& numbers, std::span<float> out) {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/common/model_kind.h"
 #include "sh/reflection_operator.h"
 #include "sh/slice_form.h"
 #include "sh/vec3.h"
@@ -26,8 +27,8 @@ constexpr std::size_t kMaxMaterials = 4096;   // materials of an asset; bounds w
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
-enum class AssetModel : std::uint8_t { kLinear = 0, kQuadratic = 1, kNeural = 2, kAdditive = 3 };
-enum class AssetFeatures : std::uint8_t { kJointAngles = 0, kRelativeBones = 1, kDihedrals = 2 };
+const char* nameOf(AssetPrecision precision);          // "f32", "f16", "i8"
+AssetPrecision parsePrecision(std::string_view name);  // one of these names
 
 struct NumbersView {
     AssetPrecision precision = AssetPrecision::kF32;
@@ -134,8 +135,8 @@ struct InputJointView {
 struct ModelView {
     Convention convention;
     int stride = 0;
-    AssetModel kind = AssetModel::kLinear;
-    AssetFeatures features = AssetFeatures::kRelativeBones;
+    ModelKind kind = ModelKind::kLinear;
+    FeatureKind features = FeatureKind::kRelativeBones;
     float feature_scale = 1;
     std::span<const Vec3> joint_centers;  // [J]
     std::span<const Mat3> joint_spreads;  // [J]

@@ -10,7 +10,6 @@
 #include "formats/common/write_file.h"
 #include "formats/stage/model_deforming.h"
 #include "formats/stage/stage_parts.h"
-#include "sh/pose_inputs.h"
 
 namespace penumbra {
 
@@ -25,37 +24,6 @@ std::string clusterGroup(std::size_t index) {
 }
 
 }  // namespace
-
-const char* nameOf(ModelKind kind) {
-    switch (kind) {
-        case ModelKind::kLinear:
-            return "linear";
-        case ModelKind::kQuadratic:
-            return "quadratic";
-        case ModelKind::kNeural:
-            return "neural";
-        case ModelKind::kAdditive:
-            return "additive";
-    }
-    return "";
-}
-
-const char* nameOf(FeatureKind features) {
-    switch (features) {
-        case FeatureKind::kJointAngles:
-            return "joint-angles";
-        case FeatureKind::kRelativeBones:
-            return "relative-bones";
-        case FeatureKind::kDihedrals:
-            return "dihedral-angles";
-    }
-    return "";
-}
-
-std::size_t groupInputs(FeatureKind features) {
-    if (features == FeatureKind::kRelativeBones) return std::size_t(kBoneInputs);
-    return features == FeatureKind::kJointAngles ? 3 : 1;
-}
 
 // --- Writing --------------------------------------------------------------------------------------------------------
 

@@ -1,30 +1,19 @@
 #pragma once
 // x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 and 3; README.md lists
 // every dataset). docs/formulas.md, section 4, derives the models.
-#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "formats/common/mesh.h"
+#include "formats/common/model_kind.h"
 #include "formats/common/provenance.h"
-#include "sh/pose_inputs.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
 constexpr int kModelVersion = 3;         // knows deforming meshes and inputs
 constexpr int kSkinnedModelVersion = 2;  // written where the model has nothing of version 3
-
-enum class FeatureKind { kJointAngles, kRelativeBones, kDihedrals };
-enum class ModelKind { kLinear, kQuadratic, kNeural, kAdditive };
-inline constexpr std::array kModelKinds{ModelKind::kLinear, ModelKind::kQuadratic, ModelKind::kNeural,
-                                        ModelKind::kAdditive};
-inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones,
-                                          FeatureKind::kDihedrals};
-// The words of files and command lines.
-const char* nameOf(ModelKind kind);
-const char* nameOf(FeatureKind features);
 
 // The raw features of a cluster, in this order (fit/models/features.h computes them, and the run-time evaluator
 // again):
@@ -84,9 +73,6 @@ struct ClusterModel {
                weights.size() + bias.size() + mean.size() + basis.size();
     }
 };
-
-// Returns how many inputs one group of an additive model has.
-std::size_t groupInputs(FeatureKind features);
 
 struct ClipError {
     std::string clip;

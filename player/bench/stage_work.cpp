@@ -14,31 +14,31 @@ std::size_t storedBytes(const NumbersView& numbers) { return numbers.count * byt
 // rotations.
 double featureFlop(std::size_t joints) { return double(joints - 1) * (18 + 3 + 15 + 3 + 6 + 45 + 3); }
 
-// Counts the inputs of a group with boneInputs (sh/pose_inputs.h), then three a number for clamping and what it cut
+// ModelEvaluator::clampedInputs with boneInputs (sh/pose_inputs.h), then three a number for clamping and what it cut
 // off.
 double groupFlop(bool bones, std::size_t inputs) {
     return (bones ? 3 + 6 + 2 + 3 + 1 + 45 + 9 : 0) + 3.0 * double(inputs);
 }
 
 double regressionFlop(const ModelView& model, const ClusterView& cluster) {
-    const bool bones = model.features == AssetFeatures::kRelativeBones;
+    const bool bones = model.features == FeatureKind::kRelativeBones;
     const double inputs = double(cluster.inputs()), units = double(cluster.units);
     const std::size_t group_inputs = cluster.groups.empty() ? 0 : cluster.group_min.count / cluster.groups.size();
     double flop = double(cluster.groups.size()) * groupFlop(bones, group_inputs);
     switch (model.kind) {
-        case AssetModel::kAdditive:
+        case ModelKind::kAdditive:
             flop += units * (3 * double(group_inputs) + 2);
             break;
-        case AssetModel::kQuadratic:
+        case ModelKind::kQuadratic:
             flop += inputs * (inputs + 1) / 2;
             break;
-        case AssetModel::kNeural:
+        case ModelKind::kNeural:
             flop += units * (2 * inputs + 1);
             break;
-        case AssetModel::kLinear:
+        case ModelKind::kLinear:
             break;
     }
-    if (model.kind != AssetModel::kAdditive) flop += 2 * double(cluster.input_basis.count);
+    if (model.kind != ModelKind::kAdditive) flop += 2 * double(cluster.input_basis.count);
     return flop + 2 * units * double(cluster.components());
 }
 
@@ -62,7 +62,7 @@ StageWork poseWork(const AssetView& asset) {
     if (model.deforming) addDeformation(asset, work);
     int features_of = -1;
     for (const ClusterView& cluster : model.clusters) {
-        if (model.features == AssetFeatures::kRelativeBones && cluster.joint != features_of)
+        if (model.features == FeatureKind::kRelativeBones && cluster.joint != features_of)
             work.flop += featureFlop(joints);
         features_of = cluster.joint;
         work.flop += regressionFlop(model, cluster);

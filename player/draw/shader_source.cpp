@@ -55,7 +55,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
     // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.
     std::string text = kShaderEvaluateComp;
-    const std::string mark = "\nGENERATED\n";
+    const std::string mark = "\nGENERATED_BY_SHADING_GLSL\n";
     text.replace(text.find(mark), mark.size(), "\n" + generated + kShaderPenumbraGlsl + "\n");
     return preamble(recipe.channel) + defines + text;
 }

@@ -48,18 +48,18 @@ EglLibrary loadLibrary() {
 }
 
 // The library stays open for the life of the process, as the drivers behind it must.
-const EglLibrary& openLibrary() {
+const EglLibrary& openEgl() {
     static const EglLibrary egl = loadLibrary();
     return egl;
 }
 
-gl::Function getFunction(const char* name) { return openLibrary().get(name); }
+gl::Function getFunction(const char* name) { return openEgl().get(name); }
 
 struct EglContext final : GlContext {
     EGLDisplay display = EGL_NO_DISPLAY;
     EGLContext handle = EGL_NO_CONTEXT;
     ~EglContext() override {
-        const EglLibrary& egl = openLibrary();
+        const EglLibrary& egl = openEgl();
         if (display == EGL_NO_DISPLAY) return;
         egl.MakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
         if (handle != EGL_NO_CONTEXT) egl.DestroyContext(display, handle);
@@ -68,7 +68,7 @@ struct EglContext final : GlContext {
 };
 
 std::unique_ptr<GlContext> createOn(EGLDisplay display, std::string& reason) {
-    const EglLibrary& egl = openLibrary();
+    const EglLibrary& egl = openEgl();
     if (display == EGL_NO_DISPLAY || !egl.Initialize(display, nullptr, nullptr)) {
         reason = "no display could be initialised";
         return nullptr;
@@ -103,7 +103,7 @@ std::unique_ptr<GlContext> createOn(EGLDisplay display, std::string& reason) {
 }
 
 std::vector<EGLDisplay> deviceDisplays() {
-    const EglLibrary& egl = openLibrary();
+    const EglLibrary& egl = openEgl();
     std::vector<EGLDeviceEXT> devices(16);
     EGLint count = 0;
     if (!egl.query_devices || !egl.query_devices(EGLint(devices.size()), devices.data(), &count)) return {};
@@ -116,7 +116,7 @@ std::vector<EGLDisplay> deviceDisplays() {
 }  // namespace
 
 std::unique_ptr<GlContext> createEglContext(bool gpu_only, std::string& reason) {
-    const EglLibrary& egl = openLibrary();
+    const EglLibrary& egl = openEgl();
     if (!egl.complete) {
         reason = "libEGL.so.1 cannot be loaded or is too old";
         return nullptr;

@@ -26,7 +26,7 @@ struct OsMesaLibrary {
 };
 
 // The library stays open for the life of the process, because Mesa does not survive being unloaded and loaded again.
-OsMesaLibrary& openLibrary() {
+OsMesaLibrary& openOsMesa() {
     static OsMesaLibrary mesa = [] {
         OsMesaLibrary opened;
         opened.library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_LOCAL);
@@ -47,14 +47,14 @@ struct OsMesaContext final : GlContext {
     Handle handle = nullptr;
     std::array<std::uint8_t, 4> pixel{};  // making it current needs a client buffer, though we draw to our own
     ~OsMesaContext() override {
-        if (handle) openLibrary().destroy(handle);
+        if (handle) openOsMesa().destroy(handle);
     }
 };
 
 }  // namespace
 
 std::unique_ptr<GlContext> createOsMesaContext(std::string& reason) {
-    const OsMesaLibrary& mesa = openLibrary();
+    const OsMesaLibrary& mesa = openOsMesa();
     if (!mesa.library || !mesa.create || !mesa.destroy || !mesa.make_current || !mesa.get) {
         reason = "libOSMesa.so.8 cannot be loaded";
         return nullptr;

@@ -41,7 +41,7 @@ Evaluator AssetData::restPose() const {
     // The first caller makes the pose. Callers on other threads wait for it and then copy it.
     const std::lock_guard lock(mutex_);
     if (!rest_) {
-        const bool angles = view.model.features == AssetFeatures::kJointAngles;
+        const bool angles = view.model.features == FeatureKind::kJointAngles;
         const std::vector<float> no_rotation(angles ? view.animation.pose_size : 0);
         Evaluator evaluator(view);
         if (const Deformation* deformation = evaluator.deformation())
@@ -102,7 +102,7 @@ void fillJoints(const AnimationView& animation, penumbra_asset_info& info) {
 }
 
 void fillModel(const ModelView& model, const AnimationView& animation, penumbra_asset_info& info) {
-    if (model.features == AssetFeatures::kJointAngles) info.rotation_count = animation.pose_size;
+    if (model.features == FeatureKind::kJointAngles) info.rotation_count = animation.pose_size;
     info.number_count = std::size_t(model.convention.size());
     info.stride = std::size_t(model.stride);
     info.cluster_count = model.clusters.size();

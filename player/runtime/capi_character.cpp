@@ -22,7 +22,7 @@ void requireMatrices(const AssetView& asset, penumbra_matrix_layout layout, cons
 void requirePose(const AssetView& asset, penumbra_matrix_layout layout, const float* matrices, std::size_t joint_count,
                  const float* rotations, std::size_t rotation_count) {
     requireMatrices(asset, layout, matrices, joint_count);
-    if (asset.model.features != AssetFeatures::kJointAngles || asset.animation.pose_size == 0) return;
+    if (asset.model.features != FeatureKind::kJointAngles || asset.animation.pose_size == 0) return;
     requirePointer(rotations, "the model reads joint rotations: rotations");
     if (rotation_count != asset.animation.pose_size)
         throw UsageError("rotation_count is " + std::to_string(rotation_count) + "; the asset has " +
@@ -118,7 +118,7 @@ penumbra_status penumbra_character_set_pose(penumbra_character* character, penum
         else
             std::copy_n(reinterpret_cast<const Affine*>(matrices), joint_count, character->bones.begin());
         requireFinite("matrices", {character->bones.data()->m.data(), 12 * joint_count});
-        const bool angles = asset.model.features == AssetFeatures::kJointAngles;
+        const bool angles = asset.model.features == FeatureKind::kJointAngles;
         character->evaluator.setPose(character->bones, {rotations, angles ? asset.animation.pose_size : 0});
     });
 }
@@ -167,7 +167,7 @@ penumbra_status penumbra_character_set_rotations(penumbra_character* character, 
         }
         character->chain.pose(moved, vectors(rotations, joints), character->bones);
         requireFinite("the pose: matrices", {character->bones.data()->m.data(), 12 * joints});
-        const bool angles = asset.model.features == AssetFeatures::kJointAngles;
+        const bool angles = asset.model.features == FeatureKind::kJointAngles;
         character->evaluator.setPose(character->bones, {rotations, angles ? asset.animation.pose_size : 0});
     });
 }
@@ -192,7 +192,7 @@ penumbra_status penumbra_character_set_frame(penumbra_character* character, size
         requirePointer(character, "character");
         const AssetView& asset = character->asset->view;
         requireIndex("frame", frame, asset.animation.frameCount());
-        if (asset.model.features == AssetFeatures::kJointAngles && asset.animation.pose.empty() &&
+        if (asset.model.features == FeatureKind::kJointAngles && asset.animation.pose.empty() &&
             asset.animation.pose_size > 0)
             throw Unsupported(asset.name + ": has no rotations of its frames");
         if (asset.model.deforming && asset.animation.playback.positions.empty())

@@ -30,10 +30,10 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     const auto decoded = std::make_shared<Decoded>();
     Decoded& d = *decoded;
     for (const ClusterView& cluster : asset.model.clusters) {
-        const Regressor& regressor = d.regressors.emplace_back(asset.model, cluster);
+        const ModelEvaluator& model = d.models.emplace_back(asset.model, cluster);
         d.first_score.push_back(d.scores);
-        d.scores += regressor.components();
-        d.scratch = std::max(d.scratch, regressor.scratchSize());
+        d.scores += model.components();
+        d.scratch = std::max(d.scratch, model.scratchSize());
         d.first_pair_byte.push_back(d.pairs.size());
         d.first_pair_weight.push_back(d.pair_weights);
         if (!hasBytes(cluster)) continue;
@@ -59,7 +59,7 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     bones_.resize(asset.animation.jointCount());
     bone_rotations_.resize(bones_.size());
     rotations_.resize(clusterCount());
-    if (asset.model.features == AssetFeatures::kRelativeBones) features_.resize(12 * (bones_.size() - 1));
+    if (asset.model.features == FeatureKind::kRelativeBones) features_.resize(12 * (bones_.size() - 1));
     scores_.resize(decoded_->scores);
     std::size_t components = 0;
     for (const ClusterView& cluster : asset.model.clusters) components = std::max(components, cluster.components());
@@ -71,7 +71,7 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     points_.assign(rest.begin(), rest.end());
     point_normals_.resize(rest.size());
     fitted_bones_.resize(bones_.size());
-    if (asset.model.features == AssetFeatures::kDihedrals) pose_.resize(asset.animation.pose_size);
+    if (asset.model.features == FeatureKind::kDihedrals) pose_.resize(asset.animation.pose_size);
     deformation_scratch_ = decoded_->deformation->scratch();
     decoded_->deformation->normals(points_, deformation_scratch_, point_normals_);
 }
@@ -106,7 +106,7 @@ void Evaluator::relativeBoneFeatures(std::size_t joint) {
 
 void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> pose) {
     const ModelView& model = asset_->model;
-    const bool angles = model.features != AssetFeatures::kRelativeBones;
+    const bool angles = model.features != FeatureKind::kRelativeBones;
     assert(bones.size() == bones_.size() && (!angles || pose.size() == asset_->animation.pose_size));
     std::copy(bones.begin(), bones.end(), bones_.begin());
     for (std::size_t j = 0; j < bones.size(); ++j) bone_rotations_[j] = nearestRotation(bones[j].linear());
@@ -120,7 +120,7 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         features_of = cluster.joint;
         const std::span<float> y = std::span(scores_).subspan(decoded_->first_score[c], cluster.components());
         const std::span<const float> seen = angles ? pose : std::span<const float>(features_);
-        out_of_range += double(cluster.vertex_count) * double(decoded_->regressors[c].evaluate(seen, scratch_, y));
+        out_of_range += double(cluster.vertex_count) * double(decoded_->models[c].evaluate(seen, scratch_, y));
         setScores(c, y);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
-#include "player/runtime/light_lobes.h"
+#include "player/runtime/exact_light_lobes.h"
 #include "player/runtime/shade_kernel.h"
 
 namespace penumbra {

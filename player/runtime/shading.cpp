@@ -43,15 +43,14 @@ void ambient(const Convention& convention, int stride, std::size_t begin, std::s
     }
 }
 
-// E is linear in the numbers, with weights that depend on the convention alone.
-Mat3 localFrame(Vec3 normal, Vec3 tangent) { return fromRows(tangent, cross(normal, tangent), normal); }
+Mat3 toLocalFrame(Vec3 normal, Vec3 tangent) { return fromRows(tangent, cross(normal, tangent), normal); }
 
 void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
                         std::span<float> numbers) {
     assert(int(moments.size()) >= coefficientCount(convention.order));
     std::array<float, coefficientCount(kMaxOrder)> local;
     const auto count = std::size_t(coefficientCount(convention.order));
-    const ShRotation rotation = makeShRotation(convention.order, localFrame(normal, tangent));
+    const ShRotation rotation = makeShRotation(convention.order, toLocalFrame(normal, tangent));
     apply(rotation, moments.first(count), std::span(local).first(count));
     fromMoments(convention, std::span<const float>(local).first(count), numbers);
 }

@@ -61,6 +61,6 @@ void numbersFromMoments(const Convention& convention, std::span<const float> mom
                         std::span<float> numbers);
 
 // Returns the rotation Q with local = Q model. Its rows are tangent, normal x tangent, normal.
-Mat3 localFrame(Vec3 normal, Vec3 tangent);
+Mat3 toLocalFrame(Vec3 normal, Vec3 tangent);
 
 }  // namespace penumbra

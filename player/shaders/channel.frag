@@ -1,4 +1,5 @@
 // Turns the value of a vertex into a picture's linear Rec.709 colour. Both paths share it.
+// player/draw/shader_source.cpp defines INTERPOLATION and CHANNEL.
 INTERPOLATION in vec3 value;
 
 uniform float error_max;  // the error that gets the brightest colour

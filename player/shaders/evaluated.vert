@@ -3,6 +3,7 @@ uniform samplerBuffer evaluated;  // 2 texels a vertex: position in the scene, v
 uniform int vertex_count;         // of one character
 uniform mat4 clip_from_model;     // of the scene
 
+// player/draw/shader_source.cpp defines INTERPOLATION: flat or centroid.
 INTERPOLATION out vec3 value;
 
 void main() {

@@ -4,6 +4,7 @@ layout(location = 1) in vec3 vertex_value;
 
 uniform mat4 clip_from_model;
 
+// player/draw/shader_source.cpp defines INTERPOLATION: flat or centroid.
 INTERPOLATION out vec3 value;
 
 void main() {

@@ -20,20 +20,16 @@ std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
 
-const char* nameOf(AssetPrecision precision) {
-    return precision == AssetPrecision::kF32 ? "f32" : precision == AssetPrecision::kF16 ? "f16" : "i8";
-}
-
 void modelLines(const AssetView& asset) {
-    static constexpr const char* kKinds[] = {"linear", "quadratic", "neural", "additive"};
     const ModelView& model = asset.model;
     std::size_t bytes = 0, components = 0;
     for (const ClusterView& cluster : model.clusters) {
         bytes += bytesOf(cluster.mean) + bytesOf(cluster.basis);
         components += cluster.components();
     }
-    ImGui::Text("model %s of %s", kKinds[std::size_t(model.kind)],
-                model.features == AssetFeatures::kRelativeBones ? "relative bones" : "joint angles");
+    std::string features = nameOf(model.features);
+    std::replace(features.begin(), features.end(), '-', ' ');
+    ImGui::Text("model %s of %s", nameOf(model.kind), features.c_str());
     ImGui::Text("convention %s, %d numbers a vertex", model.convention.name().c_str(), model.convention.size());
     ImGui::Text("%zu clusters, %.1f components each", model.clusters.size(),
                 double(components) / double(model.clusters.size()));

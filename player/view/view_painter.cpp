@@ -112,7 +112,7 @@ void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double rad
     const std::span<const float> numbers = truth ? figures.truth : figures.model;
     const FrameVertices& at = character.vertices;
     Shape lobe =
-        visibilityLobe(character.asset.model.convention, numbers, localFrame(at.normals[vertex], at.tangents[vertex]),
+        visibilityLobe(character.asset.model.convention, numbers, toLocalFrame(at.normals[vertex], at.tangents[vertex]),
                        at.positions[vertex], float(kLobeRadius * radius));
     FrameView view = paneView(state, pane.area, radius, character.offset);
     view.display = DisplayTransform();

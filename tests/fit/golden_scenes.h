@@ -1,6 +1,6 @@
 #pragma once
-// The scenes of tests/golden/scene_seed*.json. Those of seed 11 are also constants of the program; those of seed 12 are
-// not: what is measured on them has been tuned on nothing.
+// The scenes of tests/golden/scene_seed*.json. Those of seed 11 are also constants of the program. Those of seed 12 are
+// not, and nothing was tuned on them.
 #include "fit/reflectance/shading_scenes.h"
 #include "tests/sh/golden.h"
 

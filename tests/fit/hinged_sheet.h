@@ -1,5 +1,5 @@
 #pragma once
-// A sheet of rigid strips with hinges between them, as a deforming mesh: what segmentation has to find.
+// A deforming mesh made of rigid strips with hinges between them. Segmentation has to find the strips.
 #include <cmath>
 #include <random>
 #include <vector>
@@ -15,8 +15,8 @@ struct HingedSheet {
     std::size_t frames = 0;
 };
 
-// Hinges at the columns 6, 16 and 26 of 36: strips 0 and 2 always turn alike, strips 1 and 3 each in their own way.
-// `noise` is the standard deviation of every coordinate in edge lengths.
+// Makes a sheet with hinges at the columns 6, 16 and 26 of 36. Strips 0 and 2 always turn alike, and strips 1 and 3
+// each turn in their own way. `noise` is the standard deviation of every coordinate in edge lengths.
 inline HingedSheet hingedSheet(std::size_t frames, double noise) {
     constexpr std::size_t kColumns = 36, kRows = 22;
     constexpr std::size_t kHinges[] = {6, 16, 26};
@@ -44,7 +44,7 @@ inline HingedSheet hingedSheet(std::size_t frames, double noise) {
         const double t = double(f);
         const double own = 0.4 * std::sin(0.11 * t);
         const double angle[] = {own, own + 0.9 * std::sin(0.31 * t), own, own - 0.7 * std::sin(0.23 * t + 0.5)};
-        std::vector<Vec3> profile(kColumns + 1);  // of the row y = 0
+        std::vector<Vec3> profile(kColumns + 1);  // positions of the row y = 0
         for (std::size_t x = 1; x <= kColumns; ++x) {
             const double a = angle[stripOf(x - 1)];
             profile[x] = profile[x - 1] + Vec3{kEdge * float(std::cos(a)), 0, kEdge * float(std::sin(a))};

@@ -1,7 +1,8 @@
 #pragma once
-// Multiply-adds a vertex and view of L = l . t, light already in the vertex' frame, three colours of one material
-// channel. Numbers that are not zero (1e-7 of the largest) count once. As the run-time's kernel does it: the entries of
-// the matrix that takes v to t are summed, those that are equal by symmetry once, then the matrix is applied.
+// Counts the multiply-adds of L = l . t for a vertex and a view. The light is already in the vertex' frame, and one
+// material channel serves three colours. Numbers that are not zero (1e-7 of the largest) count once. The count follows
+// the run-time kernel: it sums the entries of the matrix that takes v to t, where entries that are equal by symmetry
+// count once, and then applies the matrix.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -13,13 +14,13 @@
 namespace penumbra {
 
 struct WorkCount {
-    std::size_t view = 0, sums = 0, entries = 0;  // f = A y(o); sums of the matrix; its entries
+    std::size_t view = 0, sums = 0, entries = 0;  // f = A y(o); sums that make the matrix; entries of the matrix
     std::size_t total(int light_order) const {
         return view + sums + entries + 3 * std::size_t(coefficientCount(light_order));
     }
 };
 
-// How many of [count, 3] are not zero in the first channel.
+// Returns how many of [count, 3] are not zero in the first channel.
 inline std::size_t nonZeros(const std::vector<double>& values) {
     double largest = 0;
     std::size_t count = 0;
@@ -28,7 +29,7 @@ inline std::size_t nonZeros(const std::vector<double>& values) {
     return count;
 }
 
-// terms[i, j]: how many are summed for that entry; (i, j) and (j, i) are equal where both are there.
+// terms[i, j] is how many terms are summed for that entry. (i, j) and (j, i) are equal where both are there.
 inline WorkCount countMatrix(const std::map<std::pair<int, int>, std::size_t>& terms) {
     WorkCount count;
     for (const auto& [at, n] : terms) {
@@ -39,7 +40,7 @@ inline WorkCount countMatrix(const std::map<std::pair<int, int>, std::size_t>& t
     return count;
 }
 
-// f = C y, the matrix of Gamma and f.
+// Counts f = C y, the matrix of Gamma and f, and its product.
 inline WorkCount multiplyAdds(const BrdfFile& brdf, int light_order, const Convention& convention) {
     const std::size_t columns = brdf.even_index.size(), rows = brdf.slices.size() / columns / 3;
     std::vector<bool> used(rows), number(std::size_t(coefficientCount(convention.order)));
@@ -54,7 +55,8 @@ inline WorkCount multiplyAdds(const BrdfFile& brdf, int light_order, const Conve
     return count;
 }
 
-// s_b = w_b . y, the matrix sum of s_b M^b. `dense`: every entry of M^b, as a routine that knows nothing of its zeros.
+// Counts s_b = w_b . y and the matrix sum of s_b M^b. `dense` counts every entry of M^b, as for a routine that knows
+// nothing of its zeros.
 inline WorkCount multiplyAdds(const BrdfOperators& operators, int light_order, const Convention& convention,
                               bool dense) {
     const std::size_t rows = std::size_t(coefficientCount(operators.order)), k = std::size_t(operators.count);

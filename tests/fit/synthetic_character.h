@@ -1,5 +1,5 @@
 #pragma once
-// A tube of four bones whose visibility is exactly linear in the relative poses of its bones: what a fit has to find.
+// A tube of four bones whose visibility is exactly linear in the relative poses of its bones. A fit has to find this.
 #include <unistd.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@
 
 namespace penumbra::synthetic {
 
-// A file name of this process, removed at the end of the test.
+// A file name that belongs to this process. The file is removed at the end of the test.
 struct TemporaryFile {
     std::filesystem::path path;
     explicit TemporaryFile(const std::string& name)
@@ -28,7 +28,7 @@ struct TemporaryFile {
     }
 };
 
-// `rings` rings of `sides` vertices around y, radius 0.1, from y = 0 to 2.
+// Makes a tube around y with radius 0.1, from y = 0 to 2: `rings` rings of `sides` vertices.
 inline Mesh tube(std::size_t rings, std::size_t sides) {
     Mesh mesh;
     for (std::size_t r = 0; r < rings; ++r)
@@ -47,7 +47,7 @@ inline Mesh tube(std::size_t rings, std::size_t sides) {
     return mesh;
 }
 
-// Four bones along the tube, each vertex on the two nearest with a sharp falloff.
+// Makes a skin of four bones along the tube. Each vertex follows the two nearest bones with a sharp falloff.
 inline Skin chainSkin(const Mesh& mesh) {
     Skin skin;
     skin.joint_names = {"hip", "spine", "neck", "head"};
@@ -80,7 +80,7 @@ inline Affine compose(const Affine& a, const Affine& b) {
     return affine(a.linear() * b.linear(), a.point(b.translation()));
 }
 
-// Smooth swings of the joints at y = 0, 0.5, 1, 1.5; fills bones and pose of frame f.
+// Swings the joints at y = 0, 0.5, 1, 1.5 smoothly. Fills the bones and the pose of frame f.
 inline void swing(std::size_t f, const Affine& world, VisibilityFrame& frame) {
     Affine parent = world;
     for (int j = 0; j < 4; ++j) {
@@ -123,8 +123,8 @@ inline VisibilityHeader makeHeader(const Options& options) {
     return header;
 }
 
-// The numbers of a vertex, each a fixed random linear function of the positions of the other bones, about those with E
-// = 1/2 and small enough to stay physical: 0 < E < 1.
+// Returns the numbers of a vertex. Each is a fixed random linear function of the positions of the other bones, added to
+// numbers with E = 1/2. They are small enough to stay physical: 0 < E < 1.
 constexpr double kNumberSize = 0.05;
 inline std::vector<float> numbersOf(std::size_t vertex, const Convention& convention, std::span<const double> raw) {
     std::mt19937 random{std::mt19937::result_type(vertex)};
@@ -142,7 +142,7 @@ inline std::vector<float> numbersOf(std::size_t vertex, const Convention& conven
     return numbers;
 }
 
-// Local-frame moments that give these numbers (the odd ones of D are free: zero).
+// Returns local-frame moments that give these numbers. The odd moments of D are free and set to zero.
 inline std::vector<float> momentsFrom(const Convention& convention, std::span<const float> numbers) {
     std::vector<float> moments(std::size_t(coefficientCount(convention.order)));
     std::vector<double> below(moments.size());

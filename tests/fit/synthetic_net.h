@@ -1,5 +1,5 @@
 #pragma once
-// Made-up networks and inputs for the tests of the neural fit.
+// Makes networks and inputs for the tests of the neural fit.
 #include <cmath>
 #include <random>
 
@@ -7,12 +7,12 @@
 
 namespace penumbra::synthetic {
 
-// Standard normal numbers, the same with every standard library.
+// Standard normal numbers that are the same with every standard library.
 class Normal {
 public:
     explicit Normal(std::uint64_t seed) : random_(seed) {}
     double operator()() {
-        double sum = -6;  // of 12 uniform numbers: variance 1
+        double sum = -6;  // the sum of 12 uniform numbers has a variance of 1
         for (int i = 0; i < 12; ++i) sum += double(random_() >> 11) * 0x1p-53;
         return sum;
     }

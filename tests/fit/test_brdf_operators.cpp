@@ -1,4 +1,5 @@
-// Operators M^b of paper 000 three ways, on the scenes of the accuracy table of docs/formulas.md section 3.
+// Makes the operators M^b of paper 000 in three ways, on the scenes of the accuracy table of docs/formulas.md
+// section 3.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +42,7 @@ std::vector<double> slicesOfOperators(const BrdfOperators& o, const std::vector<
     return f;
 }
 
-// As many terms as C has rank are C itself.
+// When there are as many terms as C has rank, the operators are C itself.
 TEST(BrdfOperators, AllTermsOfTheSlicesAreTheSlices) {
     const ShadingScenes scenes = referenceScenes();
     for (const char* text : {"ward:ax=0.2,ay=0.5,color=1/0.5/0.25", "ggx", "lambert"}) {
@@ -53,14 +54,14 @@ TEST(BrdfOperators, AllTermsOfTheSlicesAreTheSlices) {
     }
 }
 
-// Eq 11 with M^b made by sh/reflection_operator.h is the product with the operators' own slices.
+// Eq 11 with the M^b of sh/reflection_operator.h equals the product with the operators' own slices.
 TEST(BrdfOperators, Equation11IsTheProduct) {
     const BrdfFile file = fitted(rgbBrdf(parseBrdf("ashikhmin-shirley")), OperatorSource::kTable, 8);
     const BrdfOperators& o = file.operators;
     const ShadingScenes scenes = referenceScenes();
     const ShadingTest test = makeShadingTest(scenes, 2);
     for (const Convention& convention : {kA4, kD5}) {
-        // Radiance by eq 11 as the truth: the other way must agree with it.
+        // The radiance by eq 11 is the truth here. The other way must agree with it.
         std::vector<double> truth(3 * scenes.views.size() * scenes.lights.size() * scenes.occluders.size());
         const std::size_t columns = o.view_index.size(), rows = std::size_t(coefficientCount(o.order));
         std::vector<double> y(std::size_t(coefficientCount(kMaxOrder)));
@@ -91,7 +92,7 @@ TEST(BrdfOperators, Equation11IsTheProduct) {
     }
 }
 
-// An isotropic BRDF that lost one of a pair is no longer isotropic: F(Rz o) must stay Rz F(o), whatever k.
+// An isotropic BRDF that lost one of a pair would no longer be isotropic. F(Rz o) must stay Rz F(o) for every k.
 TEST(BrdfOperators, NoPairIsCut) {
     const double angle = 0.7;
     const auto turned = [&](Vec3d d) {
@@ -122,7 +123,7 @@ TEST(BrdfOperators, NoPairIsCut) {
         }
 }
 
-// Channels of different materials are fitted one by one; one that is black has no terms.
+// Channels of different materials are fitted one by one. A black channel has no terms.
 TEST(BrdfOperators, ChannelsOfTheirOwn) {
     const RgbBrdf ggx = rgbBrdf(parseBrdf("ggx")), lambert = rgbBrdf(parseBrdf("lambert"));
     const RgbBrdf mixed{"mixed", BrdfSymmetry::kIsotropic, [&](Vec3d wi, Vec3d wo) {
@@ -167,16 +168,17 @@ TEST(BrdfOperators, SourcesHaveNames) {
     EXPECT_THROW(parseOperatorSource("guess"), UsageError);
 }
 
-// The table of docs/formulas.md section 3: shading errors of the four ways, and what they cost.
+// The table of docs/formulas.md section 3: shading errors of the four ways, and their costs.
 struct Row {
     const char* brdf;
     double literal, table, slices, a4, d4, d5;     // bounds
-    double literal_seen, table_seen, slices_seen;  // measured, within 1% or 5e-4
+    double literal_seen, table_seen, slices_seen;  // measured values, which must hold within 1% or 5e-4
 };
 
 TEST(BrdfOperators, ShadingErrorsAreThoseOfTheTable) {
-    // literal: what the reference implementation has, three digits. table and d5: the bounds asked for (none for Phong
-    // 50 and Ward GMD from the table: measured, plus 5%). slices, a4 and d4: measured, plus 5%.
+    // The bound of `literal` is the value of the reference implementation to three digits. Those of `table` and `d5`
+    // are the bounds asked for; for Phong 50 and Ward GMD from the table there are none, so they are the measured value
+    // plus 5%. Those of `slices`, `a4` and `d4` are the measured values plus 5%.
     const Row rows[] = {{kReferenceBrdfs[0], .136, .016, .0165, .0165, .0197, .006, .1362, .0157, .0156},
                         {kReferenceBrdfs[1], .203, .17, .126, .097, .0983, .072, .2026, .1535, .1198},
                         {kReferenceBrdfs[2], .584, .46, .32, .195, .195, .17, .5843, .4387, .3049},

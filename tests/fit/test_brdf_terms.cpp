@@ -13,7 +13,7 @@
 namespace penumbra {
 namespace {
 
-// Columns of a discrete cosine transform: orthonormal.
+// Returns k columns of a discrete cosine transform, which are orthonormal.
 Matrix cosines(std::size_t n, std::size_t k) {
     Matrix m(k, n);
     for (std::size_t b = 0; b < k; ++b)
@@ -23,7 +23,7 @@ Matrix cosines(std::size_t n, std::size_t k) {
     return m;
 }
 
-// a = sum of sigma u v^T with a pair of equal values and a tail, larger than what is solved directly.
+// The matrix is a sum of sigma u v^T with a pair of equal values and a tail. It is too large to be solved directly.
 TEST(TruncatedSvd, FindsAKnownSpectrum) {
     const std::size_t rows = 300, columns = 260, rank = 250;
     const Matrix u = cosines(rows, rank), v = cosines(columns, rank);
@@ -36,7 +36,7 @@ TEST(TruncatedSvd, FindsAKnownSpectrum) {
     const TruncatedSvd svd = truncatedSvd(a, 9);
     ASSERT_EQ(svd.sigma.size(), 9u);
     for (std::size_t b = 0; b < 9; ++b) EXPECT_NEAR(svd.sigma[b], sigma[b], 1e-12);
-    for (std::size_t b : {0u, 3u, 4u, 5u, 8u}) {  // not the pair, whose vectors are not unique
+    for (std::size_t b : {0u, 3u, 4u, 5u, 8u}) {  // not the pair, because its vectors are not unique
         double along = 0;
         for (std::size_t i = 0; i < rows; ++i) along += svd.u(b, i) * u(b, i);
         EXPECT_NEAR(std::abs(along), 1, 1e-12);
@@ -76,7 +76,7 @@ TEST(BrdfTerms, SingularValuesMatchGolden) {
     }
 }
 
-// Coefficients i < order^2 of a function on the grid.
+// Returns the coefficients i < order^2 of a function on the grid.
 std::vector<double> coefficients(std::span<const double> values, const DirectionGrid& grid, int order) {
     std::vector<double> out(std::size_t(coefficientCount(order))), y(out.size());
     for (std::size_t q = 0; q < grid.size(); ++q) {
@@ -86,7 +86,7 @@ std::vector<double> coefficients(std::span<const double> values, const Direction
     return out;
 }
 
-// Eq 11 with u and w of order 4 and the truncated M^b; w extended evenly, or by zeros as printed.
+// Evaluates eq 11 with u and w of order 4 and the truncated M^b. w is extended evenly, or by zeros as printed.
 double eq11(const BrdfTerms& terms, std::size_t rank, const DirectionGrid& grid, std::span<const double> light,
             std::span<const double> visibility, Vec3d view, bool even) {
     std::vector<double> y(16);
@@ -126,7 +126,7 @@ TEST(BrdfTerms, OperatorsOfThePaperMatchGolden) {
     }
 }
 
-// L = integral of l V f cos on a 160 x 640 grid; the golden file says 3e-3.
+// L is the integral of l V f cos on a 160 x 640 grid. The golden file asks for 3e-3.
 TEST(BrdfTerms, BruteForceMatchesGolden) {
     const auto golden = readGolden("rpo.json"), visibility = readGolden("visibility_cases.json");
     const std::vector<double> light = doubles(golden.at("light"));
@@ -152,14 +152,14 @@ TEST(BrdfTerms, BruteForceMatchesGolden) {
     }
 }
 
-// sum over the first `rank` terms of U(i) W(o).
+// Returns the sum over the first `rank` terms of U(i) W(o).
 double sumOf(const BrdfTerms& terms, std::size_t rank, std::size_t i, std::size_t o) {
     double sum = 0;
     for (std::size_t b = 0; b < rank; ++b) sum += terms.u(b, i) * terms.w(b, o);
     return sum;
 }
 
-// Splitting the table by symmetry changes nothing but the time: values, and sums that cut no pair.
+// Splitting the table by symmetry changes nothing but the time: values are equal, and so are sums that cut no pair.
 TEST(BrdfTerms, SymmetryOnlySavesTime) {
     const DirectionGrid grid = gaussGrid(6, 16);
     for (const char* text : {"phong:exponent=10", "ggx:alpha=0.3", "ward:ax=0.3,ay=0.6", "ashikhmin-shirley"}) {
@@ -176,7 +176,7 @@ TEST(BrdfTerms, SymmetryOnlySavesTime) {
     }
 }
 
-// The error of k terms in the measure of the SVD is what the singular values left out say, for any k.
+// For any k, the error of k terms in the measure of the SVD is what the left-out singular values say.
 TEST(BrdfTerms, LeaveOutWhatTheSingularValuesSay) {
     const DirectionGrid grid = gaussGrid(6, 16);
     const RgbBrdf brdf = rgbBrdf(parseBrdf("ward:ax=0.3,ay=0.6"));

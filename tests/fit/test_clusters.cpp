@@ -11,7 +11,8 @@
 namespace penumbra {
 namespace {
 
-// Vertices of six known groups, weights jittered: four on one joint each, two half and half on two joints.
+// Vertices of six known groups with jittered weights. Four groups follow one joint each, and two follow two joints by
+// half.
 struct Groups {
     Mesh mesh;
     Skin skin;
@@ -71,7 +72,7 @@ TEST(Clusters, SplittingKeepsGroupsApartAndMergingPairsTheNearest) {
     const VertexClusters split = clusterVertices(groups.mesh, groups.skin, 12, 1);
     for (const auto& vertices : split.vertices)
         for (std::uint32_t v : vertices) EXPECT_EQ(groups.group_of_vertex[v], groups.group_of_vertex[vertices[0]]);
-    // Six groups to four: the half-and-half ones each join one of the two that they lie between.
+    // Six groups become four: each half-and-half group joins one of the two that it lies between.
     const VertexClusters merged = clusterVertices(groups.mesh, groups.skin, 4, 1);
     for (std::size_t v = 0; v < 600; ++v)
         if (groups.group_of_vertex[v] >= 4) {

@@ -42,13 +42,14 @@ TEST(CompareGrid, HoldsEachFitOnceAndAllThatTheFiguresAskFor) {
         EXPECT_EQ(findProblem(grid[i]), "");
         for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(sameFit(grid[i], grid[j]));
     }
-    EXPECT_EQ(grid.size(),
-              2 * (4 + 3 + 1 + 3u));  // features: clusters, variances, D5, the papers' way, cosine, model frame
+    // For each of the features: clusters, variances, D5, and the papers' way plain, with the cosine and in the model
+    // frame.
+    EXPECT_EQ(grid.size(), 2 * (4 + 3 + 1 + 3u));
     EXPECT_EQ(options.referenceClusters(), 32);
     EXPECT_EQ(options.referenceVariance(), 0.95);
 }
 
-// The cosine takes moments of one order more than its numbers.
+// The cosine takes moments of one order more than it has numbers.
 TEST(CompareGrid, NeverAsksForMomentsThatTheFileLacks) {
     CompareOptions options;
     options.conventions = {parseConvention("D4")};
@@ -106,8 +107,8 @@ TEST(Eigenvalues, OfADiagonalMatrixAreItsEntries) {
     EXPECT_EQ(values[2], 0);
 }
 
-// Measured: pivots 1.3e-8, bones 1.8e-7, pose 6e-8. The joints of the tube sit at y = 0, 0.5, 1, 1.5, and a pose vector
-// is their rotation vectors.
+// Measured errors: pivots 1.3e-8, bones 1.8e-7, pose 6e-8. The joints of the tube sit at y = 0, 0.5, 1, 1.5, and a pose
+// vector consists of their rotation vectors.
 TEST(JointTurn, FindsTheJointAndTurnsItAlone) {
     const Character c("turn.vis.h5");
     for (int joint : {1, 2, 3}) {
@@ -156,7 +157,7 @@ TEST(JointSweep, CoversTheBakedAnglesAndGivesTheModelsOwnValueThere) {
         EXPECT_GE(angle, sweep->angles.front());
         EXPECT_LE(angle, sweep->angles.back());
     }
-    // A model that is exact gives the base frame's E at the base frame's angle (6e-8 measured).
+    // An exact model gives the base frame's E at the base frame's angle (6e-8 measured).
     FitOptions options = referenceFit(c.options, ModelKind::kLinear, FeatureKind::kRelativeBones);
     options.input_variance = options.output_variance = 1;
     const FitResult fit = fitVisibility(c.reader, c.poses, "sweep", options, {});

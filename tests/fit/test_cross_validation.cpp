@@ -38,7 +38,7 @@ TEST(Folds, AreWholeClipsWhenThereAreEnough) {
     for (const auto& [fold, clips] : clips_of_fold) EXPECT_EQ(clips.size(), 1u);
 }
 
-// 20 + 6 -> 10 + 10 + 6 -> 5 + 5 + 10 + 6.
+// The clips of 20 and 6 frames become 10 + 10 + 6, then 5 + 5 + 10 + 6.
 TEST(Folds, CutTheLongestClipIntoContiguousBlocks) {
     const FrameList list = clipsOf({20, 6});
     std::vector<int> expected(5, 2);
@@ -58,7 +58,7 @@ TEST(Folds, AreAtMostEightAndBalanced) {
 
 TEST(Folds, OfOneFrameAreOne) { EXPECT_EQ(makeFolds(clipsOf({1}), std::vector<std::size_t>{0}), std::vector<int>{0}); }
 
-// Squared error of ridges that are fitted anew without each fold.
+// Returns the squared error of ridge regressions that are fitted again without each fold.
 double refittedError(const Matrix& x, const Matrix& y, const std::vector<int>& folds, double alpha) {
     double error = 0;
     for (int fold = 0; fold < 4; ++fold) {

@@ -14,10 +14,10 @@ using synthetic::TemporaryFile;
 
 constexpr std::size_t kFrames = 60;  // in three clips
 
-// A hinged sheet with backs, a ball that moves and a wind.
+// A hinged sheet with backs, and two inputs: a ball that moves and a wind.
 struct Sheet {
     VisibilityHeader header;
-    std::vector<VisibilityFrame> frames;  // coefficients zero
+    std::vector<VisibilityFrame> frames;  // their coefficients are zero
 };
 
 Sheet makeSheet() {
@@ -68,7 +68,8 @@ FitOptions optionsFor(FeatureKind features) {
     return options;
 }
 
-// Visibility that is exactly linear in what the model of `options` sees: the parts and clusters of the same fit.
+// Writes visibility that is exactly linear in what the model of `options` sees, with the parts and clusters of the same
+// fit.
 void writeLinearSheet(const std::filesystem::path& path, const FitOptions& options) {
     Sheet sheet = makeSheet();
     write(path, sheet);
@@ -115,7 +116,8 @@ TEST(DeformingFit, FindsAFunctionThatIsLinearInTheFeatures) {
     }
 }
 
-// What predict writes is what the fit counted its errors of: bones, angles and inputs are made anew from the file.
+// The file that predict writes has the errors that the fit counted. Bones, angles and inputs are computed again from
+// the file.
 TEST(DeformingFit, PredictionOfTheFileIsTheFit) {
     for (FeatureKind features : {FeatureKind::kRelativeBones, FeatureKind::kDihedrals}) {
         const TemporaryFile file("sheet.vis.h5"), model_file("sheet.model.h5"), predicted("predicted.vis.h5");
@@ -127,7 +129,7 @@ TEST(DeformingFit, PredictionOfTheFileIsTheFit) {
         const VisibilityReader prediction(predicted.path);
         double squared = 0, total = 0;
         for (std::size_t f = 0; f < kFrames; f += 7) {
-            // Of a mirrored function, twice the moments where these were written without odd numbers.
+            // Coefficients of a mirrored function are twice the moments here, because the moments have no odd numbers.
             const std::vector<float> a = reader.readFrame(f).coefficients, b = prediction.readFrame(f).coefficients;
             for (std::size_t i = 0; i < a.size(); ++i) {
                 squared += (2 * double(a[i]) - b[i]) * (2 * double(a[i]) - b[i]);

@@ -42,8 +42,8 @@ TEST(RelativeBones, DoNotChangeWhenTheWholeCharacterMoves) {
     }
 }
 
-// Bone 1 turned by 90 degrees about z and moved by (1, 2, 3): positions and rotation in the frame of bone 0, which is
-// itself turned by 90 degrees about y: R_c^T takes (x, y, z) to (-z, y, x).
+// Bone 1 is turned by 90 degrees about z and moved by (1, 2, 3). Its position and rotation are seen in the frame of
+// bone 0, which is itself turned by 90 degrees about y: R_c^T takes (x, y, z) to (-z, y, x).
 TEST(RelativeBones, HaveTheValuesOfTheRecipe) {
     FeatureRecipe recipe;
     recipe.scale = 2;
@@ -53,7 +53,8 @@ TEST(RelativeBones, HaveTheValuesOfTheRecipe) {
     frame.bones = {synthetic::affine(synthetic::rotationAbout({0, 1, 0}, right), {0, 0, 0}),
                    synthetic::affine(synthetic::rotationAbout({0, 0, 1}, right), {1, 2, 3})};
     const std::vector<double> raw = featuresOf(recipe, 0, frame);
-    // M_1 (1,0,0) = (0,1,0) + (1,2,3) = (1,3,3); in bone 0: (-3,3,1); minus the centre, halved.
+    // M_1 (1,0,0) = (0,1,0) + (1,2,3) = (1,3,3). In bone 0 that is (-3,3,1). Then the centre is taken off and the
+    // result halved.
     const std::vector<double> expected = {-2, 1.5, 0.5, -1, 0, -1, 1, -1, 0, 0, -1, -1};
     ASSERT_EQ(raw.size(), expected.size());
     for (std::size_t i = 0; i < raw.size(); ++i) EXPECT_NEAR(raw[i], expected[i], 1e-6) << i;

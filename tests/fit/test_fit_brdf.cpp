@@ -24,7 +24,7 @@ std::string specOfGolden(const std::string& name) {
     return name;
 }
 
-// Dense [36, 25] from [i, k, value], in the columns of the even indices.
+// Returns a dense [36, 25] matrix from [i, k, value], in the columns of the even indices.
 std::vector<double> denseC(const nlohmann::json& entries) {
     const std::vector<int> even = evenIndices(5);
     std::vector<double> c(36 * even.size());
@@ -86,7 +86,7 @@ TEST(FitBrdf, ShadingMatchesGolden) {
     }
 }
 
-// F of a Lambertian is the clamped cosine / pi for every view, whatever its colour; the fit is exact.
+// F of a Lambertian is the clamped cosine / pi for every view, times its colour. The fit is exact.
 TEST(FitBrdf, LambertIsTheClampedCosine) {
     const BrdfFile brdf = fitBrdf(specBrdf("lambert:color=0.5/1/0.25"), {}, 2);
     EXPECT_LT(brdf.errors.at("fit"), 1e-12);
@@ -100,7 +100,7 @@ TEST(FitBrdf, LambertIsTheClampedCosine) {
     EXPECT_NEAR(brdf.slices[1], 1, 1e-12);
 }
 
-// The shortcuts (rotation for isotropic BRDFs, mirrors for the others) against a table without them.
+// Compares the shortcuts (rotation for isotropic BRDFs, mirrors for the others) with a table without them.
 TEST(FitBrdf, SymmetriesMatchDirectIntegration) {
     for (const char* text : {"phong:exponent=20", "ward:ax=0.2,ay=0.5", "ashikhmin-shirley"}) {
         const BrdfSpec spec = parseBrdf(text);
@@ -130,15 +130,15 @@ TEST(FitBrdf, EveryModelSettles) {
     }
 }
 
-// Lobes of 0.003 radians around the mirror direction settle; the closed form of the albedo at normal view is 1.
+// Lobes of 0.003 radians around the mirror direction settle. The closed form of the albedo at normal view is 1.
 TEST(FitBrdf, NarrowLobesSettleBecauseGridsAreDenseAroundTheMirrorDirection) {
     const BrdfFile brdf = fitBrdf(specBrdf("phong:exponent=100000"), {}, 2);
     EXPECT_LT(brdf.errors.at("refinement"), 1e-3);
     EXPECT_NEAR(brdf.errors.at("albedo_max"), 1, 2e-3);  // the highest view is not quite the normal: 0.9993
 }
 
-// Retroreflection and nothing at the mirror direction, 0.1 radians wide: settles, and has the albedo of its mirror
-// image.
+// This BRDF reflects back to the light and not at all at the mirror direction. Its lobe is 0.1 radians wide. It
+// settles, and its albedo is that of its mirror image.
 TEST(FitBrdf, WideLobesSettleAnywhere) {
     const RgbBrdf retro{"retro", BrdfSymmetry::kIsotropic, [](Vec3d wi, Vec3d wo) {
                             const double f = 102 / (2 * std::numbers::pi) * std::pow(std::max(0.0, dot(wi, wo)), 100);
@@ -156,7 +156,7 @@ TEST(FitBrdf, ABlackMaterialIsZero) {
     EXPECT_EQ(brdf.errors.at("albedo_max"), 0);
 }
 
-// Back to where the light came from, 0.001 radians wide: no grid expects it there.
+// This lobe reflects back to the light and is 0.001 radians wide. No grid expects it there.
 TEST(FitBrdf, LobeTooNarrowAwayFromTheMirrorDirectionIsRefused) {
     const RgbBrdf retro{"retro", BrdfSymmetry::kIsotropic, [](Vec3d wi, Vec3d wo) {
                             const double f = 1e5 * std::pow(std::max(0.0, dot(wi, wo)), 1e6);

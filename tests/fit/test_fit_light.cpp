@@ -27,7 +27,7 @@ Image latLong(int height, const std::function<Vec3(Vec3d)>& radiance) {
     return image;
 }
 
-// 8 nodes in a row of 45 degrees leave 2e-10 of band 7; rows of real pictures are exact to rounding.
+// With 8 nodes in a row of 45 degrees, 2e-10 of band 7 is left. Rows of real pictures are exact to rounding.
 TEST(FitLight, UniformPictureHasBandZeroOnly) {
     for (int height : {4, 5, 64}) {
         const LightFile light = fitLight(latLong(height, [](Vec3d) { return Vec3{1, 2, 0.5f}; }), "uniform.exr", 8);
@@ -39,8 +39,8 @@ TEST(FitLight, UniformPictureHasBandZeroOnly) {
     }
 }
 
-// A function of the basis comes back; the mean over pixels of h = pi/128 takes l (l+1) h^2 / 24 = 5e-4 of band 4, and
-// what varies within pixels is l (l+1) h^2 / 12 of the energy, a residual of 0.03.
+// A function of the basis comes back. The mean over pixels of h = pi/128 takes l (l+1) h^2 / 24 = 5e-4 of band 4. What
+// varies within pixels is l (l+1) h^2 / 12 of the energy, a residual of 0.03.
 TEST(FitLight, BandLimitedPictureComesBack) {
     std::vector<double> y(25);
     const auto sum = [&y](Vec3d d, int salt) {
@@ -58,7 +58,7 @@ TEST(FitLight, BandLimitedPictureComesBack) {
     EXPECT_LT(light.residual, 0.03);
 }
 
-// A bright upper half: 1 above y = 0 is the zonal function about +y with z_l of a hemisphere.
+// The upper half is bright: 1 above y = 0 is the zonal function about +y with the z_l of a hemisphere.
 TEST(FitLight, HalfSkyMatchesClosedForm) {
     const LightFile light = fitLight(latLong(8,
                                              [](Vec3d d) {
@@ -69,13 +69,13 @@ TEST(FitLight, HalfSkyMatchesClosedForm) {
     belowPlaneZonal(0, zonal);
     rotateZonal(zonal, {0, -1, 0}, expected);
     for (std::size_t i = 0; i < 36; ++i) EXPECT_NEAR(light.sh[3 * i], expected[i], 1e-12) << i;
-    // |SH|^2 of the hemisphere is the sum of z_l^2, |L|^2 is 2pi.
+    // |SH|^2 of the hemisphere is the sum of z_l^2, and |L|^2 is 2pi.
     double kept = 0;
     for (double z : zonal) kept += z * z;
     EXPECT_NEAR(light.residual, std::sqrt(1 - kept / (2 * pi)), 1e-7);
 }
 
-// One bright pixel far from the poles and the seams: SH of a small patch in its own direction.
+// One pixel far from the poles and the seams is bright. The SH are those of a small patch in its direction.
 TEST(FitLight, PixelIsWhereTheConventionPutsIt) {
     Image image = latLong(64, [](Vec3d) { return Vec3{}; });
     const int x = 97, y = 20;

@@ -38,7 +38,8 @@ TEST(FitVisibility, FindsAFunctionThatIsLinearInTheFeatures) {
         const FitResult result = fitFile(file.path, options);
         EXPECT_LT(result.report.train.relative_error, 1e-4) << convention;
         EXPECT_LT(result.report.cross_validated_error, 1e-4) << convention;
-        // The held-out clip leaves the range of the others, where inputs are clamped: measured 0.045; without, 1e-5.
+        // The held-out clip leaves the range of the others, where inputs are clamped: 0.045 measured, and 1e-5 without
+        // clamping.
         EXPECT_LT(result.report.held_out.relative_error, 0.06) << convention;
         ASSERT_EQ(result.model.clip_errors.size(), 3u);
         EXPECT_TRUE(result.model.clip_errors[1].held_out);
@@ -46,7 +47,7 @@ TEST(FitVisibility, FindsAFunctionThatIsLinearInTheFeatures) {
     }
 }
 
-// A rigid motion of the whole character, its visibility included, is not seen by relative bones.
+// Relative bones do not see a rigid motion of the whole character and its visibility.
 TEST(FitVisibility, DoesNotSeeAMotionOfTheWholeCharacter) {
     const TemporaryFile still("still.vis.h5"), moved("moved.vis.h5");
     synthetic::Options character;
@@ -90,7 +91,7 @@ TEST(FitVisibility, WritesTheSameBytesForAnyThreadCountAndBatch) {
     }
 }
 
-// Held-out frames do not enter: whatever they hold, everything that was fitted stays the same.
+// Held-out frames do not enter the fit: whatever they hold, everything that was fitted stays the same.
 TEST(FitVisibility, NeverLooksAtHeldOutClips) {
     const TemporaryFile file("held.vis.h5"), fewer("fewer.vis.h5");
     synthetic::Options character;
@@ -122,8 +123,9 @@ TEST(FitVisibility, NeverLooksAtHeldOutClips) {
     }
 }
 
-// The relative error of the report, from the prediction file against the baked file: moments of A and B are compared as
-// they are (rotations and the constant below the horizon keep distances), D as coefficients of the mirrored function.
+// Computes the relative error of the report again, from the prediction file and the baked file. Moments of A and B are
+// compared as they are, because rotations and the constant below the horizon keep distances. D is compared as
+// coefficients of the mirrored function.
 TEST(Predict, GivesTheErrorsThatTheFitReported) {
     for (const char* convention : {"A3", "B3", "D3"}) {
         const TemporaryFile file("report.vis.h5"), predicted("report.pred.h5"), model_file("report.model.h5");
@@ -176,7 +178,7 @@ TEST(FitVisibility, SaysWhatIsWrongWithOptionsAndFiles) {
     EXPECT_NE(findProblem(options).find("--input-variance"), std::string::npos);
 }
 
-// What lies inside another part of a character never changes, exactly.
+// A vertex inside another part of a character never changes at all.
 TEST(FitVisibility, OfEveryKindTakesWhatNeverChanges) {
     const TemporaryFile file("blocked.vis.h5");
     synthetic::Options character;

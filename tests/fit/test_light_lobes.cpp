@@ -31,8 +31,8 @@ std::vector<GoldenLight> goldenLights() {
     return lights;
 }
 
-// One to four lobes of five lights, order 4 RGB: the paper's residuals within 1e-3 (the largest excess measured is
-// printed).
+// Fits one to four lobes to five lights, order 4 RGB. Residuals must be those of the paper within 1e-3; the test prints
+// the largest excess.
 TEST(LightLobes, GreedyMatchesGolden) {
     double worst = -1;
     ASSERT_EQ(goldenLights().size(), 5u);
@@ -46,13 +46,14 @@ TEST(LightLobes, GreedyMatchesGolden) {
     std::printf("greedy: largest excess over golden residuals %.2e\n", worst);
 }
 
-// The axis of the best single lobe, and its coefficients: z_l = sqrt((2l+1)/4pi) times those of paper 000 eq 15.
+// Checks the axis of the best single lobe and its coefficients, where z_l = sqrt((2l+1)/4pi) times those of paper 000
+// eq 15.
 TEST(LightLobes, SingleLobeMatchesGolden) {
     for (const GoldenLight& light : goldenLights()) {
         const LightLobesFit fit = fitLobes(4, light.sh, 1, LobeFit::kJoint);
         const auto& golden = light.expected.at("single_lobe");
         EXPECT_NEAR(std::abs(dot(fit.directions[0], vec3(golden.at("axis")))), 1, 1e-8) << light.name;
-        const double sign = dot(fit.directions[0], vec3(golden.at("axis"))) < 0 ? -1 : 1;  // of odd bands
+        const double sign = dot(fit.directions[0], vec3(golden.at("axis"))) < 0 ? -1 : 1;  // sign of the odd bands
         EXPECT_NEAR(fit.residual, double(golden.at("residual")), 1e-8) << light.name;
         for (std::size_t l = 0; l < 4; ++l)
             for (std::size_t c = 0; c < 3; ++c)
@@ -64,7 +65,7 @@ TEST(LightLobes, SingleLobeMatchesGolden) {
     }
 }
 
-// Three lobes together: within 1e-3 of the best that twelve random restarts of the reference found.
+// Three lobes fitted together come within 1e-3 of the best that twelve random restarts of the reference found.
 TEST(LightLobes, JointReachesBestKnown) {
     for (const GoldenLight& light : goldenLights()) {
         const LightLobesFit fit = fitLobes(4, light.sh, 3, LobeFit::kJoint);
@@ -87,7 +88,7 @@ TEST(LightLobes, JointIsNeverWorseThanGreedy) {
                 << light.name << ", " << lobes << " lobes";
 }
 
-// 2n-1 fixed directions span every band: measured 2e-15 at order 4, at most 1e-14 at order 8.
+// 2n-1 fixed directions span every band. Measured errors are 2e-15 at order 4 and at most 1e-14 at order 8.
 TEST(LightLobes, FixedDirectionsAreExact) {
     for (const GoldenLight& light : goldenLights()) {
         const LightLobesFit fit = fitLobes(4, light.sh, 0, LobeFit::kFixed);
@@ -105,7 +106,7 @@ TEST(LightLobes, FixedDirectionsAreExact) {
     }
 }
 
-// A light that is two lobes comes back as two lobes, at any orientation.
+// A light that is a sum of two lobes comes back as two lobes, at any orientation.
 TEST(LightLobes, SumOfTwoLobesComesBack) {
     const std::vector<Vec3d> axes = {normalized(Vec3d{1, 2, -0.5}), normalized(Vec3d{-0.3, 0.1, -1})};
     const std::vector<double> bright = {1, 1.5, 1.4, 1.1, 0.6}, wide = {0.8, 0.7, 0.2, 0, -0.1};
@@ -141,7 +142,7 @@ TEST(LightLobes, SameLobesEveryTime) {
     EXPECT_EQ(a.directions, b.directions);
 }
 
-// Of the calling thread alone: what others do on the machine does not count.
+// Measures the calling thread alone, so that other work on the machine does not count.
 double threadMilliseconds() {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -154,8 +155,8 @@ constexpr double kMostMilliseconds = 1200;  // instrumented code is up to ten ti
 constexpr double kMostMilliseconds = 120;
 #endif
 
-// Three lobes within 50 ms, Ceres' start included in the first: tests/bench/bench_light has the figures. Twice as much
-// is left for caches that others use and for a lower clock.
+// Three lobes take at most 50 ms, with Ceres' start included in the first fit; tests/bench/bench_light has the figures.
+// The bound leaves twice as much for caches that others use and for a lower clock.
 TEST(LightLobes, ThreeLobesAreQuick) {
     for (const GoldenLight& light : goldenLights()) {
         const double start = threadMilliseconds();

@@ -27,7 +27,8 @@ std::vector<double> deltaLight(int order) {
     return sh;
 }
 
-// Golden windows of orders 3 to 6; all are non-negative kernels that touch 0 (measured: -1e-16 of the peak).
+// The golden file has the windows of orders 3 to 6. All are non-negative kernels that touch 0 (measured: -1e-16 of the
+// peak).
 TEST(LightWindow, SharpestWindowMatchesGoldenAndIsNotNegative) {
     const nlohmann::json golden = readGolden("light.json").at("windows");
     for (int order = 1; order <= kMaxOrder; ++order) {
@@ -50,7 +51,8 @@ TEST(LightWindow, SharpestWindowMatchesGoldenAndIsNotNegative) {
     }
 }
 
-// The kernel of a delta at order 4 is lowest at -1/4 of its peak, 16 means above 0: -4 means. And a light of one pole.
+// The kernel of a delta at order 4 is lowest at -1/4 of its peak. The peak is 16 times the mean, so that is -4 times
+// the mean. The second light has one pole.
 TEST(LightWindow, LeastRadianceMatchesClosedForm) {
     EXPECT_NEAR(leastRadiance(4, deltaLight(4)), -4.0, 1e-4);
     std::vector<double> sh(12, 0.0);
@@ -72,8 +74,9 @@ TEST(LightWindow, NoneAndLambdaDoWhatTheySay) {
         EXPECT_THROW(parseWindow(bad), std::invalid_argument) << bad;
 }
 
-// A sun of one pixel, 1e5 over a sky of 1: without a window it rings to -3.5 means, with the default it does not, at
-// any order. The bound of 1% is met with next to nothing to spare: the window is the least.
+// A sun of one pixel, 1e5 over a sky of 1, rings to -3.5 times the mean without a window. With the default it does not
+// ring at any order. The bound of 1% is met with next to nothing to spare, because the window is the least that
+// suffices.
 TEST(LightWindow, OnePixelSunDoesNotRing) {
     for (int order : {2, 3, 4, 5, 6, 8})
         for (Vec3 sky : {Vec3{0, 0, 0}, Vec3{1, 1, 1}, Vec3{30, 20, 10}}) {
@@ -85,7 +88,7 @@ TEST(LightWindow, OnePixelSunDoesNotRing) {
             EXPECT_GE(report.least_after, -0.01) << order;
             EXPECT_LE(report.least_after, -0.0001) << order;
             EXPECT_EQ(light.sh[0], before[0]);  // the mean stays
-            // Independent of leastRadiance(): a dense grid.
+            // A dense grid, which does not depend on leastRadiance().
             std::vector<double> y(std::size_t(coefficientCount(order)));
             double least = 1e9;
             for (Vec3d d : fibonacciSphere(20000)) {
@@ -108,10 +111,10 @@ TEST(LightWindow, AutoLeavesPicturesWithoutAHotPixel) {
     const std::vector<double> before = light.sh;
     const WindowReport report = windowFit({}, findHotPixel(map), light);
     EXPECT_FALSE(report.any());
-    EXPECT_LT(report.least_after, -1);  // said, not mended
+    EXPECT_LT(report.least_after, -1);  // reported but not mended
     EXPECT_EQ(light.sh, before);
     EXPECT_GE(windowFit({WindowChoice::Mode::kAlways, 0}, {}, light).least_after, -0.01);
-    EXPECT_EQ(findHotPixel(pixelSun(1.2f, {1, 1, 1})).share, 0);  // bright, but not the light
+    EXPECT_EQ(findHotPixel(pixelSun(1.2f, {1, 1, 1})).share, 0);  // bright, but not most of the light
     EXPECT_EQ(findHotPixel(pixelSun(0, {0, 0, 0})).share, 0);
     const HotPixel hot = findHotPixel(pixelSun(1e5f, {1, 1, 1}));
     EXPECT_EQ(hot.x, 17);
@@ -119,7 +122,8 @@ TEST(LightWindow, AutoLeavesPicturesWithoutAHotPixel) {
     EXPECT_NEAR(hot.share, 0.94, 0.01);
 }
 
-// The residual with a window, from the one without and what the window took: against the definition for a hemisphere.
+// The residual with a window follows from the residual without it and from what the window took. A hemisphere compares
+// it with the definition.
 TEST(LightWindow, ResidualIsThatOfTheWindowedLight) {
     const std::vector<AnalyticLight> lights = parseLights("disc:angle=90");
     LightFile light = fitLight(lights, "half a sky", 5);

@@ -15,7 +15,8 @@ Matrix toMatrix(const nlohmann::json& rows) {
     return m;
 }
 
-// Weights, intercept, hat matrix diagonal and leave-one-out error of the golden file, at its own tolerance.
+// Compares weights, intercept, diagonal of the hat matrix and leave-one-out error with the golden file, at its own
+// tolerance.
 TEST(Ridge, MatchesGoldenFile) {
     std::ifstream in(PENUMBRA_SOURCE_DIR "/tests/golden/ridge_loo.json");
     const nlohmann::json golden = nlohmann::json::parse(in);

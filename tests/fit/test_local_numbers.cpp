@@ -12,11 +12,11 @@ namespace {
 
 using std::numbers::pi;
 
-// An open hemisphere: its moments times z are those of the clamped cosine (docs/formulas.md section 1).
+// For an open hemisphere, the moments times z are those of the clamped cosine (docs/formulas.md section 1).
 TEST(TimesZ, OfAnOpenHemisphereIsTheClampedCosine) {
     std::vector<float> open(25), cosine(16);
     std::vector<double> below(25);
-    belowHorizonCoefficients(5, below);  // 1 below; 1 everywhere is sqrt(4 pi) y_0
+    belowHorizonCoefficients(5, below);  // 1 below the horizon; 1 everywhere is sqrt(4 pi) y_0
     for (std::size_t i = 0; i < open.size(); ++i) open[i] = float((i == 0 ? std::sqrt(4 * pi) : 0) - below[i]);
     timesZ(4, open, cosine);
     const double zonal[] = {std::sqrt(pi) / 2, std::sqrt(pi / 3), std::sqrt(5 * pi) / 8, 0};
@@ -25,7 +25,7 @@ TEST(TimesZ, OfAnOpenHemisphereIsTheClampedCosine) {
             EXPECT_NEAR(cosine[std::size_t(shIndex(l, m))], m == 0 ? zonal[l] : 0, 2e-7) << "l " << l << " m " << m;
 }
 
-// A function of bands 0..2 times z has bands 0..3: equal at every point.
+// A function of bands 0..2 times z has bands 0..3. Both are equal at every point.
 TEST(TimesZ, IsTheProductAtEveryPoint) {
     std::mt19937 random{3};
     std::normal_distribution<float> normal;
@@ -76,7 +76,7 @@ TEST(ClusterNumbers, InTheModelFrameAreTheBakedMoments) {
                         2e-6);  // 4e-7 measured
 }
 
-// Convention A adds 1 below the horizon, in the vertex' own frame: the two frames differ by a rotation only.
+// Convention A adds 1 below the horizon in the vertex' own frame. The two frames therefore differ by a rotation only.
 TEST(ClusterNumbers, AreAsLongInEitherFrame) {
     const synthetic::TemporaryFile file("frames.vis.h5");
     synthetic::writeCharacter(file.path, {});

@@ -1,4 +1,4 @@
-// From a file of measurements of a known BRDF to slices: they are those of the BRDF itself.
+// Reads measurements of a known BRDF from a file and fits slices. They must be the slices of the BRDF itself.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,8 +30,8 @@ double differenceOfSlices(const RgbBrdf& measured, const RgbBrdf& exact) {
 
 RgbBrdf brdfOf(const char* spec) { return rgbBrdf(parseBrdf(spec)); }
 
-// Measured 4e-8, 7e-4, 0.011 and 1.1e-3: what linear interpolation between cells leaves. The third has Fresnel's rise
-// at grazing angles within few cells of theta_d.
+// The measured errors 4e-8, 7e-4, 0.011 and 1.1e-3 are what linear interpolation between cells leaves. The third BRDF
+// has Fresnel's rise at grazing angles within few cells of theta_d.
 TEST(MeasuredBrdf, MerlSlicesAreThoseOfTheBrdf) {
     for (const auto& [spec, bound] : {std::pair("lambert:color=0.5/0.25/0.1", 1e-6),
                                       {"ggx:alpha=0.3,color=0.9/0.5/0.2", 4e-3},
@@ -42,7 +42,7 @@ TEST(MeasuredBrdf, MerlSlicesAreThoseOfTheBrdf) {
     }
 }
 
-// Anisotropic tables: both symmetries, refined for every view of its own where there is none.
+// Anisotropic tables with either symmetry, and one without symmetry, for which every view is refined on its own.
 TEST(MeasuredBrdf, TableSlicesAreThoseOfTheBrdf) {
     const RgbBrdf brushed = brdfOf("ward-gmd:ax=0.5,ay=0.8,color=1/0.5/0.25"), gloss = brdfOf("phong:exponent=6");
     const auto read = [](const std::string& text) { return decodeBrdfTable(text, "x").brdf; };
@@ -51,8 +51,8 @@ TEST(MeasuredBrdf, TableSlicesAreThoseOfTheBrdf) {
     EXPECT_LT(differenceOfSlices(read(samples::anisotropicTable(brushed, "general", 20, 24, 36)), brushed), 0.03);
 }
 
-// A lobe turned by 30 degrees about the normal has no mirror planes at x = 0 and y = 0: only the general path can be
-// right, and turning it back gives the slices of the unturned one.
+// A lobe turned about the normal has no mirror planes at x = 0 and y = 0. Only the general path can get it right, and
+// turning it back gives the slices of the unturned lobe.
 TEST(MeasuredBrdf, GeneralSymmetryKeepsALobeThatIsTurned) {
     const RgbBrdf straight = brdfOf("ward-gmd:ax=0.2,ay=0.5");
     const double c = std::cos(0.5), s = std::sin(0.5);

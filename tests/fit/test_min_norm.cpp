@@ -16,14 +16,15 @@ SmallMatrix filled(int rows, int columns, double salt) {
     return m;
 }
 
-// a x - b, column by column.
+// Returns entry (i, c) of a x - b.
 double residual(const SmallMatrix& a, const SmallMatrix& x, const SmallMatrix& b, std::size_t i, std::size_t c) {
     double sum = -b.at[c][i];
     for (std::size_t j = 0; j < std::size_t(a.columns); ++j) sum += a.at[j][i] * x.at[c][j];
     return sum;
 }
 
-// Tall: the residual is orthogonal to every column. Wide: no residual, and x is a sum of rows (the shortest).
+// For a tall matrix the residual is orthogonal to every column. For a wide one there is no residual, and x is a sum of
+// rows, which makes it the shortest.
 TEST(MinNorm, SolvesTheNormalEquations) {
     for (const auto& [rows, columns] : {std::pair{7, 3}, {15, 15}, {9, 1}, {3, 7}, {1, 15}}) {
         const SmallMatrix a = filled(rows, columns, 0.3), b = filled(rows, 3, 5);
@@ -37,7 +38,7 @@ TEST(MinNorm, SolvesTheNormalEquations) {
     }
 }
 
-// Two equal columns share what one would take; that is shorter than any other split.
+// Two equal columns share what one alone would take. That is shorter than any other split.
 TEST(MinNorm, EqualColumnsShare) {
     SmallMatrix a = filled(5, 2, 1), b = filled(5, 3, 2);
     a.at[1] = a.at[0];
@@ -48,10 +49,10 @@ TEST(MinNorm, EqualColumnsShare) {
         EXPECT_NEAR(x.at[c][0], single.at[c][0] / 2, 1e-14);
         EXPECT_NEAR(x.at[c][1], single.at[c][0] / 2, 1e-14);
     }
-    EXPECT_EQ(solveMinNorm({3, 2, {}}, filled(3, 3, 1), 0).at[0][0], 0);  // nothing to solve with
+    EXPECT_EQ(solveMinNorm({3, 2, {}}, filled(3, 3, 1), 0).at[0][0], 0);  // there is nothing to solve with
 }
 
-// With a ridge: a^T (a x - b) + ridge x = 0.
+// With a ridge, a^T (a x - b) + ridge x = 0.
 TEST(MinNorm, RidgeIsInTheNormalEquations) {
     const SmallMatrix a = filled(7, 4, 0.7), b = filled(7, 3, 4);
     const SmallMatrix x = solveMinNorm(a, b, 0.25);
@@ -63,7 +64,7 @@ TEST(MinNorm, RidgeIsInTheNormalEquations) {
         }
 }
 
-// sum of 1 - s.axis has its minimum where every direction is its axis, a quarter turn away here.
+// The sum of 1 - s.axis has its minimum where every direction is its axis, which is a quarter turn away here.
 TEST(MinimiseDirections, FindsTheAxes) {
     const std::vector<Vec3d> axes = {{0, 0, 1}, normalized(Vec3d{1, -2, 3})},
                              start = {{1, 0, 0}, normalized(Vec3d{3, 1, 1})};

@@ -15,7 +15,7 @@ std::vector<double> noise(std::size_t count, unsigned seed) {
     return values;
 }
 
-// Sums of up to 61 products below 1/4 in any order differ by less than 1e-15; the bound is 10 times as wide. Sizes
+// In any order, sums of up to 61 products below 1/4 differ by less than 1e-15. The bound is 10 times as wide. The sizes
 // cover whole tiles and every remainder.
 TEST(NetKernels, ProductsMatchPlainLoops) {
     for (const NetKernels& path : netKernelPaths())
@@ -42,7 +42,7 @@ TEST(NetKernels, ProductsMatchPlainLoops) {
         }
 }
 
-// Measured: 3.4e-16 over 1e5 numbers; the bound is 3 times as wide.
+// Measured: 3.4e-16 over 1e5 numbers. The bound is 3 times as wide.
 TEST(NetKernels, TanhMatchesTheStandardLibrary) {
     std::vector<double> z;
     for (double x = -25; x <= 25; x += 0.00317) z.push_back(x);

@@ -57,7 +57,7 @@ TEST(NeuralCrossValidation, OfANetChoosesAWeakPriorAndPredictsNewFrames) {
     EXPECT_LT(squaredError(predict(fitChosenNet(x, y, choice, search), unseen), expected), 0.02 * variance(expected));
 }
 
-// The units of inputs and outputs change nothing but the units of the net.
+// The units of inputs and outputs change only the units of the net.
 TEST(NeuralCrossValidation, DoesNotDependOnUnits) {
     Matrix x = normalMatrix(60, 3, 1), y = predict(normalNet(3, 2, 4, 3), x);
     const NetSearch search{.neurons = {4}, .input_variance = 1};
@@ -72,8 +72,8 @@ TEST(NeuralCrossValidation, DoesNotDependOnUnits) {
     for (std::size_t i = 0; i < again.values.size(); ++i) EXPECT_NEAR(again.values[i] * 64, predicted.values[i], 1e-6);
 }
 
-// The same by hand: centring, input PCA and the units come from the rows that are kept, and the rows left out are only
-// predicted. 8 folds of clips make 4.
+// Repeats the choice by hand: means, input PCA and units come from the rows that are kept, and the rows left out are
+// only predicted. 8 folds of clips are merged into 4.
 TEST(NeuralCrossValidation, NothingOfAFoldEnters) {
     const Matrix x = normalMatrix(80, 5, 1), y = predict(normalNet(5, 2, 4, 3), x);
     const NetSearch search{
@@ -115,7 +115,7 @@ TEST(NeuralCrossValidation, NothingOfAFoldEnters) {
                                            0.01 * double(kept.size()), {.iterations = 200, .least_decrease = 1e-3});
         expected += y_square * squaredError(predict(fit.net, unseen), truth);
     }
-    // Measured 2e-14: sums in another order.
+    // Measured 2e-14, because sums are made in another order.
     EXPECT_NEAR(chooseNet(x, y, blocks(80, 8), search).error, expected, 1e-6 * expected);
 }
 

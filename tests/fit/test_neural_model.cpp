@@ -29,8 +29,8 @@ TEST(NeuralModel, OneNeuronIsEquation12) {
     EXPECT_DOUBLE_EQ(netObjective(net, x, y, 0.1), error * error + 0.1 * (0.25 + 4 + 9));
 }
 
-// Central differences with a step of 1e-6, rounding of an objective near 500 included: measured 5e-8 of slopes up to
-// 100; the bound is 20 times as wide.
+// Central differences with a step of 1e-6, including the rounding of an objective near 500. Measured 5e-8 for slopes up
+// to 100; the bound is 20 times as wide.
 TEST(NeuralModel, GradientMatchesFiniteDifferences) {
     const Matrix x = normalMatrix(20, 5, 1), y = normalMatrix(20, 3, 2);
     for (const std::vector<InputRange>& ranges :
@@ -81,7 +81,7 @@ TEST(NeuralStart, SeparatesTwoFramesAndIsDeterministic) {
     EXPECT_NE(startNet(x, y, 4, ranges, 6).hidden.values, net.hidden.values);
 }
 
-// Inputs that never change leave nothing to tell apart.
+// Inputs that never change leave nothing for a neuron to tell apart.
 TEST(NeuralStart, OfConstantInputsIsZero) {
     const TanhNet net = startNet(Matrix(10, 3), normalMatrix(10, 2, 1), 2, {}, 1);
     for (double d : net.hidden.values) EXPECT_EQ(d, 0);
@@ -108,7 +108,8 @@ TEST(NeuralBfgs, RefusesNumbersThatAreNotFinite) {
     EXPECT_THROW(fitByBfgs(x, normalMatrix(10, 1, 2), normalNet(2, 1, 2, 3), 0.1), std::runtime_error);
 }
 
-// The ends of a loop are one pose but for rounding: no neuron starts between them, where it would never move again.
+// The ends of a loop are one pose except for rounding. No neuron may start between them, because it would never move
+// again.
 TEST(NeuralStart, IgnoresFramesThatAreOnePose) {
     Matrix inputs(40, 2), outputs(40, 1);
     for (std::size_t f = 0; f < 40; ++f) {

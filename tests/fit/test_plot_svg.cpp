@@ -46,7 +46,7 @@ TEST(PlotSvg, PutsTheLeastAndTheLargestPointInsideTheAxes) {
     }
 }
 
-// On a logarithmic axis equal factors are equal steps.
+// On a logarithmic axis, equal factors are equal steps.
 TEST(PlotSvg, LogarithmicAxisIsEvenInFactors) {
     Plot plot = linePlot({1, 10, 100}, {1, 1, 1});
     plot.x.log = true;
@@ -65,7 +65,7 @@ TEST(PlotSvg, ChoosesRoundTicks) {
               (std::vector<std::string>{"0", "0.2", "0.4", "0.6", "0.8", "1"}));
     EXPECT_EQ(tickTexts(plotSvg(linePlot({-180, 180}, {3, 3})), "x"),
               (std::vector<std::string>{"-200", "-100", "0", "100", "200"}));
-    // A range of 480 to 620 is opened by 5%; powers of ten have one tick in it.
+    // A range of 480 to 620 is opened by 5%. A logarithmic axis would have one tick in it, so it gets linear ticks.
     Plot narrow = linePlot({480, 620}, {1, 2});
     narrow.x.log = true;
     EXPECT_EQ(tickTexts(plotSvg(narrow), "x"), (std::vector<std::string>{"500", "550", "600", "650"}));
@@ -99,7 +99,7 @@ TEST(PlotSvg, EscapesNames) {
     }
 }
 
-// Bars of 1, 2 and 4 stand on zero: their heights are as 1 to 2 to 4.
+// Bars of 1, 2 and 4 stand on zero, and their heights are as 1 to 2 to 4.
 TEST(PlotSvg, BarsStandOnZeroSideBySide) {
     Plot plot;
     plot.bars = true;

@@ -29,8 +29,8 @@ TEST(QuadraticModel, RecoversAKnownQuadratic) {
     for (std::size_t f = 0; f < 20; ++f) EXPECT_NEAR(predicted(f, 0), truth(unseen.row(f)), 1e-9);
 }
 
-// More columns than rows are solved through the rows: the normal equations hold all the same, X^T (X W - Y) + a^2 W =
-// 0.
+// With more columns than rows the system is solved through the rows. The normal equations hold all the same: X^T (X W -
+// Y) + a^2 W = 0.
 TEST(QuadraticModel, SolvesThroughTheSmallerSide) {
     const Matrix x = quadraticInputs(normalMatrix(20, 10, 1)), y = normalMatrix(20, 2, 2);
     const double alpha = 0.7;
@@ -40,7 +40,7 @@ TEST(QuadraticModel, SolvesThroughTheSmallerSide) {
     for (std::size_t k = 0; k < 2; ++k) {
         double residual = 0;
         for (std::size_t f = 0; f < 20; ++f) residual += predicted(f, k) - y(f, k);
-        EXPECT_NEAR(residual, 0, 1e-10);  // of the intercept
+        EXPECT_NEAR(residual, 0, 1e-10);  // the normal equation of the intercept
         for (std::size_t c = 0; c < x.columns; ++c) {
             double sum = alpha * alpha * ridge.weights(c, k);
             for (std::size_t f = 0; f < 20; ++f) sum += x(f, c) * (predicted(f, k) - y(f, k));
@@ -49,7 +49,7 @@ TEST(QuadraticModel, SolvesThroughTheSmallerSide) {
     }
 }
 
-// The leverage of a row is how much its own output moves its prediction.
+// The leverage of a row says how much its own output moves its prediction.
 TEST(QuadraticModel, LeverageHoldsOnTheSmallerSideToo) {
     const Matrix x = quadraticInputs(normalMatrix(20, 10, 1));
     Matrix y = normalMatrix(20, 1, 2);
@@ -59,8 +59,8 @@ TEST(QuadraticModel, LeverageHoldsOnTheSmallerSideToo) {
     EXPECT_NEAR(predict(fitRidge(x, y, 0.7), x)(3, 0) - before, ridge.leverage[3], 1e-10);
 }
 
-// By hand for each fold: centring, PCA and scale of the inputs and the regression on their products come from the other
-// rows. Through the columns (2 inputs) and through the rows (8 inputs: 44 columns of 36 rows).
+// Repeats each fold by hand: means, PCA and scale of the inputs and the regression on their products come from the
+// other rows. 2 inputs are solved through the columns, and 8 inputs (44 columns, 36 rows) through the rows.
 TEST(QuadraticModel, CrossValidationMatchesFitsByHand) {
     for (std::size_t inputs : {2, 8}) {
         const Matrix x = normalMatrix(48, inputs, 1), y = normalMatrix(48, 2, 2);

@@ -20,7 +20,7 @@ RigidParts partsOf(const HingedSheet& sheet, std::size_t count, int threads) {
 
 double pairs(double n) { return n * (n - 1) / 2; }
 
-// Hubert and Arabie 1985: 1 for the same partition, 0 on average for unrelated ones.
+// Returns the index of Hubert and Arabie 1985: 1 for the same partition, 0 on average for unrelated ones.
 double adjustedRandIndex(const std::vector<std::uint16_t>& a, const std::vector<std::uint16_t>& b) {
     std::map<std::pair<int, int>, double> both;
     std::map<int, double> of_a, of_b;
@@ -40,7 +40,7 @@ TEST(RigidParts, FindTheStripsOfAHingedSheet) {
     EXPECT_EQ(adjustedRandIndex(parts.part_of_triangle, sheet.strip_of_triangle), 1);
 }
 
-// Noise of 5% of an edge turns a triangle by 0.06 rad at random.
+// Noise of 5% of an edge turns a triangle by 0.06 radians at random.
 TEST(RigidParts, FindTheStripsUnderNoise) {
     for (double noise : {0.01, 0.05}) {
         const HingedSheet sheet = hingedSheet(60, noise);
@@ -58,7 +58,7 @@ TEST(RigidParts, SameForAnyThreadCount) {
     }
 }
 
-// Asked numbers: neighbours that move alike become one; the strip that bends most is cut.
+// When a number is asked for, neighbours that move alike become one, and the strip that bends most is cut.
 TEST(RigidParts, TakeTheAskedNumber) {
     const HingedSheet sheet = hingedSheet(60, 0.01);
     for (std::size_t count : {1, 2, 3, 4, 7, 40}) {
@@ -70,7 +70,7 @@ TEST(RigidParts, TakeTheAskedNumber) {
     }
 }
 
-// Strips apart in space are parts, though nothing moves.
+// Strips that lie apart in space are different parts, though nothing moves.
 TEST(RigidParts, WhatDoesNotTouchIsApart) {
     HingedSheet sheet = hingedSheet(1, 0);
     std::erase_if(sheet.mesh.triangles, [](const Triangle& t) { return t[0] % 37 == 20; });

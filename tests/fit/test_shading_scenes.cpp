@@ -1,5 +1,6 @@
-// Radiance from D5 visibility and J = 5 slices against the integral of light, binary visibility and the true BRDF, on
-// the scenes of the accuracy table in docs/formulas.md section 3: light order 4, 61 occluders, 54 views, 6 lights.
+// Compares radiance from D5 visibility and J = 5 slices with the integral of light, binary visibility and the true
+// BRDF. The scenes are those of the accuracy table in docs/formulas.md section 3: light order 4, 61 occluders, 54
+// views, 6 lights.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +19,7 @@ namespace {
 
 const Convention kD5{BelowHorizon::kMirrored, 5};
 
-// The constants in the program are the golden ones, to the last digit.
+// The constants in the program equal the golden ones to the last digit.
 TEST(ShadingScenes, AreTheGoldenOnes) {
     const ShadingScenes golden = scenesOfGolden(readGolden("scene_seed11.json")), ours = referenceScenes();
     ASSERT_EQ(ours.occluders.size(), 61u);
@@ -36,7 +37,7 @@ TEST(ShadingScenes, AreTheGoldenOnes) {
     for (std::size_t v = 0; v < 54; ++v) EXPECT_EQ(ours.views[v], golden.views[v]);
 }
 
-// The GEMM against plain sums in double, one view of an anisotropic BRDF under a colour.
+// Compares the matrix product with plain sums in double, for one view of an anisotropic BRDF under a coloured light.
 TEST(ShadingError, BruteForceIsTheIntegral) {
     ShadingScenes scenes = referenceScenes();
     scenes.views = {scenes.views[40]};
@@ -57,7 +58,8 @@ TEST(ShadingError, BruteForceIsTheIntegral) {
         }
 }
 
-// An open point under a light of order 1 sees radiance y_0 E; Lambert reflects it times 1 / pi, E = pi: exact in D5.
+// An open point under a light of order 1 sees radiance y_0 E. Lambert reflects it times 1 / pi with E = pi. D5 holds
+// this exactly.
 TEST(ShadingError, OpenLambertUnderConstantLightIsExact) {
     ShadingScenes scenes = referenceScenes();
     scenes.occluders = {{}};
@@ -76,9 +78,9 @@ TEST(ShadingError, OpenLambertUnderConstantLightIsExact) {
 }
 
 // A Phong lobe seen along the normal reflects all of a constant light, however narrow it is: its integral with the
-// cosine is (s + 2) / 2 pi 2 pi / (s + 2) = 1. The shared grid has no point in a lobe of 100000. What stands before the
-// mirror direction, a cap to z = 0.9, leaves 0.9^(s + 2): within 2.4e-3, as its edge lies between two rings of the
-// grid.
+// cosine is (s + 2) / 2 pi 2 pi / (s + 2) = 1. The shared grid has no point in a lobe of exponent 100000. A cap down to
+// z = 0.9 in front of the mirror direction leaves 0.9^(s + 2), within 2.4e-3, because its edge lies between two rings
+// of the grid.
 TEST(ShadingError, NarrowLobesAreNotMissed) {
     ShadingScenes scenes = referenceScenes();
     scenes.views = {{0, 0, 1}};
@@ -121,7 +123,7 @@ TEST(ShadingScenes, ErrorsAreThoseOfTheTable) {
     }
 }
 
-// Other scenes, which nothing was tuned on.
+// Other scenes, on which nothing was tuned.
 TEST(ShadingScenes, ErrorsOnOtherScenes) {
     const auto golden = readGolden("scene_seed12.json");
     const ShadingTest test = makeShadingTest(scenesOfGolden(golden), 2);
@@ -129,7 +131,7 @@ TEST(ShadingScenes, ErrorsOnOtherScenes) {
         EXPECT_NEAR(errorOf(test, parseBrdf(row[0].get<std::string>()), kD5), row[1].get<double>(), 6e-4) << row[0];
 }
 
-// l^T M^alpha v (alpha + 1)/(2 pi) about the mirror direction of one view, [lights * occluders].
+// Returns l^T M^alpha v (alpha + 1)/(2 pi) about the mirror direction of one view, [lights * occluders].
 std::vector<double> phongRadiance(const ShadingTest& test, double alpha, Vec3d view) {
     const Vec3d mirror{-view.x, -view.y, view.z};
     const Vec3d side = normalized(cross(std::abs(mirror.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0}, mirror));
@@ -155,7 +157,7 @@ std::vector<double> phongRadiance(const ShadingTest& test, double alpha, Vec3d v
     return radiance;
 }
 
-// Relative RMSE of paper 003's Phong path, with V = 0 below the surface.
+// Returns the relative RMSE of paper 003's Phong path, with V = 0 below the surface.
 double phongError(const ShadingTest& test, double alpha) {
     const auto lobe = [alpha](Vec3d wi, Vec3d wo) {
         const double along = std::max(0.0, wi.z * wo.z - wi.x * wo.x - wi.y * wo.y);
@@ -175,9 +177,10 @@ double phongError(const ShadingTest& test, double alpha) {
     return std::sqrt(error / total);
 }
 
-// Asked for: .02, .04, .08, .18 for alpha 1, 5, 10, 50. Measured on the scenes of seed 12 .0124, .0352, .0714, .1738;
-// on those of seed 11 .0169, .0422, .0780, .1798: alpha 5 misses there. The matrices are exact and an independent
-// implementation has the same four digits, so the rest is what order-4 visibility leaves out.
+// The errors asked for are .02, .04, .08, .18 for alpha 1, 5, 10, 50. On the scenes of seed 12 they measure .0124,
+// .0352, .0714, .1738. On those of seed 11 they measure .0169, .0422, .0780, .1798, so alpha 5 misses there. The
+// matrices are exact and an independent implementation has the same four digits. The rest is what order-4 visibility
+// leaves out.
 TEST(ShadingScenes, PhongPathOfPaper003) {
     const ShadingTest seed11 = makeShadingTest(referenceScenes(), 2),
                       seed12 = makeShadingTest(scenesOfGolden(readGolden("scene_seed12.json")), 2);

@@ -1,4 +1,4 @@
-// Fitted materials in their compact forms: each in the one that its BRDF promises, and as accurate as before.
+// Fitted materials in their compact forms. Each takes the form that its BRDF promises and stays as accurate as before.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace penumbra {
 namespace {
 
-// [J^2, E, 3] as [3, J^2, E] in single precision, and back.
+// Turns [J^2, E, 3] into [3, J^2, E] in single precision, and back.
 std::vector<float> byChannel(const std::vector<double>& slices) {
     std::vector<float> out(slices.size());
     for (std::size_t i = 0; i < slices.size(); ++i) out[i % 3 * (slices.size() / 3) + i / 3] = float(slices[i]);
@@ -25,7 +25,7 @@ std::vector<double> byEntry(const std::vector<float>& channels) {
     return out;
 }
 
-// A lobe turned by 30 degrees about the normal: no mirror planes at x = 0 and y = 0.
+// A lobe turned about the normal, which has no mirror planes at x = 0 and y = 0.
 RgbBrdf turnedWard() {
     const RgbBrdf straight = rgbBrdf(parseBrdf("ward-gmd:ax=0.2,ay=0.5"));
     const auto turned = [](Vec3d w) {
@@ -47,7 +47,7 @@ std::vector<Case> cases() {
     for (const char* text : {"ward-gmd", "ashikhmin-shirley"})
         all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kOrthotropic});
     all.push_back({turnedWard(), SliceForm::kGeneral});
-    // Nothing but its values says that it is isotropic.
+    // Only its values say that this BRDF is isotropic.
     RgbBrdf unsaid = rgbBrdf(parseBrdf("ggx"));
     unsaid.symmetry = BrdfSymmetry::kGeneral;
     all.push_back({unsaid, SliceForm::kIsotropic});

@@ -33,7 +33,7 @@ void expectUnitAndOrthogonal(const std::vector<Vec3>& normals, const std::vector
     }
 }
 
-// Around a straight tube the projected axis is parallel: carried tangents agree exactly.
+// Around a straight tube the projected axis is parallel, so carried tangents agree exactly.
 TEST(TangentFrames, AreParallelOnATube) {
     const Mesh mesh = synthetic::tube(30, 12);
     std::vector<Vec3> normals;
@@ -43,7 +43,7 @@ TEST(TangentFrames, AreParallelOnATube) {
     EXPECT_LT(largestAngle(mesh, normals, tangents), 1e-3);
 }
 
-// A cap of the unit sphere of half-angle `angle`, in rings from the pole.
+// Makes a cap of the unit sphere with half-angle `angle`, in rings from the pole.
 Mesh cap(double angle, std::size_t rings, std::size_t sides) {
     Mesh mesh;
     mesh.rest_positions.push_back({0, 1, 0});
@@ -65,8 +65,8 @@ Mesh cap(double angle, std::size_t rings, std::size_t sides) {
     return mesh;
 }
 
-// Three quarters of a sphere: any projected direction is singular somewhere on it (neighbours up to 180 degrees apart).
-// The field carried from the pole turns most along the rim, theta = 120 degrees, where an edge of 10 degrees of azimuth
+// On three quarters of a sphere any projected direction is singular somewhere (neighbours differ by up to 180 degrees).
+// The field carried from the pole turns most along the rim, theta = 120 degrees. There an edge of 10 degrees of azimuth
 // turns by about 10 (1 - cos theta) = 15 degrees; measured 15.1.
 TEST(TangentFrames, AreSmoothOnASphereThatNoProjectionCovers) {
     const Mesh mesh = cap(120 * kDegree, 12, 36);

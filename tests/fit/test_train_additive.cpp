@@ -9,7 +9,7 @@
 namespace penumbra {
 namespace {
 
-// Three joints with two outputs; every joint's angles are random and independent.
+// Three joints with two outputs. The angles of the joints are random and independent.
 struct Toy {
     FeatureRecipe recipe;
     Matrix raw, outputs;
@@ -48,8 +48,8 @@ double smoothSteps(std::span<const double> angles, std::size_t k) {
     return std::tanh(3 * angles[k]) + std::sin(2 * angles[4]) - 0.5 * angles[7] * angles[8];
 }
 
-// A sum of functions of single joints is found, and holds for combinations that training never had. Measured: 0.087 of
-// the spread by cross-validation, 0.051 in training (units are few, the prior is not nothing).
+// A sum of functions of single joints is found, and it holds for combinations that training never had. Measured: 0.087
+// of the spread by cross-validation, 0.051 in training, because units are few and the prior is not zero.
 TEST(TrainAdditive, FindsASumOfFunctionsOfSingleJoints) {
     const Toy toy(200, smoothSteps);
     RegressionErrors errors;
@@ -65,7 +65,7 @@ TEST(TrainAdditive, FindsASumOfFunctionsOfSingleJoints) {
     EXPECT_LT(std::sqrt(squared / toy.pca.total), 0.07);
 }
 
-// What two joints only do together is not seen: the joints' own parts are all that can be found.
+// The model cannot see what two joints only do together. It finds no more than what each joint does alone.
 TEST(TrainAdditive, CannotSeeTwoJointsAtOnce) {
     const Toy toy(200, [](std::span<const double> angles, std::size_t k) { return angles[k] * angles[5]; });
     RegressionErrors errors;
@@ -73,7 +73,7 @@ TEST(TrainAdditive, CannotSeeTwoJointsAtOnce) {
     EXPECT_GT(std::sqrt(errors.cross_validated / toy.pca.total), 0.9);
 }
 
-// Noise teaches nothing: cross-validation ends at the mean.
+// Noise teaches nothing, so cross-validation ends at the mean.
 TEST(TrainAdditive, OfNoiseIsTheMean) {
     std::mt19937 random{5};
     std::normal_distribution<double> normal;
@@ -84,7 +84,7 @@ TEST(TrainAdditive, OfNoiseIsTheMean) {
     EXPECT_EQ(model.ridge, 1.0);
 }
 
-// A unit changes with its own joint alone.
+// A unit changes with its own joint only.
 TEST(TrainAdditive, AUnitSeesOneJoint) {
     const Toy toy(150, smoothSteps);
     RegressionErrors errors;

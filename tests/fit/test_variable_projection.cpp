@@ -26,7 +26,7 @@ double largestGradient(const TanhNet& net, const Matrix& x, const Matrix& y, dou
     return largest;
 }
 
-// Rosenbrock's valley in 10 variables has its minimum, 0, at all ones.
+// Rosenbrock's valley in 10 variables has its minimum 0 where all are one.
 TEST(Lbfgs, FollowsACurvedValley) {
     const auto evaluate = [](std::span<const double> x, std::span<double> g) {
         double sum = 0;
@@ -56,7 +56,7 @@ TEST(Lbfgs, StopsAtTheTarget) {
     EXPECT_GT(result.value, 1e-9);
 }
 
-// What the search sees is eq 13 itself, and its end is a stationary point of eq 13 in all weights. 41 frames: the last
+// The search sees eq 13 itself, and it ends at a stationary point of eq 13 in all weights. With 41 frames the last
 // lanes are padding.
 TEST(VariableProjection, EndsAtAStationaryPointOfEquation13) {
     const Matrix x = normalMatrix(41, 5, 1), y = normalMatrix(41, 3, 2);
@@ -80,8 +80,8 @@ TEST(VariableProjection, MaskedNeuronsIgnoreOtherInputs) {
     EXPECT_GT(seen, 0.1);
 }
 
-// Outputs of a net of 3 neurons; from some of 10 starts the search finds weights that predict unseen inputs to 1e-6
-// (measured 4e-12).
+// The outputs are those of a net of 3 neurons. From some of 10 starts the search finds weights that predict unseen
+// inputs to 1e-6 (measured 4e-12).
 TEST(VariableProjection, RecoversAKnownNet) {
     const TanhNet truth = normalNet(3, 2, 3, 7);
     const Matrix x = normalMatrix(200, 3, 1), unseen = normalMatrix(50, 3, 2), y = predict(truth, x);
@@ -95,7 +95,7 @@ TEST(VariableProjection, RecoversAKnownNet) {
     for (std::size_t i = 0; i < expected.values.size(); ++i) EXPECT_NEAR(found.values[i], expected.values[i], 1e-6);
 }
 
-// From one start both come to the same valley here, and so to the same value.
+// From one start both searches come to the same valley here, and so to the same value.
 TEST(VariableProjection, AgreesWithBfgs) {
     const Matrix x = normalMatrix(60, 3, 1), y = predict(normalNet(3, 2, 2, 4), x);
     const TanhNet start = startNet(x, y, 2, {}, 1);
@@ -104,7 +104,7 @@ TEST(VariableProjection, AgreesWithBfgs) {
     EXPECT_NEAR(fast.objective, reference.objective, 1e-6 * reference.objective);
 }
 
-// More rounds only add searches; a target that any start meets ends them at once.
+// More rounds only add searches. A target that any start meets ends them at once.
 TEST(ManyStarts, MoreRoundsAreNeverWorseAndATargetEndsThem) {
     const Matrix x = normalMatrix(60, 6, 1), y = predict(normalNet(6, 3, 5, 2), x);
     const StartPlan once{.neurons = 5, .ranges = {}}, thrice{.neurons = 5, .ranges = {}, .rounds = 3};
@@ -129,7 +129,7 @@ TEST(VariableProjection, SameArgumentsSameBits) {
     EXPECT_EQ(a.net.output.values, b.net.output.values);
 }
 
-// A strong prior leaves the mean of the outputs alone.
+// A strong prior leaves only the mean of the outputs.
 TEST(VariableProjection, StrongPriorLeavesTheMean) {
     const Matrix x = normalMatrix(50, 3, 1), y = normalMatrix(50, 2, 2);
     const NetFit fit = fitByProjection(netData(x, y), startNet(x, y, 4, {}, 3), 1e6, kToTheEnd);

@@ -88,7 +88,7 @@ struct SyntheticBake {
             out.normals[point] = normals[v];
             std::vector<float> local(16);
             for (std::size_t i = 0; i < 16; ++i) local[i] = numbers[v * 16 + i] + noise[(f * count + v) * 16 + i];
-            applyTransposed(makeShRotation(4, localFrame(normals[v], tangents[v])), local,
+            applyTransposed(makeShRotation(4, toLocalFrame(normals[v], tangents[v])), local,
                             std::span(out.coefficients).subspan(point * 16, 16));
         }
         return out;

@@ -79,7 +79,7 @@ struct ClothBake {
             const std::size_t point = asset.mesh.shading_point[v];
             out.positions[point] = positions[v];
             out.normals[point] = normals[v];
-            applyTransposed(makeShRotation(header.order, localFrame(normals[v], tangents[v])),
+            applyTransposed(makeShRotation(header.order, toLocalFrame(normals[v], tangents[v])),
                             std::span<const float>(numbers).subspan(v * n, n),
                             std::span(out.coefficients).subspan(point * n, n));
         }

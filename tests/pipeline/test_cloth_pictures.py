@@ -93,6 +93,19 @@ def check_sequence():
     assert abs(mean - clip["ambient_error"]) < 1e-4, (mean, clip)
 
 
+def check_kinds():
+    """penumbra-bake info names the kinds of an asset by the words that the fit took, whatever they are."""
+    for model, features in (("linear", "dihedral-angles"), ("additive", "dihedral-angles"), ("quadratic", "relative-bones")):
+        good("fit", "visibility", "flat.vis.h5", "-o", "kind.model.h5", "--model", model, "--features", features, "--parts", 4,
+             "--convention", "A3", "--holdout", "flat#3")
+        good("pack", "asset", "kind.model.h5", *LIT, "-o", "kind.pnb")
+        for path, of_model in (("kind.model.h5", lambda figures: figures), ("kind.pnb", lambda figures: figures["model"])):
+            good("bake", "info", path, "--report", "info.json")
+            with open("info.json") as file:
+                found = of_model(json.load(file)["figures"])
+            assert (found["model"], found["features"]) == (model, features), (path, model, features, found)
+
+
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     good("fit", "brdf", "--analytic", "lambert", "-o", "lambert.brdf.h5")
@@ -101,4 +114,5 @@ with tempfile.TemporaryDirectory() as folder:
     make("hung", True)
     check_cameras()
     check_sequence()
+    check_kinds()
 print("ok")

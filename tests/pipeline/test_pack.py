@@ -36,7 +36,7 @@ def figures(report):
 
 
 def make_inputs():
-    good("bake", "visibility", RIG, "-o", "x.vis.h5", "--fps", 6, "--rays", 128)
+    good("bake", "visibility", RIG, "-o", "x.vis.h5", "--fps", 4, "--rays", 128)
     for convention in ("D5", "A4"):
         for features in ("relative-bones", "joint-angles"):
             name = convention + features[0]
@@ -140,7 +140,7 @@ def check_error_budget():
     text = good("pack", "check", "c.pnb", "x.vis.h5", "--report", "r.json").stdout
     assert "not measured" in text and "--second-bake" in text and "--model" in text, text
     assert figures("r.json")["budget"]["held_out"]["bake noise"] is None
-    good("bake", "visibility", RIG, "-o", "y.vis.h5", "--fps", 6, "--rays", 128, "--seed", 2)
+    good("bake", "visibility", RIG, "-o", "y.vis.h5", "--fps", 4, "--rays", 128, "--seed", 2)
     text = good("pack", "check", "c.pnb", "x.vis.h5", "--second-bake", "y.vis.h5", "--model", "D5r.model.h5",
                 "--report", "r.json").stdout
     assert "not measured" not in text, text
@@ -156,7 +156,7 @@ def check_error_budget():
         # The prior shrinks predictions, so that what is dropped is a part of the error already: 4.8% was measured.
         both = (error["unpacked model"] ** 2 + error["rank and quantisation"] ** 2) ** 0.5
         assert abs(both - error["total"]) < 0.1 * error["total"], error
-    good("bake", "visibility", RIG, "-o", "y.vis.h5", "--fps", 6, "--rays", 128, "--seed", 2, "--clips", "walk")
+    good("bake", "visibility", RIG, "-o", "y.vis.h5", "--fps", 4, "--rays", 128, "--seed", 2, "--clips", "walk")
     good("pack", "check", "c.pnb", "x.vis.h5", "--second-bake", "y.vis.h5", "--report", "r.json")
     budget = figures("r.json")["budget"]
     assert budget["training"]["bake noise"] is None and budget["held_out"]["bake noise"]["relative"] > 0, budget

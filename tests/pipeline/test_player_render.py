@@ -7,9 +7,10 @@ import os
 import subprocess
 import sys
 import tempfile
-import zlib
 
+import h5py
 import numpy as np
+from PIL import Image
 
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
@@ -37,29 +38,10 @@ def fails(code, *words, says=""):
 
 
 def read_png(path):
-    """Pixels of an 8-bit RGB or RGBA PNG, [height, width, channels], 0..255."""
-    with open(path, "rb") as f:
-        data = f.read()
-    width, height = np.frombuffer(data[16:24], ">u4").astype(int)
-    channels = {2: 3, 6: 4}[data[25]]
-    packed, at = b"", 8
-    while at < len(data):
-        size = int.from_bytes(data[at:at + 4], "big")
-        if data[at + 4:at + 8] == b"IDAT":
-            packed += data[at + 8:at + 8 + size]
-        at += 12 + size
-    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, 1 + width * channels).astype(int)
-    out = np.zeros((height, width * channels), int)
-    for y in range(height):
-        line, above = rows[y, 1:].copy(), out[y - 1] if y else np.zeros(width * channels, int)
-        for x in range(width * channels):
-            left, corner = (line[x - channels], above[x - channels]) if x >= channels else (0, 0)
-            estimate = left + above[x] - corner
-            near = [abs(estimate - left), abs(estimate - above[x]), abs(estimate - corner)]
-            paeth = (left, above[x], corner)[near.index(min(near))]
-            line[x] = (line[x] + (0, left, above[x], (left + above[x]) // 2, paeth)[rows[y, 0]]) % 256
-        out[y] = line
-    return out.reshape(height, width, channels)
+    """The samples of an 8-bit RGB or RGBA PNG as an array [height, width, channels] of 0..255."""
+    picture = Image.open(path)
+    assert picture.mode in ("RGB", "RGBA"), (path, picture.mode)
+    return np.asarray(picture, int)
 
 
 def linear(picture):
@@ -88,7 +70,6 @@ def write_sky(path):
 
 def split_slots(path):
     """The sample has one material. Here its upper and its lower half have one each."""
-    import h5py
     with h5py.File(path, "r+") as f:
         height = f["mesh/rest_positions"][:, 1]
         del f["mesh/slots"]
@@ -178,7 +159,6 @@ def check_ways_to_shade():
 
 def frame_number():
     """Returns the index of FRAME in x.vis.h5."""
-    import h5py
     with h5py.File("x.vis.h5") as f:
         names = [n.decode() if isinstance(n, bytes) else n for n in f["clips/names"][:]]
         return int(np.flatnonzero(f["frames/clip"][:] == names.index(FRAME[1]))[0]) + FRAME[3]

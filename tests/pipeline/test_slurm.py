@@ -15,15 +15,16 @@ import time
 from farm_folder import SCRIPTS, make_farm, outputs_made, replace, skip_without, snakemake, write
 
 BIN = os.path.abspath(sys.argv[1])
-SHARDS = 8
-MOST_TASKS = 5  # of an array: the shards need two
+SHARDS = 5
+MOST_TASKS = 3  # an array has no more, so that the shards need two arrays
+RAYS = 1024  # a shard takes about a second, so that it can be killed in the middle
 SLURM = os.path.join(SCRIPTS, "slurm")
 
 
 def make_slow_farm(folder):
     """Does what make_farm does, with bakes long enough to be killed in the middle: about a second a shard."""
     make_farm(folder, BIN)
-    replace(os.path.join(folder, "farm.yaml"), "holdout: [walk],", f"holdout: [walk], shards: {SHARDS}, bake: {{rays: 2048}},")
+    replace(os.path.join(folder, "farm.yaml"), "holdout: [walk],", f"holdout: [walk], shards: {SHARDS}, bake: {{rays: {RAYS}}},")
     return folder
 
 
@@ -49,11 +50,12 @@ def bakes_under(folder):
     return found
 
 
-def wait_for(condition, what, seconds=300):
-    deadline = time.monotonic() + seconds
+def wait_for(condition, what, pause=0.05):
+    """What the condition gives as soon as it gives something; it is asked again and again, for three minutes at most."""
+    deadline = time.monotonic() + 180
     while not (result := condition()):
         assert time.monotonic() < deadline, "waited in vain for " + what
-        time.sleep(0.05)
+        time.sleep(pause)
     return result
 
 
@@ -106,12 +108,12 @@ def check_arrays(folder, wanted):
     run("scancel", f"{second}_{SHARDS - MOST_TASKS - 1}", cwd=folder)
     kill_one_bake(os.path.join(folder, "out"))
     wait_for(lambda: any("Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder) for array in (first, second)),
-             "a requeued task")
-    wait_for(queue_is_empty, "the arrays")
+             "a requeued task", pause=0.3)
+    wait_for(queue_is_empty, "the arrays", pause=0.3)
     assert not os.path.exists(os.path.join(folder, "out", "index.html"))
     text = run(*command, cwd=folder)
     assert "shard: 1 tasks" in text, text
-    wait_for(queue_is_empty, "the arrays")
+    wait_for(queue_is_empty, "the arrays", pause=0.3)
     assert digests(os.path.join(folder, "out")) == wanted
     assert "nothing to do" in run(*command, cwd=folder)
     print(f"arrays on Slurm: {len(wanted)} files as made here; one task was killed, one cancelled")
@@ -128,13 +130,13 @@ if [ "$1" = merge ] && mkdir {programs}/killed 2>/dev/null; then kill -9 $$; fi
 exec {BIN}/penumbra-bake "$@"
 """)
     os.chmod(os.path.join(programs, "penumbra-bake"), 0o755)
-    words = [os.path.join(SLURM, "bake_array"), str(SHARDS), "out/man/man.vis.h5", "capsule_man.glb", "--fps", "3", "--rays", "2048"]
+    words = [os.path.join(SLURM, "bake_array"), str(SHARDS), "out/man/man.vis.h5", "capsule_man.glb", "--fps", "3", "--rays", str(RAYS)]
     text = run("env", f"PENUMBRA_BIN={programs}", *words, cwd=folder)
     jobs = re.match(rf"array (\d+), (\d+): {SHARDS} shards of \d+ frames; merge (\d+): ", text).groups()
     text = run("env", f"PENUMBRA_BIN={programs}", *words, cwd=folder, code=2)
     assert text.startswith(f"bake_array: out/man/man.vis.h5: still made by jobs {' '.join(jobs)}; ") and text.count("\n") == 1, text
     kill_one_bake(folder)
-    wait_for(queue_is_empty, "the bake")
+    wait_for(queue_is_empty, "the bake", pause=0.3)
     assert os.path.exists(os.path.join(programs, "killed"))
     assert digests(os.path.join(folder, "out")) == {"man/man.vis.h5": wanted["man/man.vis.h5"]}
     print("one bake as an array: the same bytes, a killed shard was baked again, a killed merge merged again")
@@ -166,7 +168,8 @@ def main():
     with tempfile.TemporaryDirectory() as top:
         cluster = os.path.join(top, "slurm")
         os.environ["SLURM_CONF"] = os.path.join(cluster, "slurm.conf")
-        run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", f"MaxArraySize={MOST_TASKS}", cwd=top)
+        run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", f"MaxArraySize={MOST_TASKS}",
+            f"AuthInfo=socket={cluster}/munge.socket,cred_expire=5", cwd=top)  # a requeued job waits for 5 s
         pids = daemons(cluster)
         try:
             assert "export SLURM_CONF=" in run(os.path.join(SLURM, "local_cluster"), "start", cluster, "2", cwd=top)

@@ -8,7 +8,7 @@
 
 #include "formats/common/fp16.h"
 #include "player/runtime/evaluator.h"
-#include "player/runtime/light_lobes.h"
+#include "player/runtime/exact_light_lobes.h"
 #include "player/runtime/shading.h"
 #include "sh/brdf.h"
 #include "sh/quadrature.h"
@@ -215,7 +215,7 @@ void SyntheticAsset::makeClusters(const AssetRecipe& recipe) {
     ModelView& model = asset.model;
     model.convention = parseConvention(recipe.convention);
     model.stride = (model.convention.size() + 3) / 4 * 4;
-    model.features = AssetFeatures::kRelativeBones;
+    model.features = FeatureKind::kRelativeBones;
     joint_spreads_.resize(3);
     joint_centers_ = {{0, 0, 0}, {0, 0.5f, 0}, {0, -0.5f, 0}};
     model.joint_centers = joint_centers_;
@@ -250,7 +250,7 @@ void SyntheticAsset::makeTruth() {
         evaluator.setPose(asset.animation.bonesOf(frame), {});
         evaluator.skin(0, vertices, p, n, t);
         for (std::size_t v = 0; v < vertices; ++v) {
-            const ShRotation to_local = makeShRotation(kTruthOrder, localFrame(n[v], t[v]));
+            const ShRotation to_local = makeShRotation(kTruthOrder, toLocalFrame(n[v], t[v]));
             applyTransposed(to_local, open,
                             std::span(truth_).subspan((frame * vertices + shading_point_[v]) * count, count));
         }

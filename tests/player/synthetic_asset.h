@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
-#include "player/runtime/light_lobes.h"
+#include "player/runtime/exact_light_lobes.h"
 #include "sh/brdf.h"
 
 namespace penumbra::player_test {

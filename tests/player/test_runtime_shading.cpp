@@ -111,7 +111,7 @@ TEST(VertexShader, OpenLambertIsTheCosineIntegralOfTheLight) {
     }
     const std::vector<Vec3> radiance = scene.shade();
     for (std::size_t v = 0; v < radiance.size(); ++v) {
-        const Mat3 q = localFrame(scene.normals[v], scene.tangents[v]);
+        const Mat3 q = toLocalFrame(scene.normals[v], scene.tangents[v]);
         Vec3d expected;
         for (const WeightedDirection& w : gaussHemisphere(16, 32))
             expected += radianceOf(light, toModel(q, w.direction)) * (w.weight * w.direction.z / kPi);
@@ -134,7 +134,7 @@ TEST(VertexShader, LambertBesideAWallIsTheIntegralOverWhatIsOpen) {
     const std::vector<Vec3> radiance = scene.shade();
     double error = 0, squares = 0;
     for (std::size_t v = 0; v < radiance.size(); ++v) {
-        const Mat3 q = localFrame(scene.normals[v], scene.tangents[v]);
+        const Mat3 q = toLocalFrame(scene.normals[v], scene.tangents[v]);
         Vec3d expected;
         for (const WeightedDirection& w : gaussHemisphere(64, 128))
             if (w.direction.x > 0)
@@ -169,7 +169,7 @@ TEST(VertexShader, IsTheIntegralOfTheThreeFunctions) {
         const std::vector<Vec3> radiance = scene.shade();
         const int order = scene.convention.order;
         for (std::size_t v = 0; v < radiance.size(); ++v) {
-            const Mat3 q = localFrame(scene.normals[v], scene.tangents[v]);
+            const Mat3 q = toLocalFrame(scene.normals[v], scene.tangents[v]);
             const Vec3 o = q * normalized(scene.eye - scene.positions[v]);
             std::vector<float> coefficients(std::size_t(coefficientCount(order))), f(25);
             toCoefficients(scene.convention,

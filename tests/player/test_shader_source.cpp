@@ -3,7 +3,7 @@
 #include <random>
 
 #include "player/draw/shader_source.h"
-#include "player/runtime/light_lobes.h"
+#include "player/runtime/exact_light_lobes.h"
 #include "player/runtime/sh_glsl.h"
 #include "sh/sh_basis.h"
 #include "tests/player/synthetic_asset.h"
@@ -92,7 +92,7 @@ TEST(ShaderSource, MaterialsOfOneStructureHaveOneText) {
     scaled.slices = half;
     const std::string one = text({ggx});
     EXPECT_EQ(one, text({scaled, ggx}));
-    EXPECT_EQ(one.find("GENERATED\n"), std::string::npos);
+    EXPECT_EQ(one.find("GENERATED_BY"), std::string::npos);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ TEST(VisibilityLobe, UnoccludedIsAHalfSphere) {
     std::vector<float> numbers(std::size_t(convention.size()));
     numbers[0] = std::sqrt(4 * std::numbers::pi_v<float>);
     const Vec3 normal{0, 0, 1}, tangent{1, 0, 0}, center{1, 2, 3};
-    const Shape lobe = visibilityLobe(convention, numbers, localFrame(normal, tangent), center, 0.5f);
+    const Shape lobe = visibilityLobe(convention, numbers, toLocalFrame(normal, tangent), center, 0.5f);
     float highest = 0;
     for (std::size_t i = 0; i < lobe.positions.size(); ++i) {
         const Vec3 from_center = lobe.positions[i] - center;
@@ -56,7 +56,7 @@ TEST(VisibilityLobe, UnoccludedIsAHalfSphere) {
 TEST(VisibilityLobe, ColoursAreFiniteAndWithinTheDisplay) {
     const Convention convention = parseConvention("D5");
     std::vector<float> numbers(std::size_t(convention.size()), 0.7f);
-    Shape lobe = visibilityLobe(convention, numbers, localFrame({0, 1, 0}, {0, 0, 1}), {}, 1);
+    Shape lobe = visibilityLobe(convention, numbers, toLocalFrame({0, 1, 0}, {0, 0, 1}), {}, 1);
     shadeLobe(lobe, {0, 5, 0});
     for (const Vec3& c : lobe.values)
         for (int i = 0; i < 3; ++i) EXPECT_TRUE(c[i] >= 0 && c[i] <= 1) << c[i];
@@ -68,7 +68,7 @@ TEST(VisibilityLobe, TurnsWithTheLocalFrame) {
     const std::vector<int> indices = convention.indices();
     std::vector<float> numbers(indices.size());
     for (std::size_t i = 0; i < indices.size(); ++i) numbers[i] = indices[i] == shIndex(2, -2) ? 1 : 0;
-    const Shape lobe = visibilityLobe(convention, numbers, localFrame({1, 0, 0}, {0, 1, 0}), {}, 1);
+    const Shape lobe = visibilityLobe(convention, numbers, toLocalFrame({1, 0, 0}, {0, 1, 0}), {}, 1);
     for (const Vec3& p : lobe.positions) EXPECT_GE(p.y * p.z, -1e-5f);  // tangent y, bitangent z
 }
 

@@ -18,7 +18,7 @@ using std::numbers::pi;
 
 std::vector<double> projected(const char* text, int order) { return projectLights(partsOf(parseLights(text)), order); }
 
-// Irradiance on a plane of this normal from SH: sum of sqrt(4pi/(2l+1)) z_l y_lm of the clamped cosine.
+// Returns the irradiance on a plane of this normal from SH: the sum of sqrt(4pi/(2l+1)) z_l y_lm of the clamped cosine.
 Vec3d irradiance(const std::vector<double>& sh, int order, Vec3d normal) {
     std::vector<double> zonal(std::size_t(order), 0.0), kernel(sh.size() / 3);
     clampedCosineZonal(zonal);
@@ -35,7 +35,7 @@ TEST(AnalyticLight, UniformIsBandZero) {
     EXPECT_NEAR(energyOf(partsOf(parseLights("uniform:radiance=2"))), 4 * pi * 12, 1e-10);
 }
 
-// A delta of irradiance E: coefficients E y_i(d).
+// A delta of irradiance E has the coefficients E y_i(d).
 TEST(AnalyticLight, DirectionalIsItsIrradianceTimesTheBasis) {
     const std::vector<double> sh = projected("directional:direction=1/2/-3,irradiance=3/2/1", 8);
     std::vector<double> y(64);
@@ -45,8 +45,8 @@ TEST(AnalyticLight, DirectionalIsItsIrradianceTimesTheBasis) {
     EXPECT_TRUE(std::isinf(energyOf(partsOf(parseLights("directional")))));
 }
 
-// Against quadrature over the cap, which is a smooth integrand in its own coordinates. The closed form loses digits in
-// small discs: measured 4e-9 at 0.01 degrees, 1e-12 from 0.267 on.
+// Compares a disc with quadrature over the cap, whose integrand is smooth in its own coordinates. The closed form loses
+// digits in small discs: measured 4e-9 at 0.01 degrees, 1e-12 from 0.267 on.
 TEST(AnalyticLight, DiscMatchesQuadrature) {
     for (double degrees : {0.01, 0.267, 10.0, 90.0, 150.0, 180.0}) {
         const std::string text = "disc:direction=0/0/1,radiance=2,angle=" + std::to_string(degrees);
@@ -65,7 +65,7 @@ TEST(AnalyticLight, DiscMatchesQuadrature) {
     }
 }
 
-// A small sun is the directional light of its irradiance: band l differs by l (l+1) a^2 / 8.
+// A small sun equals the directional light of its irradiance, except that band l differs by l (l+1) a^2 / 8.
 TEST(AnalyticLight, SunHasItsIrradiance) {
     const std::vector<double> sun = projected("sun:direction=1/1/0,irradiance=5", 8),
                               delta = projected("directional:direction=1/1/0,irradiance=5", 8);
@@ -75,14 +75,14 @@ TEST(AnalyticLight, SunHasItsIrradiance) {
                 1e-3);
 }
 
-// Horizontal irradiance of an overcast sky is 7 pi / 9 of the zenith; the ground returns its albedo of that.
+// The horizontal irradiance of an overcast sky is 7 pi / 9 of the zenith. The ground returns its albedo of that.
 TEST(AnalyticLight, OvercastMatchesClosedForm) {
     const LightParts parts = partsOf(parseLights("overcast:radiance=9/18/27,albedo=0.5"));
     EXPECT_NEAR(parts.smooth[0].radiance({0, 1, 0}).x, 9, 1e-12);
     EXPECT_NEAR(parts.smooth[0].radiance({1, 0, 0}).x, 3, 1e-12);
     EXPECT_NEAR(parts.smooth[0].radiance({0, -1, 0}).y, 18 * 0.5 * 7 / 9.0, 1e-12);
     const std::vector<double> sh = projectLights(parts, 8);
-    // Bands above 2 of radiance and cosine both have even l only; band 8 of the kernel is what is left.
+    // Above band 2, radiance and cosine both have even l only. The rest is what band 8 of the kernel leaves.
     EXPECT_NEAR(irradiance(sh, 8, {0, 1, 0}).x, 7 * pi, 7 * pi * 1e-3);
     std::vector<double> y(64), expected(64, 0.0);
     for (const auto& [d, weight] : gaussHemisphere(20, 20))
@@ -94,7 +94,7 @@ TEST(AnalyticLight, OvercastMatchesClosedForm) {
     for (std::size_t i = 0; i < 64; ++i) EXPECT_NEAR(sh[3 * i], expected[i], 1e-12) << i;
 }
 
-// The sky's quadrature against 1000 x 1000 midpoints. Measured: 7e-6 of band 0, most of it theirs.
+// Compares the sky's quadrature with 1000 x 1000 midpoints. Measured: 7e-6 of band 0, most of it from the midpoints.
 TEST(Sky, ProjectionMatchesBruteForce) {
     for (double elevation : {0.0, 3.0, 40.0, 75.0}) {
         SkyOptions options;
@@ -123,8 +123,8 @@ TEST(Sky, ProjectionMatchesBruteForce) {
     }
 }
 
-// No outside truth for colours here, but what everyone knows of a clear sky: blue, brightest around the sun, redder
-// suns when low, and 100,000 lux (within a factor of 1.3) of a high sun.
+// There is no outside truth for colours here. The test takes what everyone knows of a clear sky: it is blue and
+// brightest around the sun, low suns are redder, and a high sun gives 100,000 lux (within a factor of 1.3).
 TEST(Sky, LooksLikeASky) {
     SkyOptions high, low;
     high.elevation = 60 * pi / 180;
@@ -152,7 +152,7 @@ TEST(Sky, LooksLikeASky) {
         }
 }
 
-// The ground is albedo / pi of the irradiance of everything above.
+// The ground's radiance is albedo / pi times the irradiance of everything above it.
 TEST(Sky, GroundReturnsItsAlbedo) {
     const LightParts parts = partsOf(parseLights("sky:elevation=50,albedo=0.5,intensity=2"));
     const LightParts black = partsOf(parseLights("sky:elevation=50,albedo=0,intensity=2"));
@@ -162,8 +162,7 @@ TEST(Sky, GroundReturnsItsAlbedo) {
     EXPECT_EQ(parts.discs.size(), 1u);
 }
 
-// --- The language
-// -----------------------------------------------------------------------------------------------------
+// --- The language ---
 
 TEST(ParseLights, CanonicalTextComesBack) {
     for (const char* text : {"uniform", "sky", "sun:irradiance=1e+5",
@@ -199,7 +198,7 @@ TEST(ParseLights, ProblemsAreNamed) {
         EXPECT_NE(problem(text), "none") << text;
 }
 
-// Two lights are the sum of their SH; where discs overlap, energy counts both.
+// Two lights have the sum of their SH. Where discs overlap, the energy counts both.
 TEST(AnalyticLight, LightsAddUp) {
     const std::vector<double> a = projected("overcast", 5), b = projected("sun:direction=1/1/1", 5),
                               sum = projected("overcast+sun:direction=1/1/1", 5);
@@ -207,7 +206,7 @@ TEST(AnalyticLight, LightsAddUp) {
     const char* same = "disc:angle=20,radiance=1";
     EXPECT_NEAR(energyOf(partsOf(parseLights(std::string(same) + "+" + same))),
                 4 * energyOf(partsOf(parseLights(same))), 1e-9);
-    // A disc over uniform light: (1 + 3)^2 on it, 1 elsewhere.
+    // With a disc over uniform light, the radiance is 1 + 3 on the disc and 1 elsewhere.
     const double on = 4 * pi * std::pow(std::sin(10 * pi / 180), 2);
     EXPECT_NEAR(energyOf(partsOf(parseLights("uniform+disc:angle=20,radiance=3"))), 3 * (16 * on + 4 * pi - on), 1e-9);
 }

@@ -55,7 +55,7 @@ TEST(Brdf, EveryModelIsReciprocalAndDarkBelowTheHorizon) {
     }
 }
 
-// The symmetry that a model claims, on its own values.
+// Checks the symmetry that a model claims on its own values.
 TEST(Brdf, RgbBrdfIsTheModelTimesItsColour) {
     for (const std::string& name : brdfNames()) {
         const BrdfSpec spec = parseBrdf(name + ":color=0.5/1/2");
@@ -80,8 +80,8 @@ double albedo(const BrdfSpec& spec, Vec3d view) {
     return sum;
 }
 
-// Closed forms at normal view: Lambert and Phong of any exponent reflect all; the others tend to 1 for a narrow
-// lobe.
+// Closed forms at normal view: Lambert and Phong of any exponent reflect all light, and the others tend to 1 for a
+// narrow lobe.
 TEST(Brdf, AlbedosAtNormalViewMatchClosedForms) {
     const Vec3d normal{0, 0, 1};
     EXPECT_NEAR(albedo(parseBrdf("lambert"), normal), 1, 1e-12);
@@ -92,15 +92,15 @@ TEST(Brdf, AlbedosAtNormalViewMatchClosedForms) {
     EXPECT_NEAR(albedo(parseBrdf("ward:ax=0.1,ay=0.1"), normal), 1, 0.03);
 }
 
-// Blinn-Phong's normalisation is exact; the quadrature resolves an exponent of 1000 to 1e-10.
+// Blinn-Phong's normalisation is exact. The quadrature resolves an exponent of 1000 to 1e-10.
 TEST(Brdf, BlinnPhongReflectsAllAtNormalView) {
     for (const char* text :
          {"blinn-phong:exponent=0", "blinn-phong:exponent=1", "blinn-phong:exponent=50", "blinn-phong:exponent=1000"})
         EXPECT_NEAR(albedo(parseBrdf(text), {0, 0, 1}), 1, 1e-9) << text;
 }
 
-// A + 2B/pi (sin t (t - sin t cos t) / 2 + tan t (1 - sin^3 t) / 3) at view angle t. The quadrature sees the kinks at
-// opposite azimuths and at equal heights: measured 2e-4.
+// The closed form is A + 2B/pi (sin t (t - sin t cos t) / 2 + tan t (1 - sin^3 t) / 3) at view angle t. The quadrature
+// sees the kinks at opposite azimuths and at equal heights: measured 2e-4.
 TEST(Brdf, OrenNayarAlbedoMatchesItsClosedForm) {
     for (const double sigma : {0.0, 0.3, 1.0})
         for (const double t : {0.0, 0.4, 1.0, 1.4}) {
@@ -113,7 +113,8 @@ TEST(Brdf, OrenNayarAlbedoMatchesItsClosedForm) {
         }
 }
 
-// A narrow Beckmann lobe reflects what Fresnel's formula says: normal incidence, 60 degrees, nearly a mirror.
+// A narrow Beckmann lobe reflects what Fresnel's formula says: at normal incidence, at 60 degrees, and of nearly a
+// mirror.
 TEST(Brdf, NarrowCookTorranceReflectsAsFresnelSays) {
     const BrdfSpec glass = parseBrdf("cook-torrance:m=0.05,ior=1.5"), metal = parseBrdf("cook-torrance:m=0.05,ior=100");
     EXPECT_NEAR(albedo(glass, {0, 0, 1}), 0.04, 0.0004);
@@ -121,7 +122,8 @@ TEST(Brdf, NarrowCookTorranceReflectsAsFresnelSays) {
     EXPECT_NEAR(albedo(metal, {0, 0, 1}), std::pow(99.0 / 101, 2), 0.01);
 }
 
-// Normal incidence; Brewster's angle, where only the perpendicular half is reflected; grazing; no boundary at all.
+// Closed forms exist at normal incidence, at Brewster's angle (where only the perpendicular half is reflected), at
+// grazing incidence and without a boundary.
 TEST(Fresnel, DielectricMatchesClosedForms) {
     const double n = 1.5, brewster = std::cos(std::atan(n));
     EXPECT_NEAR(dielectricFresnel(1, n), 0.04, 1e-15);
@@ -141,7 +143,7 @@ TEST(Brdf, IsotropyIsThatOfTheFunction) {
     }
 }
 
-// slice36: order-6 coefficients of f cos for three views, by quadrature that is good to 3e-3.
+// slice36 has order-6 coefficients of f cos for three views, by quadrature that is good to 3e-3.
 TEST(Brdf, SlicesMatchGolden) {
     const auto golden = readGolden("rpo.json");
     const std::map<std::string, std::string> specs = {{"lambert", "lambert"},

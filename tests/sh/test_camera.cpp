@@ -27,7 +27,7 @@ TEST(Camera, ReadsEveryKey) {
         EXPECT_THROW(makeCamera(text, kBox, 2), std::invalid_argument) << text;
 }
 
-// Boxes of width x height x depth. Upright ones keep what they had: a character (also a low one), a curtain, a ribbon.
+// Boxes of width x height x depth. Upright ones are seen level: a character (also a low one), a curtain, a ribbon.
 TEST(Camera, FlatSheetsAreSeenFromAbove) {
     const auto degrees = [](float width, float height, float depth) {
         return defaultPitch(std::vector<Vec3>{{1, 2, 3}, {1 + width, 2 + height, 3 + depth}}) * 180 / std::numbers::pi;
@@ -61,14 +61,14 @@ TEST(Camera, PixelsAndClipSpaceAgree) {
             }
 }
 
-// The model's sphere and as much again before and behind it is not clipped; depth is -1 at the near plane, 1 at the
-// far.
+// The model's sphere is not clipped, and neither is as much again in front of it and behind it. Depth is -1 at the near
+// plane and 1 at the far plane.
 TEST(Camera, DepthSpansTheModel) {
     for (const char* text : {"", "distance=40", "distance=0.5"}) {
         const Camera camera = makeCamera(text, kBox, 2);
         std::array<float, 16> m;
         clipFromModel(camera, 1, 2, m);
-        const auto depth = [&](double distance) {  // of the point so far before the camera
+        const auto depth = [&](double distance) {  // depth of the point at this distance in front of the camera
             const Vec3d p = cameraPosition(camera) + pixelDirection(camera, 0.5, 0.5, 1, 1) * distance;
             return (m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]) / (m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15]);
         };

@@ -10,7 +10,7 @@ namespace {
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 constexpr double kPi = std::numbers::pi;
 
-// Two unit triangles that share the z axis, fronts up where flat; the left one is turned down by `angle`.
+// Two unit triangles that share the z axis, with their fronts up when flat. The left one is turned down by `angle`.
 std::vector<Vec3> fold(double angle) {
     return {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, toFloat({-std::cos(angle), -std::sin(angle), 0})};
 }
@@ -29,7 +29,7 @@ TEST(DihedralAngles, FoldHasItsAngle) {
         }
 }
 
-// A ridge seen from its front is positive: the fold above with its left side down.
+// A ridge seen from its front is positive, like the fold above with its left side down.
 TEST(DihedralAngles, TriangleWithoutAreaIsFlat) {
     std::vector<Vec3> positions = fold(1);
     positions[3] = {0, 0, 0.5};
@@ -49,7 +49,7 @@ TEST(DihedralAngles, EdgesAreInnerManifoldOnes) {
     ASSERT_EQ(edges.size(), 6u);
     for (std::size_t e = 1; e < edges.size(); ++e)
         EXPECT_LT(std::pair(edges[e - 1][0], edges[e - 1][1]), std::pair(edges[e][0], edges[e][1]));
-    // Regular: the faces meet at arccos(1/3), all edges are ridges.
+    // In a regular tetrahedron the faces meet at arccos(1/3), and all edges are ridges.
     const std::vector<Vec3> regular{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     std::vector<float> angles(6);
     dihedralAngles(edges, regular, angles);
@@ -57,7 +57,7 @@ TEST(DihedralAngles, EdgesAreInnerManifoldOnes) {
     for (const float angle : angles) EXPECT_EQ(angle > 0, angles[0] > 0);
 }
 
-// A sheet that is rolled up by more than two turns: step by step its angle goes on where a single angle jumps.
+// A sheet is rolled up by more than two turns. Step by step its angle goes on where a single angle would jump.
 TEST(DihedralAngles, TurnsMakeAClipContinuous) {
     const std::vector<InnerEdge> edges = innerEdges(kFold);
     float before = 0;

@@ -18,7 +18,7 @@ TEST(LightRotation, QuarterTurnsGoTheWayThatIsWritten) {
     EXPECT_EQ(parseLightRotation(""), Mat3d());
 }
 
-// What is at +z goes where a camera of the same yaw and pitch stands.
+// A point at +z goes to where a camera of the same yaw and pitch stands.
 TEST(LightRotation, TurnsAsACameraMoves) {
     const Camera camera = makeCamera("yaw=37,pitch=21,distance=1,target=0/0/0", {}, 1);
     expectNear(parseLightRotation("yaw=37,pitch=21") * Vec3d{0, 0, 1}, cameraPosition(camera));
@@ -30,7 +30,7 @@ TEST(LightRotation, IsARotation) {
         for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(product.m[i], i % 4 == 0 ? 1 : 0, 1e-12) << text;
         expectNear(cross(r * Vec3d{1, 0, 0}, r * Vec3d{0, 1, 0}), r * Vec3d{0, 0, 1});
     }
-    // A whole turn about any axis, in three steps.
+    // Three steps about this axis make a whole turn.
     const Mat3d third = parseLightRotation("axis=1/1/1,angle=120");
     expectNear(third * Vec3d{1, 0, 0}, {0, 1, 0});
 }

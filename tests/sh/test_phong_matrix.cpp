@@ -26,7 +26,7 @@ TEST(PhongMatrix, MatchesGolden) {
     }
 }
 
-// The closed forms hold between integers too. z^2.7 is not a polynomial: 200 nodes come within 1e-12.
+// The closed forms hold between integers too. z^2.7 is not a polynomial, so 200 nodes come within 1e-12.
 TEST(PhongMatrix, IsTheIntegral) {
     std::vector<double> sums(256), y(16);
     for (const auto& [direction, weight] : gaussHemisphere(200, 16)) {

@@ -16,7 +16,7 @@ std::vector<double> someNumbers(std::size_t n, double step) {
     return numbers;
 }
 
-// l^T M v = integral of l v U, v the function that the numbers stand for, U of any order.
+// l^T M v is the integral of l v U, where v is the function that the numbers stand for and U may have any order.
 TEST(ReflectionOperator, ContractsToTheTripleProduct) {
     for (const char* name : {"A4", "B3", "D5", "D6"})
         for (int order_u : {4, 5, 8}) {
@@ -39,7 +39,7 @@ TEST(ReflectionOperator, ContractsToTheTripleProduct) {
         }
 }
 
-// Without mirroring the operator is the symmetric product matrix.
+// Without mirroring, the operator is the symmetric product matrix.
 TEST(ReflectionOperator, IsTheProductMatrixOnAllCoefficients) {
     const std::vector<double> u = someNumbers(49, 0.3);
     EXPECT_EQ(reflectionOperator(4, parseConvention("A4"), u), productMatrix(4, u, 7));

@@ -39,8 +39,9 @@ double largestDistance(const Affine& a, const Affine& b) {
     return largest;
 }
 
-// Flat parts too, whose points alone do not tell a rotation from a reflection. 3e-6 was the most at this distance from
-// the origin (the translation), 4e-5 where the rotation is near pi and the prior pulls most.
+// The parts may be flat. The points of a flat part alone do not tell a rotation from a reflection. The largest error
+// was 3e-6 at this distance from the origin (the translation), and 4e-5 where the rotation is near pi and the prior
+// pulls most.
 TEST(PartMotions, FindsTheMotionOfRigidParts) {
     for (bool flat : {false, true})
         for (double angle : {0.0, 0.4, 1.5, 3.0}) {
@@ -74,7 +75,7 @@ TEST(PartMotions, NeverReflects) {
 TEST(PartMotions, WhatPointsLeaveOpenDoesNotTurn) {
     const Affine one = fit({{1, 2, 3}}, {0}, {{4, 4, 4}}, 1)[0];
     EXPECT_EQ(one, motion({}, {3, 2, 1}));
-    // A line that turns by 90 degrees about z, and may turn about itself.
+    // A line turns by 90 degrees about z. Nothing says how it turns about itself.
     const Affine line = fit({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {0, 0, 0}, {{0, 0, 0}, {0, 1, 0}, {0, 2, 0}}, 1)[0];
     EXPECT_LT(largestDistance(line, motion({0, 0, 1.5707963}, {})), 1e-4);
 }

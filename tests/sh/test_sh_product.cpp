@@ -62,7 +62,7 @@ TEST(TripleProduct, CountsMatchGolden) {
     }
 }
 
-// The factorised integral against the definition on a product grid that is exact for degree 28.
+// Compares the factorised integral with the definition, on a product grid that is exact for degree 28.
 TEST(TripleProduct, MatchesDirectQuadrature) {
     const int order_i = 4, order_j = 6, order_k = 9;
     const int ni = coefficientCount(order_i), nj = coefficientCount(order_j), nk = coefficientCount(order_k);
@@ -140,8 +140,8 @@ TEST(ProductMatrix, ClampedCosineMatchesGolden) {
 
 namespace {
 
-// M_ij = integral over z >= 0 of z^alpha y_i y_j is the product matrix of the projected z^alpha: a hemisphere Gram
-// matrix at alpha 0, the golden Phong matrices else.
+// M_ij = integral over z >= 0 of z^alpha y_i y_j is the product matrix of the projected z^alpha. With alpha = 0 it is
+// the Gram matrix of the hemisphere, else a golden Phong matrix.
 std::vector<double> powerMatrix(int order, double alpha) {
     std::vector<double> u(coefficientCount(2 * order - 1));
     project(
@@ -181,7 +181,7 @@ TEST(Zonal, MatchesGolden) {
 }
 
 TEST(Zonal, CapMatchesPaper004) {
-    // Paper 004 eq. 23, corrected: sqrt(pi) (1 + c), -sqrt(3pi)/2 s^2, -sqrt(5pi)/2 c s^2, ...
+    // Paper 004 eq. 23, corrected, is sqrt(pi) (1 + c), -sqrt(3pi)/2 s^2, -sqrt(5pi)/2 c s^2, ...
     const double angle = 0.7, c = std::cos(angle), s2 = 1 - c * c, pi = std::numbers::pi;
     std::array<double, 4> z;
     capVisibilityZonal(angle, z);

@@ -53,7 +53,7 @@ TEST(ShRotation, MatchesGolden) {
     }
 }
 
-// y(Q s) = R y(s). 2.4e-14 was measured in double and 3.3e-6 in single precision.
+// y(Q s) = R y(s). The error measures 2.4e-14 in double and 3.3e-6 in single precision.
 TEST(ShRotation, RotatesTheBasisForEveryOrder) {
     const Vec3d s = normalized(Vec3d{0.3, -0.5, 0.7});
     for (const Mat3d& q : someRotations())
@@ -104,7 +104,7 @@ double determinant(const Mat3& a) {
 }  // namespace
 
 TEST(NearestRotation, UndoesStretchOnTheRight) {
-    // R S with S symmetric and positive definite: the polar factor is R, whatever the scale of the model.
+    // In R S with S symmetric and positive definite, the polar factor is R, whatever the scale of the model.
     const Mat3 stretch{{2, 0.3f, 0.1f, 0.3f, 1, -0.2f, 0.1f, -0.2f, 0.5f}};
     for (const Mat3d& q : someRotations())
         for (float scale : {1e-12f, 1.0f, 1e12f}) {
@@ -129,7 +129,7 @@ TEST(NearestRotation, IsARotationForAnyMatrix) {
         EXPECT_LT(distance(transposed(r) * r, Mat3{}), 2e-6);
         EXPECT_NEAR(determinant(r), 1, 2e-6);
         EXPECT_EQ(r, nearestRotation(a));
-        // No rotation near it does better: distance to `a` does not fall when r is turned a little.
+        // No rotation near it does better: the distance to `a` does not fall when r is turned a little.
         for (Vec3d axis : {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}})
             for (double angle : {-0.01, 0.01})
                 EXPECT_GE(distance(toSingle(axisRotation(axis, angle)) * r, a), distance(r, a) - 1e-6);

@@ -1,4 +1,5 @@
-// Compact forms of slices: how many numbers, which symmetry each has, and that it keeps all that the symmetry leaves.
+// Checks the compact forms of slices: how many numbers each has, which symmetry it has, and that it keeps all that the
+// symmetry leaves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +26,7 @@ std::vector<float> randomNumbers(std::size_t count, std::uint32_t seed) {
     return numbers;
 }
 
-// y(wi)^T C y_even(wo)
+// Returns y(wi)^T C y_even(wo).
 double valueOf(std::span<const float> slices, int j, int view, Vec3 wi, Vec3 wo) {
     std::vector<float> f(std::size_t(coefficientCount(j))), y(f.size());
     evalSlice(slices, j, view, wo, f);
@@ -50,8 +51,8 @@ TEST(SliceForm, CountsAreThoseOfTheSymmetries) {
     for (const SliceForm form : kForms) EXPECT_EQ(entryCount(form, 1, 1), 1u);
 }
 
-// Of any C the form keeps its mean over the symmetries: it has them, and no number is missing. Turns: 20 equal steps
-// are exact for |m| + |M| < 20; the largest orders have 14.
+// For any C, a form keeps the mean of C over the symmetries. So it has the symmetries, and no number is missing. 20
+// equal steps stand for all turns; that is exact for |m| + |M| < 20, and the largest orders have 14.
 TEST(SliceForm, KeepsTheMeanOverTheSymmetries) {
     using Map = std::function<Vec3(Vec3)>;
     const Map mirror_x =
@@ -105,7 +106,8 @@ TEST(SliceForm, MostCompactOneThatHoldsWithinTheTolerance) {
     std::vector<float> slices(2 * 375, 0.0f);
     EXPECT_EQ(mostCompactForm(kOrder, kOrder, slices), SliceForm::kIsotropic);
     slices[0] = 100;
-    // Of the other channel, a place that only orthotropic materials have: (1, 1) with (3, 3), then one that none has.
+    // Changes in the other channel: first at a place that only orthotropic materials have, (1, 1) with (3, 3), then at
+    // one that neither form has.
     const std::vector<int> even = evenIndices(kOrder);
     const auto place = [&](int index, int view_index) {
         return 375 + std::size_t(index) * even.size() +
@@ -122,7 +124,7 @@ TEST(SliceForm, MostCompactOneThatHoldsWithinTheTolerance) {
     EXPECT_EQ(formWith(none, 9e-5f), SliceForm::kIsotropic);
     EXPECT_EQ(formWith(none, 1.1e-4f), SliceForm::kGeneral);
     EXPECT_EQ(formWith(none, std::numeric_limits<float>::quiet_NaN()), SliceForm::kGeneral);
-    // An entry of +m without that of -m.
+    // The entry of +m changes without that of -m.
     EXPECT_EQ(formWith(place(shIndex(1, 1), shIndex(1, 1)), 1.0f), SliceForm::kOrthotropic);
 }
 

@@ -28,7 +28,7 @@ TEST(Spectrum, AFlatReflectorIsGreyForAnySampling) {
     }
 }
 
-// Bands of the spectrum have the colours they are named after, and the bands add up to white.
+// Bands of the spectrum have the colours that they are named after, and the bands add up to white.
 TEST(Spectrum, BandsHaveTheirColours) {
     const auto w = wavelengths(400, 10, 31);
     const Vec3d blue = colourOf(w, [](double x) { return x < 490 ? 1.0 : 0.0; });
@@ -41,16 +41,17 @@ TEST(Spectrum, BandsHaveTheirColours) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(white[c], 1, 1e-12);
 }
 
-// Linear interpolation in between: a spectrum sampled twice as densely gives nearly the same colour. Measured 4e-4.
+// Values between samples are interpolated linearly, so a spectrum sampled twice as densely gives nearly the same
+// colour. Measured 4e-4.
 TEST(Spectrum, SmoothSpectraDoNotDependOnTheSampling) {
     const auto smooth = [](double x) { return 0.5 + 0.4 * std::sin((x - 400) / 60); };
     const Vec3d coarse = colourOf(wavelengths(400, 10, 31), smooth), fine = colourOf(wavelengths(400, 5, 61), smooth);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(coarse[c], fine[c], 2e-3);
 }
 
-// The white point: before the channels are normalised to exactly 1, D65 through the fitted functions is Rec.709's white
-// to 1%; so the share of luminance per channel is Rec.709's. Y of a spectral line at 555 nm, where luminosity peaks, is
-// 0.2126 r + 0.7152 g + 0.0722 b and positive.
+// Before the channels are normalised to exactly 1, D65 through the fitted functions is Rec.709's white to 1%. The share
+// of luminance of each channel is therefore that of Rec.709. The luminance of a spectral line is 0.2126 r + 0.7152 g +
+// 0.0722 b and positive.
 TEST(Spectrum, LuminanceOfGreenLightIsPositiveThoughItLiesOutsideRec709) {
     const Vec3d line = colourOf(wavelengths(400, 5, 61), [](double x) { return x == 520 ? 1.0 : 0.0; });
     EXPECT_LT(line.x, 0);

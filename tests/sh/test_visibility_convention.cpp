@@ -31,14 +31,14 @@ TEST(VisibilityConvention, MatchesGolden) {
     expectNear(delta, doubles(golden.at("Delta")), golden.at("tol"));
     for (const auto& test : golden.at("cases")) {
         const std::vector<double> b = doubles(test.at("b"));
-        // Single precision all through: 2.4e-7 relative to values up to 4 was measured.
+        // All is single precision; 2.4e-7 relative to values up to 4 was measured.
         expectNear(coefficients("A6", b), doubles(test.at("A")), 1e-6);
         expectNear(coefficients("B6", b), b, 1e-6);
         expectNear(coefficients("D6", b), doubles(test.at("D")), 1e-6);
     }
 }
 
-// The moments themselves against 262144 Fibonacci directions: the edges of walls and caps leave up to 1.2e-4.
+// Compares the moments themselves with 262144 Fibonacci directions. The edges of walls and caps leave up to 1.2e-4.
 TEST(VisibilityConvention, ClosedFormMomentsMatchProjection) {
     const auto golden = readGolden("visibility_cases.json");
     const std::vector<Vec3d> directions = fibonacciSphere(1 << 18);
@@ -102,8 +102,8 @@ TEST(VisibilityConvention, AmbientOfAVerticalWallIsHalf) {
     EXPECT_NEAR(ambient(parseConvention("D6"), b), 0.5, 0.01);
 }
 
-// A cap around the normal is blocked, z > cos a. Every function is then zonal: its numbers follow from the moments, and
-// what it has outside the convention's bands is 2 pi times the integral over z of (V - projection)^2, summed here
+// A cap around the normal is blocked, z > cos a. Every function is then zonal, so its numbers follow from the moments.
+// The part outside the convention's bands is 2 pi times the integral over z of (V - projection)^2, which is summed here
 // numerically between the jumps of V. Measured: 5e-6.
 TEST(VisibilityConvention, BinaryEnergyLessTheNumbersIsTheTruncation) {
     const double top = std::cos(0.7), pi = std::numbers::pi;

@@ -1,6 +1,7 @@
 #pragma once
-// Turns pose features into the scores of one cluster by its regression (formulas: formats/stage/model_file.h). The
-// stored numbers are decoded once and laid out so that the inner loops run over independent sums.
+// Evaluates the model of one cluster at run time, whatever its kind (linear, quadratic, neural, additive): features of
+// the pose in, scores out. formats/stage/model_file.h has the formulas. The stored numbers are decoded once and laid
+// out so that inner loops run over independent sums. fit/models/ trains what is evaluated here.
 #include <span>
 #include <vector>
 
@@ -8,9 +9,9 @@
 
 namespace penumbra {
 
-class Regressor {
+class ModelEvaluator {
 public:
-    Regressor(const ModelView& model, const ClusterView& cluster);
+    ModelEvaluator(const ModelView& model, const ClusterView& cluster);
 
     std::size_t components() const { return bias_.size(); }
     std::size_t scratchSize() const { return inputs_ + units_; }
@@ -27,7 +28,7 @@ private:
         bool absolute = false;                  // the joint stands for a number, so it has a position alone
         std::size_t first_unit = 0, units = 0;  // first_unit: after sorting by group
     };
-    AssetModel kind_;
+    ModelKind kind_;
     bool bones_;  // groups are bones, not numbers of the pose
     std::size_t group_size_, inputs_, units_;
     std::vector<float> basis_, offset_;            // [N, I], [I]: x = basis^T raw - offset
@@ -41,7 +42,7 @@ private:
     void readGroups(const ModelView& model, const ClusterView& cluster);
     void readUnits(const ClusterView& cluster);
     void pcaInputs(std::span<const float> features, std::span<float> x) const;
-    float groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const;
+    float clampedInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const;
     float addGroups(std::span<const float> features, std::span<float> units) const;
     void quadraticUnits(std::span<const float> x, std::span<float> units) const;
     void neuralUnits(std::span<const float> x, std::span<float> units) const;

@@ -1,9 +1,11 @@
 #pragma once
-// The verb `penumbra-pack check X.pnb TRUTH.vis.h5`.
+// The verbs of penumbra-pack. X_command.cpp holds the flags and the run of verb X.
 #include "formats/common/command_line.h"
 
 namespace penumbra {
 
+Verb assetVerb();
+Verb truthVerb();
 Verb checkVerb();
 
 }  // namespace penumbra

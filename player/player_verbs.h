@@ -1,9 +1,11 @@
 #pragma once
+// The verbs of penumbra-player. X_command.cpp holds the flags and the run of verb X.
 #include "formats/common/command_line.h"
 
 namespace penumbra {
 
-// The verb `penumbra-player render X.pnb -o OUT.(png|exr)`, which draws frames as pictures.
+Verb viewVerb();
 Verb renderVerb();
+Verb benchVerb();
 
 }  // namespace penumbra

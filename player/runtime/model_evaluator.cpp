@@ -1,4 +1,4 @@
-#include "player/runtime/regressor.h"
+#include "player/runtime/model_evaluator.h"
 
 #include <algorithm>
 #include <array>
@@ -11,18 +11,6 @@
 namespace penumbra {
 
 namespace {
-
-std::size_t groupSizeOf(AssetFeatures features) {
-    switch (features) {
-        case AssetFeatures::kJointAngles:
-            return 3;
-        case AssetFeatures::kRelativeBones:
-            return std::size_t(kBoneInputs);
-        case AssetFeatures::kDihedrals:
-            return 1;
-    }
-    return 0;
-}
 
 std::vector<float> decoded(const NumbersView& numbers) {
     std::vector<float> out(numbers.count);
@@ -46,10 +34,10 @@ std::vector<std::size_t> counting(std::size_t n) {
 
 }  // namespace
 
-Regressor::Regressor(const ModelView& model, const ClusterView& cluster)
+ModelEvaluator::ModelEvaluator(const ModelView& model, const ClusterView& cluster)
     : kind_(model.kind),
-      bones_(model.features == AssetFeatures::kRelativeBones),
-      group_size_(groupSizeOf(model.features)),
+      bones_(model.features == FeatureKind::kRelativeBones),
+      group_size_(groupInputs(model.features)),
       inputs_(cluster.inputs()),
       units_(cluster.units),
       bias_(cluster.bias.begin(), cluster.bias.end()) {
@@ -68,7 +56,7 @@ Regressor::Regressor(const ModelView& model, const ClusterView& cluster)
     readUnits(cluster);
 }
 
-void Regressor::readGroups(const ModelView& model, const ClusterView& cluster) {
+void ModelEvaluator::readGroups(const ModelView& model, const ClusterView& cluster) {
     group_weight_.assign(cluster.group_weight.begin(), cluster.group_weight.end());
     group_min_ = decoded(cluster.group_min);
     group_max_ = decoded(cluster.group_max);
@@ -86,10 +74,9 @@ void Regressor::readGroups(const ModelView& model, const ClusterView& cluster) {
     }
 }
 
-// Sorts the units of an additive model by their group, so that a group's units stand together.
-void Regressor::readUnits(const ClusterView& cluster) {
+void ModelEvaluator::readUnits(const ClusterView& cluster) {
     std::vector<std::size_t> order = counting(units_);
-    if (kind_ == AssetModel::kAdditive) {
+    if (kind_ == ModelKind::kAdditive) {
         std::stable_sort(order.begin(), order.end(),
                          [&](std::size_t a, std::size_t b) { return cluster.unit_group[a] < cluster.unit_group[b]; });
         for (std::size_t h = 0; h < units_; ++h) {
@@ -104,8 +91,7 @@ void Regressor::readUnits(const ClusterView& cluster) {
         for (std::size_t k = 0; k < components(); ++k) weights_[h * components() + k] = weights[k * units_ + order[h]];
 }
 
-// Projects the features on the cluster's input PCA, and clamps to the training range.
-void Regressor::pcaInputs(std::span<const float> features, std::span<float> x) const {
+void ModelEvaluator::pcaInputs(std::span<const float> features, std::span<float> x) const {
     for (std::size_t i = 0; i < inputs_; ++i) x[i] = -offset_[i];
     const float* row = basis_.data();
     for (float feature : features) {
@@ -116,7 +102,8 @@ void Regressor::pcaInputs(std::span<const float> features, std::span<float> x) c
 }
 
 // Computes a group's inputs and clamps them to the training range. Returns the square of what the clamp cut off.
-float Regressor::groupInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const {
+float ModelEvaluator::clampedInputs(const Group& group, std::size_t index, std::span<const float> features,
+                                    float* x) const {
     const float* raw = features.data() + group.feature;
     const std::size_t size = group_size_;
     if (group.absolute)
@@ -136,14 +123,14 @@ float Regressor::groupInputs(const Group& group, std::size_t index, std::span<co
     return squared;
 }
 
-// Returns the square of the distance out of range. Computes the units of an additive model on the way: exp(-d^2 / 2)
-// of the distance d from the unit's centre (docs/formulas.md, section 4).
-float Regressor::addGroups(std::span<const float> features, std::span<float> units) const {
+// Returns how far the pose is out of range, squared. An additive model has units in its groups, and they are evaluated
+// on the way.
+float ModelEvaluator::addGroups(std::span<const float> features, std::span<float> units) const {
     std::array<float, kBoneInputs> x;
     float out_of_range = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         const Group& group = groups_[g];
-        out_of_range += group_weight_[g] * groupInputs(group, g, features, x.data());
+        out_of_range += group_weight_[g] * clampedInputs(group, g, features, x.data());
         if (group.units == 0) continue;
         float* squared = units.data() + group.first_unit;
         std::fill_n(squared, group.units, 0.0f);
@@ -160,16 +147,14 @@ float Regressor::addGroups(std::span<const float> features, std::span<float> uni
     return out_of_range;
 }
 
-// The units of the quadratic model are all x and all products x_i x_j, i <= j.
-void Regressor::quadraticUnits(std::span<const float> x, std::span<float> units) const {
+void ModelEvaluator::quadraticUnits(std::span<const float> x, std::span<float> units) const {
     std::size_t at = 0;
     for (float value : x) units[at++] = value;
     for (std::size_t i = 0; i < x.size(); ++i)
         for (std::size_t j = i; j < x.size(); ++j) units[at++] = x[i] * x[j];
 }
 
-// The units of the neural model are tanh(d . x + d0); the last row of `hidden_` has the d0.
-void Regressor::neuralUnits(std::span<const float> x, std::span<float> units) const {
+void ModelEvaluator::neuralUnits(std::span<const float> x, std::span<float> units) const {
     const float* row = hidden_.data();
     std::copy_n(row + inputs_ * units_, units_, units.begin());
     for (std::size_t i = 0; i < inputs_; ++i, row += units_)
@@ -177,15 +162,16 @@ void Regressor::neuralUnits(std::span<const float> x, std::span<float> units) co
     for (float& unit : units) unit = std::tanh(unit);
 }
 
-float Regressor::evaluate(std::span<const float> features, std::span<float> scratch, std::span<float> scores) const {
+float ModelEvaluator::evaluate(std::span<const float> features, std::span<float> scratch,
+                               std::span<float> scores) const {
     assert(scratch.size() >= scratchSize() && scores.size() == components());
     const std::span<float> x = scratch.first(inputs_), units = scratch.subspan(inputs_, units_);
     // 1. Group inputs first: they tell the distance from training with every model.
     const float out_of_range = addGroups(features, units);
-    if (kind_ != AssetModel::kAdditive) pcaInputs(features, x);
-    if (kind_ == AssetModel::kLinear) std::copy(x.begin(), x.end(), units.begin());
-    if (kind_ == AssetModel::kQuadratic) quadraticUnits(x, units);
-    if (kind_ == AssetModel::kNeural) neuralUnits(x, units);
+    if (kind_ != ModelKind::kAdditive) pcaInputs(features, x);
+    if (kind_ == ModelKind::kLinear) std::copy(x.begin(), x.end(), units.begin());
+    if (kind_ == ModelKind::kQuadratic) quadraticUnits(x, units);
+    if (kind_ == ModelKind::kNeural) neuralUnits(x, units);
     // 2. The scores are linear in the units, row by row, so that the inner loop runs over independent sums.
     std::copy(bias_.begin(), bias_.end(), scores.begin());
     const float* row = weights_.data();

@@ -1,4 +1,4 @@
-#include "player/runtime/light_lobes.h"
+#include "player/runtime/exact_light_lobes.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "bake/posed_frame.h"
+#include "bake/frame_scene.h"
 
 #include <cmath>
 
@@ -42,7 +42,7 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     return frame;
 }
 
-PosedFrame poseFrame(const BakePlan& plan, std::size_t f) {
+FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     VisibilityFrame frame = poseVertices(plan, f);
     const FrameList& frames = plan.header.frames;
     std::vector<Vec3> scaled(frame.positions.begin(),
@@ -53,7 +53,7 @@ PosedFrame poseFrame(const BakePlan& plan, std::size_t f) {
     return {std::move(frame), scale, OcclusionScene(scaled, plan.blockers.triangles, plan.sheet_rules)};
 }
 
-MomentTracer tracerOf(const BakePlan& plan, const PosedFrame& posed, const RayDirections& directions) {
+MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const RayDirections& directions) {
     MomentTracer tracer{posed.scene, directions, posed.scale, plan.bias, plan.header.ground_y.has_value()};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
     tracer.mesh = &plan.header.mesh;

@@ -1,0 +1,13 @@
+#pragma once
+// The verbs of penumbra-bake. X_command.cpp holds the flags and the run of verb X.
+#include "formats/common/command_line.h"
+
+namespace penumbra {
+
+Verb visibilityVerb();
+Verb mergeVerb();
+Verb posesVerb();
+Verb referenceVerb();
+Verb infoVerb();
+
+}  // namespace penumbra

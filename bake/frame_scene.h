@@ -1,0 +1,24 @@
+#pragma once
+// Prepares one frame of a bake for tracing.
+#include "bake/bake_visibility.h"
+#include "bake/moments.h"
+
+namespace penumbra {
+
+constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the defaults: 8 threads stay busy on small meshes
+
+// The posed vertices. Their coefficients have room but no values yet. InvalidInput when a vertex is not finite.
+VisibilityFrame poseVertices(const BakePlan& plan, std::size_t frame);
+
+// A posed frame with the scale of its scene and the acceleration structure that rays go through.
+struct FrameScene {
+    VisibilityFrame frame;
+    SceneScale scale;
+    OcclusionScene scene;
+};
+FrameScene frameScene(const BakePlan& plan, std::size_t frame);
+
+// The tracer of a frame. It refers to all three arguments.
+MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const RayDirections& directions);
+
+}  // namespace penumbra

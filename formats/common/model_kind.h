@@ -1,0 +1,60 @@
+#pragma once
+// The kinds of model and of features that a model of visibility can have. The model file, the asset and the run time
+// all use these types; formats/stage/model_file.h has the formulas.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "sh/pose_inputs.h"
+
+namespace penumbra {
+
+// The values are those of asset.fbs; formats/asset/asset_kinds.h checks that.
+enum class FeatureKind : std::uint8_t { kJointAngles = 0, kRelativeBones = 1, kDihedrals = 2 };
+enum class ModelKind : std::uint8_t { kLinear = 0, kQuadratic = 1, kNeural = 2, kAdditive = 3 };
+inline constexpr std::array kModelKinds{ModelKind::kLinear, ModelKind::kQuadratic, ModelKind::kNeural,
+                                        ModelKind::kAdditive};
+inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones,
+                                          FeatureKind::kDihedrals};
+
+// The words of files and command lines.
+constexpr const char* nameOf(ModelKind kind) {
+    switch (kind) {
+        case ModelKind::kLinear:
+            return "linear";
+        case ModelKind::kQuadratic:
+            return "quadratic";
+        case ModelKind::kNeural:
+            return "neural";
+        case ModelKind::kAdditive:
+            return "additive";
+    }
+    return "";
+}
+
+constexpr const char* nameOf(FeatureKind features) {
+    switch (features) {
+        case FeatureKind::kJointAngles:
+            return "joint-angles";
+        case FeatureKind::kRelativeBones:
+            return "relative-bones";
+        case FeatureKind::kDihedrals:
+            return "dihedral-angles";
+    }
+    return "";
+}
+
+// How many inputs a group of an additive model has.
+constexpr std::size_t groupInputs(FeatureKind features) {
+    switch (features) {
+        case FeatureKind::kJointAngles:
+            return 3;
+        case FeatureKind::kRelativeBones:
+            return std::size_t(kBoneInputs);
+        case FeatureKind::kDihedrals:
+            return 1;
+    }
+    return 0;
+}
+
+}  // namespace penumbra

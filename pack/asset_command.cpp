@@ -1,0 +1,173 @@
+// penumbra-pack asset X.model.h5 --brdf M.brdf.h5 --light E.light.h5 -o X.pnb: the run-time asset.
+#include <cstdio>
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "pack/material_section.h"
+#include "pack/named_input.h"
+#include "pack/pack_asset.h"
+#include "pack/pack_verbs.h"
+
+namespace penumbra {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct AssetCommand {
+    fs::path model, output;
+    std::vector<fs::path> brdfs, lights;
+    std::string precision;
+    std::optional<double> max_error, max_bytes_per_vertex;
+    std::vector<std::string> slots;
+    bool no_playback = false;
+
+    std::vector<fs::path> inputs() const {
+        std::vector<fs::path> all;
+        if (!model.empty()) all.push_back(model);
+        all.insert(all.end(), brdfs.begin(), brdfs.end());
+        all.insert(all.end(), lights.begin(), lights.end());
+        return all;
+    }
+};
+
+std::string provenanceOf(const AssetCommand& command) {
+    nlohmann::ordered_json options;
+    options["precision"] = command.precision.empty() ? "auto" : command.precision;
+    if (command.max_error) options["max_error"] = *command.max_error;
+    if (command.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *command.max_bytes_per_vertex;
+    if (!command.slots.empty()) options["slots"] = command.slots;
+    if (command.no_playback) options["playback"] = false;
+    return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
+}
+
+// Reports the bytes of every section, and what counts at run time: the bytes a vertex of the visibility model alone,
+// and of everything.
+void reportSizes(const Packed& packed, bool quiet, Report& report) {
+    const AssetView asset = openAsset(packed.bytes);
+    const double vertices = double(asset.mesh.positions.size());
+    const double model = double(modelBytes(asset, packed.bytes.size()));
+    for (const SizeOf& size : sectionSizes(asset, packed.bytes.size())) {
+        report.figures["bytes"][size.section] = size.bytes;
+        if (!quiet)
+            std::printf("  %-17s %10zu bytes  %8.1f a vertex\n", size.section.c_str(), size.bytes,
+                        double(size.bytes) / vertices);
+    }
+    if (const PlaybackView& playback = asset.animation.playback; !playback.positions.empty()) {
+        report.figures["playback_error"] = playback.error;
+        if (!quiet)
+            std::printf("  playback: %zu frames, every position within %.2e m of where it was\n",
+                        asset.animation.frameCount(), double(playback.error));
+    }
+    const double all = double(packed.bytes.size());
+    report.figures["bytes"]["file"] = packed.bytes.size();
+    report.figures["model_bytes_per_vertex"] = model / vertices;
+    report.figures["file_bytes_per_vertex"] = all / vertices;
+    if (!quiet)
+        std::printf("  %-17s %10.0f bytes  %8.1f a vertex\n  %-17s %10.0f bytes  %8.1f a vertex\n", "model alone",
+                    model, model / vertices, "file", all, all / vertices);
+}
+
+BrdfFile readMaterial(const fs::path& path) {
+    BrdfFile brdf = readBrdf(path);
+    naming<Unsupported>(path, [&] { checkMaterial(brdf); });
+    return brdf;
+}
+
+// Refuses two files of one name, which cannot be in one asset. `verb` is the verb of penumbra-fit that makes such
+// files.
+template <class File>
+void checkNames(const std::vector<File>& files, const std::vector<fs::path>& paths, const std::string& verb) {
+    for (std::size_t i = 0; i < files.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (files[i].name == files[j].name)
+                throw InvalidInput(paths[j].string() + " and " + paths[i].string() + " are both \"" + files[i].name +
+                                   "\": penumbra-fit " + verb + " --name gives one another name");
+}
+
+void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
+    PackOptions options;
+    if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
+    options.max_error = command.max_error;
+    options.max_bytes_per_vertex = command.max_bytes_per_vertex;
+    if (options.max_error && !(*options.max_error > 0))
+        throw UsageError("--max-error must be above 0, not " + std::to_string(*options.max_error));
+    if (options.max_bytes_per_vertex && !(*options.max_bytes_per_vertex > 0))
+        throw UsageError("--max-bytes-per-vertex must be above 0, not " +
+                         std::to_string(*options.max_bytes_per_vertex));
+    for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
+    options.playback = !command.no_playback;
+    report.phase("read");
+    std::optional<Model> model;
+    if (!command.model.empty()) model = readModel(command.model);
+    if (command.no_playback && !(model && model->deforming))
+        throw UsageError("--no-playback needs a model of a deforming mesh");
+    std::vector<BrdfFile> brdfs;
+    std::vector<LightFile> lights;
+    for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
+    for (const fs::path& path : command.lights) lights.push_back(readLight(path));
+    checkNames(brdfs, command.brdfs, "brdf");
+    checkNames(lights, command.lights, "light");
+    if (!model) {
+        if (!command.slots.empty() || !command.precision.empty() || options.max_error || options.max_bytes_per_vertex)
+            throw UsageError("--slot, --precision, --max-error and --max-bytes-per-vertex need a model");
+        const std::vector<std::byte> library = packLibrary(brdfs, lights, provenanceOf(command));
+        if (!common.quiet)
+            std::printf("%s: %zu materials, %zu lights\n", command.output.c_str(), brdfs.size(), lights.size());
+        if (!common.dry_run) writeWholeFile(command.output, library);
+        return;
+    }
+    report.phase("quantise");
+    const Packed packed = naming(command.model, [&] {
+        return packAsset(*model, brdfs, lights, options, provenanceOf(command), common.threads);
+    });
+    report.figures["precision"] = nameOf(packed.precision);
+    report.figures["quantization_error"] = packed.quantization_error;
+    report.figures["dropped_error"] = packed.dropped_error;
+    report.figures["components"] = packed.components;
+    report.figures["model_components"] = packed.all_components;
+    if (!common.quiet)
+        std::printf(
+            "%s: precision %s, %zu of %zu components; error of packing %.2e of the signal, %.2e of it by "
+            "dropping (training frames)\n",
+            command.output.c_str(), nameOf(packed.precision), packed.components, packed.all_components,
+            packed.quantization_error, packed.dropped_error);
+    reportSizes(packed, common.quiet, report);
+    report.phase("write");
+    if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
+}
+
+}  // namespace
+
+Verb assetVerb() {
+    const auto command = std::make_shared<AssetCommand>();
+    return {"asset",
+            "Pack a model with materials and lights into a run-time asset.",
+            [command](CLI::App& app) {
+                app.add_option(
+                    "model", command->model,
+                    "X.model.h5; without it the file holds materials and lights for penumbra-player view to add");
+                app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
+                app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
+                app.add_option("--slot", command->slots,
+                               "SLOT=MATERIAL: the material of a part of the mesh (penumbra-bake info lists the "
+                               "slots); any number of them, the other parts have the first --brdf")
+                    ->allow_extra_args(false);
+                app.add_option("-o,--output", command->output, "X.pnb")->required();
+                app.add_option("--precision", command->precision,
+                               "of the visibility basis (i8 unless --max-error); alone it keeps every component")
+                    ->check(CLI::IsMember({"f32", "f16", "i8"}));
+                app.add_option("--max-error", command->max_error,
+                               "bound on the error of packing (rounded and dropped components), relative to the "
+                               "signal: takes the fewest components and the coarsest precision within it");
+                app.add_option("--max-bytes-per-vertex", command->max_bytes_per_vertex,
+                               "bound on the visibility model: drops the components that add least to predictions");
+                app.add_flag("--no-playback", command->no_playback,
+                             "leave out the frames of a deforming mesh: for engines that move it themselves");
+            },
+            [command] { return command->inputs(); },
+            [command] { return command->output; },
+            [command](const CommonOptions& common, Report& report) { runAsset(*command, common, report); }};
+}
+
+}  // namespace penumbra
