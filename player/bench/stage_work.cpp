@@ -14,8 +14,8 @@ std::size_t storedBytes(const NumbersView& numbers) { return numbers.count * byt
 // rotations.
 double featureFlop(std::size_t joints) { return double(joints - 1) * (18 + 3 + 15 + 3 + 6 + 45 + 3); }
 
-// ModelEvaluator::clampedInputs with boneInputs (sh/pose_inputs.h), then three a number for clamping and what it cut
-// off.
+// Counts ModelEvaluator::clampedInputs with boneInputs (sh/pose_inputs.h), then three a number for clamping and what
+// it cut off.
 double groupFlop(bool bones, std::size_t inputs) {
     return (bones ? 3 + 6 + 2 + 3 + 1 + 45 + 9 : 0) + 3.0 * double(inputs);
 }

@@ -39,6 +39,7 @@ Deformation::Deformation(const AssetView& asset) : asset_(&asset) {
         part_of_point_[mesh.shading_point[v]] = mesh.skin_joints[v];
     }
     for (std::uint32_t v : mesh.frontTriangles()) triangles_.push_back(mesh.shading_point[v]);
+    // 2. Dihedral angles need the edges and the whole mesh's PCA.
     if (asset.model.features != FeatureKind::kDihedrals) return;
     edges_ = innerEdges(asTriangles(triangles_));
     pose_basis_.resize(asset.model.pose_basis.count);

@@ -16,8 +16,8 @@ namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the models and
-    // lays out a basis of bytes as combine.h wants it, once: copies of an evaluator, each with a pose of its own, share
+    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. The constructor decodes the models
+    // and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own, share
     // that.
     explicit Evaluator(const AssetView& asset);
 
@@ -67,11 +67,11 @@ public:
 private:
     // Made of the asset once; copies of the evaluator share it.
     struct Decoded {
-        std::vector<ModelEvaluator> models;                           // [cluster]
-        std::vector<std::size_t> first_score;                         // [cluster]
-        std::vector<float> ambient_weights;                           // [stride], E = sum of weight times number
-        float ambient_norm2 = 0;                                      // sum of squared weights
-        std::vector<std::int8_t> pairs;                               // of clusters with a basis of bytes; combine.h
+        std::vector<ModelEvaluator> models;    // [cluster]
+        std::vector<std::size_t> first_score;  // [cluster]
+        std::vector<float> ambient_weights;    // [stride], E = sum of weight times number
+        float ambient_norm2 = 0;               // sum of squared weights
+        std::vector<std::int8_t> pairs;  // bytes of all clusters with a basis of bytes, in the layout of combine.h
         std::vector<std::size_t> first_pair_byte, first_pair_weight;  // [cluster]
         std::size_t scores = 0, pair_weights = 0, scratch = 0;
         std::vector<bool> absolute;                // [J], true for joints that stand for a number
@@ -83,12 +83,12 @@ private:
     std::vector<Affine> bones_;                // [J]
     std::vector<Mat3> bone_rotations_;         // [J]
     std::vector<Mat3> rotations_;              // [cluster]
-    std::vector<float> features_;              // [12 (J - 1)] of the joint that was asked for last
-    std::vector<float> scratch_;               // of the models
-    std::vector<float> scores_;                // of all clusters
-    std::vector<float> weights_;               // of one: scores times the components' scales
-    std::vector<std::uint32_t> pair_weights_;  // of clusters with a basis of bytes
-    std::vector<float> units_;                 // [cluster], of its pair weights
+    std::vector<float> features_;              // [12 (J - 1)] as seen from the joint that was asked for last
+    std::vector<float> scratch_;               // for the models
+    std::vector<float> scores_;                // of all clusters, one after the other
+    std::vector<float> weights_;               // of one cluster: scores times the components' scales
+    std::vector<std::uint32_t> pair_weights_;  // of all clusters with a basis of bytes
+    std::vector<float> units_;                 // [cluster], unit of its pair weights
     EvaluatorPath path_;
     // Only for a deforming asset; else empty.
     std::vector<Vec3> points_, point_normals_;  // [Vs]

@@ -74,6 +74,7 @@ void ModelEvaluator::readGroups(const ModelView& model, const ClusterView& clust
     }
 }
 
+// Sorts the units of an additive model by their group, so that a group's units stand together.
 void ModelEvaluator::readUnits(const ClusterView& cluster) {
     std::vector<std::size_t> order = counting(units_);
     if (kind_ == ModelKind::kAdditive) {
@@ -91,6 +92,7 @@ void ModelEvaluator::readUnits(const ClusterView& cluster) {
         for (std::size_t k = 0; k < components(); ++k) weights_[h * components() + k] = weights[k * units_ + order[h]];
 }
 
+// Projects the features on the cluster's input PCA, and clamps to the training range.
 void ModelEvaluator::pcaInputs(std::span<const float> features, std::span<float> x) const {
     for (std::size_t i = 0; i < inputs_; ++i) x[i] = -offset_[i];
     const float* row = basis_.data();
@@ -123,8 +125,8 @@ float ModelEvaluator::clampedInputs(const Group& group, std::size_t index, std::
     return squared;
 }
 
-// Returns how far the pose is out of range, squared. An additive model has units in its groups, and they are evaluated
-// on the way.
+// Returns the square of the distance out of range. An additive model has its units in the groups, so it evaluates
+// them on the way: exp(-d^2 / 2) of the distance d from the unit's centre (docs/formulas.md, section 4).
 float ModelEvaluator::addGroups(std::span<const float> features, std::span<float> units) const {
     std::array<float, kBoneInputs> x;
     float out_of_range = 0;
@@ -147,6 +149,7 @@ float ModelEvaluator::addGroups(std::span<const float> features, std::span<float
     return out_of_range;
 }
 
+// The units of the quadratic model are all x and all products x_i x_j, i <= j.
 void ModelEvaluator::quadraticUnits(std::span<const float> x, std::span<float> units) const {
     std::size_t at = 0;
     for (float value : x) units[at++] = value;
@@ -154,6 +157,7 @@ void ModelEvaluator::quadraticUnits(std::span<const float> x, std::span<float> u
         for (std::size_t j = i; j < x.size(); ++j) units[at++] = x[i] * x[j];
 }
 
+// The units of the neural model are tanh(d . x + d0); the last row of `hidden_` has the d0.
 void ModelEvaluator::neuralUnits(std::span<const float> x, std::span<float> units) const {
     const float* row = hidden_.data();
     std::copy_n(row + inputs_ * units_, units_, units.begin());

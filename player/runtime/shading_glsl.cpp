@@ -94,7 +94,7 @@ std::string productGlsl(const ShadingLayout& layout, const std::string& type, En
     return text;
 }
 
-// L = sum over lobes d and bands l of w_dl sum over m of y_lm(Q s_d) t_lm (exact_light_lobes.h).
+// Writes L = sum over lobes d and bands l of w_dl sum over m of y_lm(Q s_d) t_lm (exact_light_lobes.h).
 std::string lobesGlsl(const ShadingLayout& layout) {
     const int order = layout.light_order;
     std::string text =

@@ -1,6 +1,6 @@
-// The GLSL path: what player/runtime computes on the CPU, from the asset's own arrays, once a vertex of each character.
-// player/draw/shader_source.cpp puts a preamble before this text. It defines CHANNEL, INFLUENCES, PENUMBRA_STRIDE4 and the
-// places of evaluate_layout.h.
+// The GLSL path computes what player/runtime computes on the CPU, from the asset's own arrays, once for each vertex
+// of each character. player/draw/shader_source.cpp puts a preamble before this text, which defines CHANNEL,
+// INFLUENCES, PENUMBRA_STRIDE4 and the places of evaluate_layout.h.
 layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
 
 layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };

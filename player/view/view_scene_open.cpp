@@ -56,7 +56,7 @@ void placeCharacters(Scene& scene) {
         scene.characters[i]->offset = {(float(i) - middle) * 4 / 3 * widest, 0, 0};
 }
 
-// `like`: a character of the same file, whose decoded models it shares, or null.
+// Makes a character. `like` is a character of the same file, whose decoded models it shares, or null.
 std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file, const Character* like) {
     auto character = std::make_unique<Character>();
     character->file_bytes = file.asset->file.bytes().size();
