@@ -1,5 +1,5 @@
 #pragma once
-// What the visibility bake needs to know. All defaults stand here, and the documents show these.
+// The options of the visibility bake. All defaults stand here, and the documents show these.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>

@@ -31,7 +31,7 @@ struct ReferenceOptions {
 // given.
 std::string findProblem(const ReferenceOptions& options);
 
-// What the picture shows: one frame with its mesh. The infinite floor (header.ground_y) is not drawn, but blocks the
+// The frame that the picture shows, with its mesh. The infinite floor (header.ground_y) is not drawn, but blocks the
 // light from below.
 struct ReferenceFrame {
     const Mesh& mesh;

@@ -1,5 +1,5 @@
 #pragma once
-// What moves in a bake: a rig or a point cache.
+// Reads what moves in a bake: a rig or a point cache.
 #include <optional>
 
 #include "formats/cache/point_cache.h"

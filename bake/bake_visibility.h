@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-// What a bake will do, known before any ray is traced.
+// The plan tells what a bake will do, before any ray is traced.
 struct BakePlan {
     BakeSource source;
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// What casts shadows: a mesh and, with `ground`, an infinite floor, which blocks every direction with y < 0.
+// A mesh casts shadows and, with `ground`, an infinite floor, which blocks every direction with y < 0.
 struct ShadowCaster {
     const OcclusionScene& scene;
     bool ground = false;

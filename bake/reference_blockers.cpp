@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-// What the options told the bake. Files that other programs made say nothing.
+// The options that the bake was told. Files that other programs made do not hold any.
 struct BakeWords {
     std::vector<std::string> occluders;
     PointCacheOptions cache;

@@ -46,7 +46,7 @@ struct CheckResult {
     bool mean_from_truth = false;
 };
 
-// What else the asset is compared with; null: not given.
+// The other files that the asset is compared with; null: not given.
 struct CheckReferences {
     const VisibilityReader* predictions = nullptr;  // predictions of the same model
     const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, with another seed or other rays

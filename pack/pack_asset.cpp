@@ -136,7 +136,7 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
                             pose_mean, pose_basis);
 }
 
-// What an asset stores of the frames. An attempt keeps the bones, because comparePacked() needs them.
+// Tells what an asset stores of the frames. An attempt keeps the bones, because comparePacked() needs them.
 enum class FramesOf { kAttempt, kPlayback, kNoPlayback };
 
 AnimationSection animationOf(const Model& model, FramesOf frames) {

@@ -1,5 +1,5 @@
 #pragma once
-// What one path brings to a point cache. The readers, one for each format, return it.
+// The part of a point cache that one path brings. The readers, one for each format, return it.
 #include "formats/cache/point_cache.h"
 
 namespace penumbra {

@@ -22,7 +22,7 @@ CacheFile readMeshOfCache(const std::filesystem::path& path) {
 }
 
 namespace {
-// What all frames must have in common with the first one.
+// All frames must have these in common with the first one.
 struct Topology {
     std::filesystem::path file;
     std::size_t vertices = 0;

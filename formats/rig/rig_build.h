@@ -1,5 +1,5 @@
 #pragma once
-// What the importers hand to the rig: what a file draws, before joints are chosen and vertices welded.
+// The importers hand this to the rig: what a file draws, before joints are chosen and vertices welded.
 #include <filesystem>
 #include <span>
 #include <string>

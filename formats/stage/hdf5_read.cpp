@@ -35,7 +35,7 @@ std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t len
             [length](const std::byte* address) { ::munmap(const_cast<std::byte*>(address), length); }};
 }
 
-// What checkGlobalHeaps() takes for granted.
+// Checks what checkGlobalHeaps() takes for granted.
 void checkAddresses(const Hdf5Reader& in) {
     const Hdf5Handle creation(H5Fget_create_plist(in.file), H5Pclose, in.name);
     std::size_t address_bytes = 0, length_bytes = 0;

@@ -13,7 +13,7 @@ namespace penumbra {
 
 namespace {
 
-// What is drawn: the asset, a frame of it, and the shading, which may be null.
+// The benchmark draws this: the asset, a frame of it, and the shading, which may be null.
 struct Subject {
     const AssetView* asset = nullptr;
     Channel channel = Channel::kShaded;

@@ -1,5 +1,5 @@
 #pragma once
-// What characters of one asset cost on the GLSL path: milliseconds a frame, and bytes.
+// Measures what characters of one asset cost on the GLSL path: milliseconds a frame, and bytes.
 #include <optional>
 
 #include "player/draw/model_painter.h"

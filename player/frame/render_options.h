@@ -1,5 +1,5 @@
 #pragma once
-// What `penumbra-player render` needs to know. The documented defaults stand here.
+// The options of `penumbra-player render`. The documented defaults stand here.
 #include <optional>
 #include <string>
 #include <string_view>

@@ -1,5 +1,5 @@
 #pragma once
-// What was measured of every frame, and over frames.
+// Holds what was measured of every frame, and over frames.
 #include <span>
 #include <string>
 #include <string_view>

@@ -85,7 +85,7 @@ inline void gatherNumbers(const ShadeInput& in, std::size_t first, std::size_t e
     }
 }
 
-// What the kernel computes for 8 vertices.
+// The numbers that the kernel computes for 8 vertices.
 struct Block {
     LaneFrames frames;
     Lanes v[kMaxOrder * kMaxOrder], view_basis[kMaxOrder * kMaxOrder], t[3][kMaxOrder * kMaxOrder];

@@ -14,7 +14,7 @@ public:
     void draw(const Scene& scene, const ViewState& state, const FrameView& view, double aspect);
 
 private:
-    // What the uploaded values were made for.
+    // The light that the uploaded values were made for, and its version.
     struct Made {
         std::size_t light = 0;
         std::uint64_t version = 0;

@@ -76,7 +76,7 @@ struct ViewState {
     std::optional<std::size_t> sequence;                // number in the clip of the next picture of a sequence
 };
 
-// What there is to choose from.
+// The files of a scene give these choices.
 struct CharacterContents {
     const AnimationView* animation = nullptr;
     std::size_t slots = 1, components = 0;

@@ -71,7 +71,7 @@ void scrubBar(const Scene& scene, ViewState& state, std::size_t frames, double s
     playheadLine(row, shown);
 }
 
-// What a strip shows of each frame that is known.
+// A strip shows this figure of each frame that is known.
 struct Figure {
     const char* name;
     ImU32 color;

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// What happened since the last poll.
+// The events since the last poll.
 struct ViewEvents {
     std::vector<KeyPress> keys;                  // presses and repeats that no text field has taken
     std::vector<std::filesystem::path> dropped;  // files

@@ -163,8 +163,8 @@ class Planner:
             all(digest_of(self.farm.output, path, self.digests) == found for path, found in stamp["further_inputs"].items())
 
     def ask(self, key, words, files):
-        """What a program says to --dry-run: asked once, and remembered by its version and the content of its files. ConfigError with
-        its complaint."""
+        """Returns what a program says to --dry-run. It is asked once, and the answer is remembered by its version and
+        the content of its files. Raises ConfigError with its complaint."""
         read = [*files, *(buffer for file in files for buffer in buffers_of(file))]
         question = json.dumps([tool_version(words), [label(word) for word in words[1:]], [self.digests.of(file) for file in read]])
         if question not in self.asked:

@@ -1,5 +1,5 @@
-"""What a file was made from, beside the file: OUT.stamp (JSON) holds the command, the tool's version and the SHA-256 of every
-input and of OUT itself. Whether OUT must be made again is decided by that content, never by time stamps."""
+"""Keeps beside a file what it was made from: OUT.stamp (JSON) holds the command, the tool's version and the SHA-256
+of every input and of OUT itself. Whether OUT must be made again is decided by that content, never by time stamps."""
 import hashlib
 import json
 import os

@@ -157,7 +157,7 @@ TEST(Sheets, PlaneUnderASheetSeesTheDisc) {
     }
 }
 
-// Of one mesh, two sheets lie on each other. Between them it is dark, and outside it is open.
+// Two sheets of one mesh lie on each other. Between them it is dark, and outside it is open.
 TEST(Sheets, LayersShadeEachOther) {
     for (const double h : {0.01, 1e-4, 1e-5}) {
         Shape both = grid(9, 0);

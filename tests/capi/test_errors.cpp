@@ -16,7 +16,7 @@ namespace {
 using namespace capi_test;
 using testing::HasSubstr;
 
-// What a call says: "STATUS: message".
+// Holds what a call says, as "STATUS: message".
 class Said {
 public:
     penumbra_error error{PENUMBRA_FAILED, "not written"};

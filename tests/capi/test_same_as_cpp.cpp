@@ -20,7 +20,7 @@ std::vector<float> floatsOf(const std::vector<Vec3>& vectors) {
     return out;
 }
 
-// What the C++ classes compute for one frame.
+// The results that the C++ classes compute for one frame.
 struct Expected {
     std::vector<Vec3> positions, normals, tangents, radiance;
     std::vector<float> numbers, e;

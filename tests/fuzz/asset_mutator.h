@@ -1,5 +1,5 @@
 #pragma once
-// What the targets that read assets share: their corpus, made by the packer, and a mutator that falls back to it.
+// The targets that read assets share this: their corpus, made by the packer, and a mutator that falls back to it.
 // Include this once in a target.
 #include <cstdint>
 #include <cstring>

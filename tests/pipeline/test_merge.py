@@ -236,7 +236,7 @@ def check_virtual(folder):
     os.remove(shards[2])
     result = run("merge", index, "-o", place("x.vis.h5"))
     assert result.returncode == 2 and "s2.vis.h5" in result.stderr and not os.path.exists(place("x.vis.h5")), result
-    # The same shards give the same index.
+    # These shards give that index again.
     bake(shards[2], "--precision", "f16", "--frames", f"2:{frames}:4")
     good("merge", *shards, "-o", index, "--virtual", "-q")
     assert digest(index) == first

@@ -1,4 +1,4 @@
-"""What the tests of penumbra-player view share: an X server, assets, a running window and its screenshots."""
+"""The tests of penumbra-player view share this: an X server, assets, a running window and its screenshots."""
 import contextlib
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What xdotool cannot do: files dragged onto a window (the XDND protocol, version 5), a window beside ours."""
+"""Does what xdotool cannot do: files dragged onto a window (the XDND protocol, version 5), a window beside ours."""
 import time
 import urllib.parse
 
