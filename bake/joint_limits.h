@@ -1,5 +1,5 @@
 #pragma once
-// How far each joint turns: the ranges of the rotation vectors of /frames/pose (rig_file.h, RigPose::pose).
+// Tells how far each joint turns: the ranges of the rotation vectors of /frames/pose (rig_file.h, RigPose::pose).
 #include <filesystem>
 #include <span>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// Gives random access into a raw deflate stream (RFC 1951) in bounded memory.
+// Random access into a raw deflate stream (RFC 1951) in bounded memory.
 #include <cstdint>
 #include <string>
 

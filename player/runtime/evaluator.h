@@ -48,9 +48,9 @@ public:
     void setScores(std::size_t cluster, std::span<const float> scores);
     // nearestRotation() of the linear part of the cluster's joint
     const Mat3& clusterRotation(std::size_t cluster) const;
-    // How far the clusters' inputs of this pose are from where training frames had them, in about radians; 0 where
-    // all of them are inside. The evaluator clamps inputs to the training range. formats/stage/model_file.h has the
-    // formula.
+    // Returns how far the clusters' inputs of this pose are from where training frames had them, in about radians; 0
+    // where all of them are inside. The evaluator clamps inputs to the training range. formats/stage/model_file.h has
+    // the formula.
     double outOfRange() const { return out_of_range_; }
 
     // Writes numbers[v * stride + i] for the cluster's vertices. `numbers` is the array of all vertices, V * stride

@@ -9,7 +9,7 @@
 
 namespace penumbra {
 
-// How the light gets into the frame of every vertex.
+// Tells how the light gets into the frame of every vertex.
 enum class LightForm {
     kLobes,     // the asset's fitted zonal lobes: their axes turn (paper 000 section 5.4); as exact as the fit
     kFixed,     // 2 order - 1 zonal lobes on fixed axes, which together are the light exactly

@@ -8,7 +8,7 @@
 
 namespace penumbra {
 
-// How radiance is computed from a material (docs/formulas.md, section 3).
+// Tells how radiance is computed from a material (docs/formulas.md, section 3).
 enum class Reflectance {
     kSlices,     // L = l . (f x v), f = C y_even(omega_o), the product exact
     kOperators,  // L = sum over b of (w^b . y_even(omega_o)) l^T M^b v, paper 000 eq 11
