@@ -1,5 +1,4 @@
-// Reads v, f, o, g and usemtl lines of Wavefront .obj files, and passes over all others (vt, vn, s, l, p, mtllib,
-// ...).
+// Wavefront .obj: v, f, o, g and usemtl lines; all others (vt, vn, s, l, p, mtllib, ...) are passed over.
 #include <algorithm>
 #include <charconv>
 

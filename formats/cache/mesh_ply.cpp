@@ -1,5 +1,5 @@
-// Reads .ply 1.0, ASCII and binary: x, y, z of the element "vertex" and the list vertex_indices (or vertex_index) of
-// "face". It passes over other elements and properties.
+// .ply 1.0, ASCII and binary: x, y, z of the element "vertex", the list vertex_indices (or vertex_index) of "face";
+// other elements and properties are passed over.
 #include <algorithm>
 #include <bit>
 #include <charconv>
