@@ -4,20 +4,19 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <utility>
 
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
+#include "sh/angles.h"
 
 namespace penumbra {
 
 namespace {
 
 constexpr double kTail = 0.01;  // share of the frames that lies beyond each end of a range
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::uintmax_t kMaxFileBytes = 16 << 20;
 
 // Returns the quantile between the two nearest of the sorted values (as numpy does by default).
@@ -56,7 +55,7 @@ struct Row {
     double low = 0, high = 0;   // radians
 };
 
-double degrees(const std::string& text) {
+double parseDegrees(const std::string& text) {
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
     if (text.empty() || *end != '\0' || !(value >= -180 && value <= 180))
@@ -87,7 +86,7 @@ Row parseRow(const std::string& line, const Rig& rig) {
     const std::size_t axis = std::string("xyz").find(fields[1]);
     if (fields[1].size() != 1 || axis == std::string::npos)
         throw InvalidInput("axis '" + fields[1] + "' is not x, y or z");
-    const Row row{3 * joint + axis, degrees(fields[2]) * kDegree, degrees(fields[3]) * kDegree};
+    const Row row{3 * joint + axis, parseDegrees(fields[2]) * kDegree, parseDegrees(fields[3]) * kDegree};
     if (row.low > row.high) throw InvalidInput("min " + fields[2] + " is above max " + fields[3]);
     return row;
 }

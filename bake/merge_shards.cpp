@@ -23,6 +23,7 @@
 
 #include "bake/frame_choice.h"
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/sha256.h"
 #include "formats/common/write_file.h"
@@ -289,9 +290,8 @@ void findDamage(MergePlan& plan) {
 
 namespace {
 
-std::string joined(const std::vector<std::string>& items, std::size_t most) {
-    std::string text;
-    for (std::size_t i = 0; i < std::min(items.size(), most); ++i) text += (i ? ", " : "") + items[i];
+std::string joinedUpTo(std::size_t most, const std::vector<std::string>& items) {
+    const std::string text = joined(std::span(items).first(std::min(items.size(), most)));
     return items.size() > most ? text + " and " + std::to_string(items.size() - most) + " more" : text;
 }
 
@@ -307,13 +307,13 @@ std::string MergeProblems::sentence() const {
     const auto add = [&](const char* what, const std::string& items) {
         if (!items.empty()) text += (text.empty() ? "" : "; ") + std::string(what) + items;
     };
-    add("cannot be read: ", joined(unreadable, kMostListed));
-    add("cannot be used: ", joined(unusable, kMostListed));
-    add("not supported: ", joined(unsupported, kMostListed));
-    add("not of one bake: ", joined(different, kMostListed));
+    add("cannot be read: ", joinedUpTo(kMostListed, unreadable));
+    add("cannot be used: ", joinedUpTo(kMostListed, unusable));
+    add("not supported: ", joinedUpTo(kMostListed, unsupported));
+    add("not of one bake: ", joinedUpTo(kMostListed, different));
     add("missing frames: ", rangesText(missing, kMostListed));
-    add("frames there twice: ", joined(twice, kMostListed));
-    add("frames beyond the whole: ", joined(beyond, kMostListed));
+    add("frames there twice: ", joinedUpTo(kMostListed, twice));
+    add("frames beyond the whole: ", joinedUpTo(kMostListed, beyond));
     return text;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "bake/occlusion.h"
+#include "sh/bounding_box.h"
 
 namespace penumbra {
 
@@ -210,13 +211,8 @@ void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions
 
 SceneScale sceneScale(std::span<const Vec3> positions, double diagonal) {
     assert(!positions.empty() && diagonal > 0);
-    Vec3d low = toDouble(positions[0]), high = low;
-    for (Vec3 p : positions)
-        for (int c = 0; c < 3; ++c) {
-            low[c] = std::min(low[c], double(p[c]));
-            high[c] = std::max(high[c], double(p[c]));
-        }
-    return {(low + high) * 0.5, diagonal};
+    const BoundingBox box = boundsOf(positions);
+    return {(toDouble(box.low) + toDouble(box.high)) * 0.5, diagonal};
 }
 
 }  // namespace penumbra

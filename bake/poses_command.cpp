@@ -7,6 +7,7 @@
 #include "bake/pose_list.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
+#include "sh/angles.h"
 
 namespace penumbra {
 
@@ -67,8 +68,8 @@ Json limitsTable(const JointLimits& limits, const Skin& skin) {
         if (limits.low[c] != 0 || limits.high[c] != 0)
             table.push_back({{"joint", skin.joint_names[c / 3]},
                              {"axis", std::string(1, "xyz"[c % 3])},
-                             {"min", limits.low[c] * 57.29577951308232},
-                             {"max", limits.high[c] * 57.29577951308232}});
+                             {"min", degrees(limits.low[c])},
+                             {"max", degrees(limits.high[c])}});
     return table;
 }
 

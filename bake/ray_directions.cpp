@@ -6,6 +6,7 @@
 
 #include "bake/random_numbers.h"
 #include "sh/quadrature.h"
+#include "sh/quaternion.h"
 
 namespace penumbra {
 
@@ -17,9 +18,7 @@ Mat3d randomRotation(std::uint64_t seed) {
                  c = 2 * std::numbers::pi * nextUniform(seed);
     const double x = std::sqrt(1 - u) * std::sin(a), y = std::sqrt(1 - u) * std::cos(a);
     const double z = std::sqrt(u) * std::sin(c), w = std::sqrt(u) * std::cos(c);
-    return {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
-             2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
-             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+    return matrixOf({x, y, z, w});
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "bake/frame_choice.h"
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 #include "formats/common/sha256.h"
 
 namespace penumbra {
@@ -32,12 +33,6 @@ BakeWords wordsOf(const Provenance& provenance) try {
     return {};
 }
 
-std::string listOf(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-}
-
 // Returns all files of an occluder, with those of a sequence, which a pattern or a folder names.
 std::vector<std::filesystem::path> everyFileOf(const std::filesystem::path& occluder) {
     std::vector<std::filesystem::path> all;
@@ -55,14 +50,14 @@ void checkGiven(const VisibilityHeader& header, const std::string& name, const B
     if (occluders.size() != words.occluders.size())
         throw UsageError(name + ": baked " +
                          (words.occluders.empty() ? "without an occluder"
-                                                  : "with " + listOf(words.occluders) + "; give each with --occluder"));
+                                                  : "with " + joined(words.occluders) + "; give each with --occluder"));
     const auto& inputs = header.provenance.inputs;
     for (const std::filesystem::path& occluder : occluders)
         for (const std::filesystem::path& file : everyFileOf(occluder)) {
             const std::string sum = sha256OfFile(file);
             if (std::none_of(inputs.begin(), inputs.end(), [&](const ProvenanceInput& i) { return i.sha256 == sum; }))
                 throw UsageError("--occluder " + occluder.string() + ": not what " + name + " was baked with (" +
-                                 listOf(words.occluders) + ")");
+                                 joined(words.occluders) + ")");
         }
 }
 

@@ -9,6 +9,7 @@
 #include "bake/reference_blockers.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"
+#include "formats/common/picture_text.h"
 #include "formats/common/slot_choice.h"
 #include "sh/light_rotation.h"
 #include "sh/sh_basis.h"
@@ -32,26 +33,23 @@ struct ReferenceCommand {
     float exposure = 1;
 };
 
-Vec3 parseColor(const std::string& text) {
-    Vec3 color;
-    int used = 0;
-    const int read = std::sscanf(text.c_str(), "%f/%f/%f%n", &color.x, &color.y, &color.z, &used);
-    const float least = std::min({color.x, color.y, color.z}), sum = color.x + color.y + color.z;
-    if (read != 3 || std::size_t(used) != text.size() || !(least >= 0) || !std::isfinite(sum))
-        throw UsageError("--background must be transparent or R/G/B (linear, 0 or more), not '" + text + "'");
-    return color;
-}
-
 void finishOptions(ReferenceCommand& command) {
     ReferenceOptions& options = command.options;
-    int used = 0;
-    if (std::sscanf(command.size.c_str(), "%5dx%5d%n", &options.width, &options.height, &used) != 2 ||
-        std::size_t(used) != command.size.size())
-        throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
+    if (!command.size.empty()) {
+        const std::optional<PictureSize> size = parseSize(command.size);
+        if (!size) throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
+        options.width = size->width;
+        options.height = size->height;
+    }
     options.channel = command.channel == "ao"        ? ReferenceChannel::kAmbient
                       : command.channel == "normals" ? ReferenceChannel::kNormals
                                                      : ReferenceChannel::kShaded;
-    if (command.background != "transparent") options.background = parseColor(command.background);
+    if (command.background != "transparent") {
+        options.background = parseColor(command.background);
+        if (!options.background)
+            throw UsageError("--background must be transparent or R/G/B (linear, 0 or more), not '" +
+                             command.background + "'");
+    }
     if (command.light_order_option->count() > 0 && command.light.empty())
         throw UsageError("--light-order needs --light: the default light is the same at any order");
     if (!command.layout.empty() && command.light.empty()) throw UsageError("--layout needs --light");

@@ -8,6 +8,7 @@
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 #include "formats/common/name_option.h"
 #include "formats/common/warning.h"
 #include "sh/sh_basis.h"
@@ -25,15 +26,10 @@ struct BrdfCommand {
     std::string name;  // empty: the name of the source
 };
 
-std::string modelNames() {
-    std::string names;
-    for (const std::string& name : brdfNames()) names += (names.empty() ? "" : ", ") + name;
-    return names;
-}
-
 void define(CLI::App& app, BrdfCommand& command) {
-    app.add_option("--analytic", command.source.analytic,
-                   "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " + modelNames());
+    app.add_option(
+        "--analytic", command.source.analytic,
+        "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " + joined(brdfNames()));
     app.add_option("--merl", command.source.merl, "measurements of the MERL database (.binary)");
     app.add_option("--table", command.source.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");

@@ -9,6 +9,7 @@
 #include "fit/light/light_lobes.h"
 #include "fit/light/light_window.h"
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 #include "formats/common/name_option.h"
 #include "formats/common/warning.h"
 #include "sh/sh_basis.h"
@@ -27,19 +28,13 @@ struct LightCommand {
     const CLI::Option *layout_option = nullptr, *lobes_option = nullptr, *window_option = nullptr;
 };
 
-std::string joined(const std::vector<std::string>& words, const char* separator) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
-    return text;
-}
-
 void define(CLI::App& app, LightCommand& command) {
     app.add_option("picture", command.picture, "environment, OpenEXR or Radiance HDR");
     app.add_option(
            "--analytic", command.analytic,
            "light without a picture, as in sky:elevation=20+sun:direction=0/1/1,irradiance=3; joined by + or given "
            "again; NAME[:key=value,...], NAME one of " +
-               joined(analyticLightNames(), ", "))
+               joined(analyticLightNames()))
         ->allow_extra_args(false);
     command.layout_option =
         app.add_option("--layout", command.layout,

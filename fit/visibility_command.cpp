@@ -9,6 +9,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
 #include "formats/stage/pose_file.h"
+#include "sh/angles.h"
 
 namespace penumbra {
 
@@ -142,7 +143,7 @@ void fillReport(const FitResult& result, Report& report) {
     figures["cross_validated_relative_error"] = fit.cross_validated_error;
     figures["leave_one_out_relative_error"] = fit.leave_one_out_error;
     figures["output_pca_relative_error"] = fit.output_floor;
-    figures["largest_tangent_angle_degrees"] = fit.largest_tangent_angle * 57.29577951308232;
+    figures["largest_tangent_angle_degrees"] = degrees(fit.largest_tangent_angle);
     for (const ClipError& clip : result.model.clip_errors) {
         nlohmann::ordered_json entry = toJson(clip.relative_error, clip.rms_v, clip.ambient_error);
         entry["held_out"] = clip.held_out;

@@ -7,6 +7,7 @@
 
 #include "formats/asset/asset_checks.h"
 #include "formats/common/errors.h"
+#include "sh/bounding_box.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -41,13 +42,10 @@ Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh)
 PlaybackSection quantizePositions(std::span<const Vec3> positions) {
     PlaybackSection playback;
     if (positions.empty()) return playback;
-    Vec3 low = positions[0], high = positions[0];
     for (const Vec3& p : positions)
-        for (int i = 0; i < 3; ++i) {
-            if (!std::isfinite(p[i])) throw InvalidInput("positions: a number is not finite");
-            low[i] = std::min(low[i], p[i]);
-            high[i] = std::max(high[i], p[i]);
-        }
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+            throw InvalidInput("positions: a number is not finite");
+    const auto [low, high] = boundsOf(positions);
     constexpr double kSteps = 65535;
     double side = 0;
     for (int i = 0; i < 3; ++i) side = std::max(side, double(high[i]) - low[i]);

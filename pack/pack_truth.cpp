@@ -6,6 +6,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
+#include "formats/common/joined.h"
 #include "formats/common/write_file.h"
 #include "pack/asset_writer.h"
 
@@ -19,11 +20,8 @@ TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options)
         throw InvalidInput("quantity is " + header.quantity + "; truth is hemisphere_visibility");
     const std::vector<std::string>& known = header.frames.clip_names;
     for (const std::string& clip : options.clips)
-        if (std::find(known.begin(), known.end(), clip) == known.end()) {
-            std::string all;
-            for (const std::string& name : known) all += (all.empty() ? "" : ", ") + name;
-            throw UsageError("--clips: no clip \"" + clip + "\"; there are: " + all);
-        }
+        if (std::find(known.begin(), known.end(), clip) == known.end())
+            throw UsageError("--clips: no clip \"" + clip + "\"; there are: " + joined(known));
     TruthPlan plan;
     for (std::size_t f = 0; f < header.frames.frameCount(); ++f) {
         const std::string& clip = known[header.frames.clip[f]];

@@ -6,6 +6,7 @@ check_docs.py [FILE.md]...     without arguments all files that git tracks
 A path is a word in code, inline or in a block, that begins with a folder of the repository or of the document's own folder;
 it may be a pattern (`fit/models/train_*.cpp`). The name of a source file without a folder must be that of some file. Tables,
 code blocks and lines with a URL may be longer than 120 columns."""
+import fnmatch
 import pathlib
 import re
 import subprocess
@@ -14,7 +15,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 COLUMNS = 120
 SOURCES = {".h", ".cpp", ".py", ".fbs", ".comp", ".vert", ".frag", ".glsl", ".md"}
-PATH = re.compile(r"(?<![\w/.$-])\.?[\w-]+(?:/[\w.*-]+)+/?|(?<![\w/.$-])[\w-]+\.\w+(?![\w/])")
+PATH = re.compile(r"(?<![\w/.$-])\.?[\w-]+(?:/[\w.*-]+)+/?|(?<![\w/.$*-])[\w*-]+\.\w+(?![\w/])")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
@@ -32,7 +33,7 @@ def anchors(path):
 def is_missing(word, document, names):
     """Whether a word of code is a path or a source file's name, and there is no such file."""
     if "/" not in word:
-        return pathlib.PurePath(word).suffix in SOURCES and word not in names
+        return pathlib.PurePath(word).suffix in SOURCES and not fnmatch.filter(names, word)
     for folder in (document.parent, ROOT):
         if (folder / word.split("/")[0]).is_dir() and (folder / word.split("/")[0]) != ROOT / "build":
             return not any(folder.glob(word.rstrip("/")))

@@ -1,68 +1,52 @@
 #!/usr/bin/python3
 """No type has two definitions in one program: the linker would silently take the functions of either.
 
-Reads every type at namespace level outside unnamed namespaces; sh and formats are in every program (rigs in penumbra-bake
-and penumbra-fit only), each of bake, fit, pack and player (and its tests) with them. Exits 1 and lists every name that is
-defined twice."""
+The compiler sees two functions of one name (-Wmissing-declarations), but no type that two files define. So a .cpp file
+defines types in unnamed namespaces alone, and no two headers that can meet in a program define a type of one name. Reads what
+clang-format leaves: what stands at namespace level begins its line. Exits 1 and lists every place."""
 import collections
 import pathlib
 import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SHARED = ["sh", "formats"]
-PROGRAMS = {"bake": ["bake"], "fit": ["fit"], "pack": ["pack", "player/runtime"], "player": ["player", "player/runtime"]}
-WITHOUT_RIGS = ["pack", "player"]
-NO_CODE = re.compile(r"""//[^\n]*|/\*.*?\*/|R"([^\s()\\]*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])+'""", re.S)
-ATTRIBUTE = r"(?:alignas\s*\((?:[^()]|\([^()]*\))*\)|\[\[.*?\]\])\s*"
+ATTRIBUTE = r"(?:alignas\(.*?\)|\[\[.*?\]\])\s*"
 TYPE = re.compile(rf"(?:template.*>\s*)?(?:struct|class|union|enum class|enum)\s+(?:{ATTRIBUTE})*(\w+)(?!\w|::)(?:[^;{{]*\{{|[^;]*$)")
-
-
-def code_of(path):
-    """Returns the file's lines without comments, strings and characters, whose braces do not count."""
-    return NO_CODE.sub(lambda match: "\n" * match[0].count("\n"), path.read_text()).split("\n")
+# Folder, of sources or of tests -> the programs that it is in; every other folder is in all of them. Tests of player and of
+# the C interface link pack.
+PROGRAMS = {"bake": {"bake"}, "fit": {"fit"}, "pack": {"pack", "player"}, "player": {"player"}, "capi": {"player"},
+            "formats/rig": {"bake", "fit"}, "player/runtime": {"pack", "player"}}
 
 
 def types_of(path):
-    """Returns (name, "FILE:LINE") of the types that other files can clash with."""
-    depth, open_namespaces = 0, []  # of each the depth around it, and whether it is unnamed
-    for number, line in enumerate(code_of(path), 1):
-        if re.match(r"(inline )?namespace\b[^=;]*\{", line):
-            open_namespaces.append((depth, bool(re.search(r"namespace\s*\{", line))))
-        elif (match := TYPE.match(line)) and not any(unnamed for _, unnamed in open_namespaces):
-            yield match[1], f"{path.relative_to(ROOT)}:{number}"
-        depth += line.count("{") - line.count("}")
-        while open_namespaces and depth <= open_namespaces[-1][0]:
-            open_namespaces.pop()
-    if depth:
-        sys.exit(f"{path.relative_to(ROOT)}: braces do not match: this script cannot read it")
+    """(name, line number) of each type outside unnamed namespaces."""
+    unnamed = 0
+    for number, line in enumerate(path.read_text().split("\n"), 1):
+        unnamed += line.startswith("namespace {")
+        unnamed -= line == "}  // namespace"
+        if not unnamed and (match := TYPE.match(line)):
+            yield match[1], number
+    if unnamed:
+        sys.exit(f"{path.relative_to(ROOT)}: an unnamed namespace without its end: run clang-format")
 
 
-def folder_of(place):
-    parts = place.removeprefix("tests/").split("/")
-    return "player/runtime" if parts[:2] == ["player", "runtime"] else parts[0]
-
-
-def is_in(place, program):
-    if program in WITHOUT_RIGS and place.startswith("formats/rig/"):
-        return False
-    return folder_of(place) in [*SHARED, *PROGRAMS[program]]
+def programs_of(relative):
+    folders = relative.removeprefix("tests/").split("/")[:-1]
+    return PROGRAMS.get("/".join(folders[:2])) or PROGRAMS.get(folders[0] if folders else "") or set.union(*PROGRAMS.values())
 
 
 def main():
-    places = collections.defaultdict(list)
-    for top in [*SHARED, *PROGRAMS, "tests"]:
+    wrong, places = [], collections.defaultdict(list)
+    for top in ("sh", "formats", "bake", "fit", "pack", "player", "tests"):
         for path in sorted((ROOT / top).rglob("*")):
-            if path.suffix in (".cpp", ".h"):
-                for name, place in types_of(path):
-                    places[name].append(place)
-    wrong = set()
-    for name, all_places in places.items():
-        for program in PROGRAMS:
-            found = [place for place in all_places if is_in(place, program)]
-            if len(found) > 1:
-                wrong.add(f"{name}: {', '.join(sorted(found))}")
-    print("\n".join(sorted(wrong)) or f"{len(places)} types, each defined once a program")
+            relative = path.relative_to(ROOT).as_posix()
+            for name, line in types_of(path) if path.suffix in (".cpp", ".h") else ():
+                if path.suffix == ".cpp":
+                    wrong.append(f"{relative}:{line}: {name} belongs in an unnamed namespace")
+                wrong += [f"{relative}:{line}: {name} is also in {other}" for other in places[name]
+                          if programs_of(other) & programs_of(relative)]
+                places[name].append(relative)
+    print("\n".join(wrong) or f"{len(places)} types, each defined once a program")
     return 1 if wrong else 0
 
 

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sh/angles.h"
 #include "sh/key_values.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
@@ -210,8 +211,8 @@ void addSky(const AnalyticLight& light, LightParts& parts) {
     const auto number = [&](const char* key) { return light.parameters.at(key).x; };
     SkyOptions options;
     options.turbidity = number("turbidity");
-    options.elevation = number("elevation") * pi / 180;
-    options.azimuth = number("azimuth") * pi / 180;
+    options.elevation = radians(number("elevation"));
+    options.azimuth = radians(number("azimuth"));
     options.albedo = light.parameters.at("albedo");
     options.intensity = number("intensity");
     options.sun = number("sun");
@@ -219,7 +220,7 @@ void addSky(const AnalyticLight& light, LightParts& parts) {
     parts.smooth.push_back(
         {[sky](Vec3d d) { return skyRadiance(sky, d); }, [sky](int order) { return projectSky(sky, order); }, false});
     if (options.sun == 0) return;
-    DiscLight disc{sky.sun_direction, 0.267 * pi / 180, {}};
+    DiscLight disc{sky.sun_direction, radians(0.267), {}};
     disc.radiance = sky.sun_irradiance / (pi * std::pow(std::sin(disc.angle), 2));
     parts.discs.push_back(disc);
 }
@@ -234,11 +235,11 @@ LightParts partsOf(std::span<const AnalyticLight> lights) {
         if (light.name == "overcast") parts.smooth.push_back(overcastLight(value("radiance"), value("albedo")));
         if (light.name == "directional") parts.directional.push_back({value("direction"), value("irradiance")});
         if (light.name == "disc")
-            parts.discs.push_back({value("direction"), value("angle").x * pi / 180, value("radiance")});
+            parts.discs.push_back({value("direction"), radians(value("angle").x), value("radiance")});
         if (light.name == "sun") {
             // The irradiance is pi sin^2 a times the radiance. A disc larger than a half sphere counts as a half sphere
             // here.
-            const double angle = value("angle").x * pi / 180, sine = std::sin(std::min(angle, pi / 2));
+            const double angle = radians(value("angle").x), sine = std::sin(std::min(angle, pi / 2));
             parts.discs.push_back({value("direction"), angle, value("irradiance") / (pi * sine * sine)});
         }
         if (light.name == "sky") addSky(light, parts);

@@ -3,45 +3,28 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 
+#include "sh/angles.h"
+#include "sh/bounding_box.h"
 #include "sh/key_values.h"
 
 namespace penumbra {
 
-namespace {
-
-double radians(double degrees) { return degrees * std::numbers::pi / 180; }
-
-struct Box {
-    Vec3d low, high;
-};
-
-Box boxOf(std::span<const Vec3> positions) {
-    if (positions.empty()) return {};
-    Box box{toDouble(positions[0]), toDouble(positions[0])};
-    for (const Vec3& p : positions)
-        for (int axis = 0; axis < 3; ++axis) {
-            box.low[axis] = std::min(box.low[axis], double(p[axis]));
-            box.high[axis] = std::max(box.high[axis], double(p[axis]));
-        }
-    return box;
-}
-
-}  // namespace
-
 double defaultPitch(std::span<const Vec3> rest_positions) {
-    const Box box = boxOf(rest_positions);
-    const Vec3d size = box.high - box.low;
+    const BoundingBox box = boundsOf(rest_positions);
+    const Vec3d size = toDouble(box.high) - toDouble(box.low);
     const double width = std::min(size.x, size.z);
     return width > 0 ? radians(35) * std::clamp(2 - 8 * size.y / width, 0.0, 1.0) : 0;
 }
 
 Camera makeCamera(std::string_view text, std::span<const Vec3> positions, double radius, double pitch) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const Box box = boxOf(positions);
-    Camera camera{.target = (box.low + box.high) * 0.5, .pitch = pitch, .distance = nan, .vertical_fov = radians(35)};
+    const BoundingBox box = boundsOf(positions);
+    Camera camera{.target = (toDouble(box.low) + toDouble(box.high)) * 0.5,
+                  .pitch = pitch,
+                  .distance = nan,
+                  .vertical_fov = radians(35)};
     for (const KeyValue& item : splitKeyValues(text)) {
         if (item.key == "yaw")
             camera.yaw = radians(parseNumber("camera yaw", item.value, -360, 360));

@@ -1,11 +1,11 @@
 #include "sh/light_rotation.h"
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "sh/angles.h"
 #include "sh/key_values.h"
 
 namespace penumbra {
@@ -14,7 +14,7 @@ namespace {
 
 // Returns the rotation about the unit axis a by Rodrigues' formula, R = cos I + (1 - cos) a a^T + sin [a]x.
 Mat3d turnAbout(Vec3d a, double degrees) {
-    const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
+    const double angle = radians(degrees), c = std::cos(angle), s = std::sin(angle);
     Mat3d r;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) r(i, j) = (1 - c) * a[i] * a[j] + (i == j ? c : 0);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sh/quaternion.h"
+
 namespace penumbra {
 
 namespace {
@@ -74,9 +76,10 @@ Mat3 nearestRotation(const Mat3& a) {
     auto [w, x, y, z] = largestEigenvector(davenport(unit));
     const double n = 1 / std::sqrt(w * w + x * x + y * y + z * z);
     w *= n, x *= n, y *= n, z *= n;
-    return {{float(1 - 2 * (y * y + z * z)), float(2 * (x * y - w * z)), float(2 * (x * z + w * y)),
-             float(2 * (x * y + w * z)), float(1 - 2 * (x * x + z * z)), float(2 * (y * z - w * x)),
-             float(2 * (x * z - w * y)), float(2 * (y * z + w * x)), float(1 - 2 * (x * x + y * y))}};
+    const Mat3d rotation = matrixOf({x, y, z, w});
+    Mat3 out;
+    for (std::size_t i = 0; i < 9; ++i) out.m[i] = float(rotation.m[i]);
+    return out;
 }
 
 }  // namespace penumbra

@@ -79,7 +79,7 @@ double squaredDistance(std::span<const float> a, std::span<const float> b) {
 void climb(const MatrixF& points, std::span<const double> counts, double bandwidth, std::span<float> x) {
     std::vector<double> mean(x.size());
     for (int step = 0; step < kMaxSteps; ++step) {
-        // 1. Average the points by the kernel around x. Points farther than exp(-20) = 2e-9 add nothing.
+        // 1. Average the points by the kernel around x. Points where the kernel is below exp(-20) = 2e-9 are left out.
         std::fill(mean.begin(), mean.end(), 0.0);
         double total = 0;
         for (std::size_t b = 0; b < points.rows; ++b) {

@@ -1,7 +1,7 @@
 // Chooses the tangents of a mesh at rest.
 //
 // Problem: neighbouring vertices should have nearly equal local frames, because the numbers in these frames are then
-// alike and a cluster needs few components. No tangent field is smooth over a closed surface.
+// alike and a cluster needs few components. No tangent field is smooth all over a sphere.
 //
 // Naive: project one axis on all tangent planes. Where a normal lies along the axis, tangents spin around it.
 //

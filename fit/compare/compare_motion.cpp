@@ -1,18 +1,16 @@
 // Figures of the poses and of the visibility themselves: one vertex as one joint turns, and eigenvalues.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "fit/compare/compare_series.h"
+#include "sh/angles.h"
 
 namespace penumbra {
 
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-
 std::vector<double> inDegrees(std::vector<double> angles) {
-    for (double& angle : angles) angle *= kDegrees;
+    for (double& angle : angles) angle = degrees(angle);
     return angles;
 }
 
@@ -23,7 +21,7 @@ Series bakedSeries(const JointSweep& sweep, bool held_out) {
                   {}};
     for (std::size_t f = 0; f < sweep.baked_angles.size(); ++f) {
         if (sweep.baked_held_out[f] != held_out) continue;
-        series.x.push_back(sweep.baked_angles[f] * kDegrees);
+        series.x.push_back(degrees(sweep.baked_angles[f]));
         series.y.push_back(sweep.baked_ambient[f]);
     }
     return series;

@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 
+#include "formats/common/joined.h"
+
 namespace penumbra {
 
 namespace {
@@ -100,12 +102,6 @@ list of
 numbers, the first convention.</dd>
 </dl>
 )html";
-
-std::string joined(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-}
 
 // Returns a number with a comma at thousands, such as 13,380.
 std::string grouped(std::size_t number) {

@@ -23,8 +23,8 @@ std::vector<Block> makeBlocks(const FrameList& list, std::span<const std::size_t
         if (i == 0 || list.clip[frames[i]] != list.clip[frames[i - 1]]) blocks.push_back({i, i});
         blocks.back().end = i + 1;
     }
+    // 2. Cut the longest block in half until there are enough.
     while (blocks.size() < std::min(kLeastFolds, frames.size())) {
-        // 2. Cut the longest block in half until there are enough.
         const auto longest =
             std::max_element(blocks.begin(), blocks.end(), [](Block a, Block b) { return a.size() < b.size(); });
         const Block whole = *longest;

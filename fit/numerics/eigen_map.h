@@ -1,5 +1,5 @@
 #pragma once
-// Lets Eigen work on our matrices without a copy. Only .cpp files include it, so that no header needs Eigen.
+// Lets Eigen work on our matrices without a copy. Only .cpp files include it, so that no other header needs Eigen.
 #include <Eigen/Core>
 
 #include "fit/numerics/matrix.h"

@@ -4,12 +4,11 @@
 // several.
 //
 // Naive: solve the normal equations (a^T a + ridge) x = a^T b. They square the condition number, and without a ridge
-// they have no solution when columns of `a` depend on one another.
+// they are singular when columns of `a` depend on one another.
 //
 // Here: turn the columns of `a` in pairs until all are orthogonal, a V = U S (Hestenes 1958). The singular values are
-// then the lengths of the columns, so small ones come out accurately and those that count as zero can be left
-// out. The matrices are at most 15 x 15, where this costs little. docs/formulas.md, section 6, uses it for lobes of
-// light.
+// then the lengths of the columns, so small ones come out accurately and those that count as zero can be left out. The
+// matrices are at most 15 x 15, where this costs little. docs/formulas.md, section 6, uses it for lobes of light.
 
 #include "fit/numerics/min_norm.h"
 

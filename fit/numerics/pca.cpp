@@ -76,18 +76,18 @@ Pca componentsOf(const BasicMatrix<T>& rows) {
 template <class T>
 BasicMatrix<T> basisRows(const Pca& pca, const BasicMatrix<T>& rows, std::size_t count) {
     BasicMatrix<T> basis(count, rows.columns);
-    // 1. The basis may be known already.
     const auto known = Eigen::Index(std::min(count, pca.energies.size()));
     const auto m = asEigen(rows);
     auto out = asEigen(basis);
+    // 1. The basis may be known already.
     if (!pca.from_rows) {
         out.topRows(known) = asEigen(pca.to_basis).topRows(known).template cast<T>();
         return basis;
     }
+    // 2. Otherwise combine the rows, a block of columns at a time.
     const Eigen::MatrixXd combine = asEigen(pca.to_basis).leftCols(known).transpose();
     for (Eigen::Index begin = 0; begin < m.cols(); begin += kBlock) {
         const Eigen::Index n = std::min(kBlock, m.cols() - begin);
-        // 2. Otherwise combine the rows, a block of columns at a time.
         const Eigen::MatrixXd block = m.middleCols(begin, n).template cast<double>();
         out.block(0, begin, known, n) = (combine * block).template cast<T>();
     }

@@ -67,17 +67,17 @@ TruncatedSvd krylovSvd(const Eigen::Map<const EigenRows<double>>& a, std::size_t
     const Index largest = std::min({kLargestSpace, a.rows(), a.cols()});
     MatrixXd space(a.cols(), 0), image(a.rows(), 0), block = startOf(a.cols());
     while (true) {
-        // 1. Make the new block orthonormal to the space. The second pass removes what rounding left in the first.
         throwIfInterrupted();
+        // 1. Make the new block orthonormal to the space. The second pass removes what rounding left in the first.
         for (int pass = 0; pass < 2 && space.cols() > 0; ++pass) block -= space * (space.transpose() * block);
-        // 2. Extend the space and its image by the block.
         block = orthonormal(block);
+        // 2. Extend the space and its image by the block.
         const Index before = space.cols();
         space.conservativeResize(Eigen::NoChange, before + kKrylovBlock);
         image.conservativeResize(Eigen::NoChange, before + kKrylovBlock);
-        // 3. From the fourth step on, decompose the image, and stop when the triples are accurate or the space is full.
         space.rightCols(kKrylovBlock) = block;
         image.rightCols(kKrylovBlock) = a * block;
+        // 3. From the fourth step on, decompose the image, and stop when the triples are accurate or the space is full.
         if (space.cols() >= 4 * kKrylovBlock) {
             const Eigen::BDCSVD<MatrixXd> svd(image, Eigen::ComputeThinU | Eigen::ComputeThinV);
             const Index k = Index(count);
@@ -86,8 +86,8 @@ TruncatedSvd krylovSvd(const Eigen::Map<const EigenRows<double>>& a, std::size_t
             const double residual = (a.transpose() * u - v * sigma.asDiagonal()).colwise().norm().maxCoeff();
             if (residual <= kResidual * sigma[0] || space.cols() + kKrylovBlock > largest)
                 return stored(u, sigma, v, count);
-            // 4. The next block is a^T a times this one.
         }
+        // 4. The next block is a^T a times this one.
         block = a.transpose() * image.rightCols(kKrylovBlock);
     }
 }

@@ -24,6 +24,7 @@
 #include "fit/numerics/cross_validation.h"
 #include "fit/visibility/fit_cluster.h"
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/pose_file.h"
@@ -35,12 +36,6 @@ namespace {
 struct Split {
     std::vector<std::size_t> train, held_out;  // frames
 };
-
-std::string joined(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-}
 
 void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdout) {
     for (const std::string& name : holdout)

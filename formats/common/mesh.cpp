@@ -1,21 +1,15 @@
 #include "formats/common/mesh.h"
 
-#include <algorithm>
 #include <cassert>
 
+#include "sh/bounding_box.h"
 #include "sh/vertex_normals.h"
 
 namespace penumbra {
 
 double boxDiagonal(const std::vector<Vec3>& positions) {
-    if (positions.empty()) return 0;
-    Vec3d low = toDouble(positions[0]), high = low;
-    for (Vec3 p : positions)
-        for (int i = 0; i < 3; ++i) {
-            low[i] = std::min(low[i], double(p[i]));
-            high[i] = std::max(high[i], double(p[i]));
-        }
-    return length(high - low);
+    const BoundingBox box = boundsOf(positions);
+    return length(toDouble(box.high) - toDouble(box.low));
 }
 
 namespace {

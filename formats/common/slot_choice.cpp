@@ -1,6 +1,7 @@
 #include "formats/common/slot_choice.h"
 
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 
 namespace penumbra {
 
@@ -12,8 +13,7 @@ SlotChoice parseSlotChoice(const std::string& text) {
 }
 
 [[noreturn]] static void fail(const std::string& problem, std::span<const std::string_view> known) {
-    std::string list;
-    for (const std::string_view name : known) list += (list.empty() ? "" : ", ") + std::string(name);
+    const std::string list = joined(known);
     throw UsageError("--slot: " + problem + "; there are " + (list.empty() ? "none" : list));
 }
 

@@ -6,6 +6,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
+#include "sh/bounding_box.h"
 
 namespace penumbra {
 
@@ -108,14 +109,12 @@ void bindRigidPart(const RigSource& source, const std::vector<bool>& animated, c
 // Returns the corners of the box around all positions that a skin moves. "Equal transforms" are compared at these
 // corners.
 std::vector<Vec3d> boxCorners(const RigSource& source, int skin) {
-    Vec3d low{1e300, 1e300, 1e300}, high = -low;
+    std::optional<BoundingBox> box;
     for (const SourcePart& part : source.parts)
-        if (part.skin == skin)
-            for (const Vec3 p : part.positions)
-                for (int i = 0; i < 3; ++i) {
-                    low[i] = std::min(low[i], double(p[i]));
-                    high[i] = std::max(high[i], double(p[i]));
-                }
+        if (part.skin == skin && !part.positions.empty())
+            box = box ? merged(*box, boundsOf(part.positions)) : boundsOf(part.positions);
+    const Vec3d nowhere{1e300, 1e300, 1e300};  // where the skin moves nothing
+    const Vec3d low = box ? toDouble(box->low) : nowhere, high = box ? toDouble(box->high) : -nowhere;
     std::vector<Vec3d> corners;
     corners.reserve(8);
     for (int c = 0; c < 8; ++c)

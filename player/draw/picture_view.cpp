@@ -50,7 +50,7 @@ BoundingBox boundsOfClips(PosedFrame& frame, std::span<const std::size_t> clips)
             throwIfInterrupted();
             frame.pose(clip.first_frame + number, std::nullopt);
             const BoundingBox box = boundsOf(frame.positions());
-            all = first ? box : joined(all, box);
+            all = first ? box : merged(all, box);
             first = false;
         }
     }

@@ -4,26 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "sh/angles.h"
+
 namespace penumbra {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kMaxPitch = 89 * kPi / 180;  // as makeCamera()
-
-BoundingBox boundsOf(std::span<const Vec3> positions) {
-    if (positions.empty()) return {};
-    BoundingBox box{positions.front(), positions.front()};
-    for (const Vec3& p : positions) box = joined(box, {p, p});
-    return box;
-}
-
-BoundingBox joined(const BoundingBox& a, const BoundingBox& b) {
-    BoundingBox box;
-    for (int axis = 0; axis < 3; ++axis) {
-        box.low[axis] = std::min(a.low[axis], b.low[axis]);
-        box.high[axis] = std::max(a.high[axis], b.high[axis]);
-    }
-    return box;
-}
+constexpr double kMaxPitch = radians(89);  // as makeCamera()
 
 void frameAll(Camera& camera, const BoundingBox& box, double aspect) {
     camera.target = toDouble(box.low + box.high) * 0.5;

@@ -1,17 +1,9 @@
 #pragma once
 // Moves the camera of sh/camera.h as a user wants it.
-#include <span>
-
+#include "sh/bounding_box.h"
 #include "sh/camera.h"
 
 namespace penumbra {
-
-struct BoundingBox {
-    Vec3 low, high;
-    double radius() const { return 0.5 * double(length(high - low)); }
-};
-BoundingBox boundsOf(std::span<const Vec3> positions);
-BoundingBox joined(const BoundingBox& a, const BoundingBox& b);
 
 // Sets target and distance such that the sphere around the box is within a picture of this aspect (width / height).
 // Keeps the angles.

@@ -1,10 +1,10 @@
 #include "player/frame/render_options.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 
 #include "formats/common/errors.h"
+#include "formats/common/picture_text.h"
 
 namespace penumbra {
 
@@ -80,39 +80,18 @@ LightForm parseLightForm(std::string_view word) {
     throw wrongWord("--light-form", "auto, lobes, fixed or rotation", word);
 }
 
-namespace {
-
-template <class T>
-bool readNumber(std::string_view& text, T& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    text.remove_prefix(std::size_t(end - text.data()));
-    return error == std::errc();
-}
-
-bool readSeparator(std::string_view& text, char separator) {
-    if (text.empty() || text.front() != separator) return false;
-    text.remove_prefix(1);
-    return true;
-}
-
-}  // namespace
-
 std::optional<Vec3> parseBackground(std::string_view text) {
     if (text == "transparent") return std::nullopt;
-    std::string_view rest = text;
-    Vec3 color;
-    const bool read = readNumber(rest, color.x) && readSeparator(rest, '/') && readNumber(rest, color.y) &&
-                      readSeparator(rest, '/') && readNumber(rest, color.z) && rest.empty();
-    if (!read || !(std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z)) || color.x < 0 ||
-        color.y < 0 || color.z < 0)
-        throw wrongWord("--background", "transparent or R/G/B (linear, 0 or more)", text);
+    const std::optional<Vec3> color = parseColor(std::string(text));
+    if (!color) throw wrongWord("--background", "transparent or R/G/B (linear, 0 or more)", text);
     return color;
 }
 
 void parseSize(std::string_view text, int& width, int& height) {
-    std::string_view rest = text;
-    if (!readNumber(rest, width) || !readSeparator(rest, 'x') || !readNumber(rest, height) || !rest.empty())
-        throw wrongWord("--size", "WIDTHxHEIGHT in pixels, each 1..16384", text);
+    const std::optional<PictureSize> size = parseSize(std::string(text));
+    if (!size) throw wrongWord("--size", "WIDTHxHEIGHT in pixels, each 1..16384", text);
+    width = size->width;
+    height = size->height;
 }
 
 }  // namespace penumbra

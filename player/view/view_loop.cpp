@@ -14,6 +14,7 @@
 #include "player/view/view_panels.h"
 #include "player/view/view_settings.h"
 #include "player/view/view_window.h"
+#include "sh/angles.h"
 
 namespace penumbra {
 namespace {
@@ -39,17 +40,16 @@ double startPitch(const Scene& scene) {
     double least = std::numbers::pi;
     for (const auto& character : scene.characters)
         least = std::min(least, defaultPitch(character->asset.mesh.positions));
-    return std::max(least, 8 * std::numbers::pi / 180);
+    return std::max(least, radians(8));
 }
 
 ViewState startState(const Scene& scene, const ViewSettings& settings, const ViewOptions& options) {
     ViewState state;
     applySettings(settings, state);
-    const double degree = std::numbers::pi / 180;
     state.shading = options.shading;
-    state.camera.yaw = 20 * degree;
+    state.camera.yaw = 20 * kDegree;
     state.camera.pitch = startPitch(scene);
-    state.camera.vertical_fov = 35 * degree;
+    state.camera.vertical_fov = 35 * kDegree;
     return stateFor(scene, state);
 }
 

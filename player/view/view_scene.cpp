@@ -93,7 +93,7 @@ BoundingBox boundsOf(const Scene& scene, bool rest) {
             boundsOf(posed ? std::span<const Vec3>(character.vertices.positions) : character.asset.mesh.positions);
         box.low += character.offset;
         box.high += character.offset;
-        all = i == 0 ? box : joined(all, box);
+        all = i == 0 ? box : merged(all, box);
     }
     return all;
 }

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
+
+#include "sh/angles.h"
 
 namespace penumbra {
 
@@ -142,7 +143,7 @@ void dragLight(ViewState& state, double right, double down, double height) {
 
 // R = R_y(yaw) R_x(-pitch): +z rises towards +y, then moves towards +x.
 Mat3 lightRotation(const ViewState& state) {
-    const double yaw = state.light_yaw * std::numbers::pi / 180, pitch = state.light_pitch * std::numbers::pi / 180;
+    const double yaw = radians(state.light_yaw), pitch = radians(state.light_pitch);
     const double sy = std::sin(yaw), cy = std::cos(yaw), sp = std::sin(pitch), cp = std::cos(pitch);
     const Mat3d about_y{{cy, 0, sy, 0, 1, 0, -sy, 0, cy}}, about_x{{1, 0, 0, 0, cp, sp, 0, -sp, cp}};
     const Mat3d r = about_y * about_x;

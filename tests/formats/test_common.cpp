@@ -14,6 +14,7 @@
 #include "formats/common/fp16.h"
 #include "formats/common/mesh.h"
 #include "formats/common/parallel_for.h"
+#include "formats/common/picture_text.h"
 #include "formats/common/progress.h"
 #include "formats/common/provenance.h"
 #include "formats/common/sha256.h"
@@ -175,6 +176,30 @@ TEST(Signals, WorkThatNeverLooksIsStoppedWithinASecondAndLeavesNothing) {
 }
 
 // --- Errors ---------------------------------------------------------------------------------------------------------
+
+// What both penumbra-bake reference and penumbra-player render took before they shared this.
+TEST(PictureText, SizesAreReadAsScanfAndFromCharsReadThem) {
+    for (const char* text : {"640x480", "+640x480", " 640x\t480", "00640x480", "0000640x0000480"}) {
+        const auto size = parseSize(text);
+        ASSERT_TRUE(size) << text;
+        EXPECT_EQ(size->width, 640) << text;
+        EXPECT_EQ(size->height, 480) << text;
+    }
+    EXPECT_EQ(parseSize("-5x3").value().width, -5);  // the range is the caller's
+    for (const char* text : {"", "640", "640x", "x480", "640 x480", "640x480 ", "640x480x", "640*480", "6 40x480",
+                             "99999999999x1", "99999999999999999999x1", "1.5x2"})
+        EXPECT_FALSE(parseSize(text)) << text;
+    EXPECT_FALSE(parseSize(std::string("1x2\0", 4)));
+}
+
+TEST(PictureText, ColoursAreReadAsScanfAndFromCharsReadThem) {
+    for (const char* text : {"0.5/1/2e-1", " +.5/0x1p0/\n0.2", "5e-1/1./.2"})
+        EXPECT_EQ(parseColor(text), (Vec3{0.5f, 1, 0.2f})) << text;
+    EXPECT_EQ(parseColor("-0/0/1e-60"), Vec3{});
+    for (const char* text : {"", "1/1", "1/1/1/1", "1/1/1 ", "1 /1/1", "a/b/c", "-1/0/0", "0/0/nan", "nan/0/0",
+                             "inf/0/0", "1e50/0/0", "0x/0/0", "1e/0/0", "transparent"})
+        EXPECT_FALSE(parseColor(text)) << text;
+}
 
 TEST(Errors, ExitCodesAndOneLine) {
     testing::internal::CaptureStderr();

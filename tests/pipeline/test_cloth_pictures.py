@@ -93,6 +93,16 @@ def check_sequence():
     assert abs(mean - clip["ambient_error"]) < 1e-4, (mean, clip)
 
 
+def check_words():
+    """Sizes and backgrounds that either program reads, both read: signs, white space, zeros, hexadecimal, too small a number."""
+    draw = (["player", "render", "flat.pnb"], ["bake", "reference", "flat.vis.h5", "--frame", 0])
+    for program, *words in draw:
+        for size in ("64x48", "+64x 48", "00000064x48", ""):
+            good(program, *words, "-o", "w.png", "--dry-run", "--size", size)
+        for colour in ("transparent", "0.5/1/.2", " 0.5/+1/0x1p-2", "1e-50/0/0"):
+            good(program, *words, "-o", "w.png", "--dry-run", "--background", colour)
+
+
 def check_kinds():
     """penumbra-bake info names the kinds of an asset by the words that the fit took, whatever they are."""
     for model, features in (("linear", "dihedral-angles"), ("additive", "dihedral-angles"), ("quadratic", "relative-bones")):
@@ -114,5 +124,6 @@ with tempfile.TemporaryDirectory() as folder:
     make("hung", True)
     check_cameras()
     check_sequence()
+    check_words()
     check_kinds()
 print("ok")
