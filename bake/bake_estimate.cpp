@@ -1,3 +1,14 @@
+// Estimates the time, the bytes and the memory of a bake.
+//
+// Problem: tell before a bake of hours how long it will take and how big its file will be. Both depend on the scene:
+// on how many rays miss, on how long the way through the tree is, and on how well the coefficients compress.
+//
+// Naive: trace the first frame and multiply. The first frame of a clip is often the pose at rest, and a single frame
+// does not show how well consecutive frames compress together.
+//
+// Here: probe a few runs of consecutive frames that are spread over the whole list. In every frame the same few
+// blocks of vertices are traced, and each run is stored as the writer would store it. Figures are processor time, so
+// that other programs on the machine do not change them.
 #include "bake/bake_estimate.h"
 
 #include <sys/resource.h>
@@ -16,25 +27,26 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr double kProbeSeconds = 8;     // of processor time: others on the machine change neither frames nor figures
+// of processor time: other programs change neither the number of frames nor the figures
+constexpr double kProbeSeconds = 8;
 constexpr std::size_t kRuns = 4;        // places in the list of frames
-constexpr std::size_t kRunFrames = 64;  // consecutive ones, as in the writer's blocks; fewer when the time is up
-constexpr std::size_t kTasks = 8;       // blocks of vertices that a chunk keeps together
+constexpr std::size_t kRunFrames = 64;  // consecutive frames, as in the writer's blocks; fewer when the time is up
+constexpr std::size_t kTasks = 8;       // blocks of vertices that a chunk of the file keeps together
 
-// Of all threads.
+// Returns the processor time of all threads of the process so far.
 double processorSeconds() {
     timespec time{};
     ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
     return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-// What was measured, over all frames of the probe; seconds of processor time.
+// Sums what was measured over all frames of the probe, in seconds of processor time.
 struct ProbeSums {
     double frames = 0, pose_seconds = 0, trace_seconds = 0;  // tracing scaled up to all vertices
     double store_seconds = 0, stored_bytes = 0, stored_frames = 0;
 };
 
-// Vertices of the probe: kTasks blocks, spread evenly.
+// Chooses the vertices of the probe: kTasks blocks, spread evenly over all.
 std::vector<std::size_t> probedTasks(std::size_t tasks) {
     std::vector<std::size_t> out;
     const std::size_t count = std::min(tasks, kTasks);
@@ -42,12 +54,14 @@ std::vector<std::size_t> probedTasks(std::size_t tasks) {
     return out;
 }
 
-// Frames of the same vertices, one block after the other, as the writer's chunks have them.
+// Holds consecutive frames of the same vertices, one block of vertices after the other, as the writer's chunks have
+// them.
 struct RunOfFrames {
     std::vector<std::vector<float>> coefficients, positions, normals;  // of each probed block of vertices
     std::size_t frames = 0;
 };
 
+// Compresses a run as the writer would, and adds its time and its bytes, scaled up to all vertices.
 void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision precision, ProbeSums& sums) {
     const double start = processorSeconds();
     const std::size_t n2 = plan.header.coefficientCount();
@@ -69,6 +83,7 @@ void append(std::span<const float> values, std::vector<float>& out) {
     out.insert(out.end(), values.begin(), values.end());
 }
 
+// Poses one frame of the probe, traces its chosen vertices and appends them to the run.
 void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size_t frame, int threads, RunOfFrames& run,
                 ProbeSums& sums) {
     double start = processorSeconds();
@@ -106,6 +121,7 @@ void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size
     ++run.frames;
 }
 
+// Runs the probe: kRuns runs of frames, each with its share of the time.
 ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int threads) {
     const double start = processorSeconds();
     const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
@@ -146,7 +162,8 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     out.bytes = frames * sums.stored_bytes / sums.stored_frames + small;
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
-    // So far: the rig and one frame with its tree. To come: two frames more and the block that is written.
+    // The figure so far holds the rig and one frame with its tree. A bake adds two more frames and the block that it
+    // writes.
     const double tree = 150.0 * double(plan.blockers.triangles.size());
     const double halves = options.precision == Precision::kFloat16 ? 2 * vertices * n2 : 0;
     out.memory = 1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) +

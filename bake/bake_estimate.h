@@ -1,5 +1,6 @@
 #pragma once
-// What a bake will take, from a short probe: some vertices of some frames are posed, traced and compressed.
+// Estimates what a bake will take from a short probe, which poses, traces and compresses some vertices of some
+// frames.
 #include "bake/bake_visibility.h"
 
 namespace penumbra {
@@ -11,7 +12,8 @@ struct BakeEstimate {
     double journal = 0;  // bytes beside the output until it is whole
     double probe_seconds = 0;
 };
-// Takes about eight seconds of processor time, more where a single frame does. Writes nothing.
+// Makes an estimate. Takes about eight seconds of processor time, or more where a single frame takes more. Writes
+// nothing.
 BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int threads);
 
 }  // namespace penumbra

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMagic = "PNBJRNL1";
 constexpr std::uint64_t kMaxKeyBytes = std::uint64_t(64) << 20;
 
-// Tells a record that was written to its end from one that was not; no protection against forgery.
+// Tells a record that was written to its end from one that was not. It is no protection against forgery.
 std::uint64_t checksum(std::uint64_t seed, std::span<const std::byte> bytes) {
     std::uint64_t sum = seed ^ (bytes.size() * 0x9e3779b97f4a7c15u);
     for (std::size_t i = 0; i < bytes.size(); i += 8) {
@@ -35,6 +35,7 @@ std::uint64_t checksum(std::uint64_t seed, std::span<const std::byte> bytes) {
     return sum;
 }
 
+// Makes the text that two bakes share when one can go on from the other's frames.
 std::string keyOf(const VisibilityHeader& header, std::size_t frame_bytes) {
     nlohmann::ordered_json key;
     key["provenance"] = nlohmann::ordered_json::parse(toJson(header.provenance));
@@ -43,6 +44,7 @@ std::string keyOf(const VisibilityHeader& header, std::size_t frame_bytes) {
     return key.dump();
 }
 
+// Reads all bytes of `out`. Returns false at the end of the file and after an error.
 bool readAll(int file, std::uint64_t offset, std::span<std::byte> out) {
     while (!out.empty()) {
         const ssize_t count = ::pread(file, out.data(), out.size(), off_t(offset));
@@ -54,6 +56,7 @@ bool readAll(int file, std::uint64_t offset, std::span<std::byte> out) {
     return true;
 }
 
+// Writes all bytes. Returns false after an error, such as a full disk.
 bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) {
     while (!bytes.empty()) {
         const ssize_t count = ::pwrite(file, bytes.data(), bytes.size(), off_t(offset));
@@ -87,7 +90,7 @@ BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header,
     if (kept_ == 0) start(key);
 }
 
-// Opens and locks; again when its owner removes it just then.
+// Opens and locks the file. Tries again when the file's owner removes it at just that moment.
 void BakeJournal::open(bool resume) {
     for (int attempt = 0; attempt < 100; ++attempt) {
         file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
@@ -116,7 +119,7 @@ void BakeJournal::open(bool resume) {
 
 namespace {
 
-// Why the journal of another bake cannot be one with this key.
+// Tells why a journal with the key `found` belongs to another bake.
 std::string whyForeign(const std::string& found, const std::string& key) try {
     if (nestedTooDeep(found)) return "of another bake";
     const auto parse = [](const std::string& text) {
@@ -132,10 +135,10 @@ std::string whyForeign(const std::string& found, const std::string& key) try {
 
 }  // namespace
 
-// Counts the whole frames of what is there into kept_; what speaks against going on from them, or "".
+// Counts the whole frames of the file into kept_. Returns what speaks against going on from them, or "".
 std::string BakeJournal::adopt(const std::string& key) {
     std::vector<std::byte> head(kMagic.size() + 8);
-    if (!readAll(file_, 0, head)) return "";  // new, or killed in its first moments
+    if (!readAll(file_, 0, head)) return "";  // the file is new, or its bake was killed in its first moments
     std::uint64_t key_bytes = 0, sum = 0;
     std::memcpy(&key_bytes, head.data() + kMagic.size(), 8);
     struct stat status {};
@@ -155,6 +158,7 @@ std::string BakeJournal::adopt(const std::string& key) {
     return "";
 }
 
+// Reads one frame with its checksum. Returns false unless the frame is whole.
 bool BakeJournal::readRecord(std::size_t frame, std::vector<std::byte>& record) const {
     record.resize(frame_bytes_ + 8);
     if (!readAll(file_, records_begin_ + frame * record.size(), record)) return false;
@@ -163,6 +167,7 @@ bool BakeJournal::readRecord(std::size_t frame, std::vector<std::byte>& record) 
     return sum == checksum(frame + 1, std::span(record).first(frame_bytes_));
 }
 
+// Empties the file and writes the head of a new journal.
 void BakeJournal::start(const std::string& key) {
     kept_ = frames_ = 0;
     std::vector<std::byte> head(kMagic.size() + 8 + key.size() + 8);
@@ -205,7 +210,7 @@ void BakeJournal::append(std::span<const float> coefficients) {
         return;
     }
     full_ = true;
-    if (!keep_) drop();  // leaves the room to the output
+    if (!keep_) drop();  // leaves the room on the disk to the output
 }
 
 void BakeJournal::finish() {
@@ -213,6 +218,7 @@ void BakeJournal::finish() {
     drop();
 }
 
+// Lets go of the file: removes it unless it is to be kept and holds a frame.
 void BakeJournal::drop() noexcept {
     if (file_ < 0) return;
     if (!keep_ || frames_ == 0) ::unlink(path_.c_str());

@@ -1,10 +1,12 @@
 #pragma once
-// OUTPUT.journal: the coefficients that a bake has traced so far, so that a killed one goes on where it stopped
-// (--resume). An HDF5 file whose writer was killed cannot be read; this can, up to the last whole frame.
+// Keeps OUTPUT.journal, which holds the coefficients that a bake has traced so far. A bake that was killed goes on
+// from it with --resume. Nobody can read an HDF5 file whose writer was killed, but a journal can be read up to its
+// last whole frame.
 //
-// Layout: "PNBJRNL1", u64 bytes of the key, the key (JSON: provenance, number of frames, bytes a frame), its checksum;
-// then for every traced frame in order its coefficients as they will be stored and a checksum over frame and
-// coefficients. A frame with a wrong checksum ends the journal. Positions, bones and the like are posed again.
+// Layout: "PNBJRNL1", u64 number of bytes of the key, the key (JSON: provenance, number of frames, bytes a frame),
+// the key's checksum. Then every traced frame follows in order: its coefficients as they will be stored, and a
+// checksum over the frame's number and the coefficients. A frame with a wrong checksum ends the journal. The bake
+// poses positions, bones and the like again.
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -17,22 +19,22 @@ namespace penumbra {
 
 class BakeJournal {
 public:
-    // Takes over the journal that lies beside `output` if `resume` and it is of the same inputs, options and version;
-    // else starts an empty one. IoError when `resume` and another bake is writing it; without `resume` this one then
-    // has none: the other's stays.
+    // If `resume`, takes over the journal beside `output` when it has the same inputs, options and version. Otherwise
+    // starts an empty journal. Another bake may be writing the same journal: with `resume` that is an IoError;
+    // without it this bake has no journal, and the other's stays.
     BakeJournal(const std::filesystem::path& output, const VisibilityHeader& header, Precision precision, bool resume);
-    // Without finish(): kept when `resume` (its frames can still be used), else removed. A hard stop by a signal does
-    // the same; SIGKILL leaves it.
+    // Without finish(), keeps the journal if `resume`, because its frames can still be used, and removes it
+    // otherwise. A hard stop by a signal does the same; SIGKILL leaves the file.
     ~BakeJournal();
     BakeJournal(const BakeJournal&) = delete;
     BakeJournal& operator=(const BakeJournal&) = delete;
 
-    std::size_t framesKept() const { return kept_; }                    // traced by a bake before
-    const std::string& note() const { return note_; }                   // what the user should know, a sentence; or ""
-    void read(std::size_t frame, std::span<float> coefficients) const;  // frame < framesKept(); IoError
-    // The next frame. A full disk takes the journal away, not the bake.
+    std::size_t framesKept() const { return kept_; }                    // frames that an earlier bake traced
+    const std::string& note() const { return note_; }                   // a sentence that the user should see; or ""
+    void read(std::size_t frame, std::span<float> coefficients) const;  // frame < framesKept(); throws IoError
+    // Adds the next frame. On a full disk the journal ends, but the bake goes on.
     void append(std::span<const float> coefficients);
-    void finish();  // the output is whole: removes it
+    void finish();  // call it when the output is whole; it removes the journal
 
 private:
     std::filesystem::path path_;
@@ -40,9 +42,9 @@ private:
     std::size_t frame_bytes_ = 0;
     std::uint64_t records_begin_ = 0;
     std::size_t kept_ = 0, frames_ = 0;
-    bool keep_ = false;  // when we stop before the end
-    bool full_ = false;  // a write failed: no more frames
-    int file_ = -1;      // locked while it is ours
+    bool keep_ = false;  // keep the file when we stop before the end
+    bool full_ = false;  // a write failed, so no more frames are written
+    int file_ = -1;      // locked while it is ours; -1: no journal
     std::string note_;
     std::vector<std::byte> record_;
 

@@ -1,4 +1,4 @@
-// penumbra-bake: ray-traced visibility over an animation, and ray-traced pictures to hold results against.
+// penumbra-bake: ray-traced visibility over an animation, and ray-traced pictures to compare results with.
 #include "bake/bake_verbs.h"
 #include "formats/common/program_version.h"
 

@@ -20,7 +20,7 @@ std::string outOfRange(const char* option, const char* range, T value) {
 }  // namespace
 
 std::string findProblem(const BakeOptions& options) {
-    // Written as "not inside" so that NaN is a problem too.
+    // Each test asks for "not inside", so that NaN is a problem too.
     if (!(options.fps >= 0 && options.fps <= 1000)) return outOfRange("--fps", "0..1000 samples a second", options.fps);
     if (options.poses && options.fps > 0 && options.clips.empty())
         return "--fps goes with --clips when there is --poses, which has times of its own";

@@ -28,13 +28,13 @@ std::string findProblem(const ReferenceOptions& options) {
 
 namespace {
 
-// The frame in the ray tracer's own frame.
+// The frame in the ray tracer's own coordinates.
 struct ReferenceScene {
     const ReferenceFrame& input;
     SceneScale scale;
     std::vector<Vec3> positions;
     OcclusionScene scene;                   // what the camera sees
-    std::optional<OcclusionScene> shadows;  // what shadow rays meet, where that is more
+    std::optional<OcclusionScene> shadows;  // what shadow rays meet, where that is more than the camera sees
     std::vector<SampledBrdf> materials;
 
     const OcclusionScene& blocking() const { return shadows ? *shadows : scene; }
@@ -58,6 +58,7 @@ ReferenceScene makeScene(const ReferenceFrame& input, const std::vector<RgbBrdf>
     return {input, scale, std::move(positions), std::move(scene), std::move(shadows), std::move(materials)};
 }
 
+// The corners of the triangle that a camera ray meets, and where between them the point lies.
 struct Corners {
     Triangle vertex;
     std::array<double, 3> weight;  // barycentric
@@ -67,6 +68,7 @@ struct Corners {
     }
 };
 
+// Returns the frame of the BRDF at a point. Tangents of another cluster than the nearest corner's do not take part.
 Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d normal) {
     if (!input.tangents) return shadingFrame(normal);
     const PosedTangents& field = *input.tangents;
@@ -77,7 +79,7 @@ Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d normal)
     return shadingFrame(normal, tangent);
 }
 
-// From a point of a triangle to the `wanted` start of its rays.
+// Returns where the rays of a point of a triangle start. `wanted` is the start where nothing is near.
 RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted, double bias) {
     if (!scene.input.blockers) return {toFloat(wanted), false};
     const auto fronts = std::uint32_t(scene.input.mesh.frontVertexCount());
@@ -93,8 +95,9 @@ RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d poi
                         scene.input.blockers->solid_of_vertex[own[0]]});
 }
 
-// Shading normal, interpolated; shadow rays start on the smooth surface that the normals suggest, not on the flat
-// triangle below it, so that triangles do not shadow themselves (Hanika 2021, "Hacking the shadow terminator").
+// Makes the shaded point. Its normal is interpolated. Its shadow rays start on the smooth surface that the normals
+// suggest, not on the flat triangle below it, so that triangles do not shadow themselves (Hanika 2021, "Hacking the
+// shadow terminator").
 SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, Vec3d to_eye, double bias) {
     const auto& [corner, weight] = corners;
     Vec3d p[3], n[3], point, normal;
@@ -116,6 +119,7 @@ std::size_t materialAt(const ReferenceFrame& input, const Corners& corners) {
     return input.brdf_of_vertex.empty() ? 0 : input.brdf_of_vertex[corners.nearest()];
 }
 
+// Returns what one camera ray sees at a point.
 Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
             const EnvironmentLight& light, const ReferenceOptions& options, std::uint64_t seed) {
     const ShadowCaster caster{scene.blocking(), scene.input.ground};
@@ -133,7 +137,8 @@ Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePo
     }
 }
 
-// The fixed points inside a pixel that its camera rays go through: a Hammersley set, the centre for one ray.
+// Returns the fixed points inside a pixel that its camera rays go through: a Hammersley set, or the centre for one
+// ray.
 double pixelOffset(int i, int n, bool vertical) {
     if (!vertical) return (i + 0.5) / n;
     double inverse = 0.5 / n, digit = 0.5;
@@ -141,7 +146,7 @@ double pixelOffset(int i, int n, bool vertical) {
     return inverse;
 }
 
-// The corners on the side that a camera ray meets.
+// Returns the corners of the triangle on the side that a camera ray meets.
 Corners cornersOf(const Mesh& mesh, const SurfaceHit& hit, Vec3d ray_direction) {
     Corners corners{mesh.triangles[hit.triangle], {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v}};
     if (mesh.two_sided && dot(toDouble(hit.normal), ray_direction) > 0)
@@ -149,6 +154,7 @@ Corners cornersOf(const Mesh& mesh, const SurfaceHit& hit, Vec3d ray_direction) 
     return corners;
 }
 
+// Renders one pixel: the mean over its camera rays, whose seeds depend on the pixel alone.
 void renderPixel(const ReferenceScene& scene, const Camera& camera, const EnvironmentLight& light,
                  const ReferenceOptions& options, std::size_t index, Image& image) {
     const int x = int(index % std::size_t(options.width)), y = int(index / std::size_t(options.width));

@@ -1,5 +1,5 @@
 #pragma once
-// What moves in a bake: a rig, or a point cache.
+// Reads what moves in a bake: a rig or a point cache.
 #include <optional>
 
 #include "formats/cache/point_cache.h"
@@ -8,7 +8,7 @@
 namespace penumbra {
 
 struct BakeSource {
-    std::optional<Rig> rig;  // one of the two is there
+    std::optional<Rig> rig;  // exactly one of rig and cache is set
     std::optional<PointCache> cache;
 
     const Mesh& mesh() const { return rig ? rig->mesh : cache->mesh; }
@@ -17,23 +17,25 @@ struct BakeSource {
     std::vector<std::string> clipNames() const;
 };
 
-// A cache where the first path is one (isPointCache()), else a rig. Errors of readPointCache() and readRig().
+// Reads a point cache where the first path is one (isPointCache()), and a rig otherwise. Throws the errors of
+// readPointCache() and readRig().
 BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options);
 
+// Lists the frames of these clips (all if empty) at `fps` samples a second, or at the clips' own keys for 0.
 FrameList sampleFrames(const BakeSource& source, const std::vector<std::string>& clips, double fps);
 
-// Index of the clip of every name; -1 (the rest) for a name that the source does not have.
+// Returns for every name the index of the clip, or -1 (the rest pose) where the source has no clip of this name.
 std::vector<int> clipIndices(const BakeSource& source, const std::vector<std::string>& names);
 
 struct SourcePose {
-    std::vector<Vec3> positions, normals;  // [V]; of a rig they may be infinite
-    std::vector<Affine> bones;             // [J] of a rig
-    std::vector<float> pose;               // [3J] of a rig, RigPose::pose
+    std::vector<Vec3> positions, normals;  // [V]; those of a rig may be infinite
+    std::vector<Affine> bones;             // [J] of a rig, else empty
+    std::vector<float> pose;               // [3J] of a rig, RigPose::pose; else empty
 };
-// `clip` -1: at rest.
+// Poses the source at a time of a clip, in seconds. `clip` -1 is the rest pose.
 SourcePose poseSource(const BakeSource& source, int clip, double time);
 
-// Positions alone.
+// Returns the positions alone.
 std::vector<Vec3> sourcePositions(const BakeSource& source, int clip, double time);
 
 }  // namespace penumbra

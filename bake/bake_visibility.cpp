@@ -1,3 +1,16 @@
+// Traces all frames of a bake and writes them.
+//
+// Problem: F frames of V vertices need 2 N rays each. All cores shall be busy, memory shall hold few frames, a bake
+// that is killed shall not lose its work, and the file shall hold the same bytes whatever the number of threads is.
+//
+// Naive: give every thread a frame of its own. Then as many frames as threads are in memory, each with its own ray
+// tracing tree, and they end in any order. Or trace one frame after the other with all threads: then all but one of
+// them wait while one writes a frame and prepares the next.
+//
+// Here: the frames form a pipeline. While all threads share the vertices of frame f, one task writes frame f - 1 and
+// one poses frame f + 1. A vertex' result depends on that vertex alone (moments.h), so that the threads' order
+// changes no byte. Finished frames go to a journal as well (bake_journal.h), from which a second start continues. The
+// rays measure the moments of section 2 of docs/formulas.md.
 #include "bake/bake_visibility.h"
 
 #include <algorithm>
@@ -20,12 +33,13 @@ namespace penumbra {
 
 namespace {
 
-// Counts rays from many threads; whoever finds the printer free prints.
+// Counts rays from many threads. A thread that finds the printer free prints; the others go on.
 class RayCount {
 public:
     RayCount(ProgressStyle style, double expected)
         : expected_(expected * 1e-6), progress_(style, "tracing", "Mray", expected_) {}
-    // `traced` rays were shot, `expected` of the planned ones are done.
+    // Adds `traced` rays that were shot. They stand for `expected` of the planned rays, some of which lie below
+    // horizons.
     void add(std::size_t traced, std::size_t expected) {
         traced_ += traced;
         const std::size_t done = expected_done_ += expected;
@@ -46,7 +60,7 @@ void traceTask(const FrameScene& posed, const MomentTracer& tracer, std::size_t 
     const auto n2 = std::size_t(coefficientCount(tracer.directions.order));
     const std::span<const Vec3> positions(posed.frame.positions), normals(posed.frame.normals);
     const std::size_t end = std::min(positions.size(), (task + 1) * kVerticesPerTask);
-    // At most 2^17 directions, 10 ms, between two looks at the signal flag.
+    // A step traces at most 2^17 directions, about 10 ms, before it looks at the signal flag again.
     const std::size_t step = std::max<std::size_t>(1, (std::size_t(1) << 17) / std::size_t(tracer.directions.count));
     for (std::size_t begin = task * kVerticesPerTask; begin < end; begin += step) {
         throwIfInterrupted();
@@ -57,8 +71,8 @@ void traceTask(const FrameScene& posed, const MomentTracer& tracer, std::size_t 
     }
 }
 
-// Frames [begin, F): while frame f is traced, one task writes frame f - 1 and one prepares frame f + 1, so that three
-// frames are in memory.
+// Traces the frames [begin, F). While frame f is traced, one task writes frame f - 1 and one prepares frame f + 1, so
+// that three frames are in memory.
 void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t begin, int threads, RayCount& count,
                  const std::function<void(const VisibilityFrame&)>& write) {
     const std::size_t frame_count = plan.header.frames.frameCount();
@@ -70,6 +84,7 @@ void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t b
     for (std::size_t f = begin; f < frame_count; ++f) {
         const MomentTracer tracer = tracerOf(plan, *current, directions);
         const std::span<float> coefficients(current->frame.coefficients);
+        // Tasks 0 and 1 come first, because they take longest and cannot be divided.
         parallelFor(tasks + 2, threads, [&](std::size_t i) {
             if (i == 0 && done) write(*done);
             if (i == 1 && f + 1 < frame_count) next.emplace(frameScene(plan, f + 1));
@@ -86,6 +101,7 @@ void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t b
 BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,
                           ProgressStyle progress) {
     const auto start = std::chrono::steady_clock::now();
+    // 1. The journal of a bake that was stopped gives its frames back; they only have to be written.
     BakeJournal journal(target.output, plan.header, options.precision, target.resume);
     VisibilityWriter writer(target.output, plan.header, options.precision);
     RayCount count(progress, plan.rays());
@@ -95,10 +111,12 @@ BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, cons
         writer.writeFrame(frame);
         count.add(0, frame.positions.size() * std::size_t(options.rays));
     }
+    // 2. The other frames are traced. A frame goes to the journal before it goes to the output.
     traceFrames(plan, options, journal.framesKept(), threads, count, [&](const VisibilityFrame& frame) {
         journal.append(frame.coefficients);
         writer.writeFrame(frame);
     });
+    // 3. The output takes its name when it is whole, and then the journal can go.
     count.finish();
     writer.finish();
     journal.finish();
@@ -118,7 +136,7 @@ bool isWhole(const std::filesystem::path& output, const BakePlan& plan, std::str
     } catch (const Interrupted&) {
         throw;
     } catch (const std::exception& problem) {
-        damage = problem.what();  // whatever it is, the bake replaces it
+        damage = problem.what();  // whatever is wrong, the bake replaces the file
         return false;
     }
 }

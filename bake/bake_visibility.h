@@ -1,5 +1,5 @@
 #pragma once
-// The stage: rig or point cache in, x.vis.h5 out, one frame after the other in bounded memory.
+// The stage "bake": it reads a rig or a point cache and writes x.vis.h5, frame by frame in bounded memory.
 #include <filesystem>
 #include <vector>
 
@@ -11,7 +11,7 @@
 
 namespace penumbra {
 
-// What a bake will do, known before any ray is traced.
+// The plan tells what a bake will do, before any ray is traced.
 struct BakePlan {
     BakeSource source;
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
@@ -19,17 +19,17 @@ struct BakePlan {
     VisibilityHeader header;
     std::vector<int> source_clip;  // [C] the source's clip of each of header.frames' clips; -1 = at rest
     float bias = 1e-4f;
-    // Of a point cache, of a sheet and with occluders rays start by the rules of ray_start.h.
+    // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
     bool sheet_rules = false;
     Blockers blockers;
     std::vector<Occluder> occluders;  // their clips go with header.frames.clip_names
     ExtraInputs inputs;
-    std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache
+    std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache, else empty
 
     double rays() const;            // upper bound: every direction above the horizon of every vertex and frame
     double bytes(Precision) const;  // of the output before compression
 };
-// Reads the source and chooses the frames. UsageError, IoError, InvalidInput.
+// Reads the source and chooses the frames. Throws UsageError, IoError and InvalidInput.
 BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options);
 
 struct BakeTarget {
@@ -39,18 +39,19 @@ struct BakeTarget {
 
 struct BakeResult {
     double rays_traced = 0;
-    double seconds = 0;           // of tracing; reading the rig is not in it
-    double written_bytes = 0;     // the file
-    std::size_t frames_kept = 0;  // of those, traced by a bake before
-    std::string note;             // about the journal, or ""
+    double seconds = 0;           // of tracing, without the time to read the rig
+    double written_bytes = 0;     // size of the file
+    std::size_t frames_kept = 0;  // frames that an earlier bake traced and the journal kept
+    std::string note;             // about the journal; "" when there is nothing to tell
 };
-// Traces and writes. The same bytes for any number of threads. A pose with a position that is not finite is
-// InvalidInput; throws Interrupted within a second of a signal and leaves no output.
+// Traces and writes. The file holds the same bytes for any number of threads. Throws InvalidInput for a pose with a
+// position that is not finite. Throws Interrupted within a second of a signal and then leaves no output.
 BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,
                           ProgressStyle progress);
 
-// Whether the file under this name is what the bake would make: same inputs by content, options and version, and all
-// of its data right by their checksums, for which it is read through. `damage` says which are not. Throws Interrupted.
+// Tells whether the file under this name is what the bake would make: it has the same inputs by content, the same
+// options and version, and all of its data agree with their checksums. The function reads the whole file for that,
+// and `damage` says what is wrong with a file that does not pass. Throws Interrupted.
 bool isWhole(const std::filesystem::path& output, const BakePlan& plan, std::string& damage);
 
 }  // namespace penumbra

@@ -15,7 +15,7 @@ namespace penumbra {
 
 namespace {
 
-// Which connected part each vertex is of, by its first vertex.
+// Finds the connected part of each vertex by union-find. The part's first vertex is its name.
 std::vector<std::uint32_t> partsOfVertices(std::span<const Triangle> triangles, std::size_t vertices) {
     std::vector<std::uint32_t> parent(vertices);
     std::iota(parent.begin(), parent.end(), 0u);
@@ -33,13 +33,14 @@ std::vector<std::uint32_t> partsOfVertices(std::span<const Triangle> triangles, 
 }
 
 struct Part {
-    std::int64_t open_edges = 0;  // sides of triangles that meet no other one
-    double volume = 0;            // six times, signed
+    std::int64_t open_edges = 0;  // sides of triangles that no other triangle shares
+    double volume = 0;            // six times the signed volume
     std::int32_t solid = 0;
 };
 }  // namespace
 
 void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
+    // 1. Sum up for every connected part its signed volume, and how many sides of triangles stand alone.
     const std::vector<std::uint32_t> part_of = partsOfVertices(more, rest.size());
     std::map<std::uint32_t, Part> parts;
     for (const Triangle& t : more) {
@@ -49,8 +50,10 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
         part.volume += dot(toDouble(rest[t[0]]) - o, cross(toDouble(rest[t[1]]) - o, toDouble(rest[t[2]]) - o));
     }
     for (const InnerEdge& edge : innerEdges(more)) parts[part_of[edge[0]]].open_edges -= 2;
+    // 2. A part without open edges is a closed surface; the sign of its volume tells which way its fronts face.
     for (auto& [vertex, part] : parts)
         if (part.open_edges == 0 && part.volume != 0) part.solid = ++solids;
+    // 3. Append the triangles, and for the mesh itself also what its vertices need.
     const bool of_mesh = vertices == 0;
     if (of_mesh) fans = makeFans(more, rest.size());
     for (const Triangle& t : more) {
@@ -68,6 +71,7 @@ void Blockers::add(std::span<const Triangle> more, std::span<const Vec3> rest) {
 
 namespace {
 
+// Tells whether a source has a single pose.
 bool standsStill(const BakeSource& source) {
     if (source.rig) return source.rig->clips.empty();
     return source.cache->clips.empty() || (source.cache->clips.size() == 1 && source.cache->clips[0].times.size() == 1);
@@ -77,7 +81,7 @@ bool standsStill(const BakeSource& source) {
 
 std::vector<std::filesystem::path> filesOfOccluder(const std::filesystem::path& occluder) {
     std::error_code error;
-    if (std::filesystem::exists(occluder, error)) return {occluder};
+    if (std::filesystem::exists(occluder, error)) return {occluder};  // the name of a file may hold colons
     std::vector<std::filesystem::path> files;
     const std::string text = occluder.string();
     for (std::size_t at = 0; at <= text.size();) {
@@ -119,6 +123,7 @@ std::vector<Occluder> readOccluders(const std::vector<std::filesystem::path>& pa
 
 namespace {
 
+// Returns the time of a clip's last frame.
 double endOf(const BakeSource& source, std::size_t clip) {
     return source.rig ? source.rig->clips[clip].duration : source.cache->clips[clip].times.back();
 }

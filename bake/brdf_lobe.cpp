@@ -1,3 +1,14 @@
+// Fits a sampling lobe to any BRDF.
+//
+// Problem: a path tracer should draw directions where the BRDF is large, but of a measured BRDF only its values are
+// known.
+//
+// Naive: draw cosine-weighted directions. A mirror-like material then needs thousands of samples, since nearly all of
+// them miss its lobe ("Brute force" in section 3 of docs/formulas.md has figures).
+//
+// Here: probe the BRDF once with lobes of six widths, so that one of them finds its peak. Then compute from these
+// samples how much variance each lobe of a fixed family would have, and take the best one. No lobe needs samples of
+// its own.
 #include "bake/brdf_lobe.h"
 
 #include <algorithm>
@@ -13,12 +24,14 @@ namespace {
 
 // --- Points ---------------------------------------------------------------------------------------------------------
 
+// Hashes a number to [0, 1) (the finaliser of SplitMix64).
 double hashToUnit(std::uint64_t x) {
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
     return double((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
+// Mirrors the binary digits of i at the binary point (van der Corput).
 double radicalInverse(std::uint32_t i) {
     i = (i << 16) | (i >> 16);
     i = ((i & 0x00ff00ffu) << 8) | ((i & 0xff00ff00u) >> 8);
@@ -42,6 +55,7 @@ UnitSquare stratified(int i, int n, std::uint64_t seed) {
 
 namespace {
 
+// Returns the unit vector of height z at this azimuth.
 Vec3d onCircle(double z, double azimuth) {
     const double r = std::sqrt(std::max(0.0, 1 - z * z));
     return {r * std::cos(azimuth), r * std::sin(azimuth), z};
@@ -54,7 +68,7 @@ double cosineDensity(Vec3d wi) { return std::max(0.0, wi.z) / std::numbers::pi; 
 
 namespace {
 
-// `local`, given around the unit `axis`, in the axis' own space.
+// Turns `local`, which is given around the z axis, to lie around the unit vector `axis`.
 Vec3d around(Vec3d axis, Vec3d local) {
     // Duff et al. 2017, "Building an orthonormal basis, revisited".
     const double sign = std::copysign(1.0, axis.z), a = -1 / (sign + axis.z), b = axis.x * axis.y * a;
@@ -68,7 +82,7 @@ Vec3d around(Vec3d axis, Vec3d local) {
 Vec3d sampleLobe(const BrdfLobe& lobe, Vec3d wo, UnitSquare s) {
     if (lobe.kind == BrdfLobe::Kind::kPower)
         return around({-wo.x, -wo.y, wo.z}, onCircle(std::pow(1 - s.u, 1 / (lobe.x + 1)), 2 * std::numbers::pi * s.v));
-    // Slopes of a GGX surface are a circular distribution, stretched.
+    // The slopes of a GGX surface follow a circular distribution that is stretched along x and y.
     const double slope = std::sqrt(s.u / (1 - s.u)), azimuth = 2 * std::numbers::pi * s.v;
     const Vec3d h = normalized(Vec3d{lobe.x * slope * std::cos(azimuth), lobe.y * slope * std::sin(azimuth), 1});
     return 2 * dot(wo, h) * h - wo;
@@ -89,13 +103,14 @@ double lobeDensity(const BrdfLobe& lobe, Vec3d wo, Vec3d wi) {
 // --- The fit --------------------------------------------------------------------------------------------------------
 
 namespace {
+// A direction that probes the BRDF for a view.
 struct Trial {
     Vec3d wo, wi;
     double weight;  // (f cos)^2 / (albedo of the view)^2 / density of the trial
     double cosine;  // density of cosine-weighted directions
 };
 
-// Half vectors of every width there may be, so that one of them finds the lobe.
+// The half vectors of these lobes have every width that a material may have, so that one of them finds its lobe.
 const std::array<BrdfLobe, 6>& probes() {
     constexpr auto probe = [](double alpha) { return BrdfLobe{BrdfLobe::Kind::kHalfVector, alpha, alpha, 0}; };
     static const std::array<BrdfLobe, 6> all = {probe(1),    probe(0.3),   probe(0.1),
@@ -103,8 +118,10 @@ const std::array<BrdfLobe, 6>& probes() {
     return all;
 }
 
+// Draws directions for one view from all probes and the cosine, and weights them by the joint density of all of these
+// (the balance heuristic). Weights are relative to the view's albedo, so that all views count alike.
 void addTrials(const RgbBrdf& brdf, Vec3d wo, std::vector<Trial>& trials) {
-    constexpr int kSamples = 512;  // of each probe
+    constexpr int kSamples = 512;  // from each probe
     const std::size_t first = trials.size();
     double albedo = 0;
     for (std::size_t p = 0; p <= probes().size(); ++p)
@@ -123,7 +140,8 @@ void addTrials(const RgbBrdf& brdf, Vec3d wo, std::vector<Trial>& trials) {
     for (std::size_t t = first; t < trials.size(); ++t) trials[t].weight /= albedo * albedo;
 }
 
-// Mean over views of the second moment of (f cos) / density, in albedos squared; `lobe` gets its best share.
+// Returns the mean over views of the second moment of (f cos) / density, in squared albedos. Sets the lobe's best
+// share.
 double secondMoment(const std::vector<Trial>& trials, BrdfLobe& lobe) {
     constexpr std::array<double, 3> kShares = {0.5, 0.75, 0.9};
     std::array<double, kShares.size()> sums{};
@@ -137,6 +155,7 @@ double secondMoment(const std::vector<Trial>& trials, BrdfLobe& lobe) {
     return *best;
 }
 
+// Lists the family: powers, isotropic half vectors, and for anisotropic materials also half vectors of two widths.
 std::vector<BrdfLobe> candidates(bool isotropic) {
     std::vector<BrdfLobe> all;
     for (double exponent = 1; exponent < 1e6; exponent *= 2) all.push_back({BrdfLobe::Kind::kPower, exponent, 0, 0});
@@ -159,7 +178,7 @@ BrdfLobe fitLobe(const RgbBrdf& brdf) {
     BrdfLobe best;
     double least = 0;
     for (const Trial& t : trials) least += t.weight / t.cosine;
-    least *= 0.95;  // a lobe costs samples that the cosine would have: it must be worth it
+    least *= 0.95;  // a lobe takes samples from the cosine, so it must be worth it
     for (BrdfLobe lobe : candidates(isotropic))
         if (const double moment = secondMoment(trials, lobe); moment < least) {
             least = moment;

@@ -1,3 +1,16 @@
+// Chooses few poses out of many frames.
+//
+// Problem: a bake of every frame takes long, and neighbouring frames are nearly alike. Choose `count` frames such
+// that every other frame has a chosen one near it. Distance is that of pose_features.h, in rest diagonals.
+//
+// Naive: take every k-th frame. A pose that the character holds for a second is then baked many times, and a quick
+// move not at all. The best choice itself cannot be computed: both the least largest gap (k-centre) and the least
+// mean gap (k-median) are NP-hard.
+//
+// Here: two greedy methods that are provably near the best, one for each goal, and random choice to compare with.
+// Both keep the distance of every frame to its nearest chosen one and lower it with each choice. So a step costs one
+// pass over the frames (farthest), or few passes thanks to Minoux' lazy evaluation (representative). choose_poses.h
+// names the papers; docs/formulas.md has no section on this, as nothing is derived.
 #include "bake/choose_poses.h"
 
 #include <algorithm>
@@ -17,7 +30,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kFramesPerTask = 256;
-// Distances are of rest diagonals; floats of features end at about 1e-7 of one.
+// Distances are in rest diagonals. Features are floats and resolve about 1e-7 of one, so nearer poses count as equal.
 constexpr double kSamePose = 1e-6;
 constexpr std::size_t kMostMedians = 23170;  // 2 GiB of float distances
 
@@ -27,12 +40,13 @@ double squaredDistance(std::span<const float> a, std::span<const float> b) {
     return sum;
 }
 
-// Squared distance of every frame to the nearest chosen one.
+// Keeps the squared distance of every frame to the nearest chosen one.
 class Gaps {
 public:
     Gaps(const PoseFeatures& features, int threads)
         : features_(features), threads_(threads), squared_(features.frames, std::numeric_limits<double>::infinity()) {}
 
+    // Adds a chosen frame. Only distances to this one can lower a gap.
     void choose(std::size_t chosen) {
         throwIfInterrupted();
         const std::span<const float> to = features_.row(chosen);
@@ -48,6 +62,7 @@ public:
     }
     double operator[](std::size_t f) const { return std::sqrt(squared_[f]); }
 
+    // Fills in the gaps that the choice leaves.
     void finish(ChosenPoses& chosen) const {
         chosen.largest_gap = std::sqrt(squared_[farthest()]);
         for (std::size_t f = 0; f < squared_.size(); ++f) chosen.mean_gap += (*this)[f] / double(squared_.size());
@@ -59,6 +74,7 @@ private:
     std::vector<double> squared_;
 };
 
+// Returns the frame that is nearest to the mean of all features, a start that does not depend on the frames' order.
 std::size_t nearestToMean(const PoseFeatures& features) {
     std::vector<double> mean(features.width);
     for (std::size_t f = 0; f < features.frames; ++f)
@@ -82,6 +98,7 @@ ChosenPoses chooseFarthest(const PoseFeatures& features, std::size_t count, int 
     assert(features.frames > 0 && count > 0);
     Gaps gaps(features, threads);
     ChosenPoses chosen;
+    // Always take the frame with the widest gap, until that gap is none.
     for (std::size_t next = nearestToMean(features); chosen.frames.size() < count; next = gaps.farthest()) {
         const double distance = chosen.frames.empty() ? 0 : gaps[next];
         if (!chosen.frames.empty() && distance < kSamePose) break;
@@ -94,7 +111,7 @@ ChosenPoses chooseFarthest(const PoseFeatures& features, std::size_t count, int 
 }
 
 namespace {
-// Distances of all pairs of frames, and how much nearer one more frame would be to the others.
+// Keeps the distances of all pairs of frames, and tells how much nearer one more chosen frame would be to the others.
 class Medians {
 public:
     Medians(const PoseFeatures& features, int threads)
@@ -107,6 +124,7 @@ public:
     }
     std::span<const float> row(std::size_t f) const { return std::span(distance_).subspan(f * frames_, frames_); }
 
+    // Returns the frame with the least sum of distances to all others.
     std::size_t first() const {
         std::size_t best = 0;
         for (std::size_t f = 1; f < frames_; ++f)
@@ -119,6 +137,8 @@ public:
     }
     double gain(std::size_t f) const {
         double gain = 0;
+        // Returns the time of a clip's last frame. Returns the sum by which all gaps would shrink if frame f were
+        // chosen.
         for (std::size_t i = 0; i < frames_; ++i) gain += double(std::max(0.0f, gap_[i] - row(f)[i]));
         return gain;
     }
@@ -131,7 +151,7 @@ private:
     double sum(std::size_t f) const { return std::accumulate(row(f).begin(), row(f).end(), 0.0); }
 };
 
-// Greatest gain first; of equals, the first frame.
+// The queue's order: the greatest gain comes first, and of equals the first frame.
 struct Candidate {
     double gain;
     std::size_t frame;
@@ -146,12 +166,14 @@ ChosenPoses chooseRepresentative(const PoseFeatures& features, std::size_t count
     if (features.frames > kMostMedians)
         throw UsageError(std::to_string(features.frames) + " frames are more than the " + std::to_string(kMostMedians) +
                          " of --method representative; use a lower --fps or --frames, or farthest");
+    // 1. The first frame is the median of all.
     Medians medians(features, threads);
     Gaps gaps(features, threads);
     ChosenPoses chosen{{medians.first()}, {0}};
     medians.start(chosen.frames[0]);
     gaps.choose(chosen.frames[0]);
-    // Gains only shrink as frames are chosen (Minoux 1978): one that is still the greatest when computed anew wins.
+    // 2. Gains only shrink as frames are chosen (Minoux 1978). So the queue may hold old gains: a frame whose gain is
+    // still the greatest when it is computed anew wins, and nobody has to compute the others.
     std::priority_queue<Candidate> queue;
     for (std::size_t f = 0; f < features.frames; ++f) queue.push({medians.gain(f), f});
     while (chosen.frames.size() < count && !queue.empty()) {
@@ -161,6 +183,7 @@ ChosenPoses chooseRepresentative(const PoseFeatures& features, std::size_t count
             queue.push(now);
             continue;
         }
+        // 3. A frame that equals a chosen one is of no use. Any other frame joins the choice and lowers the gaps.
         const double distance = medians.gap(now.frame);
         if (distance < kSamePose) continue;
         chosen.frames.push_back(now.frame);

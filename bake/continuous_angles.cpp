@@ -9,10 +9,11 @@ namespace penumbra {
 
 namespace {
 
-// The angles of the last frame, unwrapped.
+// Keeps the unwrapped angles of the frame before.
 struct Unwrapper {
     std::vector<float> before;
 
+    // Returns the turns of the next frame's angles that bring each one nearest to the frame before.
     std::vector<EdgeTurns> add(std::span<const float> angles) {
         std::vector<EdgeTurns> out;
         if (before.empty()) before.assign(angles.begin(), angles.end());
@@ -33,11 +34,13 @@ std::vector<std::vector<EdgeTurns>> continuousTurns(const BakeSource& source, st
     std::vector<std::vector<EdgeTurns>> out(wanted.size());
     const std::vector<int> clips = clipIndices(source, all.clip_names);
     for (std::size_t first = 0, next = 0; next < wanted.size();) {
+        // 1. Go back to the clip's first frame, and forward to its last wanted one.
         const std::uint16_t clip = all.clip[wanted[next]];
         first = std::size_t(std::lower_bound(all.clip.begin(), all.clip.end(), clip) - all.clip.begin());
         std::size_t last = next;  // the last wanted frame of this clip
         while (last + 1 < wanted.size() && all.clip[wanted[last + 1]] == clip) ++last;
         Unwrapper unwrapper;
+        // 2. Many threads compute the angles of a block of frames. Unwrapping then goes through the block in order.
         for (std::size_t begin = first; begin <= wanted[last]; begin += kBlock) {
             throwIfInterrupted();
             std::vector<std::vector<float>> angles(std::min(kBlock, wanted[last] + 1 - begin));

@@ -13,7 +13,8 @@ Vec3d toWorld(const Mat3d& frame, Vec3d local) { return transposed(frame) * loca
 }  // namespace
 
 Mat3d shadingFrame(Vec3d normal) {
-    // Shortest rotation of (0, s, 0) to the normal, s = +-1, applied to the x axis (Duff et al. 2017, with y for z).
+    // The shortest rotation of (0, s, 0) to the normal, s = +-1, applied to the x axis (Duff et al. 2017, with y for
+    // z).
     const double s = normal.y >= 0 ? 1 : -1, a = 1 / (1 + s * normal.y);
     const Vec3d tangent{1 - normal.x * normal.x * a, -s * normal.x, -normal.x * normal.z * a};
     return fromRows(tangent, cross(normal, tangent), normal);
@@ -40,11 +41,13 @@ Vec3d viewDirection(const SurfacePoint& point) {
 Vec3d directLight(const ShadowCaster& caster, const SurfacePoint& point, const EnvironmentLight& light,
                   const SampledBrdf& material, int samples, std::uint64_t seed) {
     const BrdfLobe& lobe = material.lobe;
+    // 1. Half of the samples follow the light. The others follow the BRDF: its lobe, and the cosine.
     const int of_light = samples / 2, of_lobe = int((samples - of_light) * lobe.share);
     const int of_cosine = samples - of_light - of_lobe;
     const Vec3d wo = viewDirection(point);
     Vec3d sum;
-    // One direction of any of the sets; `wi` is the same in the local frame.
+    // 2. Each direction counts by the density with which all three sets together draw it. `wi` is the direction in
+    // the local frame.
     const auto add = [&](Vec3d direction, Vec3d wi) {
         if (wi.z <= 0) return;
         const Vec3d f = material.brdf.eval(wi, wo) * wi.z;
@@ -66,6 +69,7 @@ Vec3d directLight(const ShadowCaster& caster, const SurfacePoint& point, const E
         const Vec3d wi = sampleLobe(lobe, wo, stratified(i, of_lobe, 3 * seed + 2));
         add(toWorld(point.frame, wi), wi);
     }
+    // 3. No sample hits a directional light, so each of these gets a shadow ray of its own.
     for (const DirectionalLight& delta : light.directional()) {
         const Vec3d wi = point.frame * delta.direction;
         if (wi.z > 0 && !caster.blocks(point.ray_origin, delta.direction))

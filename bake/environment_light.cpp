@@ -18,6 +18,7 @@ double luminance(Vec3d rgb) { return std::abs(0.2126 * rgb.x + 0.7152 * rgb.y + 
 
 }  // namespace
 
+// Gives each part the share of the samples that it has of the power.
 void EnvironmentLight::shareSamples() {
     double whole = 0;
     for (const Part& part : parts_) whole += part.power;
@@ -94,7 +95,7 @@ EnvironmentLight EnvironmentLight::fromAnalytic(std::span<const AnalyticLight> l
     EnvironmentLight light;
     LightParts parts = partsOf(lights);
     for (SmoothLight& smooth : parts.smooth) {
-        const int rows = smooth.constant ? 1 : 128;  // one pixel: all draws of a set are stratified together
+        const int rows = smooth.constant ? 1 : 128;  // with one pixel, all draws of a set are stratified together
         light.addSmooth(std::move(smooth), {MapLayout::kLatLong, rows > 1 ? 2 * rows : 1, rows});
     }
     for (const DiscLight& disc : parts.discs) light.addDisc(disc);
@@ -129,7 +130,7 @@ Vec3d EnvironmentLight::radiance(Vec3d direction) const {
 
 namespace {
 
-// Uniform over the cone around the disc's axis: 1 - cos is.
+// Draws uniformly over the cone around the disc's axis. For that, 1 - cos must be uniform.
 LightSample sampleDisc(const DiscLight& disc, double u, double v) {
     const double solid_angle = disc.solidAngle(), rise = u * solid_angle / (2 * std::numbers::pi), cosine = 1 - rise,
                  sine = std::sqrt(rise * (2 - rise)), q = 2 * std::numbers::pi * v;
@@ -142,6 +143,7 @@ LightSample sampleDisc(const DiscLight& disc, double u, double v) {
 }  // namespace
 
 LightSample EnvironmentLight::sample(double u, double v) const {
+    // u first chooses a part, and what is left of u is again uniform in [0, 1).
     double before = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
         const Part& part = parts_[i];

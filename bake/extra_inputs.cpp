@@ -11,6 +11,7 @@ namespace penumbra {
 
 namespace {
 
+// Finds the clip that a row of the table names. `where` starts the messages.
 std::size_t clipOfRow(const InputTable& table, std::size_t row, const std::vector<std::string>& clips,
                       const std::string& where) {
     if (table.clips.empty()) {
@@ -22,6 +23,7 @@ std::size_t clipOfRow(const InputTable& table, std::size_t row, const std::vecto
     return std::size_t(found - clips.begin());
 }
 
+// Returns the time of a row in seconds.
 double timeOfRow(const InputTable& table, std::size_t row, const BakeSource& source, std::size_t clip,
                  const std::string& where) {
     if (!table.by_frame) return table.keys[row];
@@ -40,7 +42,7 @@ std::string numberText(double number) {
     return text.str();
 }
 
-// "frame 7", "0.5 s".
+// Makes "frame 7" or "0.5 s".
 std::string keyText(const ExtraInputs& inputs, double key) {
     return inputs.by_frame ? "frame " + numberText(key) : numberText(key) + " s";
 }
@@ -49,7 +51,7 @@ std::string rowText(const ExtraInputs& inputs, const ExtraInputs::Rows& rows, st
     return keyText(inputs, rows.keys[row]) + " (line " + std::to_string(rows.lines[row]) + ")";
 }
 
-// What a table by frames would call this time: between two frames 6.25.
+// Returns the row of a table by frames at this time. 6.25 lies a quarter of the way from row 6 to row 7.
 double frameAt(const std::vector<double>& frame_times, double time) {
     const auto next = std::lower_bound(frame_times.begin(), frame_times.end(), time - kSameTime);
     const double number = double(next - frame_times.begin());
@@ -72,6 +74,7 @@ double frameAt(const std::vector<double>& frame_times, double time) {
 
 namespace {
 
+// Makes the inputs without any row yet.
 ExtraInputs emptyInputs(const InputTable& table, const std::string& file, const BakeSource& source) {
     const std::vector<std::string> clips = source.clipNames();
     ExtraInputs out{file, table.names, table.by_frame, {}};
@@ -113,6 +116,7 @@ std::vector<float> inputsAt(const ExtraInputs& inputs, int clip, double time) {
     std::vector<float> out(size);
     const std::size_t next =
         std::size_t(std::lower_bound(rows.times.begin(), rows.times.end(), time - kSameTime) - rows.times.begin());
+    // A row at this very time is used as it is; otherwise the rows before and after are mixed.
     if (next < rows.times.size() && rows.times[next] <= time + kSameTime) {
         for (std::size_t i = 0; i < size; ++i) out[i] = float(value(next, i));
         return out;

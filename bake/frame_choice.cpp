@@ -10,7 +10,7 @@ namespace penumbra {
 void refuseTwice(const std::vector<std::filesystem::path>& rigs) {
     for (std::size_t i = 0; i < rigs.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
-            std::error_code missing;  // readRig() says so
+            std::error_code missing;  // readRig() reports a missing file
             if (rigs[i] == rigs[j] || std::filesystem::equivalent(rigs[i], rigs[j], missing))
                 throw UsageError(rigs[i].string() + ": given twice");
         }
@@ -82,6 +82,7 @@ void checkClipName(const Rig& rig, const std::string& option, const std::string&
 
 namespace {
 
+// Checks that the rig has the clips, times and joints that a list of poses names.
 void checkPoses(const std::filesystem::path& path, const PoseFile& poses, const Rig& rig) {
     const std::vector<int> clips = clipIndices(rig, poses.frames.clip_names);
     const auto fail = [&](const std::string& what) { throw InvalidInput(path.string() + ": " + what); };

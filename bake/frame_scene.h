@@ -1,13 +1,14 @@
 #pragma once
-// One frame of a bake, ready to be traced.
+// Prepares one frame of a bake for tracing.
 #include "bake/bake_visibility.h"
 #include "bake/moments.h"
 
 namespace penumbra {
 
-constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the default: 8 threads stay busy on small meshes
+constexpr std::size_t kVerticesPerTask = 64;  // 5 ms of rays at the defaults: 8 threads stay busy on small meshes
 
-// The posed vertices. Their coefficients have room but no values yet. InvalidInput when a vertex is not finite.
+// Returns the posed vertices. Their coefficients have room but no values yet. Throws InvalidInput when a vertex is
+// not finite.
 VisibilityFrame poseVertices(const BakePlan& plan, std::size_t frame);
 
 // A posed frame with the scale of its scene and the acceleration structure that rays go through.

@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// Every describer returns what it found as JSON: that goes into --report, and is printed line by line.
+// Every describer returns what it found as JSON. That goes into --report and is also printed line by line.
 
 Json describe(const Provenance& provenance) { return Json::parse(toJson(provenance)); }
 
@@ -53,7 +53,7 @@ Json describe(const FrameList& frames) {
     return clips;
 }
 
-// Of a bake of some frames: which, of how many.
+// Tells which frames a bake of some frames has, and of how many.
 Json describe(const ShardPlace& shard, const FrameList& frames) {
     std::vector<ClipFrame> here;
     for (std::size_t f = 0; f < frames.frameCount(); ++f)
@@ -63,9 +63,9 @@ Json describe(const ShardPlace& shard, const FrameList& frames) {
             {"ranges", rangesText(here, 20)}};
 }
 
-// Least and greatest coefficient, and the mean open share of the hemisphere: b_0 = y_0 integral of V, which is 2 pi y_0
-// where nothing blocks, y_0 = 1 / sqrt(4 pi) (twice that for mirrored visibility). All frames of some vertices, in the
-// blocks that the file keeps together, or of all vertices.
+// Finds the least and the greatest coefficient, and the mean open share of the hemisphere. b_0 = y_0 integral of V,
+// which is 2 pi y_0 where nothing blocks, with y_0 = 1 / sqrt(4 pi) (twice that for mirrored visibility). Reads all
+// frames of some vertices, in the blocks that the file keeps together, or of all vertices.
 Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
     constexpr std::size_t kBlock = 64, kSampledBlocks = 16;
     const VisibilityHeader& header = reader.header();
@@ -184,7 +184,7 @@ Json describeLobes(const LightFile& light) {
 Json describeLight(const fs::path& path) {
     const LightFile light = readLight(path);
     Json json{{"name", light.name}, {"sh_order", light.order}, {"residual", light.residual}};
-    // Mean radiance over the sphere: coefficient 0 over y_0 4 pi, y_0 = 1 / sqrt(4 pi).
+    // The mean radiance over the sphere is coefficient 0 over y_0 4 pi, y_0 = 1 / sqrt(4 pi).
     json["mean_radiance"] = Json::array();
     for (std::size_t c = 0; c < 3; ++c) json["mean_radiance"].push_back(light.sh[c] / std::sqrt(4 * std::numbers::pi));
     if (!light.window.empty()) json["window"] = light.window;
@@ -197,7 +197,7 @@ Json describePoses(const fs::path& path) {
     const PoseFile poses = readPoseFile(path);
     const std::size_t frames = poses.frames.frameCount();
     Json json{{"joints", poses.joint_names.size()}, {"frames", frames}, {"sampled", poses.sampledCount()}};
-    // Of the last frame chosen: all candidates are at most this far from a chosen one.
+    // The distance of the frame that was chosen last: all candidates are at most this far from a chosen one.
     if (frames > poses.sampledCount())
         for (std::size_t f = 0; f < frames; ++f)
             if (poses.rank[f] + 1 == frames - poses.sampledCount()) json["last_distance"] = poses.distance[f];
@@ -251,6 +251,7 @@ Json describeAsset(const fs::path& path) {
 
 // --- Printing -------------------------------------------------------------------------------------------------------
 
+// Writes a value as it stands on a line.
 std::string shortText(const Json& value) {
     if (value.is_string()) return value.get<std::string>();
     if (value.is_number_float()) {
@@ -262,7 +263,7 @@ std::string shortText(const Json& value) {
     return value.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// Control characters of a name in a file must not reach the terminal.
+// Prints one line. Control characters in a name of a file must not reach the terminal.
 void printLine(const std::string& indent, const std::string& key, std::string text) {
     for (char& c : text)
         if (static_cast<unsigned char>(c) < ' ' || c == 127) c = ' ';
@@ -270,6 +271,7 @@ void printLine(const std::string& indent, const std::string& key, std::string te
                 text.c_str());
 }
 
+// Tells whether a value has no arrays or objects inside, so that it fits on one line.
 bool isFlat(const Json& value) {
     return std::none_of(value.begin(), value.end(), [](const Json& item) { return item.is_structured(); });
 }

@@ -16,10 +16,10 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kTail = 0.01;  // share of the frames beyond each end of a range
+constexpr double kTail = 0.01;  // share of the frames that lies beyond each end of a range
 constexpr std::uintmax_t kMaxFileBytes = 16 << 20;
 
-// Between the two nearest of the sorted values (numpy's default).
+// Returns the quantile between the two nearest of the sorted values (as numpy does by default).
 double quantile(const std::vector<float>& sorted, double share) {
     const double at = share * double(sorted.size() - 1);
     const auto below = std::size_t(at);
@@ -49,6 +49,7 @@ JointLimits limitsOfFrames(const Rig& rig, std::span<const RigFrame> frames, int
 }
 
 namespace {
+// One line of the file.
 struct Row {
     std::size_t component = 0;  // 3 joint + axis
     double low = 0, high = 0;   // radians
@@ -62,7 +63,7 @@ double parseDegrees(const std::string& text) {
     return value;
 }
 
-// "joint,axis,min,max"; the joint's name may have commas itself.
+// Splits "joint,axis,min,max" from its end, because the joint's name may have commas itself.
 std::array<std::string, 4> fieldsOf(std::string line) {
     std::array<std::string, 4> fields;
     for (std::size_t i = 3; i > 0; --i) {

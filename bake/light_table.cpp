@@ -11,13 +11,13 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Of one pixel of row y, steradians.
+// Returns the steradians of one pixel of row y.
 double latLongSolidAngle(const MapShape& shape, int y) {
     return 2 * kPi / shape.width * (std::cos(kPi * y / shape.height) - std::cos(kPi * (y + 1) / shape.height));
 }
 
-// Of a pixel, nearly: what is drawn in proportion to it is weighted with the exact density. A pixel that the rim cuts
-// counts with what nine of its points see.
+// Returns the solid angle of a pixel, nearly. That is enough, because draws in proportion to it are weighted with the
+// exact density. A pixel that the rim cuts counts with what nine of its points see.
 double solidAngle(const MapShape& shape, int x, int y) {
     if (shape.layout == MapLayout::kLatLong) return latLongSolidAngle(shape, y);
     double sum = 0;
@@ -36,21 +36,22 @@ LightTable makeLightTable(const MapShape& shape, std::span<const double> radianc
             table.cumulative[i] +
             radiance[i] * solidAngle(shape, int(i % std::size_t(shape.width)), int(i / std::size_t(shape.width)));
     table.power = table.cumulative.back();
-    for (std::size_t i = 0; i < table.cumulative.size(); ++i)  // of a black light any density will do
+    for (std::size_t i = 0; i < table.cumulative.size(); ++i)  // for a black light any density will do
         table.cumulative[i] = table.power > 0 ? table.cumulative[i] / table.power : double(i) / double(radiance.size());
     return table;
 }
 
 LightSample sampleTable(const LightTable& table, double u, double v) {
     const std::vector<double>& cumulative = table.cumulative;
+    // The pixel whose share of [0, 1) holds u.
     const auto above = std::upper_bound(cumulative.begin() + 1, cumulative.end() - 1, u);
     const auto pixel = std::size_t(above - cumulative.begin()) - 1;
     const double chance = cumulative[pixel + 1] - cumulative[pixel];
     const MapShape& shape = table.shape;
     const int y = int(pixel / std::size_t(shape.width)), x = int(pixel % std::size_t(shape.width));
-    // What is left of u is uniform within the pixel.
+    // The rest of u is uniform within the pixel.
     const double across = chance > 0 ? std::clamp((u - cumulative[pixel]) / chance, 0.0, 1.0) : 0.5;
-    if (shape.layout == MapLayout::kLatLong) {  // its height is uniform in the cosine
+    if (shape.layout == MapLayout::kLatLong) {  // the height in a lat-long pixel must be uniform in the cosine
         const double top = std::cos(kPi * y / shape.height), bottom = std::cos(kPi * (y + 1) / shape.height);
         const double polar = std::acos(std::clamp(top + (bottom - top) * v, -1.0, 1.0)) / kPi;
         return {latLongDirection((x + across) / shape.width, polar), chance / latLongSolidAngle(shape, y)};

@@ -1,5 +1,5 @@
 #pragma once
-// Directions drawn in proportion to a table over the pixels of a picture of the sphere.
+// Draws directions in proportion to a table over the pixels of a picture of the sphere.
 #include <span>
 #include <vector>
 
@@ -14,14 +14,16 @@ struct LightSample {
 
 struct LightTable {
     MapShape shape;
-    std::vector<double> cumulative;  // [height * width + 1]: of all pixels before, row by row; the last is 1
+    std::vector<double> cumulative;  // [height * width + 1]: the share of all pixels before, row by row; the last is 1
     double power = 0;                // sum of radiance times steradians
 };
 
-// `radiance` >= 0 of every pixel.
+// Makes a table of `radiance`, which has one number >= 0 for every pixel.
 LightTable makeLightTable(const MapShape& shape, std::span<const double> radiance);
-// u, v in [0, 1). Uniform over the solid angle of a lat-long pixel, over the area of others.
+// Draws a direction; u, v in [0, 1). Draws are uniform over the solid angle of a lat-long pixel and over the area of
+// any other pixel.
 LightSample sampleTable(const LightTable& table, double u, double v);
+// Returns the density per steradian with which sampleTable() draws this direction.
 double densityOf(const LightTable& table, Vec3d direction);
 
 }  // namespace penumbra

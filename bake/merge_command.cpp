@@ -1,4 +1,4 @@
-// penumbra-bake merge SHARD.vis.h5... -o X.vis.h5: parse, check, write.
+// penumbra-bake merge SHARD.vis.h5... -o X.vis.h5: the flags and the run.
 #include <cstdio>
 
 #include "bake/bake_verbs.h"
@@ -31,7 +31,8 @@ void reportProblems(const MergeProblems& problems, Report& report) {
     report.figures["beyond"] = problems.beyond;
 }
 
-// One run names all that has to be baked again: damage that the merge came upon is looked for in every shard.
+// Writes the output. When a shard turns out to be damaged, looks for damage in every shard, so that one run names all
+// that has to be baked again.
 void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& common, ProgressStyle style) try {
     if (command.index)
         writeIndex(plan, command.output, common.threads);

@@ -1,3 +1,18 @@
+// Merges the shards of a bake.
+//
+// Problem: a farm bakes one animation as many files, each with some of the frames. Put them together to the very file
+// that one bake would have made, byte by byte, and refuse anything that cannot be right: a shard with other options,
+// a missing or a doubled frame, damaged data.
+//
+// Naive: append the files in the order of the command line. That order is the shell's, not the animation's, and with
+// --frames a:b:step or --clips consecutive frames stand in different shards. Nothing would notice a shard that is
+// missing.
+//
+// Here: every shard tells the clips that it was chosen from, their lengths, and the number of each of its frames in
+// its clip (/shard in formats/README.md). From that and the options we list the frames of the whole, look up each
+// shard's frames in that list, and see at once which are missing, doubled or beyond it. Only then frames are copied,
+// in the whole's order, by readers that check the checksums. docs/formulas.md has no section on this, as nothing is
+// computed.
 #include "bake/merge_shards.h"
 
 #include <algorithm>
@@ -21,13 +36,13 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kBakeTool = "penumbra-bake visibility";
-constexpr std::size_t kMostListed = 12;  // of each kind of problem in a message; the report has them all
+constexpr std::size_t kMostListed = 12;  // of each kind of problem in a message; the report lists them all
 
-// What has to be known of a shard while the others are read.
+// Holds what has to be known of a shard while the others are read.
 struct Shard {
     std::string name;
-    std::vector<std::string> told_clips;       // --clips
-    std::vector<std::string> clip_names;       // of its frames
+    std::vector<std::string> told_clips;       // as --clips told this shard
+    std::vector<std::string> clip_names;       // clips of its frames
     std::vector<std::uint16_t> clip;           // [F] index into clip_names
     std::vector<std::uint32_t> frame_in_clip;  // [F]
     std::vector<double> time;
@@ -46,7 +61,8 @@ bool sameChoice(const ShardPlace& a, const ShardPlace& b) {
     return a.clip_names == b.clip_names && a.clip_frames == b.clip_frames;
 }
 
-// Equal provenance implies equal values here, unless somebody edited the file.
+// Lists how a shard differs from the first one. Equal provenance implies equal values here, unless somebody edited a
+// file.
 std::vector<std::string> differencesOf(const VisibilityHeader& other, const VisibilityHeader& expected) {
     std::vector<std::string> out = differencesOf(other.provenance, expected.provenance, {"clips", "frames"});
     if (!out.empty()) return out;
@@ -71,13 +87,14 @@ std::vector<std::string> differencesOf(const VisibilityHeader& other, const Visi
     return out;
 }
 
+// Returns the clips that --clips told the bake; an empty list means all of them.
 std::vector<std::string> toldClips(const std::string& file, const Provenance& provenance) try {
     return Json::parse(provenance.options_json).at("clips").get<std::vector<std::string>>();
 } catch (const nlohmann::json::exception&) {
     throw InvalidInput(file + ": attribute provenance: no list of clips in the options");
 }
 
-// A whole bake is a shard too: the only one.
+// Checks that a bake made the file. A whole bake counts as the only shard, and gets the place that such a shard has.
 void completePlace(const std::string& file, VisibilityHeader& header) {
     if (header.provenance.tool != kBakeTool)
         throw InvalidInput(file + ": made by " + header.provenance.tool + ", not by " + kBakeTool);
@@ -89,12 +106,13 @@ void completePlace(const std::string& file, VisibilityHeader& header) {
 
 // --- The whole ------------------------------------------------------------------------------------------------------
 
-// The provenance of the unsplit bake: that of a shard but for --clips and --frames.
+// Returns the options of the unsplit bake: those of a shard with --clips and --frames replaced.
 std::string wholeOptions(const std::string& shard_options, const std::vector<std::string>& clips,
                          const MergeOptions& options) {
     const Json shard = Json::parse(shard_options);
     Json whole{{"clips", clips}};
     for (const auto& [name, value] : shard.items()) {
+        // The bake writes its options in a fixed order, "frames" after "fps", and the bytes shall be equal.
         if (name != "clips" && name != "frames") whole[name] = value;
         if (name == "fps" && options.frames)
             whole["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
@@ -102,12 +120,12 @@ std::string wholeOptions(const std::string& shard_options, const std::vector<std
     return whole.dump();
 }
 
-// --clips of the unsplit bake, and the clips of its frames (with --poses those of the list come first).
+// Holds --clips of the unsplit bake, and the clips of its frames (with --poses those of the list come first).
 struct ClipChoice {
     std::vector<std::string> told, names;
 };
 
-// The clips as the frames have them: with --blocks a clip is its blocks.
+// Returns the clips as the frames name them: with --blocks a clip stands for its blocks.
 std::vector<std::string> namesOfClips(const std::vector<std::string>& clips, const ShardPlace& place) {
     std::vector<std::string> names;
     for (const std::string& clip : clips) {
@@ -120,6 +138,8 @@ std::vector<std::string> namesOfClips(const std::vector<std::string>& clips, con
     return names;
 }
 
+// Shards that were all told the same clips were split by --frames, so that the whole was told these clips as well.
+// Otherwise the options decide, and without them the whole has all clips.
 ClipChoice clipsOfWhole(const std::vector<Shard>& shards, const ShardPlace& place, const MergeOptions& options) {
     const std::vector<std::string>& told = options.clips.empty() ? shards[0].told_clips : options.clips;
     if (std::all_of(shards.begin(), shards.end(), [&](const Shard& shard) { return shard.told_clips == told; }))
@@ -127,12 +147,13 @@ ClipChoice clipsOfWhole(const std::vector<Shard>& shards, const ShardPlace& plac
     return {options.clips, options.clips.empty() ? place.clip_names : namesOfClips(options.clips, place)};
 }
 
-// Frames of the whole with their times still to come from the shards.
+// Lists the frames of the whole. Their times still have to come from the shards.
 struct Whole {
     FrameList frames;
     std::vector<std::uint32_t> frame_in_clip;
 };
 
+// Lists all frames of the named clips and takes the range of --frames from that list.
 Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, const MergeOptions& options) {
     FrameList all{names, {}, {}};
     for (std::size_t c = 0; c < all.clip_names.size(); ++c) {
@@ -148,7 +169,8 @@ Whole listWhole(const ShardPlace& place, const std::vector<std::string>& names, 
     return {sliceFrames(all, *options.frames), slice(numbers, *options.frames)};
 }
 
-// Consecutive frames that the same shards have in common, or that are beyond the whole: one line for all of them.
+// Collects frames that have the same note, such as the names of the two shards that both have them, and makes one
+// line of them.
 class RangeNotes {
 public:
     void add(const std::string& note, const ClipFrame& frame) { frames_[note].push_back(frame); }
@@ -162,12 +184,15 @@ private:
     std::map<std::string, std::vector<ClipFrame>> frames_;
 };
 
+// Finds where each frame of the whole comes from, and notes the frames that do not fit.
 void placeFrames(const std::vector<Shard>& shards, const Whole& whole, MergePlan& plan) {
     constexpr std::uint32_t kNone = UINT32_MAX;
+    // 1. A frame's name is its clip and its number there. Look up where that name stands in the whole.
     std::map<std::pair<std::string, std::uint32_t>, std::size_t> position;
     for (std::size_t f = 0; f < whole.frames.frameCount(); ++f)
         position[{whole.frames.clip_names[whole.frames.clip[f]], whole.frame_in_clip[f]}] = f;
     plan.source.assign(whole.frames.frameCount(), {kNone, 0});
+    // 2. Each frame of a shard takes its place, unless it has none or another shard has taken it.
     RangeNotes twice, beyond;
     for (std::uint32_t s = 0; s < shards.size(); ++s)
         for (std::uint32_t i = 0; i < shards[s].clip.size(); ++i) {
@@ -184,11 +209,13 @@ void placeFrames(const std::vector<Shard>& shards, const Whole& whole, MergePlan
         }
     plan.problems.twice = twice.lines();
     plan.problems.beyond = beyond.lines();
+    // 3. The places that are still empty are the missing frames.
     for (std::size_t f = 0; f < whole.frames.frameCount(); ++f)
         if (plan.source[f].file == kNone)
             plan.problems.missing.push_back({whole.frames.clip_names[whole.frames.clip[f]], whole.frame_in_clip[f]});
 }
 
+// Fills in what the plan knows of the whole: its frames, its options, and where each frame comes from.
 void describeWhole(const std::vector<Shard>& shards, const MergeOptions& options, MergePlan& plan) {
     VisibilityHeader& header = plan.header;
     const ClipChoice choice = clipsOfWhole(shards, *header.shard, options);
@@ -197,11 +224,13 @@ void describeWhole(const std::vector<Shard>& shards, const MergeOptions& options
     header.shard->frame_in_clip = whole.frame_in_clip;
     placeFrames(shards, whole, plan);
     header.provenance.options_json = wholeOptions(header.provenance.options_json, choice.told, options);
+    // a bake that was not asked for a part writes no /shard
     if (choice.told.empty() && !options.frames) header.shard.reset();
     if (plan.source[0].file < shards.size()) header.provenance.inputs = shards[plan.source[0].file].inputs;
 }
 
-// Runs `read`, of one shard. What is wrong with its file is a problem of the merge; the others are still to be read.
+// Runs `read` for one shard. An error in its file becomes a problem of the merge, so that the other shards are still
+// read.
 template <class Read>
 void collectProblem(MergeProblems& problems, const Read& read) try {
     throwIfInterrupted();
@@ -214,6 +243,7 @@ void collectProblem(MergeProblems& problems, const Read& read) try {
     problems.unsupported.push_back(error.what());
 }
 
+// Reads the header of one shard, compares it with the first one, and keeps what placeFrames() needs.
 void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan) {
     const VisibilityReader reader(path);
     VisibilityHeader header = reader.header();
@@ -229,7 +259,7 @@ void addShard(const fs::path& path, std::vector<Shard>& shards, MergePlan& plan)
         plan.problems.different.push_back(path.string() + ": coefficients of another precision");
     plan.shards.push_back(path);
     plan.frames_of_shard.push_back(std::uint32_t(header.frames.frameCount()));
-    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // its frames have no place
+    if (!sameChoice(*header.shard, *plan.header.shard)) return;  // its frames have no place in the whole
     plan.is_virtual = plan.is_virtual || reader.isVirtual();
     shards.push_back({path.string(), told_clips, header.frames.clip_names, header.frames.clip,
                       header.shard->frame_in_clip, header.frames.time, header.provenance.inputs});
@@ -250,7 +280,7 @@ MergePlan planMerge(const std::vector<fs::path>& paths, const MergeOptions& opti
     return plan;
 }
 
-// One after the other, since HDF5 takes turns anyway.
+// Reads one shard after the other, since HDF5 lets only one thread in at a time anyway.
 void findDamage(MergePlan& plan) {
     for (const fs::path& shard : plan.shards)
         collectProblem(plan.problems, [&] { checkFrames(VisibilityReader(shard)); });
@@ -299,12 +329,14 @@ void MergeProblems::raise() const {
 
 namespace {
 
-// Open shards, the last used first. A reader keeps up to two blocks of frames, so few stay open: shards of consecutive
-// frames need one at a time, those of every S-th frame S.
+// Keeps some shards open, the one used last in front. A reader keeps up to two blocks of frames in memory, so that
+// only few may stay open. Shards of consecutive frames need one open file at a time; shards of every S-th frame need
+// S.
 class OpenShards {
 public:
     explicit OpenShards(const MergePlan& plan) : plan_(plan) {
-        constexpr double kBudget = 1e9, kBlocks = 2 * 96e6;  // bytes: of all; most of one reader (visibility_file.cpp)
+        // bytes for all readers; the most that one reader takes (visibility_reader.cpp)
+        constexpr double kBudget = 1e9, kBlocks = 2 * 96e6;
         const VisibilityHeader& header = plan.header;
         const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.coefficientCount() + 6);
         most_ = std::size_t(std::clamp(kBudget / std::min(kBlocks, 128 * frame), 2.0, 64.0));
@@ -319,6 +351,7 @@ public:
         }
         open_.splice(open_.begin(), open_, found);
         const VisibilityReader& reader = *open_.front().reader;
+        // Somebody may have replaced the file since planMerge() looked at it.
         if (source.frame >= reader.header().frames.frameCount() ||
             reader.header().mesh.vertexCount() != plan_.header.mesh.vertexCount() ||
             reader.header().order != plan_.header.order)
@@ -354,14 +387,16 @@ void writeIndex(MergePlan& plan, const fs::path& output, int threads) {
     assert(!plan.problems.any());
     if (plan.is_virtual) throw UsageError("--virtual: a shard has no frames of its own; give the files that it names");
     VirtualSources sources{{}, std::vector<std::string>(plan.shards.size()), plan.frames_of_shard, plan.source};
+    // 1. The index names each shard relative to its own folder, so that both can be moved together.
     const fs::path folder = fs::canonical(fs::absolute(output).parent_path());
     for (const fs::path& shard : plan.shards)
         sources.files.push_back(fs::canonical(shard).lexically_relative(folder).string());
+    // 2. It also stores a hash of each shard.
     parallelFor(plan.shards.size(), threads, [&](std::size_t i) {
         throwIfInterrupted();
         sources.sha256[i] = sha256OfFile(plan.shards[i]);
     });
-    findDamage(plan);  // after hashing: a shard that is replaced in between is refused by whoever opens the index
+    findDamage(plan);  // after hashing: whoever opens the index refuses a shard that is replaced in between
     if (plan.problems.any()) return;
     writeVirtualVisibility(output, plan.header, plan.precision, sources);
 }

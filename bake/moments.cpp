@@ -7,6 +7,8 @@ namespace penumbra {
 
 namespace {
 
+// Returns where the rays of a point start: at the bias along the normal, or by the rules for sheets where these
+// apply. A vertex v of the back has the front vertex v - frontVertexCount().
 RayStart startOf(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
     if (!tracer.blockers || dot(normal, normal) == 0) return {scaled + normal * tracer.bias, false};
@@ -31,10 +33,13 @@ std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> posit
     for (std::size_t v = 0; v < positions.size(); ++v) {
         const std::span<float> out = coefficients.subspan(v * size, size);
         const RayStart start = startOf(tracer, positions[v], normals[v], first_vertex + v);
+        // 1. A point that touches another surface sees nothing.
         if (start.closed) {
             std::fill(out.begin(), out.end(), 0.0f);
             continue;
         }
+        // 2. Choose the directions above the horizon, drop the blocked ones, and sum the basis over those that are
+        // left.
         traced += aboveHorizon(directions, normals[v], tracer.ground, rays);
         tracer.scene.removeOccluded(start.position, directions, rays);
         accumulateMoments(directions, rays, out);

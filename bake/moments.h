@@ -1,5 +1,6 @@
 #pragma once
-// Hemisphere moments b_i = integral over s.N >= 0 of V(s) y_i(s) ds, model frame, by ray tracing.
+// Measures the hemisphere moments b_i = integral over s.N >= 0 of V(s) y_i(s) ds in the model frame by ray tracing
+// (section 2 of docs/formulas.md).
 #include "bake/ray_start.h"
 
 namespace penumbra {
@@ -8,17 +9,18 @@ struct MomentTracer {
     const OcclusionScene& scene;
     const RayDirections& directions;
     SceneScale scale;
-    float bias = 1e-4f;   // start of a ray above the surface, in scale.diagonal
-    bool ground = false;  // directions with y < 0 are blocked wherever the point is: it stands on an infinite floor
-    // Of sheets, whose rays start by the rules of ray_start.h; null: at the bias. `mesh` says which vertex a point is.
+    float bias = 1e-4f;   // distance from the surface to the start of a ray, in units of scale.diagonal
+    bool ground = false;  // the point stands on an infinite floor: directions with y < 0 are blocked at any height
+    // Set for sheets, whose rays start by the rules of ray_start.h. If null, rays start at the bias. `mesh` tells
+    // which vertex a point is.
     const Blockers* blockers = nullptr;
     const Mesh* mesh = nullptr;
-    std::span<const Vec3> vertices = {};  // [V] of the mesh in the frame
+    std::span<const Vec3> vertices = {};  // [V] of the mesh in this frame
 };
 
-// Moments of each point into coefficients [points][n^2], and the number of rays traced. A point whose normal is zero
-// has no horizon and gets zeros. With blockers the points are vertices `first_vertex`, ... of the mesh. Safe to call
-// from many threads; a point's result depends on nothing but that point.
+// Writes the moments of each point into coefficients [points][n^2] and returns the number of rays traced. A point
+// whose normal is zero has no horizon and gets zeros. With blockers the points are the vertices `first_vertex`,
+// `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on that point alone.
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
                          std::span<float> coefficients, std::size_t first_vertex = 0);
 

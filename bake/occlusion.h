@@ -12,31 +12,35 @@ namespace penumbra {
 struct SurfaceHit {
     std::uint32_t triangle = 0;
     float u = 0, v = 0;  // the point is (1-u-v) a + u b + v c of the triangle's corners
-    float distance = 0;
-    Vec3 normal;  // of the triangle's front, any length
+    float distance = 0;  // along the ray
+    Vec3 normal;         // the normal of the triangle's front, of any length
 };
 
+// A part of a ray, by two distances from its origin.
 struct Stretch {
-    float from, to;  // along a ray
+    float from, to;
 };
 
-// A mesh to shoot rays at. Give it positions of a size near 1 and near the origin (SceneScale): Embree tests in float.
-// Triangles with equal corners or no area never block. Every function is safe to call from many threads.
+// A mesh to shoot rays at. Its positions must be of a size near 1 and near the origin (see SceneScale), because
+// Embree tests in float. Triangles with equal corners or without area never block. Every function may be called from
+// many threads.
 class OcclusionScene {
 public:
-    // `passing`: nextHit() will be called.
+    // Set `passing` when nextHit() will be called.
     OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing = false);
     ~OcclusionScene();
     OcclusionScene(OcclusionScene&&) noexcept;
     OcclusionScene& operator=(OcclusionScene&&) noexcept;
 
+    // Tells whether a ray meets any surface farther away than `min_distance`.
     bool occluded(Vec3 origin, Vec3 unit_direction, float min_distance) const;
+    // Returns the first surface on the ray, or nothing.
     std::optional<SurfaceHit> closestHit(Vec3 origin, Vec3 unit_direction) const;
-    // The first one on a stretch of the ray, but for triangles with any corner of `passed`.
+    // Returns the first surface on a stretch of the ray. Triangles with any corner of `passed` do not count.
     std::optional<SurfaceHit> nextHit(Vec3 origin, Vec3 unit_direction, Stretch stretch, const Triangle& passed) const;
 
-    // Rays from `origin` in the directions whose weight is 1: sets the weight of those that hit something to 0.
-    // Packets without any such direction are not traced. rays.size() == directions.packets.size().
+    // Traces rays from `origin` in the directions whose weight is 1, and sets the weight of those that hit something
+    // to 0. Does not trace packets without any such direction. rays.size() == directions.packets.size().
     void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const;
 
 private:
@@ -44,15 +48,15 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-// Model frame to the ray tracer's: (p - centre) / diagonal, so that a model of 1 mm and one of 1 km, here or far from
-// the origin, trace the same rays.
+// Maps the model frame to the ray tracer's by (p - centre) / diagonal. A model of 1 mm and one of 1 km, here or far
+// from the origin, then trace the same rays.
 struct SceneScale {
     Vec3d centre;
     double diagonal = 1;
 
     Vec3 apply(Vec3 p) const { return toFloat((toDouble(p) - centre) / diagonal); }
 };
-// Centre of the box of `positions`; `diagonal` is the unit of length, > 0.
+// Centres the scale on the box of `positions`. `diagonal` is the unit of length and must be > 0.
 SceneScale sceneScale(std::span<const Vec3> positions, double diagonal);
 
 }  // namespace penumbra

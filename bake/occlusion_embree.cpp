@@ -18,7 +18,8 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Embree wants denormals flushed to zero in every thread that traces; the thread gets its own mode back.
+// Embree wants denormals flushed to zero in every thread that traces. The destructor gives the thread its own mode
+// back.
 class FlushDenormals {
 public:
     FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON); }
@@ -30,6 +31,7 @@ private:
     unsigned saved_;
 };
 
+// Throws if the last call of Embree failed.
 void check(RTCDevice device, const char* what) {
     const RTCError error = rtcGetDeviceError(device);
     if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
@@ -39,9 +41,9 @@ void check(RTCDevice device, const char* what) {
 
 }  // namespace
 
-// One for the process. "threads=1" would cap TBB for the whole process, our own loops included (Embree holds a
-// tbb::global_control); with loops on std::thread it keeps Embree's builder, which ThreadSanitizer cannot see into, on
-// the calling thread.
+// All scenes of the process share one device. "threads=1" would cap TBB for the whole process, our own loops included
+// (Embree holds a tbb::global_control). With loops on std::thread it keeps Embree's builder on the calling thread,
+// since ThreadSanitizer cannot see into it.
 #ifdef PENUMBRA_STD_THREAD
 constexpr const char* kDeviceConfig = "threads=1";
 #else
@@ -64,7 +66,7 @@ RTCDevice sharedDevice() {
 struct OcclusionScene::Impl {
     RTCDevice device = sharedDevice();
     RTCScene scene = rtcNewScene(device);
-    std::vector<Triangle> triangles;  // for nextHit()
+    std::vector<Triangle> triangles;  // only for nextHit()
 
     Impl() = default;
     Impl(const Impl&) = delete;
@@ -81,14 +83,15 @@ void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std:
     if (buffer) std::memcpy(buffer, values.data(), values.size_bytes());
 }
 
-// What nextHit() hands to its filter.
+// The context that nextHit() hands to its filter.
 struct PassingContext {
-    RTCIntersectContext context;  // first, so that the filter finds the rest
+    RTCIntersectContext context;  // first, so that the filter finds the rest by a cast
     const std::vector<Triangle>* triangles;
     Triangle passed;
 };
 
-// Embree calls it for single rays that look for the closest hit.
+// Rejects a hit on a triangle that has a corner of `passed`. Embree calls the filter for each candidate of a single
+// ray.
 void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
     const auto& passing = *reinterpret_cast<const PassingContext*>(arguments->context);
     for (const std::uint32_t corner : (*passing.triangles)[RTCHitN_primID(arguments->hit, arguments->N, 0)])
@@ -143,7 +146,7 @@ bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distan
     rtcInitIntersectContext(&context);
     RTCRay ray = makeRay(origin, unit_direction, min_distance);
     rtcOccluded1(impl_->scene, &context, &ray);
-    return ray.tfar < 0;
+    return ray.tfar < 0;  // Embree marks a blocked ray by tfar = -infinity
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// Which frames of what a bake will trace: everything that is known before the first ray.
+// Plans a bake: finds everything that is known before the first ray, such as which frames of what it will trace.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -12,8 +12,8 @@ namespace penumbra {
 
 namespace {
 
-// Every option that changes the result; what came later than 0.1.0 only where it is used, so that older bakes stay what
-// they are.
+// Lists every option that changes the result. Options that are newer than 0.1.0 are listed only where they are used,
+// so that older bakes keep their provenance.
 std::string optionsJson(const BakeOptions& options) {
     nlohmann::ordered_json json;
     json["clips"] = options.clips;
@@ -41,7 +41,7 @@ std::string optionsJson(const BakeOptions& options) {
     return json.dump();
 }
 
-// All frames of the chosen clips; --frames slices them.
+// Lists all frames of the chosen clips. --frames slices this list later.
 FrameList listFrames(BakeSource& source, const BakeOptions& options) {
     if (!options.poses) return sampleFrames(source, options.clips, options.fps);
     if (!source.rig) throw UsageError("--poses lists frames of a rig, not of a point cache");
@@ -51,6 +51,7 @@ FrameList listFrames(BakeSource& source, const BakeOptions& options) {
     return frames;
 }
 
+// Chooses the frames of the bake, and tells where they belong if they are only a part.
 void chooseFrames(BakePlan& plan, const BakeOptions& options) {
     VisibilityHeader& header = plan.header;
     const FrameList listed = listFrames(plan.source, options);
@@ -62,9 +63,11 @@ void chooseFrames(BakePlan& plan, const BakeOptions& options) {
         header.frames = sliceFrames(all, *options.frames);
         chosen = slice(chosen, *options.frames);
     }
+    // Each clip of the bake is a clip of the source, or a block of one.
     for (const std::string& name : header.frames.clip_names)
         plan.source_clip.push_back(clipIndices(plan.source, {options.blocks > 1 ? clipOfBlock(name) : name}).front());
     if (plan.source.cache) plan.turns = continuousTurns(plan.source, header.edges, listed, chosen);
+    // A bake of some frames stores where they belong, so that a merge can put them there.
     if (options.clips.empty() && !options.frames) return;
     const FrameList known =
         options.poses ? all : cutIntoBlocks(sampleFrames(plan.source, {}, options.fps), options.blocks);
@@ -72,7 +75,7 @@ void chooseFrames(BakePlan& plan, const BakeOptions& options) {
     if (options.frames) header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
 }
 
-// Everything that the rays of a frame can hit, and the numbers that only other files know.
+// Reads everything else that the rays of a frame can hit, and the numbers that only other files know.
 void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     VisibilityHeader& header = plan.header;
     std::vector<std::string> clips = header.frames.clip_names;
@@ -83,7 +86,7 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
     if (plan.sheet_rules)
         plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0));
     else
-        plan.blockers.triangles = plan.source.mesh().triangles;  // which nothing else is asked of
+        plan.blockers.triangles = plan.source.mesh().triangles;  // nothing else will be asked of them
     for (const Occluder& occluder : plan.occluders)
         plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
     if (options.inputs) {
@@ -91,6 +94,7 @@ void addSurroundings(BakePlan& plan, const BakeOptions& options) {
         header.input_names = plan.inputs.names;
         header.pose_size += int(plan.inputs.names.size());
         for (std::size_t f = 0; f < header.frames.frameCount(); ++f)
+            // This call throws here, before hours of tracing, when a frame has no row in the table.
             (void)inputsAt(plan.inputs, plan.source_clip[header.frames.clip[f]], header.frames.time[f]);
     }
     if (!options.two_sided) return;
@@ -107,7 +111,8 @@ std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const BakeOpt
     return files;
 }
 
-// What describes a pose. Before the frames are chosen: their angles need the edges.
+// Fills in what describes a pose. This must come before chooseFrames(), since the angles of the frames need the
+// edges.
 void describePose(const BakeSource& source, VisibilityHeader& header) {
     if (source.rig) {
         header.skin = source.rig->skin;
@@ -121,7 +126,8 @@ void describePose(const BakeSource& source, VisibilityHeader& header) {
     header.pose_size = int(header.edges.size());
 }
 
-// --units, --up and --cache-fps say what a cache does not; rigs state their own.
+// Refuses options that have no effect: --units, --up and --cache-fps say what a cache does not say itself, but rigs
+// do.
 void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
     const auto is_cache = [](const Occluder& occluder) { return occluder.source.cache.has_value(); };
     const bool any = plan.source.cache || std::any_of(plan.occluders.begin(), plan.occluders.end(), is_cache);

@@ -50,7 +50,8 @@ Matrix toMatrix(const Affine& a) {
     return m;
 }
 
-// p_ij for every pair; of a bone that cannot be inverted (scaled to nothing), as at rest.
+// Computes p_ij for every pair. From a bone that cannot be inverted (it is scaled to nothing) others are seen as at
+// rest.
 void relativePositions(const Rig& rig, const Bones& bones, const std::vector<Pair>& pairs, RigFrame frame,
                        std::span<float> out) {
     const RigPose pose = evaluatePose(rig, frame.clip, frame.time);
@@ -68,14 +69,15 @@ void relativePositions(const Rig& rig, const Bones& bones, const std::vector<Pai
     }
 }
 
-// Mean squared distance of the centres of every ordered pair, in diagonals, seen from the first: [count, count].
+// Returns the mean squared distance of the centres of every ordered pair, in diagonals, seen from the first: [count,
+// count].
 std::vector<double> meanSquaredDistances(const Rig& rig, const Bones& bones, std::span<const RigFrame> frames,
                                          int threads) {
     const std::size_t n = bones.count();
     std::vector<Pair> all;
     for (std::size_t i = 0; i < n; ++i)
         for (std::size_t j = 0; j < n; ++j) all.push_back({i, j});
-    // At most 64 frames spread over all of them: these are weights, not results.
+    // At most 64 frames, spread over all of them, are enough, since these are only weights.
     const std::size_t used = std::min<std::size_t>(frames.size(), 64);
     std::vector<float> positions(used * all.size() * 3);
     parallelFor(used, threads, [&](std::size_t f) {
@@ -92,7 +94,7 @@ std::vector<double> meanSquaredDistances(const Rig& rig, const Bones& bones, std
     return mean;
 }
 
-// Every bone with its nearest others, weighted by sqrt(s_i n_ij).
+// Pairs every bone with its nearest others, each weighted by sqrt(s_i n_ij).
 std::vector<Pair> choosePairs(const Bones& bones, const std::vector<double>& distances) {
     std::vector<Pair> pairs;
     for (std::size_t i = 0; i < bones.count(); ++i) {

@@ -28,6 +28,7 @@ std::string findProblem(const PoseOptions& options) {
 
 namespace {
 
+// Returns the clips to choose from: those of the options, or all, without the held-out ones.
 std::vector<std::string> candidateClips(const Rig& rig, const PoseOptions& options) {
     for (const std::string& name : options.holdout) checkClipName(rig, "--holdout", name);
     std::vector<std::string> clips = options.clips;
@@ -56,7 +57,8 @@ PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOpt
 
 namespace {
 
-// Chosen candidates in the order of the list, each with its rank; clips without a chosen frame are left out.
+// Lists the chosen candidates in the order of the clips, each with its rank. Clips without a chosen frame are left
+// out.
 void listChosen(const FrameList& candidates, const ChosenPoses& choice, PoseFile& out) {
     std::vector<std::size_t> by_frame(choice.frames.size());
     std::iota(by_frame.begin(), by_frame.end(), 0);
@@ -74,6 +76,7 @@ void listChosen(const FrameList& candidates, const ChosenPoses& choice, PoseFile
     }
 }
 
+// Lists the sampled poses as a clip of their own after the chosen ones.
 void listSampled(std::size_t count, PoseFile& out) {
     if (count == 0) return;
     out.frames.clip_names.push_back(kSampledClip);

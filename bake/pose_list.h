@@ -1,5 +1,5 @@
 #pragma once
-// The stage of `penumbra-bake poses`: rig in, list of poses out.
+// The stage of `penumbra-bake poses`: it reads a rig and writes a list of poses.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -14,7 +14,7 @@ namespace penumbra {
 enum class ChoiceMethod { kFarthest, kRepresentative, kRandom };
 
 struct PoseOptions {
-    // The candidates: as in BakeOptions, without the held-out clips.
+    // The candidates are chosen as in BakeOptions, without the held-out clips.
     std::vector<std::string> clips = {};
     std::vector<std::string> holdout = {};
     double fps = 0;
@@ -22,28 +22,29 @@ struct PoseOptions {
     std::int64_t choose = 0;  // candidates to choose, 0..their number
     ChoiceMethod method = ChoiceMethod::kFarthest;
     std::int64_t sample = 0;            // poses to sample within joint limits, 0..1e6
-    std::filesystem::path limits = {};  // CSV of joint_limits.h; "": all from the candidates
-    std::uint64_t seed = 1;             // of the random choice and of the sampling
+    std::filesystem::path limits = {};  // CSV of joint_limits.h; "": all limits come from the candidates
+    std::uint64_t seed = 1;             // seeds the random choice and the sampling
 };
-// Empty when the options can be used, else one sentence that names the option, its range and the value given.
+// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
+// given.
 std::string findProblem(const PoseOptions& options);
 
 struct PosePlan {
     Rig rig;
     FrameList candidates;
 };
-// Reads the rig and finds the candidates. UsageError, IoError, InvalidInput.
+// Reads the rig and finds the candidates. Throws UsageError, IoError and InvalidInput.
 PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options);
 
 struct PoseList {
     PoseFile file;       // without provenance
-    ChosenPoses choice;  // of candidates; empty when none are to be chosen
+    ChosenPoses choice;  // of the candidates; empty when none are to be chosen
     JointLimits limits;  // empty when nothing is sampled
 };
-// The same for any number of threads.
+// Chooses and samples the poses. The result is the same for any number of threads.
 PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads);
 
-// The poses as the only clip, "poses", of a rig: pose k at k seconds (rig_poses.h).
+// Returns the rig with the poses as its only clip, "poses": pose k stands at k seconds (rig_poses.h).
 Rig rigOfPoses(const Rig& rig, const PoseFile& poses);
 constexpr const char* kPosesClip = "poses";
 

@@ -8,7 +8,7 @@ namespace penumbra {
 
 namespace {
 
-// Of the parts of a deforming mesh, as the fit has them.
+// Returns one bone for each near-rigid part of a deforming mesh, in the order of the fit.
 std::vector<Affine> fittedBones(const Model& model, const VisibilityFrame& frame) {
     const std::size_t fronts = model.mesh.frontVertexCount();
     std::vector<PartSums> sums(model.skin.jointCount());

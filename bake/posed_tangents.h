@@ -1,6 +1,6 @@
 #pragma once
-// The tangents of a fitted model on a baked frame, so that anisotropic materials lie as the run-time evaluator has
-// them.
+// Computes the tangents of a fitted model on a baked frame, so that anisotropic materials lie as the run-time
+// evaluator lays them.
 #include <string>
 
 #include "formats/stage/model_file.h"
@@ -8,14 +8,14 @@
 
 namespace penumbra {
 
-// Across clusters tangents jump, so a point of a triangle takes those of its nearest corner's cluster.
+// Tangents jump across clusters, so a point of a triangle takes those of its nearest corner's cluster.
 struct PosedTangents {
     std::vector<Vec3> tangents;                    // [V], unit, model frame, orthogonal to the frame's normals
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
 };
-// What the run-time evaluator has: rest tangents turned by the cluster joint's rotation and projected on the tangent
-// plane. The joints of a deforming mesh are its parts, fitted to the frame (sh/rigid_fit.h). InvalidInput when the
-// model is of another mesh than `mesh`; `name` starts the message.
+// Computes what the run-time evaluator has: rest tangents, turned by the rotation of the cluster's joint and
+// projected on the tangent plane. The joints of a deforming mesh are its parts, fitted to the frame (sh/rigid_fit.h).
+// Throws InvalidInput when the model is of another mesh than `mesh`; `name` starts the message.
 PosedTangents posedTangents(const Model& model, const Mesh& mesh, const VisibilityFrame& frame,
                             const std::string& name);
 

@@ -1,4 +1,4 @@
-// penumbra-bake poses RIG... -o POSES.(h5|glb): parse, read, compute, write.
+// penumbra-bake poses RIG... -o POSES.(h5|glb): the flags and the run.
 #include <algorithm>
 #include <cstdio>
 
@@ -16,14 +16,14 @@ using Json = nlohmann::ordered_json;
 namespace {
 struct PosesCommand {
     std::vector<std::filesystem::path> rigs;
-    std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, once that is known
+    std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
     PoseOptions options;
     std::string frames, method = "farthest", limits;
-    std::int64_t seed = std::int64_t(PoseOptions{}.seed);  // signed, so that -1 is refused and does not wrap
+    std::int64_t seed = std::int64_t(PoseOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
 };
 
-// Every option that changes the result, defaults included.
+// Lists every option that changes the result, defaults included.
 std::string optionsJson(const PosesCommand& command) {
     const PoseOptions& options = command.options;
     Json json{{"clips", options.clips}, {"holdout", options.holdout}, {"fps", options.fps}};

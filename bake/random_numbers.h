@@ -1,12 +1,12 @@
 #pragma once
-// The project's own pseudo-random numbers: the same on every platform and library, unlike std::shuffle.
+// The project's own pseudo-random numbers. Unlike std::shuffle they are the same on every platform and library.
 #include <cstdint>
 #include <span>
 #include <utility>
 
 namespace penumbra {
 
-// SplitMix64 (Steele, Lea, Flood 2014): the next of a sequence of uniform 64-bit numbers.
+// Returns the next number of a sequence of uniform 64-bit numbers by SplitMix64 (Steele, Lea, Flood 2014).
 inline std::uint64_t nextRandom(std::uint64_t& state) {
     std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -14,10 +14,10 @@ inline std::uint64_t nextRandom(std::uint64_t& state) {
     return z ^ (z >> 31);
 }
 
-// Uniform in [0, 1).
+// Returns the next number, uniform in [0, 1).
 inline double nextUniform(std::uint64_t& state) { return double(nextRandom(state) >> 11) * 0x1p-53; }
 
-// Uniform over permutations, but for the 2^-53 of nextUniform().
+// Shuffles uniformly over all permutations, up to the 2^-53 that nextUniform() resolves.
 template <class T>
 void shuffle(std::span<T> items, std::uint64_t& state) {
     for (std::size_t i = items.size(); i > 1; --i)

@@ -12,7 +12,7 @@ namespace penumbra {
 
 namespace {
 
-// Uniform over rotations (Shoemake 1992, "Uniform random rotations"), from a unit quaternion x y z w.
+// Draws a rotation uniformly by way of a unit quaternion x y z w (Shoemake 1992, "Uniform random rotations").
 Mat3d randomRotation(std::uint64_t seed) {
     const double u = nextUniform(seed), a = 2 * std::numbers::pi * nextUniform(seed),
                  c = 2 * std::numbers::pi * nextUniform(seed);
@@ -25,11 +25,16 @@ Mat3d randomRotation(std::uint64_t seed) {
 
 RayDirections makeRayDirections(int rays, std::uint64_t seed, int order) {
     assert(rays > 0 && order >= 1 && order <= kMaxOrder);
+    // 1. The set covers the sphere evenly, so that every direction has the same weight 4 pi / count.
     std::vector<Vec3d> directions = fibonacciSphere(2 * rays);
     const Mat3d rotation = seed == 1 ? Mat3d{} : randomRotation(seed);
     for (Vec3d& d : directions) d = rotation * d;
+    // 2. Sorted along a Morton curve, the eight rays of a packet point nearly the same way and meet the same boxes of
+    // the tree.
     directions = mortonSorted(std::move(directions));
 
+    // 3. Directions go into packets, and the weighted basis into the layout that accumulateMoments() reads front to
+    // back.
     RayDirections out{order, 2 * rays, {}, {}};
     const std::size_t packet_count = (directions.size() + kLanes - 1) / kLanes;
     const auto size = std::size_t(coefficientCount(order));
@@ -61,21 +66,23 @@ std::size_t aboveHorizon(const RayDirections& directions, Vec3 normal, bool grou
         }
         for (std::size_t k = 0; k < kLanes; ++k) count += above[p].lane[k];
     }
-    return std::size_t(count);  // exact: at most 2^21 < 2^24
+    return std::size_t(count);  // exact: there are at most 2^21 directions, and a float counts to 2^24
 }
 
 namespace {
 
 template <std::size_t kSize>
 void accumulate(const RayDirections& directions, std::span<const LaneWeights> visible, std::span<float> b) {
+    // Eight partial sums for each number keep the inner loop free of dependencies, so that compilers vectorise it.
     alignas(32) float sum[kSize][kLanes] = {};
     const float* basis = directions.basis.data();
     for (std::size_t p = 0; p < visible.size(); ++p, basis += kSize * kLanes) {
         const std::array<float, kLanes> v = visible[p].lane;
-        if (v == std::array<float, kLanes>{}) continue;
+        if (v == std::array<float, kLanes>{}) continue;  // most packets of an occluded vertex are dark
         for (std::size_t i = 0; i < kSize; ++i)
             for (std::size_t k = 0; k < kLanes; ++k) sum[i][k] += v[k] * basis[i * kLanes + k];
     }
+    // Eight lanes are added in double, always in the same order.
     for (std::size_t i = 0; i < kSize; ++i) {
         double total = 0;
         for (std::size_t k = 0; k < kLanes; ++k) total += double(sum[i][k]);

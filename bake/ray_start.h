@@ -1,16 +1,19 @@
 #pragma once
-// Where the rays of a point of a sheet start, so that they neither jump over a surface that lies on the sheet nor stay
-// inside a body that the sheet has sunk into.
+// Decides where the rays of a point of a sheet start, so that they neither jump over a surface that lies on the sheet
+// nor stay inside a body that the sheet has sunk into. ray_start.cpp explains why.
 //
-// A search ray to the point's own side (along the normal, but see vertex_side.h) meets the surfaces near it; the
-// point's own triangles do not count. Distances are in rest diagonals.
+// A search ray to the point's own side (along the normal, with the exceptions of vertex_side.h) meets the surfaces
+// near it. The triangles around the point itself do not count. Distances are in rest diagonals.
 //   1. Rays start at the bias, but at most half-way to the first surface: nothing lies between the point and the start.
-//   2. Sunk in: a first surface within kSunkIn that is the back of a solid (a closed surface that the point is no part
-//      of) is left: the rays start beyond it, by rule 1 from there. Only on the side whose way out is the shorter: a
-//      sheet that has sunk into a thin plate comes out at one side of it.
-//   3. Touching: a surface within kTouching of the point, on either side of it, is looked at by its normal, as numbers
-//      this small say nothing else: when its front faces the rays, the two touch and no ray escapes; when its back
-//      does, the point lies on it and it is left out.
+//   2. Sunk in: the sheet may have sunk into a solid, a closed surface that the point is no part of. Then the first
+//   surface
+//      within kSunkIn is the back of that solid. The rays start beyond it, and rule 1 applies from there. This applies
+//      only to the side from which the shorter way leads out of the solid: a sheet in a thin plate comes out on one
+//      side.
+//   3. Touching: a distance up to kTouching, to either side of the point, may be rounding, so the surface's normal
+//   decides.
+//      If its front faces the rays, the two surfaces touch and no ray escapes. If its back does, the point lies on the
+//      surface, and the search leaves it out.
 #include "bake/blockers.h"
 #include "bake/occlusion.h"
 
@@ -19,13 +22,13 @@ namespace penumbra {
 constexpr float kSunkIn = 0.01f;
 constexpr float kTouching = 1e-6f;  // 16 steps of a float at the model's rim
 
-// In the ray tracer's frame.
+// All values are in the frame of the ray tracer (SceneScale of occlusion.h).
 struct StartOfSurface {
     Vec3 position;
     Vec3 direction;          // unit, to the side that the rays leave
-    float bias = 0;          // from the position to the start where nothing is near
+    float bias = 0;          // distance from the position to the start where nothing is near
     Triangle own{};          // triangles with any of these vertices do not count
-    std::int32_t solid = 0;  // that the point is part of
+    std::int32_t solid = 0;  // the closed surface that the point is part of; 0 = none
 };
 struct RayStart {
     Vec3 position;

@@ -13,7 +13,7 @@ namespace penumbra {
 
 namespace {
 
-// What the bake was told. Files of other programs say nothing.
+// The options that the bake was told. Files that other programs made do not hold any.
 struct BakeWords {
     std::vector<std::string> occluders;
     PointCacheOptions cache;
@@ -33,7 +33,7 @@ BakeWords wordsOf(const Provenance& provenance) try {
     return {};
 }
 
-// Those of a sequence too, that a pattern or a folder names.
+// Returns all files of an occluder, with those of a sequence, which a pattern or a folder names.
 std::vector<std::filesystem::path> everyFileOf(const std::filesystem::path& occluder) {
     std::vector<std::filesystem::path> all;
     for (const std::filesystem::path& path : filesOfOccluder(occluder)) {
@@ -44,6 +44,7 @@ std::vector<std::filesystem::path> everyFileOf(const std::filesystem::path& occl
     return all;
 }
 
+// Checks that the bake had these occluders: as many, and each file with a hash that the provenance knows.
 void checkGiven(const VisibilityHeader& header, const std::string& name, const BakeWords& words,
                 const std::vector<std::filesystem::path>& occluders) {
     if (occluders.size() != words.occluders.size())

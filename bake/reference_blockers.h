@@ -1,15 +1,16 @@
 #pragma once
-// What casts shadows on a baked frame besides its mesh: the occluders of the bake, given again.
+// Finds what casts shadows on a baked frame besides its mesh: the occluders of the bake, which the user names again.
 #include "bake/blockers.h"
 #include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 
 struct ReferenceBlockers {
-    Blockers blockers;  // no triangles where the frame is of a rig's skin alone: ray_start.h is not for it
-    std::vector<Vec3> occluder_positions;  // model frame, in the frame
+    Blockers blockers;  // without triangles where a rig's skin alone is drawn: ray_start.h is not for it
+    std::vector<Vec3> occluder_positions;  // [Vo] in this frame, model frame
 };
-// `name` of the visibility file starts messages. UsageError unless `occluders` are those of the bake, by content.
+// Reads the occluders. `name` of the visibility file starts messages. Throws UsageError unless `occluders` are those
+// of the bake, by content.
 ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t frame, const std::string& name,
                                   const std::vector<std::filesystem::path>& occluders);
 

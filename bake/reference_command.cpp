@@ -1,4 +1,4 @@
-// penumbra-bake reference X.vis.h5 --frame N -o REF.png: a ray-traced picture to hold results against.
+// penumbra-bake reference X.vis.h5 --frame N -o REF.png: a ray-traced picture to compare results with.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +20,7 @@ namespace {
 
 struct ReferenceCommand {
     std::filesystem::path input, output, tangents;
-    std::string light, layout;  // a file or analytic lights; "": by the picture's shape
+    std::string light, layout;  // light: a file or analytic lights; layout "": by the picture's shape
     BrdfSource brdf;
     std::vector<std::string> slots;
     std::vector<std::filesystem::path> occluders;
@@ -64,7 +64,7 @@ void finishOptions(ReferenceCommand& command) {
     if (extension != ".exr" && extension != ".png") throw UsageError("-o must end in .exr or .png");
 }
 
-// Text that starts with the name of an analytic light is one.
+// Tells an analytic light from a file: the text starts with the name of one.
 bool isAnalytic(const std::string& light) {
     const std::vector<std::string> names = analyticLightNames();
     const std::string start = light.substr(0, light.find_first_of(":+"));
@@ -105,7 +105,7 @@ BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) {
     return readBrdfSource(source, threads);
 }
 
-// Materials of the parts that have one of their own, and which of options.brdfs each vertex has.
+// Reads the materials of the parts that have one of their own, and tells which of options.brdfs each vertex has.
 std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& mesh, int threads) {
     if (command.slots.empty()) return {};
     const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());

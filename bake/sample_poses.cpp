@@ -9,6 +9,7 @@ namespace penumbra {
 
 namespace {
 
+// Returns the prime of this index, from 0. The list of primes grows as it is needed.
 std::uint32_t primeNumber(std::size_t index) {
     static std::vector<std::uint32_t> primes{2};
     for (std::uint32_t n = primes.back() + 1; primes.size() <= index; ++n)
@@ -22,7 +23,7 @@ std::uint32_t primeNumber(std::size_t index) {
 HaltonDimension::HaltonDimension(std::size_t dimension, std::uint64_t seed) : base_(primeNumber(dimension)) {
     std::uint64_t state = seed * 0x9e3779b97f4a7c15u + dimension;
     nextRandom(state);
-    // Places up to 2^-32: finer ones are below the resolution of a float pose.
+    // Places go down to 2^-32, since finer ones are below the resolution of a float pose.
     for (double size = 1; size > 0x1p-32; size /= base_) {
         std::vector<std::uint32_t>& digits = digit_.emplace_back(base_);
         std::iota(digits.begin(), digits.end(), 0u);
@@ -47,10 +48,11 @@ std::vector<float> samplePoses(const Rig& rig, const JointLimits& limits, std::s
     for (std::size_t c = 0; c < width; ++c) {
         const double range = limits.high[c] - limits.low[c];
         const HaltonDimension halton(range > 0 ? dimension++ : 0, seed);
-        // From the second point on: the first of the plain sequence is the corner of all least angles.
+        // Points are used from the second one on: the first of the plain sequence is the corner of all least angles.
         for (std::size_t p = 0; p < count; ++p)
             poses[p * width + c] = float(limits.low[c] + (range > 0 ? range * halton.value(p + 1) : 0));
     }
+    // Joints that share a node turn alike: they take the numbers of the node's first joint.
     for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
         const auto first =
             std::size_t(std::find(rig.node_of_joint.begin(), rig.node_of_joint.end(), rig.node_of_joint[j]) -

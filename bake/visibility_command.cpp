@@ -27,16 +27,16 @@ double peakMegabytes() {
 
 struct VisibilityCommand {
     std::vector<std::filesystem::path> rigs;
-    std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, once that is known
+    std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
     BakeOptions options;
     std::string frames, poses, inputs, ground, precision = "f32", units = "m", up = "y";
     const CLI::Option* ground_option = nullptr;
     bool resume = false;
-    std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused and does not wrap
+    std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
 };
 
-// `--ground` alone, or with a height.
+// Reads `--ground`, which stands alone or has a height.
 void readGround(VisibilityCommand& command) {
     BakeOptions& options = command.options;
     options.ground = command.ground_option->count() > 0;
@@ -62,6 +62,7 @@ void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
 }
 
+// Prints what the readers of point caches noted.
 void reportNotes(const BakePlan& plan) {
     std::vector<const BakeSource*> sources = {&plan.source};
     for (const Occluder& occluder : plan.occluders) sources.push_back(&occluder.source);
@@ -176,7 +177,8 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
                    "FILE.csv of numbers that join the pose: columns frame or time, and NAME or NAME.x, NAME.y, NAME.z");
 }
 
-// The files that were read; before that, those that the command names, but for patterns and folders of numbered ones.
+// Returns the files that were read. Before that is known, returns those that the command names, without patterns and
+// folders of numbered files.
 std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     if (!command.files_read.empty()) return command.files_read;
     std::vector<std::filesystem::path> inputs = singleFilesOf(command.options.occluders);

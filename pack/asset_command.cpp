@@ -41,7 +41,8 @@ std::string provenanceOf(const AssetCommand& command) {
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
-// Bytes of every section, and what counts at run time: bytes a vertex of the visibility model alone and of everything.
+// Reports the bytes of every section, and what counts at run time: the bytes a vertex of the visibility model alone,
+// and of everything.
 void reportSizes(const Packed& packed, bool quiet, Report& report) {
     const AssetView asset = openAsset(packed.bytes);
     const double vertices = double(asset.mesh.positions.size());
@@ -73,7 +74,8 @@ BrdfFile readMaterial(const fs::path& path) {
     return brdf;
 }
 
-// Two files of one name cannot be in an asset. `verb` of penumbra-fit makes such files.
+// Refuses two files of one name, which cannot be in one asset. `verb` is the verb of penumbra-fit that makes such
+// files.
 template <class File>
 void checkNames(const std::vector<File>& files, const std::vector<fs::path>& paths, const std::string& verb) {
     for (std::size_t i = 0; i < files.size(); ++i)

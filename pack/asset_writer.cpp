@@ -38,7 +38,7 @@ Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh)
                            std::uint8_t(mesh.influences), joints, weights, slots, slot_of_vertex, mesh.two_sided);
 }
 
-// Double arithmetic, then one rounding to what is stored: the error that is measured is the readers'.
+// Computes in double and rounds once to what is stored, so that the measured error is the one that readers see.
 PlaybackSection quantizePositions(std::span<const Vec3> positions) {
     PlaybackSection playback;
     if (positions.empty()) return playback;
@@ -58,7 +58,7 @@ PlaybackSection quantizePositions(std::span<const Vec3> positions) {
             const double steps = playback.step > 0 ? (double(p[i]) - low[i]) / playback.step : 0;
             const auto number = std::uint16_t(std::clamp(std::round(steps), 0.0, kSteps));
             playback.positions.push_back(number);
-            const double there = low[i] + playback.step * float(number);  // as readPositions() has it
+            const double there = low[i] + playback.step * float(number);  // as readPositions() computes it
             squared += (there - p[i]) * (there - p[i]);
         }
         error = std::max(error, squared);
@@ -118,7 +118,7 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
     const auto made_by = builder.CreateString(provenance);
     const auto materials = builder.CreateVector(sections.materials);
     const auto lights = builder.CreateVector(sections.lights);
-    constexpr std::uint64_t kPlaceholder = 1;  // not the default: a field that holds its default is not stored
+    constexpr std::uint64_t kPlaceholder = 1;  // not the default, because a field that holds its default is not stored
     Offset<flatbuffers::Vector<std::uint16_t>> slot_material;
     if (!sections.slot_material.empty()) slot_material = writeVector<std::uint16_t>(builder, sections.slot_material);
     const auto asset = fbs::CreateAsset(builder, kSkinnedAssetVersion, convention, std::uint8_t(sh_order), made_by,

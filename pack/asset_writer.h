@@ -1,5 +1,5 @@
 #pragma once
-// The sections of an asset, written. The caller has checked what it writes; openAsset() checks it again on reading.
+// Writes the sections of an asset. The caller has checked what it writes; openAsset() checks it again on reading.
 #include <flatbuffers/flatbuffers.h>
 
 #include <span>
@@ -16,7 +16,8 @@ namespace penumbra {
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
-// A vector that starts at a multiple of 16 in the file; T is the stored element, values any struct of them.
+// Writes a vector that starts at a multiple of 16 in the file. T is the stored element; values are any struct of
+// them.
 template <class T, class Value>
 Offset<flatbuffers::Vector<T>> writeVector(FlatBufferBuilder& builder, std::span<const Value> values) {
     const std::size_t count = values.size_bytes() / sizeof(T);
@@ -43,14 +44,14 @@ struct MeshSection {
 };
 Offset<fbs::Mesh> writeMesh(FlatBufferBuilder& builder, const MeshSection& mesh);
 
-// Places of every frame of a deforming mesh in 16 bits a coordinate.
+// The positions of every frame of a deforming mesh, in 16 bits a coordinate.
 struct PlaybackSection {
     std::vector<std::uint16_t> positions;  // [F,Vs,3], or empty
     Vec3 origin;
-    float step = 0, error = 0;  // the error is measured: of every number as readers compute it
+    float step = 0, error = 0;  // error: the largest distance, measured on the numbers that readers compute
 };
-// `positions`: [F,Vs]; InvalidInput where a number is not finite. The box of all frames is cut into 65535 steps of its
-// longest side.
+// Quantises positions [F,Vs]. The box of all frames is cut into 65535 steps of its longest side. Throws InvalidInput
+// where a number is not finite.
 PlaybackSection quantizePositions(std::span<const Vec3> positions);
 
 struct AnimationSection {
@@ -61,18 +62,18 @@ struct AnimationSection {
     std::vector<Affine> bones;
     int pose_size = 0;
     std::vector<float> pose;
-    std::vector<Affine> rest_transforms, inverse_bind;  // or empty
+    std::vector<Affine> rest_transforms, inverse_bind;  // empty where the model has none
     std::vector<std::string> input_names = {};
     std::vector<float> inputs = {};
     PlaybackSection playback = {};
 };
 Offset<fbs::Animation> writeAnimation(FlatBufferBuilder& builder, const AnimationSection& animation);
 
-// Clips of a list of frames; the names stay those of `frames`.
+// Returns the clips of a list of frames; the names still belong to `frames`.
 std::vector<ClipView> clipsOf(const FrameList& frames, std::span<const std::string> held_out);
 
-// Ends the asset with its version, the lowest that has all that is there, and its hash; what is not there is a null
-// offset. The builder then owns the finished bytes.
+// Finishes the asset with its hash and its version, which is the lowest that knows all of its contents. A section
+// that is missing is a null offset. The builder then owns the finished bytes.
 struct AssetSections {
     Offset<fbs::Mesh> mesh;
     Offset<fbs::Animation> animation;
@@ -80,7 +81,8 @@ struct AssetSections {
     Offset<fbs::Truth> truth;
     std::vector<Offset<fbs::Material>> materials;
     std::vector<Offset<fbs::Light>> lights;
-    std::vector<std::uint16_t> slot_material;  // of the mesh's slots; empty: the first for all
+    // one for each slot of the mesh; empty: all slots have the first material
+    std::vector<std::uint16_t> slot_material;
 };
 std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,
                                  const std::string& provenance);

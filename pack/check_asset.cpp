@@ -1,3 +1,12 @@
+// Measures the error of an asset frame by frame.
+//
+// Problem: tell how far the evaluator's numbers are from the truth, and which stage the error comes from, over bakes
+// that are larger than memory.
+//
+// Here: every frame is read once. Each cluster adds up sums of squares: of the error, of the truth, and of the truth
+// outside the span of the components. All figures are ratios of such sums. The mean over training frames is known
+// only at the end, so that the variation around it is computed from sums of the truth and of its squares.
+// docs/formulas.md, section 5, defines the figures.
 #include "pack/check_asset.h"
 
 #include <algorithm>
@@ -39,16 +48,16 @@ struct Sums {
     }
 };
 
-// One clip of the truth: sums, and per number the sum of the truth, for the mean over training frames.
+// Sums over one clip of the truth. `truth_sum` adds up each number, for the mean over training frames.
 struct ClipSums {
     std::string name;
     bool held_out = true;
-    std::size_t frames = 0, second_frames = 0;  // of the truth; of them in the second bake
+    std::size_t frames = 0, second_frames = 0;  // frames of the truth, and how many of these the second bake has
     std::vector<Sums> of_cluster;
     std::vector<double> truth_sum;  // [V * stride], asset order
 };
 
-// A frame as both sides see it, in asset order.
+// Buffers for one frame as both sides see it, in asset order.
 struct FrameBuffers {
     std::vector<float> evaluated, truth, predicted, second, unpacked;  // [V * stride]
     std::vector<Vec3> positions, normals, tangents;
@@ -64,12 +73,12 @@ struct Spans {
     double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const;
 };
 
-// Frames of another file by clip and time.
+// Finds frames of another file by clip and time.
 class FrameFinder {
 public:
     FrameFinder(const VisibilityReader* reader, std::string name);
     bool has(const std::string& clip, double time) const { return frame_of_.contains({clip, time}); }
-    // Nothing without a reader; InvalidInput when the frame is not there.
+    // Returns an empty frame without a reader. Throws InvalidInput when the frame is not there.
     VisibilityFrame read(const std::string& clip, double time) const;
 
 private:
@@ -78,7 +87,7 @@ private:
     std::map<std::pair<std::string, double>, std::size_t> frame_of_;
 };
 
-// One frame of the files.
+// One frame as the files have it.
 struct BakedFrames {
     VisibilityFrame truth, predicted, second;
 };
@@ -174,8 +183,8 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
                 std::vector<float>(count)};
 }
 
-// Coefficients of one vertex of a prediction as numbers of the convention. Moments like the truth's, or the mirrored
-// function itself, whose even coefficients in the local frame are the numbers.
+// Turns the coefficients of one vertex of a prediction into numbers of the convention. They are moments like those of
+// the truth, or the mirrored function itself, whose even coefficients in the local frame are the numbers.
 void predictedNumbers(const Convention& convention, bool mirrored, std::span<const float> coefficients, Vec3 normal,
                       Vec3 tangent, std::span<float> numbers) {
     if (!mirrored) return numbersFromMoments(convention, coefficients, normal, tangent, numbers);
@@ -194,7 +203,8 @@ double squaredDifference(std::span<const float> a, std::span<const float> b) {
     return sum;
 }
 
-// The truth of one vertex, and what needs no more than it: SH truncation, bake noise, distance to the predictions.
+// Computes the truth of one vertex, and what needs nothing else: SH truncation, bake noise and distance to the
+// predictions.
 void Checker::compareVertex(std::size_t v, const BakedFrames& baked, Sums& sums) {
     const Convention& convention = asset_.model.convention;
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
@@ -225,6 +235,7 @@ void Checker::compareVertex(std::size_t v, const BakedFrames& baked, Sums& sums)
     }
 }
 
+// Evaluates one cluster and adds its errors to the sums of the clip.
 void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip) {
     const ClusterView& view = asset_.model.clusters[cluster];
     const std::size_t begin = view.first_vertex, end = begin + view.vertex_count;
@@ -259,8 +270,8 @@ InvalidInput otherPose(const std::string& clip, double time) {
                         " s is not that of the truth");
 }
 
-// Bones (of a deforming mesh: positions) of two bakes of one animation are the same numbers; 1e-4 leaves room for
-// another rounding of them.
+// Checks that two bakes have the same pose: bones (for a deforming mesh: positions) of one animation are the same
+// numbers. 1e-4 leaves room for another rounding of them.
 void checkSamePose(const VisibilityFrame& truth, const VisibilityFrame& second, const std::string& clip, double time) {
     for (std::size_t j = 0; j < truth.bones.size(); ++j)
         for (std::size_t e = 0; e < 12; ++e)
@@ -270,13 +281,13 @@ void checkSamePose(const VisibilityFrame& truth, const VisibilityFrame& second, 
         if (!(length(truth.positions[v] - second.positions[v]) <= 1e-4f)) throw otherPose(clip, time);
 }
 
-// The inputs are the last numbers of a baked pose.
+// Poses the evaluator as the bake was. The inputs are the last numbers of a baked pose.
 void poseAs(Evaluator& evaluator, const VisibilityFrame& baked) {
     const AssetView& asset = evaluator.asset();
     const std::span<const float> inputs = std::span(baked.pose).last(asset.animation.input_names.size());
     if (evaluator.deformation())
         return evaluator.setPositions(std::span(baked.positions).first(evaluator.points().size()), inputs);
-    std::vector<Affine> bones = baked.bones;  // the joints that stand for inputs are the last
+    std::vector<Affine> bones = baked.bones;  // the joints that stand for inputs come last
     for (const InputJointView& input : asset.model.input_joints) bones.push_back(inputBone(asset, input, inputs));
     evaluator.setPose(bones, baked.pose);
 }
@@ -301,7 +312,7 @@ void Checker::addFrame(std::size_t frame, int threads) {
     frames_.push_back({clip.name, time, clip.held_out, rms_v, evaluator_.outOfRange()});
 }
 
-// sum over frames (y - mean)^2 = sum y^2 - 2 mean . sum y + frames |mean|^2.
+// Uses sum over frames (y - mean)^2 = sum y^2 - 2 mean . sum y + frames |mean|^2.
 ErrorFigures Checker::figuresOf(std::span<const ClipSums* const> clips, std::span<const double> mean) const {
     ErrorFigures figures;
     Sums total;
@@ -337,6 +348,7 @@ CheckResult Checker::result() const {
     std::vector<const ClipSums*> training, held_out;
     for (const ClipSums& clip : clips_)
         if (clip.frames > 0) (clip.held_out ? held_out : training).push_back(&clip);
+    // The mean is that of the training frames, or the stored one where the truth has none of them.
     std::vector<double> mean(spans_.mean.begin(), spans_.mean.end());
     CheckResult result;
     result.frames = frames_;

@@ -1,5 +1,5 @@
 #pragma once
-// The run-time evaluator against baked truth, in the terms of docs/formulas.md section 5.
+// Compares the run-time evaluator with baked truth, in the terms of docs/formulas.md, section 5.
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -11,28 +11,29 @@
 
 namespace penumbra {
 
-// Errors over a set of frames; NaN where there is nothing to divide by or where it was not measured. Relative numbers
-// are in units of sqrt(sum (y - mean y)^2), so that relative_error^2 = truncation^2 + regression^2; times signal_rms_v
-// they are rms V.
+// Errors over a set of frames; NaN where there is nothing to divide by, or where an error was not measured. Relative
+// numbers are in units of sqrt(sum (y - mean y)^2), so that relative_error^2 = truncation^2 + regression^2. Times
+// signal_rms_v they are rms V.
 struct ErrorFigures {
     std::string name;
     bool held_out = false;
     std::size_t frames = 0;
     double relative_error = 0, rms_v = 0, ambient_error = 0;
-    double truncation = 0;             // the part of the truth outside the span of the stored mean and components
-    double regression = 0;             // the rest: scores other than the best ones
-    double prediction_difference = 0;  // of the evaluator to the predictions, relative; 0 without predictions
-    double signal_rms_v = 0;           // rms V of y - mean y
-    double sh_truncation = 0;  // visibility itself outside the bands of the convention, if it is 0 or 1 everywhere
-    double bake_noise = 0;     // of the truth: difference to the second bake / sqrt 2
-    // Of the unpacked model: its error, the truth outside the span of its components; packed against unpacked numbers.
+    double truncation = 0;  // the part of the truth outside the span of the stored mean and components
+    double regression = 0;  // the rest: scores that are not the best ones
+    // difference of the evaluator and the predictions, relative; 0 without predictions
+    double prediction_difference = 0;
+    double signal_rms_v = 0;   // rms V of y - mean y
+    double sh_truncation = 0;  // the part of visibility outside the bands of the convention, if it is 0 or 1 everywhere
+    double bake_noise = 0;     // noise of the truth: its difference to the second bake / sqrt 2
+    // The unpacked model's error, the truth outside the span of its components, and packed against unpacked numbers.
     double unpacked_error = 0, unpacked_truncation = 0, packing = 0;
 };
 
-// A frame of the truth: its error beside what the evaluator itself can tell about the pose.
+// A frame of the truth: its error, beside what the evaluator itself can tell about the pose.
 struct FrameCheck {
     std::string clip;
-    double time = 0;  // s
+    double time = 0;  // seconds
     bool held_out = false;
     double rms_v = 0, out_of_range = 0;  // out_of_range: Evaluator::outOfRange()
 };
@@ -40,28 +41,29 @@ struct FrameCheck {
 struct CheckResult {
     std::vector<ErrorFigures> clips;
     std::vector<FrameCheck> frames;
-    ErrorFigures training, held_out;  // frames = 0: there were none
-    // Whether the mean of truth was taken over training frames of the truth; else it is the model's stored mean.
+    ErrorFigures training, held_out;  // frames = 0: there were no such frames
+    // True if the mean of the truth was taken over its training frames; otherwise it is the model's stored mean.
     bool mean_from_truth = false;
 };
 
-// What else there is to hold the asset against; null: nothing.
+// The other files that the asset is compared with; null: not given.
 struct CheckReferences {
-    const VisibilityReader* predictions = nullptr;  // of the same model
-    const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, other seed or rays
-    const AssetView* unpacked = nullptr;            // F32, all components: the model that the asset was made of
+    const VisibilityReader* predictions = nullptr;  // predictions of the same model
+    const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, with another seed or other rays
+    const AssetView* unpacked = nullptr;            // the model that the asset was made of, as F32 with all components
 };
 
-// InvalidInput when the mesh, skin, pose or order of the truth (or of the references) is not what the asset's model
-// needs; when a second bake has the rays of the truth; when an unpacked model has other vertices or another convention.
+// Throws InvalidInput when the mesh, skin, pose or order of the truth (or of the references) is not what the asset's
+// model needs; when a second bake has the seed and rays of the truth; when an unpacked model has other vertices or
+// another convention.
 void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references);
 
-// Rank correlation of out_of_range and rms_v over the held-out frames; NaN where it is not defined.
+// Returns the rank correlation of out_of_range and rms_v over the held-out frames; NaN where it is not defined.
 double rangeCorrelation(const CheckResult& result);
 
-// Clips that the asset does not know count as held out. `predictions` must have every frame (clip and time) of the
-// truth; what frames a second bake has must be in the same poses; everything must fit, else InvalidInput. Deterministic
-// for any number of threads.
+// Checks an asset. Clips that the asset does not know count as held out. `predictions` must have every frame (clip
+// and time) of the truth. Frames of a second bake must be in the poses of the truth. Everything must fit, or else it
+// throws InvalidInput. The result is the same for any number of threads.
 CheckResult checkAsset(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references,
                        int threads, const std::function<void(std::size_t)>& progress);
 

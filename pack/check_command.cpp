@@ -41,7 +41,8 @@ nlohmann::ordered_json toJson(const ErrorFigures& f, bool predictions) {
     return json;
 }
 
-// One table: a row a source of error, held-out and training frames side by side, relative and as rms V.
+// Prints one table with a row for each source of error. Held-out and training frames stand side by side, relative and
+// as rms V.
 void reportBudget(const CheckResult& result, Report& report) {
     const std::vector<BudgetRow> held_out = errorBudget(result.held_out), training = errorBudget(result.training);
     const auto cell = [](const ErrorFigures& set, const BudgetRow& row) {
@@ -85,7 +86,7 @@ void reportFrames(const CheckResult& result, Report& report) {
                                                {"out_of_range", f.out_of_range}});
     const double correlation = rangeCorrelation(result);
     nlohmann::ordered_json& json = report.figures["out_of_range_rank_correlation"];
-    if (std::isnan(correlation)) return;  // null: no held-out frames, or all alike
+    if (std::isnan(correlation)) return;  // null: there are no held-out frames, or all are alike
     json = correlation;
     std::printf("out of range against error: rank correlation %.2f over %zu held-out frames\n", correlation,
                 result.held_out.frames);

@@ -1,4 +1,4 @@
-// Whether a bake, predictions and a model belong to an asset.
+// Checks whether a bake, predictions and a model belong to an asset.
 #include <algorithm>
 #include <cmath>
 

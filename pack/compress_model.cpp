@@ -1,3 +1,17 @@
+// Makes a model smaller by dropping the components that matter least.
+//
+// Problem: a component costs bytes at every vertex of its cluster. Which components can go, in which clusters, so
+// that the predictions change least?
+//
+// Naive: drop the last components of the output PCA. These are ordered by the variance of the truth. A model predicts
+// only a part of it, so a component that matters much in the truth may hardly move in predictions, and predicted
+// scores are correlated, so that several components may move together where one would do.
+//
+// Here: first turn each cluster's components to the principal axes of its own predictions over the training frames.
+// This changes no number. Leaving out component k then changes the sum of squared numbers by exactly its energy
+// lambda_k, and energies add up over components and clusters. So a greedy choice is nearly the best: drop the
+// component that loses the least energy for each byte saved, over all clusters, until the bytes or the error are as
+// asked (docs/formulas.md, end of section 4).
 #include "pack/compress_model.h"
 
 #include <algorithm>
@@ -10,7 +24,7 @@ namespace penumbra {
 
 namespace {
 
-// rows [r, k] times matrix [k, n], in double.
+// Multiplies rows [r, k] by a matrix [k, n] in double.
 template <class T>
 std::vector<float> multiply(std::span<const double> rows, const std::vector<T>& matrix, std::size_t k) {
     if (k == 0) return {};
@@ -26,6 +40,7 @@ std::vector<float> multiply(std::span<const double> rows, const std::vector<T>& 
     return out;
 }
 
+// Returns the mean of the scores over the frames.
 std::vector<double> meanScores(std::span<const float> scores, std::size_t components) {
     std::vector<double> mean(components);
     for (std::size_t i = 0; i < scores.size(); ++i) mean[i % components] += scores[i];
@@ -33,7 +48,7 @@ std::vector<double> meanScores(std::span<const float> scores, std::size_t compon
     return mean;
 }
 
-// Sum over frames of (y - mean)(y - mean)^T; the lower triangle.
+// Returns the sum over frames of (y - mean)(y - mean)^T.
 std::vector<double> scatterOf(std::span<const float> scores, const std::vector<double>& mean) {
     const std::size_t k = mean.size();
     std::vector<double> scatter(k * k), y(k);
@@ -47,6 +62,7 @@ std::vector<double> scatterOf(std::span<const float> scores, const std::vector<d
     return scatter;
 }
 
+// Returns the inner products of the components, of which only the lower triangle is filled in.
 std::vector<double> gramOf(const std::vector<float>& basis, std::size_t components) {
     const std::size_t length = basis.size() / components;
     std::vector<double> gram(components * components);
@@ -59,15 +75,16 @@ std::vector<double> gramOf(const std::vector<float>& basis, std::size_t componen
     return gram;
 }
 
-// The turn of scores, y' = scores (y - mean), and of components, basis' = basis_rows basis; scores^T basis_rows = 1 on
-// the span of the components.
+// The turn of scores, y' = scores (y - mean), and of components, basis' = basis_rows basis. On the span of the
+// components scores^T basis_rows = 1.
 struct Turn {
     std::vector<double> scores, basis;  // [K', K]
     std::vector<double> energies;       // [K']
 };
 
-// Gram matrix of the components U^T diag(s) U: sqrt(s) U y are scores of orthonormal components U basis / sqrt(s).
-// Their scatter, Q^T diag(energies) Q, gives the axes: scores = Q sqrt(s) U, basis = Q U / sqrt(s).
+// Finds the turn. The Gram matrix of the components is U^T diag(s) U, so that sqrt(s) U y are the scores of the
+// orthonormal components U basis / sqrt(s). The scatter of these scores, Q^T diag(energies) Q, gives the axes: scores
+// = Q sqrt(s) U, basis = Q U / sqrt(s).
 Turn principalTurn(const std::vector<double>& gram, const std::vector<double>& scatter, std::size_t components) {
     const SymmetricEigen span = symmetricEigen(gram, components);
     std::size_t rank = 0;
@@ -100,7 +117,7 @@ Turn principalTurn(const std::vector<double>& gram, const std::vector<double>& s
     return turn;
 }
 
-// Whether dropping ends before this component.
+// Drops components until `enough` says that the next one must stay.
 template <class Enough>
 ComponentChoice dropUntil(const ComponentCosts& costs, Enough enough) {
     struct Candidate {
@@ -109,12 +126,13 @@ ComponentChoice dropUntil(const ComponentCosts& costs, Enough enough) {
     };
     std::vector<Candidate> candidates;
     ComponentChoice choice;
+    // Every component is a candidate, except for the first one of each cluster.
     for (std::size_t c = 0; c < costs.energies.size(); ++c) {
         choice.kept.push_back(costs.energies[c].size());
         for (std::size_t k = costs.energies[c].size(); k-- > 1;)
             candidates.push_back({costs.energies[c][k], costs.bytes[c], c});
     }
-    // Within a cluster bytes are equal and energies ascend: its last component always goes first.
+    // Within a cluster bytes are equal and energies descend, so that its last component always goes first.
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) { return a.energy * b.bytes < b.energy * a.bytes; });
     for (const Candidate& candidate : candidates) {
@@ -132,18 +150,21 @@ std::vector<double> turnToPrincipalAxes(ClusterModel& cluster, std::span<const f
     const std::size_t components = cluster.components();
     if (components == 0 || cluster.basis.empty()) return std::vector<double>(components);
     assert(scores.size() % components == 0);
+    // 1. Find the axes of the predicted scores.
     const std::vector<double> mean = meanScores(scores, components);
     const Turn turn = principalTurn(gramOf(cluster.basis, components), scatterOf(scores, mean), components);
-    if (turn.energies.empty()) {  // components of zeros: visibility that never changes; one of them stays
+    if (turn.energies.empty()) {  // all components are zeros, as visibility never changes; one of them stays
         keepComponents(cluster, 1);
         return {0.0};
     }
+    // 2. The mean score moves into the stored mean, so that the turned scores are centred.
     const std::size_t length = cluster.mean.size();
     for (std::size_t n = 0; n < length; ++n) {
         double sum = cluster.mean[n];
         for (std::size_t k = 0; k < components; ++k) sum += mean[k] * cluster.basis[k * length + n];
         cluster.mean[n] = float(sum);
     }
+    // 3. Turn the components one way, and the regression's weights and bias the other way.
     std::vector<double> centred(components);
     for (std::size_t k = 0; k < components; ++k) centred[k] = cluster.bias[k] - mean[k];
     cluster.basis = multiply(turn.basis, cluster.basis, components);

@@ -1,7 +1,7 @@
 #pragma once
-// Fewer components where they matter least. Output PCA orders a cluster's components by the variance of the truth, but
-// a model predicts only a part of it, and its scores are correlated: the principal axes of the predicted scores are
-// fewer, and dropping the last of them costs least.
+// Removes components where they matter least. Output PCA orders a cluster's components by the variance of the truth,
+// but a model predicts only a part of that, and its scores are correlated. The principal axes of the predicted scores
+// are fewer, and dropping the last of them costs least (docs/formulas.md, end of section 4).
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -11,19 +11,19 @@
 namespace penumbra {
 
 // Turns the components of `cluster` to the principal axes of the numbers that it predicts. `scores` [F, K] are its
-// scores over the training frames. Exact: numbers are what they were, up to rounding. With y = W^T y' + mean score and
-// orthonormal new components,
+// scores over the training frames. No number changes, up to rounding. With y = W^T y' + mean score and orthonormal
+// new components,
 //   mean += sum_k (mean score)_k basis_k,  weights' = R weights,  bias' = R (bias - mean score).
-// Directions in which the old components repeat one another (to 1e-12) are gone. Returns the energies [K']: sum over
-// frames of y'_k^2, in squared numbers, descending. They are what dropping a component costs.
+// Directions in which the old components repeat one another (to 1e-12) disappear. Returns the energies [K'] in
+// descending order: sum over frames of y'_k^2, in squared numbers. That is what dropping the component costs.
 std::vector<double> turnToPrincipalAxes(ClusterModel& cluster, std::span<const float> scores);
 
-void keepComponents(ClusterModel& cluster, std::size_t count);  // the first ones
+void keepComponents(ClusterModel& cluster, std::size_t count);  // keeps the first `count`
 
-// Components of all clusters as a choice sees them.
+// The components of all clusters, as a choice among them sees them.
 struct ComponentCosts {
     std::vector<std::vector<double>> energies;  // [cluster, K] descending
-    std::vector<double> bytes;                  // [cluster], of one component
+    std::vector<double> bytes;                  // [cluster], bytes of one component
 };
 
 struct ComponentChoice {
@@ -31,8 +31,8 @@ struct ComponentChoice {
     double dropped_energy = 0, dropped_bytes = 0;
 };
 
-// Drops components in the order of energy lost for a byte saved, least first, until `bytes` are saved (or everything
-// that can be dropped is) or the next would lose more than `energy` in all.
+// Drop components in the order of energy lost for a byte saved, least first. dropForBytes() stops when `bytes` are
+// saved or nothing is left to drop, dropForEnergy() before the loss would exceed `energy` in all.
 ComponentChoice dropForBytes(const ComponentCosts& costs, double bytes);
 ComponentChoice dropForEnergy(const ComponentCosts& costs, double energy);
 

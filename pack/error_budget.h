@@ -1,5 +1,5 @@
 #pragma once
-// Where the error of an asset comes from, stage by stage, over one set of frames.
+// Tells where the error of an asset comes from, stage by stage, over one set of frames.
 #include <string>
 #include <vector>
 
@@ -10,17 +10,18 @@ namespace penumbra {
 struct BudgetRow {
     std::string name;
     double relative = 0, rms_v = 0;  // NaN: not measured
-    std::string option;              // that would measure it
+    std::string option;              // the option that would measure it
 };
 
-// bake noise            of the truth that the rest is measured against (it is in output PCA and regression too)
+// Returns these rows:
+// bake noise            noise of the truth that all is measured against (output PCA and regression contain it too)
 // SH truncation         visibility outside the convention's bands; orthogonal to everything below
 // output PCA            truth outside the span of the model's components
 // regression            other scores than the best: unpacked model^2 = output PCA^2 + regression^2
 // rank and quantisation packed against unpacked numbers
 // total                 packed against truth: nearly unpacked model^2 + rank and quantisation^2
 // against all bands     total^2 + SH truncation^2
-// Without the unpacked model, output PCA is of the stored components and regression the rest of the total.
+// Without the unpacked model, output PCA is that of the stored components, and regression is the rest of the total.
 std::vector<BudgetRow> errorBudget(const ErrorFigures& figures);
 
 }  // namespace penumbra

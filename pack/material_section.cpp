@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-// The channel of the largest entry and, if all three are that one times a factor, the factors.
+// The channel that has the largest entry, and the factors of the others if all three are that channel times a factor.
 struct Channels {
     std::size_t strongest = 0;
     std::array<double, 3> color{1, 1, 1};
@@ -35,13 +35,13 @@ Channels channelsOf(const BrdfFile& brdf) {
     double top_u = 0;
     for (double u : brdf.operators.u) top_u = std::max(top_u, std::abs(u));
     channels.proportional = !differs(slices, 1e-6 * std::abs(top)) && !differs(brdf.operators.u, 1e-6 * top_u);
-    // u has the colour, w has not.
+    // u holds the colour, and w does not.
     for (std::size_t i = 0; i < brdf.operators.w.size(); ++i)
         channels.proportional &= brdf.operators.w[i] == brdf.operators.w[i / 3 * 3 + channels.strongest];
     return channels;
 }
 
-// [count, 3] as [channels, count].
+// Reorders [count, 3] to [channels, count].
 std::vector<float> byChannel(const std::vector<double>& values, const Channels& channels) {
     std::vector<float> numbers;
     for (std::size_t c = 0; c < (channels.proportional ? 1 : 3); ++c)

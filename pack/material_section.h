@@ -4,11 +4,12 @@
 
 namespace penumbra {
 
-// Unsupported: operators over functions that are not even in z.
+// Throws Unsupported for operators over functions that are not even in z.
 void checkMaterial(const BrdfFile& brdf);
 
-// One slice set and a colour where the three channels differ by a factor only (1e-6 of the largest entry), else three,
-// in the most compact form; operators, where the file has them, likewise a set a channel.
+// Writes one slice set and a colour where the three channels differ only by a factor (within 1e-6 of the largest
+// entry), and three slice sets otherwise, in the most compact form. Operators, where the file has them, are also
+// written as one set for each channel.
 Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& brdf);
 
 }  // namespace penumbra

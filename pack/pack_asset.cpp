@@ -15,7 +15,7 @@ namespace penumbra {
 
 namespace {
 
-// Vertices in the order of the clusters: order[new] = old.
+// Returns the vertices in the order of the clusters: order[new] = old.
 std::vector<std::uint32_t> clusterOrder(const Model& model) {
     std::vector<std::uint32_t> order;
     for (const ClusterModel& cluster : model.clusters)
@@ -49,7 +49,7 @@ MeshSection reorderedMesh(const Model& model, const std::vector<std::uint32_t>& 
     return mesh;
 }
 
-// Rows of `size` numbers, each filled up with zeros to `stride`.
+// Fills up each row of `size` numbers with zeros to `stride`.
 std::vector<float> padded(std::span<const float> numbers, std::size_t size, std::size_t stride) {
     std::vector<float> out(numbers.size() / size * stride, 0.0f);
     for (std::size_t row = 0; row * size < numbers.size(); ++row)
@@ -57,7 +57,7 @@ std::vector<float> padded(std::span<const float> numbers, std::size_t size, std:
     return out;
 }
 
-// Of the basis, and of the regression's weights and units.
+// Precision of the basis, and of the regression's weights and units.
 struct Precisions {
     AssetPrecision basis, weights;
 };
@@ -136,7 +136,7 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
                             pose_mean, pose_basis);
 }
 
-// What of the frames is written.
+// Tells what an asset stores of the frames. An attempt keeps the bones, because comparePacked() needs them.
 enum class FramesOf { kAttempt, kPlayback, kNoPlayback };
 
 AnimationSection animationOf(const Model& model, FramesOf frames) {
@@ -192,7 +192,7 @@ std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> ma
     for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
     for (const LightFile& light : lights) sections.lights.push_back(writeLightSection(builder, light));
     const std::span<std::byte> bytes = finishAsset(builder, sections, model.convention.order, provenance);
-    return {bytes.begin(), bytes.end()};  // a copy: the builder's buffer is not 16-byte aligned
+    return {bytes.begin(), bytes.end()};  // a copy, because the builder's buffer is not 16-byte aligned
 }
 
 void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
@@ -216,7 +216,7 @@ std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::spa
     checkNames(materials, lights);
     FlatBufferBuilder builder;
     AssetSections sections;
-    int order = 1;  // the most that is in the file
+    int order = 1;  // the highest order that is in the file
     for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
     for (const LightFile& light : lights) {
         sections.lights.push_back(writeLightSection(builder, light));
@@ -228,7 +228,7 @@ std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::spa
 
 namespace {
 
-// The material of each slot: those that were asked for, else the first.
+// Returns the material of each slot: the one that was asked for, or else the first.
 std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
                                          std::span<const SlotChoice> choices) {
     if (choices.empty()) return {};
@@ -242,7 +242,7 @@ std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfF
     return chosen;
 }
 
-// What the reader of the model file promises and a model made in memory may break.
+// Checks what the reader of the model file promises and what a model made in memory may break.
 void checkModel(const Model& model) {
     std::vector<bool> seen(model.mesh.vertexCount());
     std::size_t count = 0;
@@ -259,15 +259,16 @@ void checkModel(const Model& model) {
         throw InvalidInput("model.skin: " + std::to_string(model.skin.influences) + " influences; 1..255 are possible");
 }
 
-// Half, unless that is felt: the weights of a model of few training frames can be large and nearly cancel (18% of the
-// signal of an additive model of 38 frames), or be too large for a half.
+// Chooses half precision for the weights unless that makes a difference. The weights of a model of few training
+// frames can be large and nearly cancel (18% of the signal for an additive model of 38 frames), or be too large for a
+// half.
 AssetPrecision weightPrecision(const Model& model, int threads) {
     const auto large = [](const std::vector<float>& v) {
         return std::any_of(v.begin(), v.end(), [](float x) { return std::abs(x) > 60000; });
     };
     for (const ClusterModel& cluster : model.clusters)
         if (large(cluster.weights) || large(cluster.hidden)) return AssetPrecision::kF32;
-    constexpr double kFelt = 0.02;  // of the signal; rounding the basis to bytes costs as much
+    constexpr double kFelt = 0.02;  // share of the signal; rounding the basis to bytes costs as much
     const auto packed = [&](AssetPrecision precision) {
         return packOnce(model, {}, {}, {}, {precision, precision}, 0, FramesOf::kAttempt, "{}");
     };

@@ -1,5 +1,5 @@
 #pragma once
-// Model, materials and lights to the run-time asset.
+// Packs a model, materials and lights into the run-time asset.
 #include <optional>
 #include <span>
 #include <string>
@@ -14,33 +14,35 @@
 namespace penumbra {
 
 struct PackOptions {
-    // Of the visibility basis. I8 keeps the mean and the regressors' input basis in half precision.
-    std::optional<AssetPrecision> precision = {};     // nothing: I8, or what max_error asks for
+    // Precision of the visibility basis. I8 keeps the mean and the regressors' input basis in half precision.
+    std::optional<AssetPrecision> precision = {};     // unset: I8, or what max_error asks for
     std::optional<double> max_error = {};             // bound on Packed::quantization_error, > 0
     std::optional<double> max_bytes_per_vertex = {};  // bound on modelBytes() / V, > 0
-    std::vector<SlotChoice> slots = {};               // the others have the first material
-    bool playback = true;                             // the positions of a deforming mesh in every frame
+    std::vector<SlotChoice> slots = {};               // slots that are not listed have the first material
+    bool playback = true;                             // store the positions of a deforming mesh in every frame
 };
 
 struct Packed {
     std::vector<std::byte> bytes;  // 16-byte aligned
     AssetPrecision precision = AssetPrecision::kI8;
     // rms of (numbers of this asset - numbers of the F32 asset with all components) / rms of (numbers of that asset -
-    // mean), over the training frames, both from the run-time evaluator. Stored in the asset.
+    // mean) over the training frames, both computed by the run-time evaluator. The asset stores it.
     double quantization_error = 0;
-    double dropped_error = 0;  // the part of it that was predicted for the components that were dropped
-    std::size_t components = 0, all_components = 0;  // of all clusters: kept, and of the model
+    double dropped_error = 0;                        // the part of it that was predicted for the dropped components
+    std::size_t components = 0, all_components = 0;  // of all clusters: how many are kept, and how many the model has
 };
 
-// A precision alone: every component, as the model has them. Else components are turned to the principal axes of what
-// the model predicts, and those dropped that add least for their bytes (compress_model.h): with max_bytes_per_vertex as
-// few as meet it, with max_error as many as it allows (in the coarsest precision that does), with neither 1e-3 of the
-// squared signal. InvalidInput when a material or a light is given twice, UsageError when a bound cannot be met or the
-// two contradict, or a slot or its material does not exist. Deterministic for any number of threads.
+// Packs a model. A precision alone keeps every component as the model has it. Otherwise components are turned to the
+// principal axes of what the model predicts, and those that add least for their bytes are dropped (compress_model.h).
+// With max_bytes_per_vertex it drops as few as meet the bound, with max_error as many as the bound allows (in the
+// coarsest precision that does), and with neither 1e-3 of the squared signal. Throws InvalidInput when a material or
+// a light is given twice. Throws UsageError when a bound cannot be met, when the two bounds contradict each other,
+// and when a slot or its material does not exist. The result is the same for any number of threads.
 Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads);
 
-// Materials and lights without a model, for viewers that add them to what they show. InvalidInput as packAsset().
+// Packs materials and lights without a model, for viewers that add them to what they show. Throws InvalidInput as
+// packAsset() does.
 std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                                    const std::string& provenance);
 
@@ -48,11 +50,12 @@ struct SizeOf {
     std::string section;
     std::size_t bytes;
 };
-// Bytes of every section, in the order of the schema; what containers and padding take comes last.
+// Returns the bytes of every section in the order of the schema; containers and padding come last.
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size);
-// The visibility model: everything but mesh, skin, animation, truth, materials and lights; names and layout count.
+// Returns the bytes of the visibility model: everything except mesh, skin, animation, truth, materials and lights.
+// Names and layout count.
 std::size_t modelBytes(const AssetView& asset, std::size_t file_size);
-// [cluster]: bytes of one component, its row of the regression weights included; 0 without components.
+// Returns for each cluster the bytes of one component with its row of the regression weights; 0 without components.
 std::vector<double> componentBytes(const AssetView& asset);
 
 }  // namespace penumbra

@@ -1,4 +1,4 @@
-// penumbra-pack: models, materials and lights to the run-time asset, and the asset against baked truth.
+// penumbra-pack: packs models, materials and lights into the run-time asset, and compares the asset with baked truth.
 #include "formats/common/program_version.h"
 #include "pack/pack_verbs.h"
 

@@ -12,7 +12,7 @@
 
 namespace penumbra {
 
-constexpr std::size_t kLargestTruth = 2000000000;  // FlatBuffers' offsets end at 2 GiB; the rest is for mesh and poses
+constexpr std::size_t kLargestTruth = 2000000000;  // FlatBuffers' offsets end at 2 GiB; mesh and poses need the rest
 
 TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options) {
     const VisibilityHeader& header = reader.header();
@@ -56,7 +56,7 @@ MeshSection meshOf(const VisibilityHeader& header) {
     return mesh;
 }
 
-// Moments of one frame to their place in the file.
+// Stores the moments of one frame at their place in the file.
 void storeMoments(std::span<const float> moments, AssetPrecision precision, std::uint8_t* to) {
     for (float b : moments)
         if (!(std::abs(b) < 1e4f)) throw InvalidInput("/visibility/coefficients: a moment is not finite, or above 1e4");
@@ -72,7 +72,7 @@ void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const Trut
                const std::string& provenance, const std::filesystem::path& output,
                const std::function<void(std::size_t)>& progress) {
     const VisibilityHeader& header = reader.header();
-    // Room for everything at the start: growing would copy the moments and double the memory.
+    // The builder gets room for everything at the start: growing would copy the moments and double the memory.
     FlatBufferBuilder builder(plan.bytes + (std::size_t(1) << 20));
     std::uint8_t* moments = nullptr;
     builder.ForceVectorAlignment(plan.bytes, 1, 16);
@@ -87,7 +87,7 @@ void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const Trut
         animation.rest_transforms = header.skin->rest_transforms;
         animation.inverse_bind = header.skin->inverse_bind;
     }
-    std::vector<Vec3> positions;  // of a deforming mesh
+    std::vector<Vec3> positions;  // only for a deforming mesh
     const auto fronts = std::ptrdiff_t(header.mesh.frontVertexCount());
     const std::size_t frame_bytes = plan.frames.empty() ? 0 : plan.bytes / plan.frames.size();
     for (std::size_t i = 0; i < plan.frames.size(); ++i) {

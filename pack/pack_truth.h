@@ -1,5 +1,5 @@
 #pragma once
-// Baked frames as they are, for the player to show beside the model.
+// Packs baked frames as they are, for the player to show beside the model.
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -16,15 +16,16 @@ struct TruthOptions {
 };
 
 struct TruthPlan {
-    std::vector<std::size_t> frames;  // of the visibility file, ascending
+    std::vector<std::size_t> frames;  // indices into the visibility file, ascending
     std::size_t bytes = 0;            // of the moments
 };
 
-// UsageError: an unknown clip, or more than the 2 GiB that an asset can hold. InvalidInput: not hemisphere_visibility.
+// Chooses the frames. Throws UsageError for an unknown clip and for more than the 2 GiB that an asset can hold, and
+// InvalidInput unless the file has hemisphere_visibility.
 TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options);
 
-// Writes `output` whole or not at all; `progress` is told how many frames are done. InvalidInput when a moment is not
-// finite.
+// Writes `output` whole or not at all, and tells `progress` how many frames are done. Throws InvalidInput when a
+// moment is not finite.
 void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const TruthOptions& options,
                const std::string& provenance, const std::filesystem::path& output,
                const std::function<void(std::size_t)>& progress);

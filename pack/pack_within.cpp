@@ -1,3 +1,15 @@
+// Searches for the smallest asset within the bounds that the user gives.
+//
+// Problem: choose a precision of the basis and the components that stay, so that the model takes at most so many
+// bytes a vertex, or loses at most such an error, where both depend on the finished file: vectors are padded, and
+// rounding and dropping together make one error.
+//
+// Naive: try every number of components. Each attempt writes an asset and evaluates all training frames.
+//
+// Here: components are ranked once by what they add to predictions (compress_model.h), which predicts bytes and error
+// of every choice well. The search starts at the predicted choice, measures it with the evaluator, and corrects the
+// prediction a little until the bound holds. That takes few attempts. docs/formulas.md, end of section 4, tells what
+// dropping costs.
 #include "pack/pack_within.h"
 
 #include <cmath>
@@ -14,10 +26,11 @@ namespace penumbra {
 
 namespace {
 
-// What a model whose components nobody limits may lose: 3% of its signal, which adds 0.1% to a relative error of 0.5.
+// The share of its squared signal that a model may lose if nobody limits its components: 3% of its signal, which adds
+// 0.1% to a relative error of 0.5.
 constexpr double kNegligibleEnergy = 1e-3;
 
-// [cluster]: scores [F, K] over training frames.
+// Returns for each cluster the scores [F, K] over the training frames.
 std::vector<std::vector<float>> trainingScores(const AssetView& exact) {
     Evaluator evaluator(exact);
     std::vector<std::vector<float>> scores(evaluator.clusterCount());
@@ -35,7 +48,7 @@ std::vector<std::vector<float>> trainingScores(const AssetView& exact) {
     return scores;
 }
 
-// One choice of components at one precision: where the asset would stand.
+// One choice of components at one precision, and what the asset would then be like.
 struct Attempt {
     ComponentChoice choice;
     double model_bytes = 0;
@@ -56,10 +69,11 @@ public:
         for (const ClusterModel& cluster : model.clusters) components_ += cluster.components();
     }
 
-    // Every component, as the model has them.
+    // Keeps every component as the model has it.
     Packed asItIs(AssetPrecision precision) const;
+    // Ranks the components by what they add to predictions.
     void rank();
-    // After rank(). Nothing when this precision cannot meet the limits; `refusal` then says why.
+    // Call after rank(). Returns nothing when this precision cannot meet the limits; `refusal` then says why.
     std::optional<Packed> within(const PackOptions& options, AssetPrecision precision, std::string& refusal) const;
 
 private:
@@ -97,7 +111,8 @@ Attempt Search::attempt(const ComponentChoice& choice, AssetPrecision precision)
     return {choice, double(modelBytes(asset, bytes.size())), comparePacked(asset, openAsset(exact_), threads_)};
 }
 
-// Vectors start at multiples of 16 bytes in the file, so that the first choice may be some bytes off.
+// Vectors start at multiples of 16 bytes in the file, so that the first choice may be some bytes off. Then it saves
+// more.
 Attempt Search::shrinkToBytes(const ComponentCosts& costs, Attempt whole, double bytes,
                               AssetPrecision precision) const {
     double to_save = whole.model_bytes - bytes;
@@ -110,8 +125,8 @@ Attempt Search::shrinkToBytes(const ComponentCosts& costs, Attempt whole, double
     return whole;
 }
 
-// Errors of dropping and of rounding are nearly orthogonal: their squares add up but for a little, which the steps
-// find.
+// Errors of dropping and of rounding are nearly orthogonal, so that their squares nearly add up. Smaller steps find
+// the rest.
 Attempt Search::shrinkToError(const ComponentCosts& costs, Attempt whole, double error,
                               AssetPrecision precision) const {
     double energy = error * error * whole.sums.signal - whole.sums.difference;

@@ -5,13 +5,14 @@ namespace penumbra {
 
 // Sums of squares over vertices, numbers and training frames (those of clips that are not held out).
 struct PackingSums {
-    double difference = 0;  // numbers of one asset - numbers of the other
-    double signal = 0;      // numbers of the other - its stored mean
+    double difference = 0;  // numbers of the packed asset - numbers of the exact one
+    double signal = 0;      // numbers of the exact asset - its stored mean
 
     double relative() const;  // sqrt(difference / signal), 0 without signal
 };
 
-// Two assets of one model, both with the run-time evaluator; `exact` is F32. Deterministic for any number of threads.
+// Compares two assets of one model, both by the run-time evaluator. `exact` is F32. The result is the same for any
+// number of threads.
 PackingSums comparePacked(const AssetView& packed, const AssetView& exact, int threads);
 
 }  // namespace penumbra

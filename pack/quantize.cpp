@@ -22,7 +22,7 @@ void toBytes(std::span<const float> values, StoredNumbers& stored) {
         for (float v : row) largest = std::max(largest, std::abs(v));
         const float scale = largest / 127;
         stored.scale.push_back(scale);
-        // A row so small that its scale is zero or has lost its digits: zeros are as near.
+        // In a row so small that its scale is zero or has lost its digits, zeros are as near.
         const bool usable = scale >= 1e-37f;
         for (std::size_t i = 0; i < row.size(); ++i)
             bytes[first + i] =

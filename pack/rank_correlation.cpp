@@ -10,7 +10,7 @@ namespace penumbra {
 
 namespace {
 
-// 0 .. n - 1, less their mean.
+// Returns ranks 0 .. n - 1 less their mean; equal values get their mean rank.
 std::vector<double> centredRanks(std::span<const double> values) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t(0));

@@ -3,8 +3,8 @@
 
 namespace penumbra {
 
-// Spearman's: the correlation of the ranks, equal values at their mean rank. NaN for fewer than two values, or where
-// all of one side are equal. Both of one length.
+// Returns Spearman's correlation: that of the ranks, where equal values share their mean rank. NaN for fewer than two
+// values, or where all values of one side are equal. Both sides have the same length.
 double rankCorrelation(std::span<const double> a, std::span<const double> b);
 
 }  // namespace penumbra

@@ -1,4 +1,4 @@
-// penumbra-player: an asset as pictures. Links neither HDF5, Embree nor Ceres.
+// penumbra-player: shows an asset as pictures. It links neither HDF5 nor Embree nor Ceres.
 #include "formats/common/program_version.h"
 #include "player/player_verbs.h"
 

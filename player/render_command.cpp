@@ -21,18 +21,18 @@ struct RenderCommand {
     SheetOptions sheet;
     std::optional<ErrorGate> gate;
     bool flip = false;
-    bool batch = false;  // more than one picture of one frame is asked for
+    bool batch = false;  // the user asks for more than one picture of one frame
 
-    bool draws() const;       // anything that needs OpenGL
-    bool imageError() const;  // whether pictures of model and truth are compared
+    bool draws() const;       // tells whether the run needs OpenGL
+    bool imageError() const;  // tells whether pictures of model and truth are compared
 
-    // As typed.
+    // Values as the user typed them.
     std::string frames, framing_word, fail_figure = "ambient-mean", fail_per = "frame";
     double fail_above = 0, fail_percent = 0;
     std::vector<std::string> panels;
     std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
     std::string reflectance = "slices", light_form = "auto";
-    // What only --channel shaded, pictures, --sheet and --fail-above read.
+    // Options that only --channel shaded, pictures, --sheet and --fail-above read.
     std::vector<const CLI::Option*> shading, picture, sheet_only, gate_only;
     const CLI::Option *frame_option = nullptr, *source_option = nullptr, *error_max_option = nullptr,
                       *fail_option = nullptr;
@@ -266,7 +266,8 @@ void refuseUnused(const RenderCommand& command) {
         throw UsageError("--truth is of no use without --channel error, --source truth or a sequence");
 }
 
-// Everything above "As typed" from what is below it. UsageError names option and value.
+// Sets everything above "Values as the user typed them" from what stands below. Throws UsageError, which names option
+// and value.
 void parseRender(RenderCommand& command) {
     parseWords(command);
     parseGate(command);
@@ -308,7 +309,7 @@ BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const A
     return plan;
 }
 
-// What the run writes beside the output that the verb has.
+// Returns what the run writes besides the verb's own output.
 std::vector<std::filesystem::path> moreFiles(const RenderRun& run) {
     std::vector<std::filesystem::path> files;
     if (FramePattern::looksLikeOne(run.command.output)) files = run.plan.files;

@@ -65,7 +65,7 @@ nlohmann::ordered_json frameJson(const FrameRecord& record, const AnimationView&
     return json;
 }
 
-// A row of the table: the frames of one clip, or of several.
+// A row of the table, for the frames of one clip or of several.
 struct Row {
     std::string name;
     bool held_out = false;

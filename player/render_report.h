@@ -1,12 +1,12 @@
 #pragma once
-// What `penumbra-player render` says about a run, on stdout and in --report.
+// Reports a run of `penumbra-player render`, on stdout and in --report.
 #include "formats/common/command_line.h"
 #include "player/render/error_gate.h"
 #include "player/render/render_batch.h"
 
 namespace penumbra {
 
-// One picture of one frame.
+// Reports one picture of one frame.
 void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report);
 
 // The gate of --fail-above and its result.
@@ -15,7 +15,7 @@ struct Judgement {
     GateResult result;
 };
 
-// Every frame, and over the frames of each clip, of training and held-out clips, and of all.
+// Reports every frame, and figures over the frames of each clip, of training and held-out clips, and of all.
 void reportBatch(const BatchPlan& plan, const BatchResult& result, const std::optional<Judgement>& judgement,
                  const CommonOptions& common, Report& report);
 

@@ -8,7 +8,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# Folder or room -> the rooms that it may include beside itself. A room that is not here may not exist.
+# Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache")}
 MAY_INCLUDE = {
     "sh": set(),
@@ -32,7 +32,7 @@ MAY_INCLUDE = {
     "player": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/view",
                "player/bench"} | FORMATS,
 }
-# The evaluator that engines link may see the asset format and what is in every program, no other file format.
+# The evaluator that engines link may see the asset format and what is in every program, but no other file format.
 RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
                    "formats/common/errors.h"}
 # Library header -> the files that may name it.
@@ -56,7 +56,7 @@ EDGES = {
 
 
 def folder_of(relative):
-    """The room that a file stands in: "fit/models" for fit/models/features.cpp, "sh" for sh/vec3.h."""
+    """Returns the room that a file stands in: "fit/models" for fit/models/features.cpp, "sh" for sh/vec3.h."""
     return relative.rpartition("/")[0]
 
 

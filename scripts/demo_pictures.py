@@ -22,7 +22,7 @@ TITLES = {"truth": "truth (ray traced)", "paper": "paper: joint angles, A4", "ou
 
 
 def held_out_frames(vis_path, clip, count):
-    """`count` frames spread over the clip, as (frame of the file, frame of the clip)."""
+    """Returns `count` frames spread over the clip, as (frame of the file, frame of the clip)."""
     with h5py.File(vis_path) as vis:
         names = [n.decode() if isinstance(n, bytes) else n for n in vis["clips/names"][:]]
         frames = np.flatnonzero(vis["frames/clip"][:] == names.index(clip))
@@ -31,7 +31,7 @@ def held_out_frames(vis_path, clip, count):
 
 
 def mean_radiance(folder):
-    """Mean radiance of the light, from its SH: the exposure makes it mid grey for every light."""
+    """Returns the mean radiance of the light from its SH. The exposure makes it mid grey for every light."""
     with h5py.File(folder / "sky.light.h5") as light:
         return float((light["light/sh"][0] / np.sqrt(4 * np.pi)).mean())
 
@@ -59,14 +59,14 @@ def over_grey(path):
 
 
 def rmse(path, truth_path):
-    """Root mean square difference in 8-bit steps over the pixels that both pictures cover."""
+    """Returns the root mean square difference in 8-bit steps over the pixels that both pictures cover."""
     a, b = (np.asarray(Image.open(p).convert("RGBA"), float) for p in (path, truth_path))
     covered = (a[..., 3] > 254) & (b[..., 3] > 254)
     return float(np.sqrt(((a - b)[covered][:, :3] ** 2).mean()))
 
 
 def common_box(rows, margin=16):
-    """The box that holds the character in every picture."""
+    """Returns the box that holds the character in every picture."""
     boxes = np.array([Image.open(pictures["truth"]).convert("RGBA").getchannel("A").getbbox() for _, pictures in rows])
     low, high = boxes[:, :2].min(0) - margin, boxes[:, 2:].max(0) + margin
     return (*np.maximum(low, 0), *np.minimum(high, SIZE))

@@ -37,7 +37,7 @@ HEAD = """<meta charset="utf-8">
 
 
 def read_report(output):
-    """The report of the job that made `output`, or nothing."""
+    """Returns the report of the job that made `output`, or nothing."""
     try:
         return json.loads(pathlib.Path(report_of(output)).read_text())
     except (OSError, ValueError):
@@ -142,7 +142,7 @@ class Page:
 
 
 def remove_vanished(plan):
-    """Reports and stamps of shards that no plan knows any more."""
+    """Deletes reports and stamps of shards that no plan knows any more."""
     kept = {os.path.normpath(path) for output in plan for path in (report_of(output), output + ".stamp", output + ".d")}
     for path in [*glob.glob("reports/*.shards.*.vis.h5.json"), *glob.glob("*/shards/*.vis.h5.stamp"), *glob.glob("*/shards/*.vis.h5.d")]:
         if path not in kept:

@@ -35,7 +35,7 @@ def info(bake, path, folder):
 
 
 def exposures(files):
-    """Light name -> exposure that makes its mean radiance mid grey."""
+    """Returns light name -> exposure that makes its mean radiance mid grey."""
     found = {}
     for path in files:
         with h5py.File(path) as light:
@@ -52,20 +52,20 @@ def picture(arguments, folder, *words):
 
 
 def rmse(a, b):
-    """Root mean square difference in 8-bit steps over the pixels that both pictures cover."""
+    """Returns the root mean square difference in 8-bit steps over the pixels that both pictures cover."""
     a, b = np.asarray(a, float), np.asarray(b, float)
     covered = (a[..., 3] > 254) & (b[..., 3] > 254)
     return float(np.sqrt(((a - b)[covered][:, :3] ** 2).mean())) if covered.any() else None
 
 
 def chosen_frames(clips, count):
-    """(clip, frame) of `count` frames spread over every held-out clip."""
+    """Returns (clip, frame) of `count` frames spread over every held-out clip."""
     return [(clip["name"], int(frame)) for clip in clips
             for frame in sorted(set(np.linspace(0, clip["frames"] - 1, count + 2).round().astype(int)[1:-1]))]
 
 
 def compare_rows(arguments, folder, frames, material, light, exposure):
-    """A row a frame: truth, model, error; and the figures of each."""
+    """Draws a row for each frame: truth, model, error; and returns the figures of each."""
     rows, figures = [], []
     for clip, frame in frames:
         at = ["--clip", clip, "--frame", frame]
@@ -81,7 +81,7 @@ def compare_rows(arguments, folder, frames, material, light, exposure):
 
 
 def looks_rows(arguments, folder, frame, materials, exposure_of):
-    """A row a light, a column a material, at one frame."""
+    """Draws a row for each light and a column for each material, at one frame."""
     at = ["--clip", frame[0], "--frame", frame[1]]
     return [[(picture(arguments, folder, *at, "--brdf", m, "--light", l, "--exposure", f"{e:.4g}"), f"{m}, {l}")
              for m in materials] for l, e in exposure_of.items()]

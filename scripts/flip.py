@@ -28,7 +28,7 @@ def linear(srgb):
 
 
 def opponent(rgb):
-    """Linear RGB to YyCxCz."""
+    """Converts linear RGB to YyCxCz."""
     x, y, z = np.moveaxis(rgb @ XYZ_FROM_RGB.T / WHITE, -1, 0)
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
 
@@ -40,7 +40,7 @@ def from_opponent(ycc):
 
 
 def hunt_lab(rgb):
-    """Linear RGB to CIELAB whose chroma is scaled by lightness (Hunt effect)."""
+    """Converts linear RGB to CIELAB whose chroma is scaled by lightness (Hunt effect)."""
     t = rgb @ XYZ_FROM_RGB.T / WHITE
     f = np.where(t > (6 / 29) ** 3, np.cbrt(t), t / (3 * (6 / 29) ** 2) + 4 / 29)
     lightness = 116 * f[..., 1] - 16
@@ -53,7 +53,7 @@ def hyab(a, b):
 
 
 def convolve(plane, kernel, axis):
-    """One-dimensional, edges repeated."""
+    """Convolves in one dimension, with repeated edges."""
     radius = len(kernel) // 2
     padded = np.pad(plane, [(radius, radius) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
     size = plane.shape[axis]
@@ -72,7 +72,7 @@ def sensitivity_filtered(ycc, ppd):
 
 
 def features(lightness, ppd, point):
-    """Magnitude of edges, or of points."""
+    """Returns the magnitude of edges, or of points."""
     deviation = 0.5 * FEATURE_WIDTH * ppd
     x = np.arange(-np.ceil(3 * deviation), np.ceil(3 * deviation) + 1)
     gaussian = np.exp(-x ** 2 / (2 * deviation ** 2))
@@ -84,7 +84,7 @@ def features(lightness, ppd, point):
 
 
 def flip_map(reference, test, ppd=67.0):
-    """FLIP of every pixel; pictures are sRGB in [0, 1], [height, width, 3]."""
+    """Returns FLIP of every pixel. Pictures are sRGB in [0, 1], [height, width, 3]."""
     ycc = [opponent(linear(picture)) for picture in (reference, test)]
     lab = [hunt_lab(np.clip(from_opponent(sensitivity_filtered(image, ppd)), 0, 1)) for image in ycc]
     largest = hyab(*(hunt_lab(np.array(c, float)) for c in ([0, 1, 0], [0, 0, 1]))) ** QC

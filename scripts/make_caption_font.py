@@ -14,7 +14,7 @@ WIDTH, HEIGHT, ASCENT = 6, 13, 11
 
 
 def rows_of(glyph):
-    """A byte a row, the leftmost pixel in bit 7."""
+    """Returns a byte for each row, the leftmost pixel in bit 7."""
     _, (left, top, _, _), _, picture = glyph
     rows = [0] * HEIGHT
     for y in range(picture.height):

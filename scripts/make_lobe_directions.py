@@ -10,7 +10,7 @@ import numpy as np
 
 
 def basis(order, directions):
-    """[directions, order^2]; up to the sign of columns, which conditions do not depend on."""
+    """Returns [directions, order^2], up to the sign of columns, on which conditions do not depend."""
     x, y, z = directions.T
     out = np.empty((len(directions), order * order))
     azimuth = x + 1j * y

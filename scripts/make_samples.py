@@ -12,7 +12,7 @@ from samples.text_formats import Bones, write_dae, write_fbx, write_x
 
 
 def arm(g, parent=None):
-    """Nodes of two bones along +y, 0.5 m each."""
+    """Makes nodes of two bones along +y, 0.5 m each."""
     lower = g.node("lower", parent)
     return lower, g.node("upper", lower, translation=[0, 0.5, 0])
 
@@ -21,7 +21,7 @@ ARM_BIND = translation_to([[0, 0, 0], [0, 0.5, 0]])
 
 
 def swing(g, lower, upper):
-    """One clip that bends and turns both bones."""
+    """Makes one clip that bends and turns both bones."""
     t = np.linspace(0, 1, 6)
     wave = np.sin(2 * np.pi * t)
     g.clip("swing", (upper, "rotation", t, turn("z", 80 * wave)), (lower, "rotation", t, turn("y", 40 * wave)))
@@ -54,7 +54,7 @@ def bend():
 
 
 def influences8():
-    """A chain of eight joints; every vertex follows the six nearest (JOINTS_1)."""
+    """Makes a chain of eight joints. Every vertex follows the six nearest (JOINTS_1)."""
     g = Gltf()
     points, triangles = tube(1.0, 0.1, 15, 8)
     heights = np.arange(8) / 8
@@ -74,7 +74,7 @@ def influences8():
 
 
 def sparse():
-    """Positions that a sparse accessor bends out of a straight tube, and a track that is sparse over zeros."""
+    """Makes positions that a sparse accessor bends out of a straight tube, and a track that is sparse over zeros."""
     g, lower, upper = arm_sample()
     points, _ = tube(1.0, 0.1, 9, 8)
     rows = np.flatnonzero(points[:, 1] > 0.6)
@@ -89,7 +89,7 @@ def sparse():
 
 
 def quantized():
-    """KHR_mesh_quantization: 16-bit positions whose scale and offset are in the inverse bind matrices."""
+    """Uses KHR_mesh_quantization: 16-bit positions whose scale and offset are in the inverse bind matrices."""
     g = Gltf()
     lower, upper = arm(g)
     points, triangles = tube(1.0, 0.1, 9, 8)
@@ -116,7 +116,7 @@ def weights_u16():
 
 
 def interpolation():
-    """STEP and CUBICSPLINE tracks of all three properties, and rotations stored as normalised shorts."""
+    """Makes STEP and CUBICSPLINE tracks of all three properties, and rotations stored as normalised shorts."""
     g, lower, upper = arm_sample()
     t = np.array([0.25, 0.5, 1.0, 1.5])
     angles = turn("z", [0, 40, -30, 60])
@@ -144,7 +144,8 @@ def interpolation():
 
 
 def props():
-    """Rigid things: under a bone, mirrored under a still node, moving by itself under a bone and in the scene."""
+    """Makes rigid things: under a bone, mirrored under a still node, and moving by themselves under a bone and in the
+    scene."""
     g, lower, upper = arm_sample()
     blade = lambda size: g.mesh(primitive(g, *box(size)))
     slant = turn("z", 60)[0].tolist()
@@ -169,7 +170,8 @@ def props():
 
 
 def two_skins():
-    """Three skinned meshes: two share a skin, the third has its own space (its bind pose is moved and scaled)."""
+    """Makes three skinned meshes: two share a skin, and the third has its own space (its bind pose is moved and
+    scaled)."""
     g, lower, upper = arm_sample()
     points, triangles = tube(1.0, 0.1, 9, 8)
     joints, weights = two_bone_weights(points)
@@ -184,7 +186,7 @@ def two_skins():
 
 
 def matrix_nodes():
-    """Nodes with matrices above the skeleton and in it, a mirrored mesh, strips and fans, and no indices."""
+    """Makes nodes with matrices above the skeleton and in it, a mirrored mesh, strips and fans, and no indices."""
     g = Gltf()
     root = np.array([[0.01, 0, 0, 0.3], [0, 0, 0.01, 0], [0, -0.01, 0, 0.1], [0, 0, 0, 1]])  # z up, centimetres
     armature = g.node("armature", matrix=root.T.reshape(-1).tolist())
@@ -208,7 +210,7 @@ def matrix_nodes():
 
 
 def swing_in_other_formats(folder):
-    """weights_u16's tube and clip, without the rounding of weights: swing.glb, .x, .dae and .fbx."""
+    """Makes weights_u16's tube and clip without the rounding of weights: swing.glb, .x, .dae and .fbx."""
     g, lower, upper = arm_sample()
     swing(g, lower, upper)
     g.save(os.path.join(folder, "swing.glb"))

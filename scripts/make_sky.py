@@ -8,7 +8,8 @@ import numpy as np
 
 
 def sky(width):
-    """Radiance [height, width, 3] of a lat-long picture: y up, middle of the picture +x, growing u towards +z."""
+    """Returns radiance [height, width, 3] of a lat-long picture: y up, middle of the picture +x, growing u towards
+    +z."""
     height = width // 2
     theta = np.pi * (np.arange(height) + 0.5) / height
     phi = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -22,7 +23,7 @@ def sky(width):
 
 
 def write_rgbe(path, radiance):
-    """Uncompressed RGBE: value = (byte + 0.5) / 256 * 2^(exponent - 128) (Ward, Graphics Gems II)."""
+    """Encodes uncompressed RGBE: value = (byte + 0.5) / 256 * 2^(exponent - 128) (Ward, Graphics Gems II)."""
     largest = np.maximum(radiance.max(-1), 1e-38)
     mantissa, exponent = np.frexp(largest)
     rgb = radiance * (mantissa * 256 / largest)[..., None]

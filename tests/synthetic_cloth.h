@@ -21,7 +21,7 @@ struct ClothOptions {
 
 constexpr int kClothParts = 2;
 
-// Where the sheet is in a frame: 1.5 m along x, 1 m along z, waving along x and turning slowly about y.
+// Returns where the sheet is in a frame: 1.5 m along x, 1 m along z, waving along x and turning slowly about y.
 inline std::vector<Vec3> clothPoints(const ClothOptions& o, double time) {
     std::vector<Vec3> points;
     for (int r = 0; r < o.rows; ++r)
@@ -81,7 +81,7 @@ inline std::vector<float> clothInputs(double time) {
     return {float(2 + std::sin(time)), float(0.1 + 0.2 * time), 0.5f, float(0.2 - 0.1 * time)};
 }
 
-// Any orthogonal directions do for a basis: rows of cosines.
+// Any orthogonal directions serve as a basis; these are rows of cosines.
 inline void addDihedralPose(Model& model, const ClothOptions& o) {
     const std::vector<InnerEdge> edges =
         innerEdges(std::span(model.mesh.triangles).first(model.mesh.frontTriangleCount()));
@@ -93,7 +93,7 @@ inline void addDihedralPose(Model& model, const ClothOptions& o) {
             model.pose_basis.push_back(float(std::cos((k + 1) * 3.0 * double(e) / double(edges.size()))));
 }
 
-// The first reduced numbers of a pose: what Model::pose has of dihedral angles, by the definition.
+// Computes the first reduced numbers of a pose, which Model::pose has for dihedral angles, by the definition.
 inline std::vector<float> reducedAngles(const Model& model, std::span<const Vec3> points) {
     const std::vector<InnerEdge> edges =
         innerEdges(std::span(model.mesh.triangles).first(model.mesh.frontTriangleCount()));

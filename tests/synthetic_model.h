@@ -14,7 +14,7 @@
 
 namespace penumbra::synthetic {
 
-// That a skinned model can have.
+// The kinds of features that a skinned model can have.
 inline constexpr std::array kSkinnedFeatures{FeatureKind::kJointAngles, FeatureKind::kRelativeBones};
 
 struct TubeOptions {
@@ -25,7 +25,7 @@ struct TubeOptions {
     ModelKind kind = ModelKind::kLinear;
 };
 
-// Uniform in [-1, 1); the same numbers with every standard library.
+// Gives numbers that are uniform in [-1, 1), the same with every standard library.
 class Noise {
 public:
     explicit Noise(std::uint32_t seed) : generator_(seed) {}
@@ -102,8 +102,8 @@ inline void addFrames(Model& model, const TubeOptions& o) {
     }
 }
 
-// Every other joint (of angles: every joint; of dihedral angles: every number of the pose), with ranges that some
-// frames leave; `units` of an additive model.
+// Makes a group of every other joint (for angles: every joint; for dihedral angles: every number of the pose), with
+// ranges that some frames leave, and `units` of an additive model.
 inline void addGroups(ClusterModel& cluster, const Model& model, std::size_t units, Noise& noise) {
     const bool bones = model.features == FeatureKind::kRelativeBones;
     const std::size_t size = groupInputs(model.features);
@@ -188,7 +188,7 @@ inline Model tubeModel(const TubeOptions& options = {}) {
     return model;
 }
 
-// Every joint of every frame turns by itself, so that no two scores move together: what tests of ranks need.
+// Turns every joint of every frame by itself, so that no two scores move together. Tests of ranks need this.
 inline void turnJointsApart(Model& model) {
     Noise noise(17);
     const std::size_t joints = model.joint_centers.size();
@@ -205,7 +205,7 @@ inline void turnJointsApart(Model& model) {
     }
 }
 
-// Lambert of albedo 1, exact: f_i = sum of cos / pi times y_i over the hemisphere, whatever the view.
+// Makes Lambert of albedo 1 exactly: f_i = sum of cos / pi times y_i over the hemisphere, whatever the view.
 inline BrdfFile lambert(Vec3d color = {1, 1, 1}) {
     BrdfFile brdf;
     brdf.name = "lambert";
@@ -221,7 +221,7 @@ inline BrdfFile lambert(Vec3d color = {1, 1, 1}) {
     return brdf;
 }
 
-// Radiance 1 from everywhere, or noise around it.
+// Makes radiance 1 from everywhere, or noise around it.
 inline LightFile light(int order, double noise_amount, std::uint32_t seed = 3) {
     LightFile light;
     light.name = noise_amount > 0 ? "noise" : "uniform";

@@ -6,7 +6,8 @@
 
 namespace penumbra {
 
-// What a player does with an asset that was accepted: every part of the run time reads it. For tests on hostile bytes.
+// Does what a player does with an asset that was accepted: every part of the run time reads it. Tests on hostile bytes
+// use it.
 inline void useAsset(const AssetView& asset) {
     if (asset.has_truth && asset.animation.frameCount() > 0) {
         std::vector<float> moments(std::size_t(coefficientCount(asset.truth.order)));

@@ -1,4 +1,4 @@
-// The checks behind openAsset(): sizes are compared in 64 bits before anything is read through them.
+// The checks behind openAsset(). Sizes are compared in 64 bits before anything is read through them.
 #include "formats/asset/asset_checks.h"
 
 #include <cmath>
@@ -88,7 +88,7 @@ MeshView meshOf(const fbs::Mesh& stored, const Field& at, std::size_t joints, bo
     return mesh;
 }
 
-// Every joint reaches a root: otherwise someone who follows the parents never ends.
+// Checks that every joint reaches a root. Otherwise a reader who follows the parents would never end.
 void checkParents(const Field& at, std::span<const std::int32_t> parents) {
     std::vector<std::uint8_t> state(parents.size());  // 1: on the path being followed, 2: known to reach a root
     for (std::size_t start = 0; start < parents.size(); ++start) {
@@ -148,10 +148,10 @@ AnimationView animationOf(const fbs::Animation& stored, const Field& at) {
     return animation;
 }
 
-// What a cluster's sizes follow from.
+// The numbers that the sizes of a cluster follow from.
 struct ModelSizes {
     ModelKind kind = ModelKind::kLinear;
-    bool bones = false;  // a group is another joint, else numbers of the pose
+    bool bones = false;  // true: a group is another joint; false: numbers of the pose
     std::uint64_t group_size = 0, stride = 0, features = 0, joints = 0, groups = 0;
 };
 
@@ -212,7 +212,8 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     cluster.input_min = spanOf<float>(stored.input_min(), at / "input_min");
     checkFinite(at / "input_min", cluster.input_min);
     const std::uint64_t inputs = cluster.inputs();
-    // Principal components: otherwise a small file could ask for the squares of a great many.
+    // There are no more inputs than features, as principal components cannot be more. Otherwise a small file could
+    // ask for the squares of a great many.
     checkRange(at / "input_min", std::int64_t(inputs), 0, std::int64_t(features));
     cluster.input_max = floatsOf(stored.input_max(), at / "input_max", inputs);
     for (std::size_t i = 0; i < inputs; ++i)
@@ -228,7 +229,7 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     return cluster;
 }
 
-// Of bones every other joint is a group and 12 features; else the numbers of the pose are the features.
+// With bones every other joint is a group and gives 12 features. Otherwise the numbers of the pose are the features.
 ModelSizes sizesOf(const ModelView& model, const Field& at, const AnimationView& animation) {
     const std::uint64_t joints = animation.jointCount(), pose = animation.pose_size;
     const std::uint64_t own = joints - model.input_joints.size();  // each is another joint

@@ -1,5 +1,5 @@
 #pragma once
-// For asset_file.cpp and the writer: from a verified FlatBuffer to a view in which everything is checked.
+// Turns a verified FlatBuffer into a view in which everything is checked. asset_file.cpp and the writer use it.
 #include <string>
 
 #include "formats/asset/asset_file.h"
@@ -14,29 +14,29 @@ struct Numbers;
 
 namespace penumbra {
 
-// InvalidInput: "FILE: FIELD ...".
+// Throws InvalidInput "FILE: FIELD ...".
 AssetView viewOfAsset(const fbs::Asset& asset, const std::string& file);
 
-// The parts of it in asset_checks_look.cpp. `at` is the field itself, of slots the file.
+// The parts of it that stand in asset_checks_look.cpp. `at` is the field itself; for slots it is the file.
 struct Field;
 std::vector<MaterialView> materialsOf(const fbs::Asset& asset, const Field& at);
 std::vector<LightView> lightsOf(const fbs::Asset& asset, const Field& at);
-// Without the field every slot has the first material. Reads the mesh and the materials of `asset`.
+// Without the field every slot has the first material. This function reads the mesh and the materials of `asset`.
 std::vector<std::uint16_t> slotMaterialsOf(const fbs::Asset& stored, const Field& at, const AssetView& asset);
 
-// Rows of numbers, at most as coarse as `coarsest`.
+// Returns rows of numbers, which may be at most as coarse as `coarsest`.
 NumbersView numbersOf(const fbs::Numbers* stored, const Field& at, std::uint64_t rows, std::uint64_t row_length,
                       AssetPrecision coarsest);
 
-// What version 4 brought, in asset_checks_deform.cpp. The mesh is checked but for this; `at` is the mesh or the
-// animation itself, for the model the file.
+// The parts of it that version 4 brought, in asset_checks_deform.cpp. The mesh is checked except for these. `at` is
+// the mesh or the animation itself; for the model it is the file.
 void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh);
 void setInputs(const fbs::Animation& stored, const Field& at, AnimationView& animation);
 // Reads the mesh, the model and the frames of `asset`.
 void setPlayback(const fbs::Animation& stored, const Field& at, const AssetView& asset, PlaybackView& playback);
-// `model` has its kind of features; reads the mesh and the animation of `asset`.
+// `model` has its kind of features already. Reads the mesh and the animation of `asset`.
 void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& asset, ModelView& model);
-// Whether something of the verified file is of version 4.
+// Tells whether the verified file has anything that is new in version 4.
 bool usesVersion4(const fbs::Asset& asset);
 
 }  // namespace penumbra

@@ -18,7 +18,8 @@ void checkFronts(const Field& at, const MeshView& mesh, std::span<const std::uin
 
 }  // namespace
 
-// The pairing is what the run time and the viewers rely on: it computes fronts and turns them round.
+// Checks the pairing of fronts and backs. The run time and the viewers rely on it: they compute fronts and turn them
+// round.
 void setTwoSided(const fbs::Mesh& stored, const Field& at, MeshView& mesh) {
     if (!stored.two_sided()) return;
     const std::size_t vertices = mesh.positions.size(), triangles = mesh.triangles.size() / 3;
@@ -114,7 +115,8 @@ void setDihedralPose(const fbs::Model& stored, const Field& at, const AssetView&
     at.require(model.deforming, "reads dihedral angles, but is not deforming");
     checkCount(at / "pose_mean", model.pose_mean, innerEdgeCount(asset.mesh));
     const AnimationView& animation = asset.animation;
-    // Principal components: otherwise a small file could ask for a great many numbers of the pose.
+    // There are no more principal components than angles. Otherwise a small file could ask for a great many numbers
+    // of the pose.
     const std::size_t inputs = animation.input_names.size();
     (at / "pose_mean")
         .require(animation.pose_size >= inputs && animation.pose_size - inputs <= model.pose_mean.size(),
@@ -123,7 +125,7 @@ void setDihedralPose(const fbs::Model& stored, const Field& at, const AssetView&
                                  model.pose_mean.size(), AssetPrecision::kF16);
 }
 
-// One rigid part a vertex: whole weights, and none on a joint that stands for inputs.
+// Checks that each vertex has one rigid part: whole weights, and none on a joint that stands for inputs.
 void checkParts(const Field& at, const MeshView& mesh, std::size_t parts) {
     checkRange(at / "mesh.influences", mesh.influences, 1, 1);
     checkIndices(at / "mesh.skin_joints", mesh.skin_joints, parts);

@@ -1,4 +1,4 @@
-// The checks of what a mesh looks like: materials, lights, and which material each slot has.
+// Checks what a mesh looks like: materials, lights, and which material each slot has.
 #include <cmath>
 
 #include "asset_generated.h"
@@ -21,7 +21,7 @@ OperatorsView operatorsOf(const fbs::Operators& stored, const Field& at, const M
     return operators;
 }
 
-// The numbers of a compact form are unfolded here, so that nobody else need know of forms.
+// Unfolds the numbers of a compact form here, so that nobody else needs to know of forms.
 void setSlices(const fbs::Material& stored, const Field& at, MaterialView& material) {
     const int j = material.slice_order, view = material.view_order;
     checkRange(at / "slice_form", std::int64_t(stored.slice_form()), 0, std::int64_t(SliceForm::kIsotropic));

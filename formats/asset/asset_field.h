@@ -1,6 +1,6 @@
 #pragma once
-// Private to asset_checks*.cpp: one field of a verified FlatBuffer, checked. Sizes are compared in 64 bits before
-// anything is read through them.
+// Checks one field of a verified FlatBuffer. Only asset_checks*.cpp include this. Sizes are compared in 64 bits
+// before anything is read through them.
 #include <flatbuffers/flatbuffers.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@
 
 namespace penumbra {
 
-// Where we are in the file; every failure names it.
+// A place in the file, which every failure names.
 struct Field {
     std::string path;  // "FILE: model.clusters[3]"
 
@@ -31,7 +31,8 @@ struct Field {
     }
 };
 
-// A vector's elements as T (whose size is a multiple of the stored element's), 16-byte aligned; absent = empty.
+// Returns a vector's elements as T (whose size is a multiple of the stored element's), 16-byte aligned. An absent
+// vector is empty.
 template <class T, class Stored>
 std::span<const T> spanOf(const flatbuffers::Vector<Stored>* vector, const Field& at) {
     static_assert(sizeof(T) % sizeof(Stored) == 0);
@@ -42,6 +43,7 @@ std::span<const T> spanOf(const flatbuffers::Vector<Stored>* vector, const Field
     return {reinterpret_cast<const T*>(vector->data()), bytes / sizeof(T)};
 }
 
+// These throw InvalidInput unless the count, the range or the indices are as expected.
 template <class T>
 void checkCount(const Field& at, std::span<const T> values, std::uint64_t expected) {
     if (values.size() != expected)
@@ -60,7 +62,8 @@ void checkIndices(const Field& at, std::span<const T> indices, std::size_t limit
             at[i].fail("is " + std::to_string(indices[i]) + ", beyond the last of " + std::to_string(limit));
 }
 
-// All-ones exponent bits say NaN or infinity; integers, so that the loop stays fast without -ffast-math.
+// All exponent bits are 1 in NaN and infinity. The test works on integers, so that the loop is fast without
+// -ffast-math.
 template <class Word>
 bool allFinite(const std::byte* data, std::size_t count, Word exponent) {
     bool bad = false;

@@ -85,15 +85,15 @@ std::uint64_t assetHash(std::span<const std::byte> bytes, std::size_t hash_offse
 
 namespace {
 
-// The root table of bytes that the verifier accepts, else null. The verifier asserts on sizes that offsets cannot
-// reach.
+// Returns the root table of bytes that the verifier accepts, else null. The verifier asserts on sizes that offsets
+// cannot reach, so these are refused first.
 const fbs::Asset* verifiedRoot(std::span<const std::byte> bytes) {
     if (bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE || bytes.size() < 16) return nullptr;
     flatbuffers::Verifier verifier(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     return fbs::VerifyAssetBuffer(verifier) ? fbs::GetAsset(bytes.data()) : nullptr;
 }
 
-// Where content_hash lies in the file; 0 when it is absent.
+// Returns where content_hash lies in the file; 0 when it is absent.
 std::size_t hashOffset(std::span<const std::byte> bytes, const fbs::Asset& asset) {
     const auto* table = reinterpret_cast<const flatbuffers::Table*>(&asset);
     const std::uint8_t* address = table->GetAddressOf(fbs::Asset::VT_CONTENT_HASH);
@@ -164,7 +164,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
     const auto fail = [&](const char* what) {
         return IoError(path.string() + ": cannot " + what + ": " + std::strerror(errno));
     };
-    // Not blocking: to open a pipe would wait for its writer.
+    // The open does not block: to open a pipe would wait for its writer.
     const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) throw fail("open");
     struct stat status {};

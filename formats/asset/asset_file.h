@@ -1,6 +1,7 @@
 #pragma once
-// x.pnb (FlatBuffers, formats/asset.fbs): the view that readers use, checked once when it is opened. From then on every
-// index, count and number is trusted. Nothing is copied but compact slices: the view is valid as long as the bytes are.
+// Opens x.pnb (FlatBuffers, formats/asset.fbs). Everything is checked once, when the file is opened. From then on
+// readers trust every index, count and number. Only compact slices are copied, so the view is valid as long as the
+// bytes are.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -18,11 +19,11 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 4;              // deforming and two-sided meshes, inputs
-constexpr int kSkinnedAssetVersion = 3;       // what writers use where nothing of version 4 is there
-constexpr int kOldestAssetVersion = 2;        // without compact slices
-constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // of a light: as many as an exact one needs
-constexpr std::size_t kMaxMaterials = 4096;   // of an asset: a bound on what compact slices unfold to
+constexpr int kAssetVersion = 4;              // knows deforming and two-sided meshes, and inputs
+constexpr int kSkinnedAssetVersion = 3;       // writers use it where the asset has nothing of version 4
+constexpr int kOldestAssetVersion = 2;        // knows no compact slices
+constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // lobes of a light: as many as an exact one needs
+constexpr std::size_t kMaxMaterials = 4096;   // materials of an asset; bounds what compact slices unfold to
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
 enum class AssetPrecision : std::uint8_t { kF32 = 0, kF16 = 1, kI8 = 2 };
@@ -39,7 +40,8 @@ std::size_t bytesPerNumber(AssetPrecision precision);
 // out.size() == numbers.count
 void decode(const NumbersView& numbers, std::span<float> out);
 
-// Of a file with a model: vertices in cluster order, every joint index < J, every row of weights sums to 1.
+// In a file with a model, vertices are in cluster order, every joint index is < J, and every row of weights sums to
+// 1.
 struct MeshView {
     std::span<const Vec3> positions, normals, tangents;  // [V]; tangents empty in a file without model
     std::span<const std::uint32_t> triangles;            // [3T]
@@ -51,17 +53,18 @@ struct MeshView {
     std::vector<std::string_view> slots;            // the parts of the mesh that may have a material of their own
     std::span<const std::uint16_t> slot_of_vertex;  // [V], < slots; empty without slots
     bool two_sided = false;                         // asset.fbs has the rule; then V and T are even
-    // Vs: shading points that are no backs, the first of the bake's order; and their triangles, the first ones here.
+    // Vs counts the shading points that are no backs. They come first in the bake's order, and their triangles come
+    // first here.
     std::size_t pointCount() const { return positions.size() / (two_sided ? 2 : 1); }
     std::span<const std::uint32_t> frontTriangles() const {
         return triangles.first(triangles.size() / (two_sided ? 2 : 1));
     }
-    // The shading point that has the place of a vertex: of a back its front's.
+    // Returns the shading point that has the position of a vertex; for a back this is its front's.
     std::uint32_t pointOf(std::size_t vertex) const { return std::uint32_t(shading_point[vertex] % pointCount()); }
     bool isBack(std::size_t vertex) const { return shading_point[vertex] >= pointCount(); }
 };
 
-// Places of the vertices of a deforming mesh in every frame.
+// Positions of the vertices of a deforming mesh in every frame.
 struct PlaybackView {
     std::span<const std::uint16_t> positions;  // [F,Vs,3], or empty
     Vec3 origin;
@@ -80,7 +83,7 @@ struct AnimationView {
     std::span<const std::int32_t> parents;      // [J], -1 for roots, no cycles
     std::vector<ClipView> clips;
     std::span<const double> times;  // [F]
-    std::span<const Affine> bones;  // [F,J]; of a deforming mesh or empty
+    std::span<const Affine> bones;  // [F,J]; may be empty for a deforming mesh
     std::uint32_t pose_size = 0;
     std::span<const float> pose;                            // [F,P] or empty
     std::span<const Affine> rest_transforms, inverse_bind;  // [J], or both empty
@@ -121,10 +124,10 @@ struct ClusterView {
     std::size_t components() const { return bias.size(); }
 };
 
-// asset.fbs: a joint that stands for inputs.
+// A joint that stands for inputs; see asset.fbs.
 struct InputJointView {
     int joint = 0;
-    std::size_t column = 0, columns = 1;  // of the inputs; 1 or 3
+    std::size_t column = 0, columns = 1;  // column: first among the inputs; columns: 1 or 3
     float offset = 0, scale = 1;
     bool absolute() const { return columns == 1; }
 };
@@ -140,15 +143,15 @@ struct ModelView {
     std::vector<ClusterView> clusters;
     float quantization_error = 0;
     bool deforming = false;                    // vertices are given, not skinned
-    std::vector<InputJointView> input_joints;  // of the last joints, in their order
-    std::span<const float> pose_mean;          // [E], kDihedrals; else empty
+    std::vector<InputJointView> input_joints;  // one for each of the last joints, in their order
+    std::span<const float> pose_mean;          // [E], only for kDihedrals
     NumbersView pose_basis;                    // [P - X, E]
 };
 
 struct TruthView {
     int order = 0;
     AssetPrecision precision = AssetPrecision::kF32;
-    std::span<const std::byte> data;  // [F,V,order^2], V in the bake's order, whatever the mesh's order
+    std::span<const std::byte> data;  // [F,V,order^2], V in the bake's order whatever the mesh's order is
 };
 
 // formats/asset.fbs has the formulas of operators and lobes.
@@ -161,11 +164,11 @@ struct MaterialView {
     std::string_view name;
     int slice_order = 0, view_order = 0, channels = 0;
     Vec3 color{1, 1, 1};
-    std::span<const float> slices;  // [channels, J^2, E], whatever the form
+    std::span<const float> slices;  // [channels, J^2, E] for every form
     OperatorsView operators = {};
     SliceForm slice_form = SliceForm::kGeneral;
-    std::span<const float> stored_slices = {};                     // in the file: [channels, entries of the form]
-    std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // what `slices` shows of a compact form
+    std::span<const float> stored_slices = {};                     // as in the file: [channels, entries of the form]
+    std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // the numbers behind `slices` if the form is compact
 };
 
 struct LobesView {
@@ -190,30 +193,31 @@ struct AssetView {
     std::vector<MaterialView> materials;
     std::vector<LightView> lights;
     std::vector<std::uint16_t> slot_material;  // [slots], < materials; empty without slots or materials
-    std::string name = "asset";                // of the file, for messages
+    std::string name = "asset";                // the file's name, for messages
 };
 
-// Verifier, version, content hash, then every count, index, range and finite number; InvalidInput starts with `name`
-// and says what is wrong. `bytes` must begin at a multiple of 16 (MappedFile and new do).
+// Checks the bytes by FlatBuffers' verifier, the version and the content hash, then every count, index, range and
+// finite number. Throws InvalidInput, which starts with `name` and says what is wrong. `bytes` must begin at a
+// multiple of 16, as those of MappedFile and of new do.
 AssetView openAsset(std::span<const std::byte> bytes, std::string_view name = "asset");
 
-// FNV-1a in steps of 8 bytes instead of one: h = (h ^ word) * 0x100000001b3 from 0xcbf29ce484222325, over the file's
-// little-endian 64-bit words (the last one filled up with zeros) and then its length. The word of content_hash counts
-// as 0.
+// Computes FNV-1a in steps of 8 bytes instead of one: h = (h ^ word) * 0x100000001b3 from 0xcbf29ce484222325, over
+// the file's little-endian 64-bit words (the last one filled up with zeros) and then over its length. The word of
+// content_hash counts as 0.
 std::uint64_t assetHash(std::span<const std::byte> bytes, std::size_t hash_offset);
-// Stores the hash in a finished file; false when the verifier refuses it or it has no hash field.
+// Stores the hash in a finished file. Returns false when the verifier refuses the file or it has no hash field.
 bool sealAsset(std::span<std::byte> bytes);
 
-// Places of the shading points of a frame, [Vs]; the asset has playback positions.
+// Writes the positions of the shading points of a frame, [Vs]. The asset must have playback positions.
 void readPositions(const AssetView& asset, std::size_t frame, std::span<Vec3> out);
 
-// The frame of `clip` whose number in the clip is `frame`, or throws UsageError that lists what there is.
+// Returns the frame of `clip` whose number in the clip is `frame`. Throws UsageError, which lists what there is.
 std::size_t findFrame(const AnimationView& animation, std::string_view clip, std::size_t frame);
 
-// Moments of one shading point of one frame, [order^2].
+// Writes the moments of one shading point of one frame, [order^2].
 void readTruth(const AssetView& asset, std::size_t frame, std::size_t shading_point, std::span<float> out);
 
-// A read-only memory map that lives as long as the object; IoError.
+// A read-only memory map that lives as long as the object. Throws IoError.
 class MappedFile {
 public:
     explicit MappedFile(const std::filesystem::path& path);

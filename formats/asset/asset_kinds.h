@@ -1,5 +1,5 @@
 #pragma once
-// An asset stores the kinds of formats/common/model_kind.h by number. Here is the one place that turns one into the
+// An asset stores the kinds of formats/common/model_kind.h by number. This is the one place that turns one into the
 // other.
 #include <asset_generated.h>
 
@@ -20,7 +20,7 @@ static_assert(int(fbs::FeatureKind::MAX) + 1 == int(kFeatureKinds.size()));
 inline fbs::ModelKind toStored(ModelKind kind) { return fbs::ModelKind(kind); }
 inline fbs::FeatureKind toStored(FeatureKind features) { return fbs::FeatureKind(features); }
 
-// The numbers of a file are checked before: each is at most MAX.
+// Readers have checked the numbers of a file: each is at most MAX.
 inline ModelKind fromStored(fbs::ModelKind kind) { return ModelKind(kind); }
 inline FeatureKind fromStored(fbs::FeatureKind features) { return FeatureKind(features); }
 

@@ -1,4 +1,5 @@
-// Fits of the ABC microfacet model to measured materials (Low, Kronander, Ynnerman and Unger 2012), one row a material.
+// Reads fits of the ABC microfacet model to measured materials (Low, Kronander, Ynnerman and Unger 2012), one
+// material a row.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,8 +22,8 @@ struct AbcFit {
     double b = 0, c = 0, ior = 1;
 };
 
-// f = kD / pi + D F G / (pi cos_i cos_o), D = A / (1 + B (1 - cos theta_h))^C, G of Cook and Torrance 1982, F of a
-// dielectric.
+// Evaluates f = kD / pi + D F G / (pi cos_i cos_o) with D = A / (1 + B (1 - cos theta_h))^C, G of Cook and Torrance
+// 1982, and F of a dielectric.
 Vec3d evalAbc(const AbcFit& fit, Vec3d wi, Vec3d wo) {
     if (wi.z <= 0 || wo.z <= 0) return {};
     const Vec3d h = normalized(wi + wo);

@@ -1,5 +1,6 @@
-// MERL BRDF database (Matusik et al. 2003): three int32 90, 90, 180, then the planes R, G, B of doubles over theta_h
-// (slowest), theta_d, phi_d in 0..pi. Little-endian. Negative = no measurement.
+// Reads the MERL BRDF database (Matusik et al. 2003): three int32 90, 90, 180, then the planes R, G, B of doubles
+// over theta_h (slowest), theta_d, phi_d in 0..pi. Numbers are little-endian. A negative one means that there is no
+// measurement.
 #include <array>
 #include <bit>
 #include <cmath>
@@ -18,10 +19,10 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kThetaH = 90, kThetaD = 90, kPhiD = 180;
 constexpr std::size_t kCells = kThetaH * kThetaD * kPhiD, kHeader = 3 * sizeof(std::int32_t);
-constexpr std::array<double, 3> kScale = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};  // of the database's own reader
+constexpr std::array<double, 3> kScale = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};  // as in the database's own reader
 constexpr double kMostRadiance = 1e6;  // 1/sr: more than any measurement; keeps floats and sums finite
 
-// The three dimensions that a file begins with.
+// Returns the three dimensions that a file begins with.
 std::array<std::int32_t, 3> dimensionsOf(std::string_view bytes) {
     std::array<std::int32_t, 3> size{};
     if (bytes.size() >= kHeader) std::memcpy(size.data(), bytes.data(), kHeader);
@@ -60,7 +61,8 @@ double valueAt(std::string_view bytes, const std::string& name, std::size_t chan
     return value;
 }
 
-// Cells of phi_d in 0..pi/2, the means of a cell and its mirror image; `known` is 0 where a channel has neither.
+// Makes the cells of phi_d in 0..pi/2, each the mean of a cell and its mirror image. `known` becomes 0 where a
+// channel has neither.
 HalfDifferenceTable foldMirror(std::string_view bytes, const std::string& name, std::vector<char>& known) {
     HalfDifferenceTable table{int(kThetaH), int(kThetaD), int(kPhiD / 2), std::vector<Vec3>(kCells / 2)};
     known.assign(kCells / 2, 1);
@@ -96,7 +98,8 @@ std::array<std::ptrdiff_t, 6> neighboursOf(std::size_t cell, const HalfDifferenc
             ih + 1 < h ? at + std::ptrdiff_t(p * d) : -1};
 }
 
-// Layer by layer from the measured cells outwards: a cell gets the mean of its neighbours in the layers before it.
+// Fills unknown cells layer by layer from the measured cells outwards. A cell gets the mean of its neighbours in the
+// layers before its own.
 void fillUnknown(HalfDifferenceTable& table, std::vector<char>& known) {
     std::vector<std::size_t> layer;
     const auto addUnknownNeighbours = [&](std::size_t cell, std::vector<char>& queued) {

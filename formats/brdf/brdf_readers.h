@@ -1,6 +1,6 @@
 #pragma once
-// One kind of BRDF file per source file, on bytes in memory. `name` starts every message. See README.md for the
-// formats.
+// Reads BRDF files from bytes in memory; each source file reads one kind. `name` starts every message. README.md
+// describes the formats.
 #include <string>
 #include <string_view>
 

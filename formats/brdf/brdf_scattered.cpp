@@ -1,6 +1,7 @@
-// Scattered measurements of an isotropic material, as the Program of Computer Graphics at Cornell University publishes
-// them: the number of wavelengths, the wavelengths in nm, then rows theta_i phi_i theta_o phi_o and a value per
-// wavelength.
+// Reads scattered measurements of an isotropic material, as the Program of Computer Graphics at Cornell University
+// publishes them. The file has the number of wavelengths, the wavelengths in nm, then rows theta_i phi_i theta_o
+// phi_o and a value for each wavelength. Section 3 of docs/formulas.md tells how well the table predicts samples that
+// were left out.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -23,8 +24,9 @@ struct Sample {
     Vec3d rgb;
 };
 
-// Where neighbours are alike: lobes follow theta_h and are narrow at 0, so its logarithm; theta_d; and a third number
-// that is |cos theta_i - cos theta_o| / 2 and tells phi_d only as far as it matters.
+// Returns a place such that neighbouring places have similar values. Lobes follow theta_h and are narrow at 0, so the
+// first coordinate is its logarithm. The second is theta_d. The third is |cos theta_i - cos theta_o| / 2, which tells
+// phi_d only as far as it matters.
 Vec3d placeOf(const HalfDifference& a) {
     return {std::log1p(a.theta_h / 0.2) / std::log1p(0.8 / 0.2), a.theta_d / (std::numbers::pi / 2),
             std::sin(a.theta_h) * std::sin(a.theta_d) * std::cos(a.phi_d)};
@@ -51,7 +53,7 @@ Vec3d readDirection(NumberScanner& scanner, const std::string& which) {
     return directionOf(theta, phi);
 }
 
-// Rows up to the end of the text.
+// Reads rows up to the end of the text.
 std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector<Vec3d>& weights,
                                 std::map<std::string, double>& figures) {
     double &clamped = figures["clamped"], &outside = figures["outside_rec709"];
@@ -76,10 +78,10 @@ std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector<Vec3d>
     return samples;
 }
 
-// Kernel regression (Nadaraya 1964, Watson 1964) with a Gaussian that is wide enough to reach the nearest sample.
-// `samples` ascend in place.x, so that the far ones are not looked at.
+// Regresses by a kernel (Nadaraya 1964, Watson 1964): a Gaussian that is wide enough to reach the nearest sample.
+// `samples` ascend in place.x, so that far ones need not be looked at.
 Vec3d regress(const std::vector<Sample>& samples, Vec3d place) {
-    constexpr double kWidth = 0.02, kReach = 16 * kWidth * kWidth;  // e^-16: too little to see
+    constexpr double kWidth = 0.02, kReach = 16 * kWidth * kWidth;  // e^-16 is too little to see
     const auto square = [&](const Sample& sample) {
         const Vec3d d = sample.place - place;
         return dot(d, d);
@@ -110,7 +112,7 @@ Vec3d regress(const std::vector<Sample>& samples, Vec3d place) {
 }  // namespace
 
 BrdfReading decodeScattered(std::string_view text, const std::string& name, int threads) {
-    constexpr int kCells = 48;  // along each angle: finer than any of these measurements
+    constexpr int kCells = 48;  // along each angle; finer than any of these measurements
     NumberScanner scanner(text, name);
     const std::vector<Vec3d> weights = rec709Weights(readWavelengths(scanner));
     std::map<std::string, double> figures;

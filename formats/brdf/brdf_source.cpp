@@ -78,7 +78,7 @@ BrdfReading readAnalytic(const BrdfSource& source) {
     }
 }
 
-// Bytes that no text has, at the start.
+// Tells whether the text starts with bytes that no text has.
 bool looksBinary(std::string_view text) {
     const std::string_view start = text.substr(0, 4096);
     return std::any_of(start.begin(), start.end(), [](char c) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where a material comes from: an analytic model or a file of measurements, fits or a table (README.md). The fit and
-// the brute-force pictures read it here, so that both see the same material.
+// Reads a material from where it comes from: an analytic model, or a file of measurements, fits or a table
+// (README.md). The fit and the brute-force pictures both read it here, so that they see the same material.
 #include <filesystem>
 #include <map>
 #include <string>
@@ -10,29 +10,30 @@
 
 namespace penumbra {
 
-// Exactly one of the first three is set.
+// Exactly one of the first three members is set.
 struct BrdfSource {
     std::string analytic = {};                   // NAME[:key=value,...], sh/brdf.h
     std::filesystem::path merl = {};             // .binary of the MERL database
     std::filesystem::path table = {};            // scattered .brdf, fits .csv or our own table
-    std::string material = {};                   // which row of a file of fits
-    const char* analytic_option = "--analytic";  // what the command line calls the first, for messages
+    std::string material = {};                   // the row, for a file of fits
+    const char* analytic_option = "--analytic";  // what the command line calls `analytic`, for messages
     std::vector<std::filesystem::path> files() const;
 };
 
-// A source in one word: an analytic model, or a file: FILE.binary is MERL, others are tables, FILE:ROW a row of fits.
+// Reads a source from one word: an analytic model, or a file. FILE.binary is MERL, FILE:ROW a row of fits; others are
+// tables.
 BrdfSource brdfSource(const std::string& word);
 
 struct BrdfReading {
-    RgbBrdf brdf;  // named after the model, or the file without its folder
-    // Counts of what a file has and what was done about its faults: samples; unmeasured (cells above the horizon that
-    // were filled from their neighbours); clamped (negative values set to 0); outside_rec709 (channels of samples set
-    // to 0, whose colour is more saturated than Rec.709 has).
+    RgbBrdf brdf;  // its name is that of the model, or of the file without its folder
+    // Counts what a file has and what was done about its faults: samples; unmeasured (cells above the horizon that
+    // were filled from their neighbours); clamped (negative values that became 0); outside_rec709 (channels of
+    // samples that became 0, because their colour is more saturated than Rec.709 allows).
     std::map<std::string, double> figures;
 };
 
-// UsageError for a source that makes no sense, IoError, InvalidInput (names file and field). Same result for any number
-// of threads.
+// Reads the material. Throws UsageError for a source that makes no sense, IoError, and InvalidInput, which names file
+// and field. The result is the same for any number of threads.
 BrdfReading readBrdfSource(const BrdfSource& source, int threads);
 
 }  // namespace penumbra

@@ -1,4 +1,4 @@
-// Our own table of a BRDF, text (README.md).
+// Reads our own table of a BRDF, a text file (README.md).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,10 +19,10 @@ bool looksLikeBrdfTable(std::string_view text) { return text.starts_with(kMagic)
 
 namespace {
 
-// How a number becomes a place between grid nodes.
+// Tells how an angle becomes a place between the nodes of the grid.
 struct Axis {
     int count = 1;
-    double first = 0, step = 1;  // of node 0 and between nodes, radians
+    double first = 0, step = 1;  // angle of node 0 and angle between nodes, radians
     bool periodic = false;
 };
 
@@ -66,14 +66,14 @@ Vec3d lookUp(const BrdfTable& table, const std::array<double, 4>& angles) {
     return toDouble(sum);
 }
 
-// Of a direction above the horizon, radians.
+// The angles of a direction above the horizon, in radians.
 struct Angles {
     double theta, phi;
 };
 Angles anglesOf(Vec3d w) { return {std::atan2(std::hypot(w.x, w.y), w.z), std::atan2(w.y, w.x)}; }
 
-// The same, remembered: integrals ask for one view after thousands of incident directions, and arc tangents are half of
-// the time of a look-up.
+// Returns the angles of a view and remembers them. Integrals ask for one view with thousands of incident directions,
+// and arc tangents take half of the time of a look-up.
 Angles anglesOfView(Vec3d w) {
     thread_local Vec3d last{0, 0, 1};
     thread_local Angles angles = anglesOf(last);

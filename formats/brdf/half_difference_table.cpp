@@ -12,7 +12,7 @@ constexpr double kRightAngle = std::numbers::pi / 2;
 HalfDifference halfDifference(Vec3d wi, Vec3d wo) {
     const Vec3d h = normalized(wi + wo);
     const double sine_h = std::hypot(h.x, h.y);
-    // The half vector's frame: y = (-sin phi_h, cos phi_h, 0), x = y x h.
+    // The axes of the half vector's frame are y = (-sin phi_h, cos phi_h, 0) and x = y x h.
     const Vec3d y = sine_h > 0 ? Vec3d{-h.y / sine_h, h.x / sine_h, 0} : Vec3d{0, 1, 0}, x = cross(y, h);
     const double dx = std::abs(dot(wi, x)), dy = std::abs(dot(wi, y));
     return {std::atan2(sine_h, h.z), std::atan2(std::hypot(dx, dy), dot(wi, h)), std::atan2(dy, dx)};
@@ -34,7 +34,7 @@ HalfDifference HalfDifferenceTable::centre(std::size_t cell) const {
 }
 
 namespace {
-// The two centres around a place, 0..1 along an axis of n cells.
+// The two centres around a place, which is 0..1 along an axis of n cells.
 struct BetweenSamples {
     std::size_t below, above;
     float share;  // of `above`

@@ -1,5 +1,6 @@
 #pragma once
-// Words and numbers of a text file, blanks and line ends between them; '#' starts a comment that ends with its line.
+// Scans the words and numbers of a text file, between blanks and line ends. '#' starts a comment up to the end of the
+// line.
 #include <string>
 #include <string_view>
 
@@ -9,11 +10,11 @@ class NumberScanner {
 public:
     NumberScanner(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {}
 
-    bool atEnd();                             // nothing but blanks and comments is left
+    bool atEnd();                             // only blanks and comments are left
     std::string_view word();                  // "" at the end of the text
-    double number(const std::string& field);  // finite, else InvalidInput
+    double number(const std::string& field);  // finite; otherwise throws InvalidInput
     int integer(const std::string& field, int least, int most);
-    [[noreturn]] void fail(const std::string& problem) const;  // InvalidInput with the file's name and the line
+    [[noreturn]] void fail(const std::string& problem) const;  // throws InvalidInput with the file's name and the line
 
 private:
     void skipBlanks();

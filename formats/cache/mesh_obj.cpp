@@ -15,7 +15,7 @@ struct ObjParser {
     int line = 1;
     MeshFile mesh;
     std::string object, material = kDefaultSlot;
-    bool has_parts = false;  // an o, g or usemtl line was seen
+    bool has_parts = false;  // the file has an o, g or usemtl line
     std::vector<std::uint32_t> corners;
 
     [[noreturn]] void fail(const std::string& problem) const {
@@ -25,7 +25,7 @@ struct ObjParser {
 
 bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-// The next word of the line, "" at its end. A backslash at the end of a line joins it with the next.
+// Returns the next word of the line, or "" at its end. A backslash at the end of a line joins it with the next.
 std::string_view nextWord(ObjParser& parser) {
     std::string_view& rest = parser.rest;
     for (;;) {
@@ -66,7 +66,7 @@ void readVertex(ObjParser& parser) {
     if (parser.mesh.positions.size() > kMaxSourceVertices) throw Unsupported(parser.name + ": has too many vertices");
 }
 
-// "7", "7/1", "7//2" or "7/1/2", from 1; negative ones count from the last vertex so far.
+// Reads "7", "7/1", "7//2" or "7/1/2", which count from 1. Negative ones count back from the last vertex so far.
 std::uint32_t cornerOf(const ObjParser& parser, std::string_view word) {
     const std::string_view index = word.substr(0, word.find('/'));
     std::int64_t value = 0;
@@ -120,7 +120,8 @@ void finishSlots(ObjParser& parser) {
         return;
     }
     mesh.slot_of_vertex.resize(mesh.positions.size(), kNoSlot);
-    std::replace(mesh.slot_of_vertex.begin(), mesh.slot_of_vertex.end(), kNoSlot, std::uint16_t(0));  // in no face
+    // vertices in no face
+    std::replace(mesh.slot_of_vertex.begin(), mesh.slot_of_vertex.end(), kNoSlot, std::uint16_t(0));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ enum class Type : std::uint8_t { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32
 struct Property {
     std::string name;
     Type type = Type::kFloat32;
-    std::optional<Type> count;  // a list's
+    std::optional<Type> count;  // only for a list: the type of its count
 };
 
 struct Element {
@@ -203,7 +203,7 @@ std::size_t readCount(PlyParser& parser, const Property& list, const std::string
 
 // --- Elements -------------------------------------------------------------------------------------------------------
 
-// No more than the file can hold: every property takes a byte or more.
+// Refuses more elements than the file can hold: every property takes a byte or more.
 void checkCount(const PlyParser& parser, const Element& element) {
     std::size_t least = 0;
     for (const Property& p : element.properties) least += parser.ascii ? 1 : sizeOf(p.count.value_or(p.type));
@@ -272,7 +272,7 @@ void readFaces(PlyParser& parser, const Element& element, MeshFile& mesh) {
     }
 }
 
-// Faces may stand before the vertices.
+// Checks corners after reading, because faces may stand before the vertices.
 void checkIndices(const PlyParser& parser, const MeshFile& mesh) {
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t)

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMaxDigits = 15;
 
 namespace {
-// A name around its number.
+// A name without its number: what stands before and after it.
 struct Template {
     std::string before, after;
     bool operator<(const Template& other) const {
@@ -32,7 +32,7 @@ struct Place {
 
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
-// "%d", "%4d", "%04d", "*" or a run of "#".
+// Finds "%d", "%4d", "%04d", "*" or a run of "#".
 Place findPattern(const std::string& name) {
     if (const std::size_t star = name.find('*'); star != std::string::npos) return {star, 1};
     if (const std::size_t hash = name.find('#'); hash != std::string::npos)
@@ -45,7 +45,7 @@ Place findPattern(const std::string& name) {
     return {percent, end + 1 - percent};
 }
 
-// The last run of digits before the extension.
+// Finds the last run of digits before the extension.
 Place findNumber(const std::string& name, std::size_t stem_size) {
     std::size_t end = stem_size;
     while (end > 0 && !isDigit(name[end - 1])) --end;
@@ -94,7 +94,7 @@ std::vector<Numbered> matches(const fs::path& folder, const Template& pattern) {
     return found;
 }
 
-// The name of a number, as wide as that of the file before it.
+// Returns the name that a number would have, with as many digits as the file before it.
 std::string nameOf(const Numbered& before, const Template& pattern, std::uint64_t number) {
     const std::size_t width = before.file.filename().string().size() - pattern.before.size() - pattern.after.size();
     std::string digits = std::to_string(number);
@@ -102,7 +102,7 @@ std::string nameOf(const Numbered& before, const Template& pattern, std::uint64_
     return (before.file.parent_path() / (pattern.before + digits + pattern.after)).string();
 }
 
-// The step of the numbers, which ascend: the greatest that would reach all of them. Two files say nothing about it.
+// Returns the step of the ascending numbers: the greatest one that reaches all of them. Two files do not tell a step.
 std::uint64_t stepOf(const std::vector<Numbered>& found) {
     std::uint64_t step = 0;
     for (std::size_t i = 1; i < found.size(); ++i) step = std::gcd(step, found[i].number - found[i - 1].number);
@@ -136,7 +136,7 @@ NumberedFiles sequenceOf(const fs::path& folder, const Template& pattern, std::u
     return out;
 }
 
-// The one template that the numbered files of a folder have.
+// Returns the files of a folder, whose numbered files must all fit one template.
 NumberedFiles sequenceIn(const fs::path& folder, const std::vector<std::string>& extensions) {
     std::map<Template, int> templates;
     for (const std::string& name : namesIn(folder)) {

@@ -16,7 +16,7 @@ constexpr std::size_t kMaxHeaderSize = 65536;
 constexpr std::size_t kMaxDimensions = 32;
 
 namespace {
-// The header is a Python dictionary: {'descr': '<f4', 'fortran_order': False, 'shape': (600, 5041, 3), }
+// Reads the header, a Python dictionary: {'descr': '<f4', 'fortran_order': False, 'shape': (600, 5041, 3), }
 class HeaderScanner {
 public:
     HeaderScanner(std::string_view text, const std::string& what) : rest_(text), what_(what) {}
@@ -76,7 +76,7 @@ private:
     const std::string& what_;
 };
 
-// '<f4': byte order, kind, bytes.
+// Reads a type such as '<f4': byte order, kind, bytes.
 void setType(const std::string& type, NumpyArray& array) {
     const auto unsupported = [&] {
         throw Unsupported(array.what + ": numbers of type '" + (type.size() < 16 ? type : "...") +
@@ -136,7 +136,7 @@ void parseHeader(std::string_view text, NumpyArray& array) {
     if (!header.atEnd() || !has_type || !has_order || !has_shape) header.fail();
 }
 
-// Bytes of all numbers; empty where that exceeds 64 bits.
+// Returns the bytes of all numbers; nothing where that exceeds 64 bits.
 std::optional<std::uint64_t> dataSize(const NumpyArray& array) {
     std::uint64_t size = std::uint64_t(array.item_size);
     for (const std::uint64_t n : array.shape) {

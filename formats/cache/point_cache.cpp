@@ -51,7 +51,7 @@ namespace {
 
 bool isGltf(const std::filesystem::path& path) { return isExtension(path, ".glb") || isExtension(path, ".gltf"); }
 
-// Positions that need a mesh from elsewhere.
+// Tells whether the path has only positions, which need a mesh from elsewhere.
 bool needsMesh(const std::filesystem::path& path) {
     return isExtension(path, ".npy") || isExtension(path, ".mdd") || isExtension(path, ".pc2");
 }
@@ -65,7 +65,7 @@ bool isPointCache(const std::filesystem::path& path) {
 
 namespace {
 
-// `beside_positions`: another path needs a mesh.
+// Reads one path. `beside_positions` is true when another path needs a mesh.
 CacheFile readCacheFile(const std::filesystem::path& path, double fps, bool beside_positions) {
     if (isExtension(path, ".npz")) return readNpzCache(path, fps);
     if (isExtension(path, ".npy")) return readNpyCache(path, fps);
@@ -84,7 +84,7 @@ CacheFile readCacheFile(const std::filesystem::path& path, double fps, bool besi
 // --- One cache of several paths -------------------------------------------------------------------------------------
 
 namespace {
-// Where a clip of the cache comes from.
+// Tells where a clip of the cache comes from.
 struct ClipPlace {
     std::size_t file = 0, clip = 0;
 };
@@ -137,7 +137,7 @@ std::vector<Vec3> sampleSource(const Sources& sources, std::size_t clip, double 
     return positions;
 }
 
-// The file that brings the faces; all others have the same or none, and as many vertices.
+// Returns the file that brings the faces. All others must have the same faces or none, and as many vertices.
 const CacheFile& findMesh(const std::vector<CacheFile>& files) {
     const auto has_faces = [](const CacheFile& file) { return !file.triangles.empty(); };
     const auto mesh = std::find_if(files.begin(), files.end(), has_faces);
@@ -148,7 +148,8 @@ const CacheFile& findMesh(const std::vector<CacheFile>& files) {
     return *mesh;
 }
 
-// Faces alone (an .npy) say only that there are no fewer vertices than they name.
+// Checks that all files have as many vertices. Faces alone (an .npy) only tell that there are no fewer vertices than
+// they name.
 void checkVertexCounts(const std::vector<CacheFile>& files) {
     const auto has_positions = [](const CacheFile& file) { return !file.clips.empty() || !file.rest.empty(); };
     const auto first = std::find_if(files.begin(), files.end(), has_positions);
@@ -176,9 +177,11 @@ void joinClips(Sources& sources, PointCache& cache) {
 
 // --- Welding --------------------------------------------------------------------------------------------------------
 
-// Source vertices that have been at one place so far, ascending, two or more.
+// Source vertices that have been at one place so far: two or more, ascending.
 using Group = std::vector<std::uint32_t>;
 
+// Splits a group by the places that its vertices have now, and keeps those parts that still have two vertices or
+// more.
 void splitGroup(Group group, const std::vector<Vec3>& positions, std::vector<Group>& out) {
     const auto place = [&](std::uint32_t v) { return std::tuple(positions[v].x, positions[v].y, positions[v].z); };
     std::stable_sort(group.begin(), group.end(), [&](std::uint32_t a, std::uint32_t b) { return place(a) < place(b); });
@@ -189,8 +192,8 @@ void splitGroup(Group group, const std::vector<Vec3>& positions, std::vector<Gro
     }
 }
 
-// Vertices of the source that never part. Reads frames until no group is left, so nothing where no two vertices are at
-// one place at rest.
+// Finds the vertices of the source that never part. Reads frames until no group is left, so that it reads nothing
+// where no two vertices share a place at rest.
 std::vector<Group> findSeams(const Sources& sources, const PointCache& cache, const std::vector<Vec3>& rest) {
     Group all(rest.size());
     std::iota(all.begin(), all.end(), 0u);
@@ -236,7 +239,8 @@ std::vector<Vec3> restPositions(const Sources& sources) {
     return readSource(sources, 0, 0);
 }
 
-// Two paths that name one file are one sequence, opened by each of its files: a pattern that the shell has replaced.
+// Adds the files that were read. Two paths that name one file are one sequence, opened by each of its files: the
+// shell has replaced a pattern.
 void addFilesRead(const std::filesystem::path& path, const std::vector<std::filesystem::path>& read,
                   PointCache& cache) {
     std::vector<std::filesystem::path>& all = cache.files_read;

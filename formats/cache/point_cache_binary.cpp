@@ -1,5 +1,5 @@
-// Point caches without a mesh, positions as f32 [keys, vertices, 3]: LightWave's .mdd (big endian) and 3ds Max's .pc2
-// (little endian).
+// Reads point caches without a mesh, which have positions as f32 [keys, vertices, 3]: LightWave's .mdd (big endian)
+// and 3ds Max's .pc2 (little endian).
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -18,7 +18,7 @@ struct BinaryCache {
     RandomBytes bytes;
     bool swapped = false;
     std::size_t keys = 0, vertices = 0;
-    std::uint64_t positions = 0;  // where they start
+    std::uint64_t positions = 0;  // where the positions start
 
     [[noreturn]] void fail(const std::string& problem) const { throw InvalidInput(path.string() + ": " + problem); }
 };
@@ -29,7 +29,7 @@ BinaryCache openCache(const std::filesystem::path& path, std::endian order, std:
     return cache;
 }
 
-// Numbers of four bytes.
+// Reads numbers of four bytes.
 template <class T>
 std::vector<T> readWords(const BinaryCache& cache, std::uint64_t offset, std::size_t count) {
     static_assert(sizeof(T) == 4);
@@ -42,7 +42,8 @@ std::vector<T> readWords(const BinaryCache& cache, std::uint64_t offset, std::si
     return out;
 }
 
-// `rest`: bytes that stand between the header and the positions.
+// Checks and stores the numbers of keys and vertices. Between the header and the positions stand `bytes_a_key` for
+// each key.
 void setCounts(BinaryCache& cache, std::int32_t keys, std::int32_t vertices, std::uint64_t header_size,
                std::uint64_t bytes_a_key) {
     if (keys <= 0) cache.fail("says that it has " + std::to_string(keys) + " frames");
@@ -83,7 +84,7 @@ CacheFile cacheOf(const BinaryCache& binary, std::vector<double> times) {
 
 }  // namespace
 
-// i32 frames, i32 vertices, f32 seconds [frames], positions.
+// Reads i32 frames, i32 vertices, f32 seconds [frames], positions.
 CacheFile readMddCache(const std::filesystem::path& path, double fps) {
     constexpr std::size_t header_size = 8;
     BinaryCache cache = openCache(path, std::endian::big, header_size);
@@ -98,7 +99,8 @@ CacheFile readMddCache(const std::filesystem::path& path, double fps) {
     return cacheOf(cache, {seconds.begin(), seconds.end()});
 }
 
-// "POINTCACHE2\0", i32 version = 1, i32 vertices, f32 start and f32 step in frames of the scene, i32 keys, positions.
+// Reads "POINTCACHE2\0", i32 version = 1, i32 vertices, f32 start and f32 step in frames of the scene, i32 keys,
+// positions.
 CacheFile readPc2Cache(const std::filesystem::path& path, double fps) {
     constexpr std::size_t header_size = 32;
     BinaryCache cache = openCache(path, std::endian::little, header_size);

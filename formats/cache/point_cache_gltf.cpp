@@ -1,4 +1,4 @@
-// glTF with animated morph targets and no skin: positions of all that is drawn, node transforms included.
+// Reads glTF with animated morph targets and no skin as positions of all that is drawn, with node transforms applied.
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -22,7 +22,7 @@ double weightAt(const MorphChannel& channel, std::size_t targets, std::size_t ta
     return from[target] + span.fraction * (double(to[target]) - from[target]);
 }
 
-// A part's positions in its node's space.
+// Returns a part's positions in its node's space.
 std::vector<Vec3d> morphed(const RigSource& source, const SourcePart& part, int clip, double time) {
     std::vector<Vec3d> positions;
     positions.reserve(part.positions.size());
@@ -40,7 +40,7 @@ std::vector<Vec3d> morphed(const RigSource& source, const SourcePart& part, int 
     return positions;
 }
 
-// `clip` -1: at rest.
+// Returns the positions of all parts in the scene. `clip` -1 is the rest.
 std::vector<Vec3d> positionsAt(const RigSource& source, int clip, double time) {
     std::vector<Matrix> globals =
         localTransforms(source.nodes, clip < 0 ? nullptr : &source.clips[std::size_t(clip)], time);
@@ -69,7 +69,7 @@ void checkParts(const RigSource& source) {
         throw InvalidInput(source.file.string() + ": has no animation of morph targets, and a point cache needs one");
 }
 
-// Triangles and parts; where a node mirrors at rest, triangles are turned to keep their outside.
+// Sets triangles and parts. Where a node mirrors at rest, its triangles are turned so that they keep their outside.
 void setMesh(const RigSource& source, CacheFile& cache) {
     const std::vector<Matrix> globals = restGlobals(source.nodes);
     for (const SourcePart& part : source.parts) {

@@ -1,4 +1,4 @@
-// Point caches of NumPy: x.npz (savez, savez_compressed) and x.npy (save).
+// Reads point caches of NumPy: x.npz (savez, savez_compressed) and x.npy (save).
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,8 @@
 namespace penumbra {
 
 namespace {
-// Position = offset + step x number, by coordinate; as the numbers are without quantisation.
+// Tells what quantised numbers stand for: position = offset + step x number, by coordinate. Without quantisation
+// numbers stay as they are.
 struct Scaling {
     std::array<double, 3> offset{0, 0, 0}, step{1, 1, 1};
 };
@@ -47,7 +48,7 @@ std::vector<Vec3d> readPositions(const NumpyArray& array, const Scaling& scaling
     return positions;
 }
 
-// Rows of three or four vertex numbers; a quad is cut from its first corner to its third.
+// Reads rows of three or four vertex numbers. A quad is cut from its first corner to its third.
 std::vector<Triangle> readFaces(const NumpyArray& array, std::uint64_t vertices) {
     const auto& shape = array.shape;
     if (array.kind == 'f' || shape.size() != 2 || (shape[1] != 3 && shape[1] != 4))
@@ -67,7 +68,7 @@ std::vector<Triangle> readFaces(const NumpyArray& array, std::uint64_t vertices)
     return triangles;
 }
 
-// One finite number, or three where `most` says so.
+// Reads one finite number, or three where `most` allows it.
 std::vector<double> readScalars(const NumpyArray& array, std::size_t most) {
     const std::uint64_t count = array.count();
     if (array.shape.size() > 1 || (count != 1 && count != most))

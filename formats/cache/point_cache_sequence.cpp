@@ -1,4 +1,4 @@
-// Numbered .obj and .ply files as a point cache, and one such file as the mesh of another cache.
+// Reads numbered .obj and .ply files as a point cache, and one such file as the mesh of another cache.
 #include <algorithm>
 
 #include "formats/cache/mesh_file.h"
@@ -22,7 +22,7 @@ CacheFile readMeshOfCache(const std::filesystem::path& path) {
 }
 
 namespace {
-// What all frames have in common: the first one's.
+// All frames must have these in common with the first one.
 struct Topology {
     std::filesystem::path file;
     std::size_t vertices = 0;
@@ -51,7 +51,7 @@ CacheFile readSequenceCache(const std::filesystem::path& path, double fps) {
     const NumberedFiles sequence = findNumberedFiles(path, {".obj", ".ply"});
     if (sequence.files.size() > kMaxCacheKeys) throw Unsupported(path.string() + ": has too many frames");
     CacheFile cache = readMeshOfCache(sequence.files[0]);
-    cache.rest.clear();  // the first frame
+    cache.rest.clear();  // the first frame is the rest
     cache.files_read = sequence.files;
     if (sequence.step > 1)
         cache.note = path.string() + ": numbers in steps of " + std::to_string(sequence.step) +

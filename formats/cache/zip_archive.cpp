@@ -45,7 +45,7 @@ void readEnd64(const std::string& file, const RandomBytes& bytes, std::uint64_t 
     directory = {number(end64, 48, 8), number(end64, 40, 8)};
 }
 
-// The end record is the last thing in the file but for a comment of up to 65535 bytes.
+// Finds the end record, which is the last thing in the file except for a comment of up to 65535 bytes.
 Directory findDirectory(const std::string& file, const RandomBytes& bytes) {
     const std::size_t tail_size = std::size_t(std::min<std::uint64_t>(bytes.size, kEndSize + 65535));
     const auto tail = readBytes(bytes, bytes.size - tail_size, tail_size);
@@ -62,7 +62,7 @@ Directory findDirectory(const std::string& file, const RandomBytes& bytes) {
     fail(file, "is not a zip archive, or cut short");
 }
 
-// Extra field 1 has, in this order, those of the three numbers that do not fit into 32 bits.
+// Reads extra field 1, which has those of the three numbers that do not fit into 32 bits, in this order.
 void readSizes64(const std::string& file, std::span<const std::byte> extra, ZipMember& member) {
     for (std::size_t at = 0; at + 4 <= extra.size();) {
         const std::size_t size = std::size_t(number(extra, at + 2, 2));

@@ -1,5 +1,5 @@
 #pragma once
-// Members of a zip archive, stored or deflated, zip64 included (PKWARE APPNOTE 6.3), as NumPy's savez writes them.
+// Reads members of a zip archive, stored or deflated, with zip64 (PKWARE APPNOTE 6.3), as NumPy's savez writes them.
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,14 +19,14 @@ struct ZipMember {
 struct ZipArchive {
     std::string file;  // for messages
     RandomBytes bytes;
-    std::vector<ZipMember> members;  // by the central directory
+    std::vector<ZipMember> members;  // as the central directory lists them
 };
 
-// InvalidInput, where the file is no archive, cut short or damaged.
+// Opens an archive. Throws InvalidInput where the file is no archive, is cut short or damaged.
 ZipArchive openZip(const std::filesystem::path& path);
 
-// Checks size and checksum by reading the member once. InvalidInput; Unsupported where it is encrypted or packed by
-// another method. Empty where there is none of that name.
+// Checks size and checksum by reading the member once. Returns nothing where no member has that name. Throws
+// InvalidInput, and Unsupported where the member is encrypted or packed by another method.
 std::optional<RandomBytes> openMember(const ZipArchive& zip, const std::string& name);
 
 }  // namespace penumbra

@@ -102,7 +102,8 @@ void defineCommandLine(CommandLine& line, const char* program, const std::string
     }
 }
 
-// What CLI11 lets through: empty values, and NaN or infinity where a number is asked for (both pass its range check).
+// Refuses what CLI11 lets through: empty values, and NaN or infinity where a number is asked for (both pass its range
+// check).
 void checkValues(const CLI::App& app) {
     for (const CLI::Option* option : app.get_options()) {
         if (option->get_expected_max() == 0) continue;
@@ -130,7 +131,7 @@ int threadsFromEnvironment() {
     return hardwareThreads();
 }
 
-// Parses; returns the exit code where that was all (--help, --version).
+// Parses the command line. Returns the exit code if that was all (--help, --version).
 std::optional<int> parse(CommandLine& line, const char* program, int argc, char** argv) {
     try {
         line.app.parse(argc, argv);
@@ -179,7 +180,7 @@ void checkWritable(const fs::path& path, bool dry_run) {
         throw IoError(path.string() + ": cannot write here: " + std::strerror(errno));
 }
 
-// Also for files that do not exist yet.
+// Tells whether two names mean one file, even if the file does not exist yet.
 bool sameFile(const fs::path& first, const fs::path& second) {
     if (first.empty() || second.empty()) return false;
     const fs::path a = fs::absolute(first).lexically_normal(), b = fs::absolute(second).lexically_normal();
@@ -197,7 +198,7 @@ void checkReplaceable(const fs::path& path, const Run& run) {
         throw IoError(path.string() + ": exists, and --no-clobber was given");
 }
 
-// One of the files that a run writes.
+// Checks one of the files that a run writes.
 void checkWritten(const fs::path& path, const Run& run) {
     if (path.empty()) return;
     int same = 0;
@@ -208,7 +209,8 @@ void checkWritten(const fs::path& path, const Run& run) {
     checkWritable(path, run.common.dry_run);
 }
 
-// Those of Report::willWrite(). There may be thousands: one of each folder is tried, the others must not be devices.
+// Checks the files of Report::willWrite(). There may be thousands of them, so it tries to write one in each folder;
+// the others must not be devices.
 void checkManyWritten(const std::vector<fs::path>& files, const Run& run) {
     std::set<fs::path> names, folders;
     for (const fs::path& file : files) {
@@ -227,7 +229,7 @@ void checkManyWritten(const std::vector<fs::path>& files, const Run& run) {
     }
 }
 
-// The report comes first: it is written for a failure too, but only when its own name may be written.
+// Checks the report first, because it is written for a failure too, but only when its own name may be written.
 void checkFiles(Run& run) {
     checkWritten(run.common.report, run);
     run.report_checked = true;
@@ -239,7 +241,7 @@ void checkFiles(Run& run) {
     checkWritten(run.common.depfile, run);
 }
 
-// A name in a make rule: blanks and # take a backslash, $ is doubled.
+// Writes a name for a make rule: blanks and # take a backslash, and $ is doubled.
 std::string makeName(const fs::path& path) {
     std::string name;
     for (char c : path.string()) {
@@ -260,7 +262,7 @@ void writeDepfile(const std::string& path, const std::vector<fs::path>& outputs,
 
 // --- Running --------------------------------------------------------------------------------------------------------
 
-// Of every file read and of the output, by path.
+// Returns the hashes of every file read and of the outputs, by path.
 nlohmann::ordered_json hashesOf(const Run& run) {
     std::vector<fs::path> files = run.inputs();
     for (const fs::path& output : run.outputs()) files.push_back(output);
@@ -303,8 +305,8 @@ void writeReport(Run& run, int exit_code, const std::string& error) {
     writeWholeFile(run.common.report, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
-// Results that never reached the reader are a failure, though the output stays: it is whole. A reader that went away
-// (| head) is none.
+// Fails when results did not reach the reader. The output stays, because it is whole. A reader that went away (|
+// head) is no failure.
 void flushResults() {
     std::cout.flush();
     errno = 0;

@@ -20,7 +20,8 @@ int exitCodeOf(const std::exception& error) noexcept {
 int reportFailure(const char* program, const std::exception& error) noexcept {
     const bool out_of_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
     std::fprintf(stderr, "%s: ", program);
-    // One line whatever the message holds: names in hostile files and libraries' messages bring line breaks.
+    // The output stays on one line whatever the message holds: names in hostile files and libraries' messages have
+    // line breaks.
     for (const char* c = out_of_memory ? "out of memory" : error.what(); *c; ++c)
         std::fputc(static_cast<unsigned char>(*c) < ' ' || *c == 127 ? ' ' : *c, stderr);
     std::fputc('\n', stderr);

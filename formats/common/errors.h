@@ -1,5 +1,5 @@
 #pragma once
-// The three kinds of failure that a user can cause, and the exit codes that every program shares.
+// The kinds of failure that a user can cause, and the exit codes that every program shares.
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -21,7 +21,7 @@ struct UsageError : std::runtime_error {
 struct IoError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
-// Readable but wrong; the message starts with the file's name and names the field or node.
+// The input can be read but is wrong. The message starts with the file's name and names the field or node.
 struct InvalidInput : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -33,7 +33,8 @@ struct Interrupted : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// One line on stderr, "program: message", and the exit code of the error's type (std::bad_alloc included).
+// Prints one line on stderr, "program: message", and returns the exit code of the error's type (std::bad_alloc
+// included).
 int reportFailure(const char* program, const std::exception& error) noexcept;
 
 }  // namespace penumbra

@@ -17,7 +17,7 @@ inline constexpr std::array kModelKinds{ModelKind::kLinear, ModelKind::kQuadrati
 inline constexpr std::array kFeatureKinds{FeatureKind::kJointAngles, FeatureKind::kRelativeBones,
                                           FeatureKind::kDihedrals};
 
-// The words of files and command lines.
+// The words that files and command lines use.
 constexpr const char* nameOf(ModelKind kind) {
     switch (kind) {
         case ModelKind::kLinear:
@@ -44,7 +44,7 @@ constexpr const char* nameOf(FeatureKind features) {
     return "";
 }
 
-// How many inputs a group of an additive model has.
+// Returns how many inputs a group of an additive model has.
 constexpr std::size_t groupInputs(FeatureKind features) {
     switch (features) {
         case FeatureKind::kJointAngles:

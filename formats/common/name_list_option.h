@@ -1,12 +1,13 @@
 #pragma once
-// An option that takes names: "--clips a,b --clips c". One word an occurrence, so that a positional may follow it.
+// Adds an option that takes names: "--clips a,b --clips c". It takes one word each time, so that a positional may
+// follow it.
 #include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 namespace penumbra {
 
-// CLI11's own delimiter drops empty elements, so that "--clips ," would mean all clips.
+// We split at commas ourselves: CLI11's own delimiter drops empty elements, so that "--clips ," would mean all clips.
 inline CLI::Option* addNameListOption(CLI::App& app, const std::string& option, std::vector<std::string>& names,
                                       const std::string& help) {
     const auto store = [option, &names](const std::vector<std::string>& words) {

@@ -1,5 +1,5 @@
 #pragma once
-// --name: what a material or a light is called in an asset.
+// Adds the option --name, which tells what an asset calls a material or a light.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <string>

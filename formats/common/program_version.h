@@ -1,18 +1,18 @@
 #pragma once
-// Which program made a file: the version of Penumbra and a hash of the sources that the program was built from, so that
-// a program that was changed in any way is another version.
+// Tells which program made a file, by the version of Penumbra and a hash of the sources that the program was built
+// from. So a program that was changed in any way is another version.
 #include <string>
 #include <string_view>
 
 namespace penumbra {
 
-// Of the contents of all files of ours that the program is built from (formats/common/source_hash.cmake). Defined in
-// each program, in no library.
+// A hash of the contents of all our files that the program is built from (formats/common/source_hash.cmake). Each
+// program defines it; no library does.
 extern const char* const kSourceHash;
 
-// First thing in main().
+// Call this first in main().
 void setSourceHash(std::string_view hash);
-// "0.1.0+5d41402abc4b2a76", "0.1.0" where no hash was set.
+// Returns "0.1.0+5d41402abc4b2a76", or "0.1.0" where no hash was set.
 std::string programVersion();
 
 }  // namespace penumbra

@@ -1,5 +1,5 @@
 #pragma once
-// Progress on stderr in the dialect that the caller's farm reads.
+// Prints progress on stderr, or in the dialect that the caller's farm reads.
 #include <chrono>
 #include <string>
 #include <string_view>
@@ -8,13 +8,13 @@ namespace penumbra {
 
 enum class ProgressStyle {
     kNone,
-    kBar,     // one line, rewritten: percent, rate, time left
-    kOpenJd,  // "openjd_progress: 42.0" and "openjd_status: ..." (Open Job Description); on stdout, as the
-              // specification asks
-    kAlf,     // "ALF_PROGRESS 42%" (Tractor); on stdout
+    kBar,     // one line that is rewritten: percent, rate, time left
+    kOpenJd,  // "openjd_progress: 42.0" and "openjd_status: ..." on stdout, as Open Job Description asks
+    kAlf,     // "ALF_PROGRESS 42%" on stdout (Tractor)
 };
 
-// "auto" is a bar on a terminal and nothing elsewhere. Throws UsageError on an unknown word.
+// Reads the word of --progress. "auto" is a bar on a terminal and nothing elsewhere. Throws UsageError on an unknown
+// word.
 ProgressStyle parseProgressStyle(std::string_view word);
 
 class Progress {

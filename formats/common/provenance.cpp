@@ -38,7 +38,7 @@ std::string toJson(const Provenance& provenance) {
     json["inputs"] = Json::array();
     for (const ProvenanceInput& input : provenance.inputs)
         json["inputs"].push_back(Json{{"name", input.name}, {"sha256", input.sha256}});
-    // File names need not be UTF-8; JSON has to be.
+    // File names need not be UTF-8, but JSON has to be.
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -7,7 +7,7 @@
 
 namespace penumbra {
 
-// SHA-256 (FIPS 180-4), incremental.
+// Computes SHA-256 (FIPS 180-4) step by step.
 class Sha256 {
 public:
     Sha256();
@@ -22,6 +22,6 @@ private:
 };
 
 std::string sha256Hex(std::span<const std::byte> bytes);
-std::string sha256OfFile(const std::filesystem::path& path);  // IoError
+std::string sha256OfFile(const std::filesystem::path& path);  // throws IoError
 
 }  // namespace penumbra

@@ -28,7 +28,8 @@ IoError failed(const char* what, const fs::path& path, int error) {
 
 // --- What a signal does ---------------------------------------------------------------------------------------------
 
-// Partial files that exist now, for the handler below, which may call async-signal-safe functions only.
+// The partial files that exist now. The signal handler below reads them and may call async-signal-safe functions
+// only.
 struct PartialName {
     std::atomic<bool> used{false}, ready{false};
     std::array<char, 4096> path{};
@@ -41,7 +42,7 @@ std::array<char, 128> stop_message{};
 
 void removeOnStop(const fs::path& partial) {
     const std::string text = fs::absolute(partial).string();
-    if (text.size() >= partial_names[0].path.size()) return;  // then only the destructor removes it
+    if (text.size() >= partial_names[0].path.size()) return;  // then only the destructor removes the file
     for (PartialName& name : partial_names)
         if (!name.used.exchange(true)) {
             std::memcpy(name.path.data(), text.c_str(), text.size() + 1);
@@ -62,7 +63,7 @@ void keepOnStop(const fs::path& partial) {
 
 namespace {
 
-// The loops had 0.5 s to see the flag and did not (a library call that cannot be interrupted): stop here.
+// Stops here: the loops had 0.5 s to see the flag and did not (a library call that cannot be interrupted).
 void stopAtOnce(int) {
     for (PartialName& name : partial_names)
         if (name.ready) ::unlink(name.path.data());
@@ -86,7 +87,8 @@ void catchSignals(const char* program) {
     for (int signal_number : {SIGINT, SIGTERM}) ::sigaction(signal_number, &action, nullptr);
     action.sa_handler = stopAtOnce;
     ::sigaction(SIGALRM, &action, nullptr);
-    // A full disk, a file size limit and a closed pipe are errors of write(), which are reported, and no reason to die.
+    // A full disk, a file size limit and a closed pipe are errors of write(), which are reported, and no reason to
+    // die.
     action.sa_handler = SIG_IGN;
     for (int signal_number : {SIGXFSZ, SIGPIPE}) ::sigaction(signal_number, &action, nullptr);
 }
@@ -102,8 +104,8 @@ void throwIfInterrupted() {
 
 namespace {
 
-// Removes "TARGET.partPID" files whose writer was killed: no process has that number and nobody holds the lock. The
-// lock tells for writers on other hosts or in other containers, whose process numbers mean nothing here.
+// Removes "TARGET.partPID" files whose writer was killed: no process has that number, and nobody holds the lock. The
+// lock covers writers on other hosts and in other containers, whose process numbers mean nothing here.
 void sweepStale(const fs::path& target) {
     const std::string prefix = target.filename().string() + ".part";
     std::error_code ignored;
@@ -174,7 +176,7 @@ void syncPath(const fs::path& path, int flags) {
     if (file < 0) throw failed("cannot open to flush", path, errno);
     const int result = ::fsync(file), reason = errno;
     ::close(file);
-    // EINVAL: a file system that has no fsync for folders.
+    // EINVAL means a file system that has no fsync for folders.
     if (result != 0 && reason != EINVAL) throw failed("cannot flush to disk", path, reason);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
-// A name that exists is a whole file: outputs are written under a temporary name beside the target, flushed, fsynced
-// and renamed. A failure, an exception or a signal leaves neither a partial file nor a changed old one.
+// Makes sure that a name that exists is a whole file. Outputs are written under a temporary name beside the target,
+// flushed, fsynced and renamed. A failure, an exception or a signal leaves neither a partial file nor a changed old
+// one.
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -10,15 +11,15 @@ namespace penumbra {
 
 class PartialFile {
 public:
-    // Makes "TARGET.partPID" beside the target (locked, empty) and removes those that killed writers left; IoError when
-    // the folder cannot be written or the target is no regular file.
+    // Makes "TARGET.partPID" beside the target (locked and empty), and removes those that killed writers left. Throws
+    // IoError when the folder cannot be written or the target is no regular file.
     explicit PartialFile(std::filesystem::path target);
     ~PartialFile();  // removes the partial file unless commit() was called
     PartialFile(const PartialFile&) = delete;
     PartialFile& operator=(const PartialFile&) = delete;
 
     const std::filesystem::path& path() const { return partial_; }  // write here
-    void commit();  // fsync, rename over the target, fsync of the folder; IoError
+    void commit();  // fsync, rename over the target, fsync of the folder; throws IoError
 
 private:
     std::filesystem::path target_, partial_;
@@ -29,12 +30,13 @@ private:
 void writeWholeFile(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void writeWholeFile(const std::filesystem::path& target, std::string_view text);
 
-// SIGINT and SIGTERM from now on only set a flag; loops call throwIfInterrupted() at least a few times a second, which
-// throws Interrupted, so that destructors remove partial files. Where none does so for 0.5 s (a long library call), the
-// partial files are removed and the process exits with kExitFailed. SIGXFSZ and SIGPIPE become errors of write().
+// From now on SIGINT and SIGTERM only set a flag. Loops call throwIfInterrupted() at least a few times a second,
+// which throws Interrupted, so that destructors remove partial files. Where nothing calls it for 0.5 s (a long
+// library call), the handler removes the partial files and the process exits with kExitFailed. SIGXFSZ and SIGPIPE
+// become errors of write().
 void catchSignals(const char* program);  // the name starts the message in the second case
 bool interrupted() noexcept;
-// Any other file that is removed in the second case.
+// Adds another file that is removed in the second case, or takes it off that list.
 void removeOnStop(const std::filesystem::path& file);
 void keepOnStop(const std::filesystem::path& file);
 void throwIfInterrupted();

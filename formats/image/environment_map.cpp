@@ -26,8 +26,7 @@ std::string_view nameOf(MapLayout layout) {
     }
 }
 
-// --- Cubes
-// ------------------------------------------------------------------------------------------------------------
+// --- Cubes ----------------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -87,10 +86,9 @@ FacePoint facePoint(const MapShape& shape, Vec3d direction) {
     return best;
 }
 
-// --- Discs
-// ------------------------------------------------------------------------------------------------------------
+// --- Discs ----------------------------------------------------------------------------------------------------------
 
-// u to the right, v up, both in (-1, 1); polar angle from +x.
+// u points right and v up, both in (-1, 1). Returns the polar angle from +x.
 double polarOf(MapLayout layout, double r) {
     return layout == MapLayout::kAngular ? kPi * r : 2 * std::asin(std::min(1.0, r));
 }
@@ -102,7 +100,7 @@ Vec3d discDirection(MapLayout layout, double u, double v) {
     return {std::cos(polar), across * v, (layout == MapLayout::kAngular ? across : -across) * u};
 }
 
-// Steradians a unit of area: sin(polar) dpolar / (r dr).
+// Returns the steradians of a unit of area: sin(polar) dpolar / (r dr).
 double discSteradians(MapLayout layout, double r) {
     if (r > 1) return 0;
     if (layout == MapLayout::kBall) return 4;
@@ -120,8 +118,7 @@ void discCoordinates(MapLayout layout, Vec3d direction, double& u, double& v) {
 
 }  // namespace
 
-// --- All
-// --------------------------------------------------------------------------------------------------------------
+// --- All layouts ----------------------------------------------------------------------------------------------------
 
 Vec3d mapDirection(const MapShape& shape, double x, double y) {
     if (shape.layout == MapLayout::kLatLong) return latLongDirection(x / shape.width, y / shape.height);
@@ -144,7 +141,7 @@ void mapPoint(const MapShape& shape, Vec3d direction, double& x, double& y) {
     } else {
         const FacePoint point = facePoint(shape, direction);
         const double size = faceSize(shape);
-        // Kept inside of its face, whose neighbours in the picture may be no part of the light.
+        // The place stays inside its face, whose neighbours in the picture may be no part of the light.
         const auto inside = [&](int cell, double s) {
             return std::clamp((s + 1) / 2 * size, 0.0, size - 1e-6) + cell * size;
         };
@@ -178,8 +175,7 @@ double mapSteradians(const MapShape& shape, Vec3d direction) {
     return mapSteradians(shape, x, y);
 }
 
-// --- From pictures
-// ----------------------------------------------------------------------------------------------------
+// --- From pictures --------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -189,7 +185,7 @@ bool hasShape(const Image& image, int columns, int rows) {
     return image.width % columns == 0 && image.height % rows == 0 && image.width / columns == image.height / rows;
 }
 
-// Everything off the faces of a cross has one colour, as programs that write crosses leave it.
+// Tells whether everything off the faces of a cross has one colour, as programs that write crosses leave it.
 bool cornersAreEmpty(const Image& image, MapLayout layout) {
     const int size = layout == MapLayout::kVerticalCross ? image.width / 3 : image.width / 4;
     const auto faces = cubeFaces(layout);

@@ -1,17 +1,16 @@
 #pragma once
-// Pictures of a whole sphere of radiance, seen from its centre. Model frame: the middle of a lat-long picture, the
-// centre of an angular map and of a mirror ball and the front face of a cube all look along +x with +y up.
-//   lat-long   twice as wide as high; latLongDirection() has the formula; rightwards is +z
-//   angular    square, Debevec's light probe: r = polar angle from +x / pi, 0 at the centre, 1 on the rim (-x);
-//   rightwards
-//              is +z
-//   ball       square, cropped photograph of a mirror ball by a distant camera at +x: r = sin(polar angle / 2);
-//   mirrored as
-//              the ball does it, rightwards is -z
-//   cube       a cross of six faces. 3 x 4: top (+y); left (-z), front (+x), right (+z); bottom (-y); back (-x) upside
-//              down. 4 x 3: top above and bottom below the front of the row left, front, right, back. Faces touch as
-//              they do when the cross is folded.
-// What is outside the disc or the faces is not part of the light.
+// Reads pictures of a whole sphere of radiance, seen from its centre. In the model frame the middle of a lat-long
+// picture, the centre of an angular map and of a mirror ball and the front face of a cube all look along +x with +y
+// up.
+// - lat-long: twice as wide as high; latLongDirection() has the formula; rightwards is +z.
+// - angular: a square, Debevec's light probe. r = polar angle from +x / pi, 0 at the centre, 1 on the rim (-x);
+//   rightwards is +z.
+// - ball: a square, the cropped photograph of a mirror ball by a distant camera at +x. r = sin(polar angle / 2). The
+//   picture is mirrored as the ball does it, so that rightwards is -z.
+// - cube: a cross of six faces. 3 x 4: top (+y); left (-z), front (+x), right (+z); bottom (-y); back (-x) upside
+//   down. 4 x 3: top above and bottom below the front of the row left, front, right, back. Faces touch as they do
+//   when the cross is folded.
+// What lies outside of the disc or of the faces is not part of the light.
 #include <string>
 #include <string_view>
 
@@ -30,15 +29,16 @@ struct MapShape {
 struct EnvironmentMap {
     MapLayout layout = MapLayout::kLatLong;
     Image image;
-    std::size_t negative_pixels = 0;  // that makeEnvironmentMap found and mended (negative_radiance.h)
-    double negative_share = 0;        // of the light
+    std::size_t negative_pixels = 0;  // pixels that makeEnvironmentMap() found and mended (negative_radiance.h)
+    double negative_share = 0;        // their share of the light
 
     MapShape shape() const { return {layout, image.width, image.height}; }
 };
 
-// `layout` is one of the names above, or "" to go by the shape: 2:1 is lat-long; 3:4 and 4:3 are crosses where
-// everything off the faces has one colour; a square may be an angular map or a ball and must be named. `name` starts
-// messages. InvalidInput: another shape, or negative radiance that is no ringing of compression (negative_radiance.h).
+// Makes a map. `layout` is one of the names above, or "" to go by the shape: 2:1 is lat-long; 3:4 and 4:3 are crosses
+// where everything off the faces has one colour; a square may be an angular map or a ball and must be named. `name`
+// starts messages. Throws InvalidInput for another shape, and for negative radiance that is no ringing of compression
+// (negative_radiance.h).
 EnvironmentMap makeEnvironmentMap(Image image, std::string_view layout, const std::string& name);
 EnvironmentMap readEnvironmentMap(const std::filesystem::path& path, std::string_view layout);
 
@@ -48,19 +48,18 @@ struct MapPixel {
 };
 Vec3d mapDirection(const MapShape& shape, double x, double y);  // zero outside of the light
 MapPixel mapPixel(const MapShape& shape, Vec3d direction);
-// Steradians a unit of area of the picture (pixels^2) at this point; 0 outside of the light.
+// Return the steradians that a unit of area of the picture (pixels^2) covers at this point, or where `direction`
+// lies; 0 outside of the light.
 double mapSteradians(const MapShape& shape, double x, double y);
-// The same where `direction` lies.
 double mapSteradians(const MapShape& shape, Vec3d direction);
 
-// --- Cubes
-// ------------------------------------------------------------------------------------------------------------
+// --- Cubes ----------------------------------------------------------------------------------------------------------
 struct CubeFace {
-    int column = 0, row = 0;     // of the cross, in faces
+    int column = 0, row = 0;     // place in the cross, counted in faces
     Vec3d forward, right, down;  // direction = forward + s right + t down, s and t in (-1, 1) from the face's top left
 };
 std::span<const CubeFace> cubeFaces(MapLayout layout);
-// Solid angle of the rectangle [s0, s1] x [t0, t1] of a face.
+// Returns the solid angle of the rectangle [s0, s1] x [t0, t1] of a face.
 double cubeSolidAngle(double s0, double s1, double t0, double t1);
 
 }  // namespace penumbra

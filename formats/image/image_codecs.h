@@ -1,6 +1,6 @@
 #pragma once
-// One picture format per source file (image_exr.cpp, image_hdr.cpp, image_png.cpp), on bytes in memory. Included by
-// image_*.cpp only. `name` starts the message of every InvalidInput and Unsupported.
+// Reads and writes picture formats on bytes in memory; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp)
+// has one format. Only image_*.cpp include this. `name` starts the message of every InvalidInput and Unsupported.
 #include <cstddef>
 #include <span>
 #include <string>

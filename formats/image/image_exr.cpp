@@ -1,4 +1,4 @@
-// OpenEXR: scan lines and tiles, any compression, half, float or uint channels, first part of several.
+// Reads OpenEXR: scan lines and tiles, any compression, half, float or uint channels, and of several parts the first.
 #include <ImathBox.h>
 #include <ImathMatrix.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -85,8 +85,8 @@ void checkHeader(const Imf::Header& header, const std::string& name) {
     }
 }
 
-// Rows are decoded in bands and the picture grows with them, so that a short file that claims a large size fails
-// before much memory is taken.
+// Decodes rows in bands, and the picture grows with them. So a short file that claims a large size fails before it
+// takes much memory.
 Image readRows(Imf::InputFile& file) {
     constexpr int kBandPixels = 1 << 20;
     const Imath::Box2i window = file.header().dataWindow();
@@ -118,7 +118,7 @@ Image readRows(Imf::InputFile& file) {
     return image;
 }
 
-// Files that state other primaries than Rec.709 are converted; white points are not adapted.
+// Converts files that state other primaries than Rec.709. White points are not adapted.
 void toRec709(const Imf::Header& header, Image& image) {
     if (!Imf::hasChromaticities(header)) return;
     const Imf::Chromaticities from = Imf::chromaticities(header), rec709;

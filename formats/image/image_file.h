@@ -1,5 +1,5 @@
 #pragma once
-// Pictures: OpenEXR and Radiance HDR in, OpenEXR and PNG out. RGB, row 0 at the top.
+// Reads OpenEXR and Radiance HDR pictures, and writes OpenEXR and PNG. RGB, row 0 at the top.
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -14,28 +14,28 @@ namespace penumbra {
 struct Image {
     int width = 0, height = 0;
     std::vector<Vec3> pixels;  // linear Rec.709, multiplied by alpha
-    std::vector<float> alpha;  // empty, or one a pixel
+    std::vector<float> alpha;  // empty, or one number for each pixel
 };
 
-// By content, not by name (EXR magic, "#?RADIANCE" / "#?RGBE"). A missing channel, NaN, inf or a size above 32768:
-// InvalidInput.
+// Reads a picture by its content, not by its name (EXR magic, "#?RADIANCE" / "#?RGBE"). Throws InvalidInput for a
+// missing channel, NaN, inf or a size above 32768.
 Image readImage(const std::filesystem::path& path);
-// The same on a file's bytes; `name` starts every message.
+// Does the same with a file's bytes; `name` starts every message.
 Image decodeImage(std::span<const std::byte> bytes, const std::string& name);
-// EXR: half floats, ZIP; A when the image has alpha. Deterministic bytes.
+// Writes EXR: half floats, ZIP, and A when the image has alpha. The bytes are always the same for the same image.
 void writeExr(const std::filesystem::path& path, const Image& image);
-// PNG: 8 bit, sRGB transfer function of max(0, pixel * exposure / alpha) clamped to 1; alpha as it is.
+// Writes PNG: 8 bit, sRGB transfer function of max(0, pixel * exposure / alpha) clamped to 1; alpha as it is.
 void writePng(const std::filesystem::path& path, const Image& image, float exposure);
-// The bytes of that PNG, row by row: RGB, or RGBA when the image has alpha.
+// Returns the bytes of that PNG, row by row: RGB, or RGBA when the image has alpha.
 std::vector<std::uint8_t> displayedBytes(const Image& image, float exposure);
-// The sRGB transfer function (IEC 61966-2-1) back to linear.
+// Inverts the sRGB transfer function (IEC 61966-2-1).
 float linearFromSrgb(float srgb);
-// By extension; anything but .png and .exr is a UsageError.
+// Writes a picture by its extension. Throws UsageError for anything but .png and .exr.
 void writeImage(const std::filesystem::path& path, const Image& image, float exposure);
 
-// Direction of lat-long coordinates u, v in [0,1] (v = 0 at the top, +y). The middle of the picture is +x and u grows
-// towards +z: seen from inside, not mirrored. direction = (sin t cos p, cos t, sin t sin p), t = pi v, p = 2 pi (u -
-// 1/2).
+// Returns the direction of lat-long coordinates u, v in [0,1] (v = 0 at the top, +y). The middle of the picture is
+// +x, and u grows towards +z: the sphere is seen from inside and is not mirrored. direction = (sin t cos p, cos t,
+// sin t sin p), t = pi v, p = 2 pi (u - 1/2). latLongCoordinates() is its inverse.
 Vec3d latLongDirection(double u, double v);
 void latLongCoordinates(Vec3d direction, double& u, double& v);
 

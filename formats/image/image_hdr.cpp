@@ -1,5 +1,6 @@
-// Radiance HDR (RGBE): flat pixels, the old run-length code (pixel 1 1 1 n repeats) and the new one (per component).
-// As Radiance's own documentation asks, EXPOSURE lines are divided out. A component c stands for c 2^(e-136).
+// Reads Radiance HDR (RGBE): flat pixels, the old run-length code (pixel 1 1 1 n repeats) and the new one (per
+// component). As Radiance's own documentation asks, the reader divides by EXPOSURE lines. A component c stands for c
+// 2^(e-136).
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -59,7 +60,7 @@ double parseExposure(const HdrReader& in, std::string_view text) {
     return value;
 }
 
-// "-Y height +X width": rows from the top. The other signs flip; X before Y is a transposed picture.
+// Parses "-Y height +X width", which has rows from the top. The other signs flip; X before Y is a transposed picture.
 void parseResolution(const HdrReader& in, std::string_view text, HdrHeader& header) {
     const auto number = [&](int& value) {
         while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
@@ -95,7 +96,7 @@ HdrHeader readHeader(HdrReader& in) {
 
 using Rgbe = std::array<std::uint8_t, 4>;
 
-// New code: each component of the row by itself, runs (count > 128) and literals.
+// Reads the new code: each component of the row by itself, as runs (count > 128) and literals.
 void readPlanarRow(HdrReader& in, std::vector<Rgbe>& row) {
     for (std::size_t component = 0; component < 4; ++component)
         for (std::size_t x = 0; x < row.size();) {
@@ -107,7 +108,8 @@ void readPlanarRow(HdrReader& in, std::vector<Rgbe>& row) {
         }
 }
 
-// Old code: `first` is already read. Consecutive run pixels are the bytes of one count, lowest first.
+// Reads the old code, of which `first` is already read. Consecutive run pixels are the bytes of one count, lowest
+// first.
 void readPixelRow(HdrReader& in, Rgbe first, std::vector<Rgbe>& row) {
     int shift = 0;
     for (std::size_t x = 0; x < row.size();) {
@@ -149,7 +151,7 @@ Image decodeHdr(std::span<const std::byte> bytes, const std::string& name) {
     image.width = header.width;
     image.height = header.height;
     std::vector<Rgbe> row(std::size_t(header.width));
-    for (int y = 0; y < header.height; ++y) {  // the picture grows row by row: a short file fails early
+    for (int y = 0; y < header.height; ++y) {  // the picture grows row by row, so that a short file fails early
         readRow(in, row);
         if (header.right_to_left) std::reverse(row.begin(), row.end());
         for (const Rgbe& pixel : row) image.pixels.push_back(toRadiance(pixel, header.exposure));

@@ -11,7 +11,7 @@ namespace penumbra {
 
 namespace {
 
-// sRGB transfer function (IEC 61966-2-1) to 8 bits.
+// Applies the sRGB transfer function (IEC 61966-2-1) and rounds to 8 bits.
 std::uint8_t toSrgb8(float linear) {
     if (!(linear > 0)) return 0;
     const float x = std::min(linear, 1.0f);
@@ -28,7 +28,7 @@ std::vector<std::uint8_t> displayedBytes(const Image& image, float exposure) {
     std::vector<std::uint8_t> bytes;
     bytes.reserve(image.pixels.size() * 4);
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        // PNG wants the colour of what covers the pixel, Image has it times the coverage.
+        // PNG wants the colour of what covers the pixel, whereas Image has it times the coverage.
         const float scale = has_alpha && image.alpha[i] > 0 ? exposure / image.alpha[i] : exposure;
         for (int c = 0; c < 3; ++c) bytes.push_back(toSrgb8(image.pixels[i][c] * scale));
         if (has_alpha) bytes.push_back(std::uint8_t(std::lround(std::clamp(image.alpha[i], 0.0f, 1.0f) * 255)));

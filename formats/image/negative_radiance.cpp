@@ -12,11 +12,11 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kReach = 8;  // pixels: the side of a block of the codec
+constexpr int kReach = 8;  // pixels; the side of a block of the codec
 
 struct Around {
     std::vector<std::size_t> pixels;
-    double flux = 0, largest = 0;  // of what is above 0
+    double flux = 0, largest = 0;  // of the values above 0
 };
 
 Around lookAround(const EnvironmentMap& map, const std::vector<double>& steradians, int x, int y, int channel) {

@@ -21,7 +21,7 @@ DiscBasis makeDiscBasis(int order) {
     evalBasis(order, Vec3d{1, 0, 0}, equator);
     for (int m = 0; m < order; ++m) {
         basis.start[std::size_t(m)] = equator[std::size_t(shIndex(m, m))];
-        // Ratio of the normalisations of bands l + 1 and l.
+        // The ratio of the normalisations of bands l + 1 and l.
         const auto ratio = [m](int l) {
             return std::sqrt((2 * l + 3.0) * (l + 1 - m) / ((2 * l + 1.0) * (l + 1 + m)));
         };
@@ -41,7 +41,7 @@ void integrateBasis(const DiscBasis& basis, double polar, std::span<double> out)
     const double sine = std::sin(polar), cosine = std::cos(polar);
     Sums y;
     evalBasis(basis.order, Vec3d{sine, 0, cosine}, std::span(y).first(std::size_t(coefficientCount(basis.order))));
-    // S_k = integral of sin^k from 0: S_0 = t, S_1 = 1 - cos t, S_k = ((k-1) S_k-2 - cos t sin^(k-1) t) / k.
+    // S_k is the integral of sin^k from 0: S_0 = t, S_1 = 1 - cos t, S_k = ((k-1) S_k-2 - cos t sin^(k-1) t) / k.
     std::array<double, kMaxOrder + 1> power_integral{polar, 2 * std::sin(polar / 2) * std::sin(polar / 2)};
     double power = sine;
     for (std::size_t k = 2; k <= std::size_t(basis.order); ++k, power *= sine)
@@ -66,7 +66,7 @@ struct DiscPoint {
 double radiusOf(DiscPoint p) { return std::hypot(p.u, p.v); }
 DiscPoint between(DiscPoint a, DiscPoint b, double t) { return {a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t}; }
 
-// Outside the disc I is constant: its integral is that of {cos, sin}(mq).
+// Adds a border outside of the disc. I is constant there, so its integral is that of {cos, sin}(mq).
 void addOutside(const DiscBasis& basis, DiscPoint a, DiscPoint b, Sums& sum) {
     const double qa = std::atan2(a.v, a.u), turn = std::atan2(a.u * b.v - a.v * b.u, a.u * b.u + a.v * b.v);
     const double qb = std::atan2(b.v, b.u);
@@ -84,7 +84,7 @@ void addOutside(const DiscBasis& basis, DiscPoint a, DiscPoint b, Sums& sum) {
 
 void addInside(const DiscBasis& basis, MapLayout layout, std::span<const WeightedDirection> nodes, DiscPoint a,
                DiscPoint b, Sums& sum) {
-    const double area = a.u * b.v - a.v * b.u;  // r^2 dq per unit of the parameter, the same all along
+    const double area = a.u * b.v - a.v * b.u;  // r^2 dq per unit of the parameter, which is the same all along
     if (area == 0) return;                      // towards the centre: the azimuth stays
     Sums integral;
     for (const auto& [node, weight] : nodes) {
@@ -105,7 +105,7 @@ void addInside(const DiscBasis& basis, MapLayout layout, std::span<const Weighte
     }
 }
 
-// Where a border crosses the rim: |a + t (b - a)| = 1, t in (0, 1), ascending.
+// Finds where a border crosses the rim: |a + t (b - a)| = 1, t in (0, 1), ascending.
 int crossings(DiscPoint a, DiscPoint b, double t[2]) {
     const double du = b.u - a.u, dv = b.v - a.v, aa = du * du + dv * dv, ab = a.u * du + a.v * dv,
                  c = a.u * a.u + a.v * a.v - 1, discriminant = ab * ab - aa * c;
@@ -122,19 +122,19 @@ struct DiscGrid {
     std::vector<WeightedDirection> nodes;
     int size;
 
-    // Grid lines and pixels count with u' and downwards.
+    // Grid lines and pixels count along u' and downwards.
     DiscPoint corner(int i, int j) const { return {2.0 * i / size - 1, 1 - 2.0 * j / size}; }
     Vec3d pixel(int i, int j) const {
         if (i < 0 || j < 0 || i >= size || j >= size) return {};
         const double u = std::max(0.0, std::abs(2.0 * i + 1 - size) - 1),
                      v = std::max(0.0, std::abs(2.0 * j + 1 - size) - 1);
-        if (u * u + v * v >= double(size) * size) return {};  // its nearest corner is outside of the disc
+        if (u * u + v * v >= double(size) * size) return {};  // the pixel's nearest corner is outside of the disc
         const int column = map.layout == MapLayout::kAngular ? size - 1 - i : i;
         return toDouble(map.image.pixels[std::size_t(j) * std::size_t(size) + std::size_t(column)]);
     }
 };
 
-// The integral along the border from a to b times what it adds to the pixel on its left less that on its right.
+// Adds the integral along the border from a to b, times the pixel on its left minus the pixel on its right.
 void addBorder(const DiscGrid& grid, DiscPoint a, DiscPoint b, Vec3d left, Vec3d right, PartialProjection& total) {
     const Vec3d step = left - right;
     const double energy = dot(left, left) - dot(right, right);
@@ -151,7 +151,7 @@ void addBorder(const DiscGrid& grid, DiscPoint a, DiscPoint b, Vec3d left, Vec3d
             addInside(grid.basis, grid.map.layout, grid.nodes, from, to, sum);
     }
     for (std::size_t k = 0; k < std::size_t(coefficientCount(grid.basis.order)); ++k) total.sh[k] += step * sum[k];
-    total.energy += energy * sum[0] * std::sqrt(4 * pi);  // over y_0: the solid angle
+    total.energy += energy * sum[0] * std::sqrt(4 * pi);  // divided by y_0: the solid angle
 }
 
 }  // namespace

@@ -20,21 +20,23 @@ std::span<const Vec3> rowOf(const Image& image, int row) {
     return std::span(image.pixels).subspan(std::size_t(row) * std::size_t(image.width), std::size_t(image.width));
 }
 
-// --- Lat-long
-// --------------------------------------------------------------------------------------------------------- All in a
-// frame whose z is the picture's pole, s' = (sin t cos q, sin t sin q, cos t) with q = -p (latLongDirection).
+// --- Lat-long --------------------------------------------------------------------------------------------------------
+// All of this is in a frame whose z is the picture's pole: s' = (sin t cos q, sin t sin q, cos t) with q = -p
+// (latLongDirection).
 
 namespace {
 
 struct RowMoments {
-    std::array<Vec3d, kMaxOrder> cosine{}, sine{};  // sum over pixels of radiance times integral of cos mq, sin mq dq
+    // sums over pixels of radiance times the integrals of cos mq dq and sin mq dq
+    std::array<Vec3d, kMaxOrder> cosine{}, sine{};
 };
 
 RowMoments momentsOfRow(std::span<const Vec3> row, int order) {
     RowMoments moments;
     const double width = 2 * pi / double(row.size());
     for (int m = 0; m < order; ++m) {
-        // Integrals of cos mp and sin mp over a pixel are those at its centre times sin(m width/2) / (m/2).
+        // The integrals of cos mp and sin mp over a pixel are their values at its centre times sin(m width/2) /
+        // (m/2).
         const double chord = m == 0 ? width : std::sin(m * width / 2) / (m / 2.0);
         for (std::size_t x = 0; x < row.size(); ++x) {
             const double p = width * (double(x) + 0.5) - pi;
@@ -45,8 +47,8 @@ RowMoments momentsOfRow(std::span<const Vec3> row, int order) {
     return moments;
 }
 
-// Integral of y(l, m >= 0; azimuth 0) sin t dt over [t0, t1], by 8 Gauss nodes in t: exact to rounding for rows of up
-// to 45 degrees (a picture of 4 rows) at every order.
+// Integrates y(l, m >= 0; azimuth 0) sin t dt over [t0, t1] by 8 Gauss nodes in t. This is exact to rounding for rows
+// of up to 45 degrees (a picture of 4 rows) at every order.
 std::vector<double> rowIntegrals(double t0, double t1, int order) {
     static const std::vector<WeightedDirection> nodes = gaussSphere(8, 1);
     std::vector<double> sum(std::size_t(coefficientCount(order))), y(sum.size());
@@ -73,14 +75,14 @@ void projectLatLongRow(const Image& image, int row, int order, PartialProjection
         }
 }
 
-// --- Cubes
-// ------------------------------------------------------------------------------------------------------------
+// --- Cubes -----------------------------------------------------------------------------------------------------------
 
-// Gauss nodes along a side of a texel that leave less than 1e-8 of band 7 of a uniform cube (measured in the tests).
+// Returns how many Gauss nodes along a side of a texel leave less than 1e-8 of band 7 of a uniform cube (the tests
+// measure it).
 int nodesOfTexel(int size) { return size < 8 ? 10 : size < 64 ? 5 : size < 256 ? 3 : 2; }
 
 struct TexelRule {
-    std::vector<double> at, weight;  // in (0, 1), sum 1
+    std::vector<double> at, weight;  // both in (0, 1); the weights sum to 1
 };
 
 TexelRule texelRule(int size) {
@@ -92,7 +94,7 @@ TexelRule texelRule(int size) {
     return rule;
 }
 
-// Integral of the basis over one texel of a face: Gauss nodes, weighted so that they add up to the exact solid angle.
+// Integrates the basis over one texel of a face by Gauss nodes, whose weights add up to the exact solid angle.
 void integrateTexel(const CubeFace& face, const TexelRule& rule, double s0, double t0, double step, int order,
                     std::span<double> integral) {
     std::array<double, coefficientCount(kMaxOrder)> y;
@@ -130,11 +132,10 @@ void projectCubeRow(const EnvironmentMap& map, int row, int order, PartialProjec
     }
 }
 
-// --- All
-// --------------------------------------------------------------------------------------------------------------
+// --- All layouts -----------------------------------------------------------------------------------------------------
 
-// From the frame that a layout is projected in to the model frame: lat-long (x', y', z') -> (x, z, -y), y' the pole's
-// side; discs (x', y', z') -> (-z, y, x).
+// Returns the rotation from the frame that a layout is projected in to the model frame. Lat-long: (x', y', z') -> (x,
+// z, -y), where y' is the pole's side. Discs: (x', y', z') -> (-z, y, x).
 Mat3d toModelFrame(MapLayout layout) {
     if (layout == MapLayout::kLatLong) return {{1, 0, 0, 0, 0, 1, 0, -1, 0}};
     if (layout == MapLayout::kAngular || layout == MapLayout::kBall) return {{0, 0, 1, 0, 1, 0, -1, 0, 0}};

@@ -1,6 +1,7 @@
 #pragma once
-// Pictures of the sphere to SH. Pixels are patches of constant radiance; their solid angles and the integrals of the
-// basis over them are exact, so that a uniform picture of any layout has band 0 only.
+// Projects pictures of the sphere to SH. Pixels are patches of constant radiance. Their solid angles and the
+// integrals of the basis over them are exact, so that a uniform picture of any layout has band 0 only
+// (docs/formulas.md, section 6).
 #include <vector>
 
 #include "formats/image/environment_map.h"
@@ -12,7 +13,7 @@ struct MapProjection {
     double energy = 0;       // integral of |L|^2 over the sphere, channels summed
 };
 
-// 1 <= order <= kMaxOrder. The same numbers for any number of threads.
+// 1 <= order <= kMaxOrder. The numbers are the same for any number of threads.
 MapProjection projectMap(const EnvironmentMap& map, int order, int threads);
 
 }  // namespace penumbra

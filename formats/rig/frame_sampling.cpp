@@ -23,7 +23,7 @@ std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
         return times;
     }
     times = clip.keys;
-    // The same key of two tracks may differ by the rounding of its float.
+    // One key of two tracks may differ by the rounding of its float.
     const auto same = [](double a, double b) { return b - a < kSameKey; };
     times.erase(std::unique(times.begin(), times.end(), same), times.end());
     return times;

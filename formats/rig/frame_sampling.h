@@ -1,5 +1,5 @@
 #pragma once
-// Which times of its clips an animation is sampled at: one rule for rigs and point caches.
+// Tells at which times of its clips an animation is sampled. Rigs and point caches follow the same rule.
 #include <string>
 #include <vector>
 
@@ -13,10 +13,10 @@ struct ClipTimes {
     std::vector<double> keys;   // ascending; at least one where end > begin
 };
 
-// Every chosen clip (names; empty: all) at begin, begin + 1/fps, ... up to its end, or, with fps 0, at its keys, of
-// which those closer than 1e-5 s are one. A clip without duration has one frame, at its begin. UsageError: an unknown
-// name (lists the known ones of `owner`, "the rig"), a name given twice, an fps that is negative or gives more than 1e7
-// frames.
+// Samples every chosen clip (names; empty: all) at begin, begin + 1/fps, ... up to its end. With fps 0 it takes the
+// clip's keys, of which those closer than 1e-5 s count as one. A clip without duration has one frame, at its begin.
+// Throws UsageError for an unknown name (it lists those that `owner`, "the rig", knows), for a name given twice, and
+// for an fps that is negative or gives more than 1e7 frames.
 FrameList sampleClips(const std::vector<ClipTimes>& known, const std::vector<std::string>& chosen, double fps,
                       const std::string& owner);
 

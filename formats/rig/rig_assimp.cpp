@@ -1,5 +1,6 @@
-// FBX, Collada and DirectX .x through assimp, to the model frame: y up, right-handed, metres. assimp mirrors .x and
-// applies Collada's unit and up axis itself; FBX says in its metadata what it has. Morph targets are ignored.
+// Reads FBX, Collada and DirectX .x through assimp and brings them to the model frame: y up, right-handed, metres.
+// assimp mirrors .x, and applies Collada's unit and up axis itself. FBX states in its metadata what it has. Morph
+// targets are ignored.
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -20,8 +21,9 @@ namespace {
 struct AssimpImport {
     const aiScene* scene = nullptr;
     RigSource source;
-    std::vector<const aiNode*> nodes;         // ours to assimp's; null where it has none
-    std::map<std::string, int> node_of_name;  // of several, the first, as assimp's own look-up does
+    std::vector<const aiNode*> nodes;  // ours to assimp's; null where it has none
+    // of several nodes with one name this has the first, as assimp's own look-up does
+    std::map<std::string, int> node_of_name;
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(source.file, problem); }
 };
@@ -71,7 +73,8 @@ void convertNodes(AssimpImport& import, const Matrix& to_model) {
     }
 }
 
-// The skin of a mesh: its bones. Influences are gathered a vertex at a time, as many as the busiest one has.
+// Converts the bones of a mesh to a skin. Influences are gathered vertex by vertex; every vertex gets as many as the
+// busiest.
 void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     SourceSkin skin;
     std::vector<std::vector<std::pair<std::uint32_t, double>>> influences(mesh.mNumVertices);
@@ -169,13 +172,13 @@ void convertKeys(const AssimpImport& import, std::span<Key> keys, double seconds
     clip.channels.push_back(std::move(channel));
 }
 
-// DirectX counts 4800 ticks a second where the file does not say (AnimTicksPerSecond); assimp's own default is 25.
+// DirectX counts 4800 ticks a second where the file does not tell (AnimTicksPerSecond); assimp's own default is 25.
 double secondsPerTick(const AssimpImport& import, const aiAnimation& animation) {
     if (animation.mTicksPerSecond > 0) return 1 / animation.mTicksPerSecond;
     return isExtension(import.source.file, ".x") ? 1.0 / 4800 : 1.0 / 25;
 }
 
-// The first key moves to 0 s where a clip starts before that.
+// Sets the clip's duration, and moves its first key to 0 s where the clip starts before that.
 void setDuration(Clip& clip) {
     double first = 0;
     for (const Channel& channel : clip.channels) first = std::min(first, channel.times.front());
@@ -194,7 +197,7 @@ void convertClips(AssimpImport& import) {
         for (unsigned c = 0; c < animation.mNumChannels; ++c) {
             const aiNodeAnim& from = *animation.mChannels[c];
             const auto node = import.node_of_name.find(textOf(from.mNodeName));
-            if (node == import.node_of_name.end()) continue;  // .x may animate frames that it does not have
+            if (node == import.node_of_name.end()) continue;  // a .x file may animate frames that it does not have
             Node& target = import.source.nodes[std::size_t(node->second)];
             target.matrix.reset();
             convertKeys(import, std::span(from.mPositionKeys, from.mNumPositionKeys), tick, node->second,
@@ -210,8 +213,8 @@ void convertClips(AssimpImport& import) {
     }
 }
 
-// FBX names its axes by index and sign, and its unit in centimetres: row r of the result is model axis x (its "coord"
-// axis), y (up), z (front).
+// Returns the transform to the model frame. FBX names its axes by index and sign, and its unit in centimetres. Row r
+// of the result is model axis x (its "coord" axis), y (up), z (front).
 Matrix fbxToModel(const aiScene& scene) {
     if (scene.mMetaData == nullptr) return kIdentityMatrix;
     double unit = 100;
@@ -248,7 +251,7 @@ RigSource readWithAssimp(const std::filesystem::path& path) {
     import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
     if (import.scene == nullptr || import.scene->mRootNode == nullptr)
         import.fail("cannot be read: " +
-                    std::string(importer.GetErrorString()).substr(0, 160));  // it may quote the file
+                    std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file
     const Matrix to_model = isExtension(path, ".fbx") ? fbxToModel(*import.scene) : kIdentityMatrix;
     convertNodes(import, to_model);
     convertMeshes(import);

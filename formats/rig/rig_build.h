@@ -1,5 +1,5 @@
 #pragma once
-// Between the importers and the rig: what a file draws, before joints are chosen and vertices welded.
+// The importers hand this to the rig: what a file draws, before joints are chosen and vertices welded.
 #include <filesystem>
 #include <span>
 #include <string>
@@ -12,7 +12,7 @@ namespace penumbra {
 
 struct SourceSkin {
     std::vector<int> nodes;
-    std::vector<Matrix> inverse_bind;  // one a node
+    std::vector<Matrix> inverse_bind;  // one for each node
 };
 
 // The name of parts that have no material.
@@ -21,25 +21,26 @@ constexpr const char* kDefaultSlot = "default";
 // The triangles that one node draws with one list of vertices.
 struct SourcePart {
     int node = 0;
-    int skin = -1;  // -1: moves rigidly with its node
+    int skin = -1;  // -1: the part moves rigidly with its node
     std::string material = kDefaultSlot;
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;    // indices into positions
-    int influences = 0;                 // a vertex; 0 without skin
+    int influences = 0;                 // influences of a vertex; 0 without skin
     std::vector<std::uint32_t> joints;  // [vertices, influences], indices into the skin; free where the weight is 0
     std::vector<double> weights;        // [vertices, influences], not yet normalised
-    // With morph targets only: what each adds to the positions at weight 1 (empty: nothing), and the weights at rest.
+    // Only with morph targets: what each adds to the positions at weight 1 (empty: nothing), and the weights at rest.
     std::vector<std::vector<Vec3>> targets;
-    std::vector<double> rest_weights;  // one a target
+    std::vector<double> rest_weights;  // one for each target
 };
 
-// The weights of a node's morph targets over time; interpolation as in Channel.
+// The weights of a node's morph targets over time. They are interpolated as in Channel.
 struct MorphChannel {
     int clip = 0;  // indexes RigSource::clips
     int node = 0;
     Interpolation interpolation = Interpolation::kLinear;
     std::vector<double> times;
-    std::vector<float> values;  // as many a key as the node's mesh has targets; with kCubicSpline three times as many
+    // for each key as many as the node's mesh has targets; three times as many with kCubicSpline
+    std::vector<float> values;
 };
 
 struct RigSource {
@@ -48,59 +49,61 @@ struct RigSource {
     std::vector<SourceSkin> skins;
     std::vector<SourcePart> parts;
     std::vector<Clip> clips;
-    std::vector<MorphChannel> morphs;  // where they were asked for
+    std::vector<MorphChannel> morphs;  // only if asked for
     std::vector<std::filesystem::path> files_read;
 };
 
-// The importers. Nodes, clips, indices and numbers are checked; what is drawn may still be empty.
+// The importers check nodes, clips, indices and numbers. What is drawn may still be empty.
 enum class Morphs : std::uint8_t { kIgnored, kRead };
 RigSource readGltf(const std::filesystem::path& path, Morphs morphs = Morphs::kIgnored);
-// Does a glTF file animate morph targets, and have no node with a skin? By its JSON alone; false where that is damaged.
+// Tells whether a glTF file animates morph targets and has no node with a skin. It reads only the JSON, and returns
+// false where that is damaged.
 bool hasOnlyMorphClips(const std::filesystem::path& path);
 RigSource readWithAssimp(const std::filesystem::path& path);
 void collapseFbxPivots(RigSource& source);
-// `extension` in lower case, with its dot; the file's may be in any case.
+// `extension` is in lower case, with its dot. The file's may be in any case.
 bool isExtension(const std::filesystem::path& file, const char* extension);
 
-// More vertices than this in one rig are refused before memory is taken for them.
+// A rig of more vertices than this is refused before memory is taken for them.
 constexpr std::size_t kMaxSourceVertices = std::size_t(1) << 24;
 
-// InvalidInput "FILE: WHAT" and "FILE: node 'NAME': WHAT".
+// Throw InvalidInput "FILE: WHAT" and "FILE: node 'NAME': WHAT".
 [[noreturn]] void failAtFile(const std::filesystem::path& file, const std::string& what);
 [[noreturn]] void failAtNode(const RigSource& source, int node, const std::string& what);
 
-// Joints of the rig, and which of them moves each part.
+// The joints of the rig, and which of them moves each part.
 struct JointTable {
     std::vector<int> nodes;
     std::vector<Matrix> inverse_bind;
     std::vector<std::vector<int>> joint_of_skin;  // [skin][index in the skin]
-    std::vector<int> joint_of_part;               // rigid parts, else -1
-    std::vector<Matrix> placement_of_part;        // from the part's positions to rest_positions
+    std::vector<int> joint_of_part;               // [part] for parts that move rigidly, else -1
+    std::vector<Matrix> placement_of_part;        // [part] from the part's positions to rest_positions
 };
-// May add a node for what stands still in the scene.
+// Chooses the joints. It may add a node for what stands still in the scene.
 JointTable chooseJoints(RigSource& source);
 
-// Vertices of all parts in order, weights sorted and normalised; then equal ones become one shading point.
+// The vertices of all parts in order, with sorted and normalised weights. Welding then makes equal ones one shading
+// point.
 struct SourceVertices {
     std::vector<Vec3> positions;  // in the space that bone matrices map from
     std::vector<Triangle> triangles;
     int influences = 0;  // K
     std::vector<std::uint16_t> joints;
     std::vector<float> weights;
-    std::vector<std::string> slots;  // "NODE/MATERIAL", by first use
+    std::vector<std::string> slots;  // "NODE/MATERIAL", in the order of first use
     std::vector<std::uint16_t> slot_of_vertex;
 };
-// The number of the part's "NODE/MATERIAL" in `slots`, which gets it where it is new.
+// Returns the number of the part's "NODE/MATERIAL" in `slots`, and adds it where it is new.
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);
 SourceVertices gatherVertices(const RigSource& source, const JointTable& table);
-// Fills mesh and the joints and weights of skin; drops triangles without area.
+// Fills mesh and the joints and weights of skin, and drops triangles without area.
 void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin);
-// Is the triangle more than a line? By its double area against the square of its longest edge.
+// Tells whether a triangle is more than a line, by its double area against the square of its longest edge.
 bool hasArea(const std::vector<Vec3>& positions, const Triangle& triangle);
 
-// Control characters become "_": names go into messages of one line and into HDF5, which ends them at a NUL.
+// Replaces control characters by "_": names go into messages of one line, and into HDF5, which ends them at a NUL.
 std::string cleanText(std::string text);
-// Names made unique: the second "arm" becomes "arm#2".
+// Makes names unique: the second "arm" becomes "arm#2".
 std::vector<std::string> uniqueNames(std::vector<std::string> names);
 
 }  // namespace penumbra

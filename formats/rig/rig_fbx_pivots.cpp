@@ -1,6 +1,6 @@
-// assimp splits an FBX node into a chain, NAME_$AssimpFbx$_Translation, ..._PreRotation, ..., NAME, of which only some
-// links exist in each file. One node each again: then a clip fits the rig of another file, and a joint has its
-// rotation.
+// Joins the chains of FBX nodes. assimp splits an FBX node into a chain, NAME_$AssimpFbx$_Translation,
+// ..._PreRotation, ..., NAME, and each file has only some of its links. Here each chain becomes one node again. Then
+// a clip fits the rig of another file, and a joint has its whole rotation.
 #include <algorithm>
 #include <utility>
 
@@ -12,7 +12,7 @@ namespace {
 
 bool isLinkOf(const Node& link, const Node& node) { return link.name.rfind(node.name + "_$AssimpFbx$_", 0) == 0; }
 
-// For each node, its links from the top down, itself last; empty for what is a link itself.
+// Returns for each node its links from the top down, with itself last. The list of a link is empty.
 std::vector<std::vector<int>> findChains(const std::vector<Node>& nodes) {
     std::vector<int> children(nodes.size());
     for (const Node& node : nodes)
@@ -47,8 +47,9 @@ Matrix productOf(const std::vector<Matrix>& locals, const std::vector<int>& chai
     return m;
 }
 
-// The product of a chain at each key time of any of its links, as translation, rotation and scale of one node. Linear
-// between keys, as the links are; a rotation about a pivot then moves on the chord between two keys.
+// Multiplies a chain at each key time of any of its links, and stores translation, rotation and scale of one node.
+// The result is linear between keys, as the links are; a rotation about a pivot then moves on the chord between two
+// keys.
 void bakeChain(const std::vector<Node>& nodes, const Clip& clip, const std::vector<int>& chain, int new_node,
                std::vector<Channel>& out) {
     std::vector<double> times;
@@ -74,7 +75,7 @@ void bakeChain(const std::vector<Node>& nodes, const Clip& clip, const std::vect
     out.insert(out.end(), channels.begin(), channels.end());
 }
 
-// One node for each chain; the result maps old nodes to new ones, links to -1.
+// Makes one node of each chain. The result maps old nodes to new ones, and links to -1.
 std::vector<int> mergeNodes(const std::vector<Node>& old_nodes, const std::vector<std::vector<int>>& chains,
                             std::vector<Node>& nodes) {
     const std::vector<Matrix> rest = localTransforms(old_nodes, nullptr, 0);

@@ -26,7 +26,7 @@ RigSource readSource(const std::filesystem::path& path) {
     throw Unsupported(path.string() + ": not a rig (.glb, .gltf, .fbx, .dae and .x are read)");
 }
 
-// Skinned nodes win over others of the same name; of several, the first.
+// Maps names to nodes. Skinned nodes win over others of the same name, and of several the first wins.
 std::map<std::string, int> nodesByName(const RigSource& source) {
     std::map<std::string, int> node_of_name;
     for (const SourceSkin& skin : source.skins)
@@ -35,7 +35,7 @@ std::map<std::string, int> nodesByName(const RigSource& source) {
     return node_of_name;
 }
 
-// Moves the clips of `from` to `rig`. Channels of nodes that `rig` does not have are left out.
+// Moves the clips of `from` to `rig`, and leaves out channels of nodes that `rig` does not have.
 void addClips(RigSource& rig, RigSource&& from) {
     if (from.clips.empty())
         throw InvalidInput(from.file.string() + ": brings no clip, and only the first rig brings a mesh");
@@ -66,7 +66,7 @@ void makeClipNamesUnique(std::vector<Clip>& clips) {
     for (std::size_t i = 0; i < clips.size(); ++i) clips[i].name = names[i];
 }
 
-// The nearest ancestor that is a joint. Joints that share a node share that ancestor.
+// Returns for each joint the nearest ancestor that is a joint. Joints that share a node share that ancestor.
 std::vector<std::int32_t> jointParents(const std::vector<Node>& nodes, const std::vector<int>& node_of_joint) {
     std::vector<std::int32_t> joint_of_node(nodes.size(), -1);
     for (std::size_t j = node_of_joint.size(); j-- > 0;) joint_of_node[std::size_t(node_of_joint[j])] = std::int32_t(j);

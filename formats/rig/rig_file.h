@@ -1,13 +1,15 @@
 #pragma once
-// Animated characters from glTF 2.0 (.glb, .gltf through tinygltf), FBX, Collada and DirectX .x (through assimp).
+// Reads animated characters from glTF 2.0 (.glb, .gltf by tinygltf) and from FBX, Collada and DirectX .x (by assimp).
 //
-// Positions are those of the scene that the file shows, skinned as glTF 2.0 section 3.7.3 has it: the node of a skinned
-// mesh does not move it. Morph targets are ignored, default weights included. FBX is turned and scaled by the axes and
-// the unit that it states; .x states neither and is only mirrored to right-handed. Joints are the nodes of all skins
-// that are drawn, then one for each node that moves a mesh without skin (its own or that of an animated ancestor, under
-// the nearest joint), then "scene" for meshes that stand still. A node that two skins use with different inverse bind
-// matrices is two joints, "arm" and "arm#2", unless one transform S takes the second mesh to the first one's space in
-// all joints: then rest_positions of the second mesh are S x POSITION.
+// Positions are those of the scene that the file shows, skinned as section 3.7.3 of glTF 2.0 asks: the node of a
+// skinned mesh does not move it. Morph targets and their default weights are ignored. FBX is turned and scaled by the
+// axes and the unit that the file states. A .x file states neither and is only mirrored to right-handed.
+//
+// Joints are the nodes of all skins that are drawn. Then comes a joint for each node that moves a mesh without skin
+// (its own node or that of an animated ancestor, under the nearest joint), then "scene" for meshes that stand still.
+// A node that two skins use with different inverse bind matrices becomes two joints, "arm" and "arm#2". The exception
+// is that one transform S takes the second mesh to the first one's space in all joints: then rest_positions of the
+// second mesh are S x POSITION.
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -20,8 +22,8 @@ namespace penumbra {
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
 
-// One animated property of one node. Values: 3 a key (translation, scale) or 4 (rotation, quaternion x y z w); with
-// kCubicSpline three times as many (in-tangent, value, out-tangent), as glTF has it.
+// One animated property of one node. A key has 3 values (translation, scale) or 4 (rotation, quaternion x y z w).
+// With kCubicSpline it has three times as many (in-tangent, value, out-tangent), as in glTF.
 struct Channel {
     int node = 0;
     enum class Path : std::uint8_t { kTranslation, kRotation, kScale } path = Path::kTranslation;
@@ -38,11 +40,11 @@ struct Clip {
 
 struct Node {
     std::string name;
-    int parent = -1;  // parents come before children
+    int parent = -1;  // index; parents come before children
     std::array<double, 3> translation{0, 0, 0};
     std::array<double, 4> rotation{0, 0, 0, 1};
     std::array<double, 3> scale{1, 1, 1};
-    std::optional<std::array<double, 16>> matrix;  // column-major; then not animated
+    std::optional<std::array<double, 16>> matrix;  // column-major; a node with a matrix is not animated
 };
 
 struct Rig {
@@ -50,32 +52,36 @@ struct Rig {
     Skin skin;
     std::vector<Vec3> rest_normals;  // [V], unit
     std::vector<Node> nodes;
-    std::vector<int> node_of_joint;                    // [J]
-    std::vector<std::array<double, 12>> inverse_bind;  // [J], row-major 3x4: from rest_positions' space to the joint
+    std::vector<int> node_of_joint;  // [J]
+    // [J], row-major 3x4, from the space of rest_positions to the joint
+    std::vector<std::array<double, 12>> inverse_bind;
     std::vector<Clip> clips;
-    std::vector<std::filesystem::path> files_read;  // the rig and everything it refers to, for depfiles and provenance
+    // the rig and every file that it refers to, for depfiles and provenance
+    std::vector<std::filesystem::path> files_read;
 };
 
-// Reads several files as one rig: the first brings mesh and skin, later ones may bring clips only (joints matched by
-// name). Checks everything; InvalidInput names file and node, Unsupported a required extension that we do not have.
-// Zero-area triangles are dropped; a mesh without triangles, missing weights, NaN or a one-vertex mesh are errors.
+// Reads several files as one rig. The first one brings mesh and skin; later ones may bring only clips, whose joints
+// are matched by name. Checks everything. Throws InvalidInput, which names file and node, and Unsupported for a
+// required extension that we do not have. Triangles without area are dropped. A mesh without triangles or with one
+// vertex, missing weights and NaN are errors.
 Rig readRig(const std::vector<std::filesystem::path>& paths);
 
-// The clip that sampleFrames() gives a rig without clips.
+// The name of the clip that sampleFrames() gives a rig without clips.
 constexpr const char* kRestClip = "rest";
 
-// The frames that `clips` (names; empty = all) have at `fps` (0: the union of the clip's own key times; keys closer
-// than 1e-5 s are one). A clip whose duration is 0 has one frame. Unknown clip names: UsageError that lists the known
-// ones. No clips at all: one frame of the rest pose in a clip called "rest".
+// Returns the frames that `clips` (names; empty = all) have at `fps`, or at the union of the clip's own key times for
+// fps 0 (keys closer than 1e-5 s count as one). A clip whose duration is 0 has one frame. A rig without clips has one
+// frame of the rest pose in a clip called "rest". Throws UsageError for unknown clip names, and lists the known ones.
 FrameList sampleFrames(const Rig& rig, const std::vector<std::string>& clips, double fps);
 
 struct RigPose {
     std::vector<Affine> bones;  // [J] skinning matrices, model space
-    std::vector<float> pose;    // [3J] rotation vector of each joint relative to its parent joint and to rest,
-                                // log(q_rest^-1 q); q is the node's own rotation, times those of nodes between the two
+    // [3J] the rotation vector of each joint relative to its parent joint and to rest, log(q_rest^-1 q); q is the
+    // node's own rotation, times those of the nodes between the two
+    std::vector<float> pose;
 };
-// `clip` indexes rig.clips, -1 = rest pose (node transforms as they stand in the file). Times outside clamp to the
-// keys.
+// Poses the rig. `clip` indexes rig.clips; -1 is the rest pose (node transforms as they stand in the file). Times
+// outside of the keys are clamped to these.
 RigPose evaluatePose(const Rig& rig, int clip, double time);
 
 }  // namespace penumbra

@@ -1,4 +1,5 @@
-// glTF scene to RigSource. Rigs ignore morph targets: positions are those of POSITION, whatever the default weights.
+// Converts a glTF scene to a RigSource. Rigs ignore morph targets: positions are those of POSITION, whatever the
+// default weights are.
 #include "formats/rig/rig_gltf.h"
 
 #include <algorithm>
@@ -69,7 +70,7 @@ Node convertNode(const Importer& importer, std::size_t index) {
     return node;
 }
 
-// Depth first from the roots in file order, so that parents come before children.
+// Converts nodes depth first, from the roots in file order, so that parents come before children.
 void convertNodes(Importer& importer) {
     const std::vector<int> parents = fileParents(importer);
     const std::vector<tinygltf::Node>& nodes = importer.file.model.nodes;
@@ -90,7 +91,7 @@ void convertNodes(Importer& importer) {
             importer.fail("node '" + nodeName(importer.file.model, n) + "' is its own ancestor");
 }
 
-// Nodes of the scene that the file shows: its "scene", else the first, else all.
+// Returns the nodes of the scene that the file shows: that of "scene", or else the first one, or else all nodes.
 std::vector<bool> drawnNodes(const Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     if (model.scenes.empty()) return std::vector<bool>(model.nodes.size(), true);
@@ -169,7 +170,7 @@ std::vector<Triangle> readTriangles(const Importer& importer, const tinygltf::Pr
     return triangles;
 }
 
-// JOINTS_n and WEIGHTS_n, n = 0, 1, ...: four influences each.
+// Reads JOINTS_n and WEIGHTS_n for n = 0, 1, ..., which have four influences each.
 void readInfluences(const Importer& importer, const tinygltf::Primitive& primitive, const std::string& where,
                     SourcePart& part) {
     std::vector<AccessorValues> joints, weights;
@@ -279,7 +280,7 @@ Sampler readSampler(const Importer& importer, const tinygltf::Animation& clip, i
     return sampler;
 }
 
-// Elements of `components` numbers, `elements` of them a key.
+// Checks that a sampler has elements of `components` numbers, `elements` of them for each key.
 void checkSize(const Importer& importer, const Sampler& sampler, int components, std::size_t elements,
                const std::string& where) {
     const std::size_t values_a_key = (sampler.interpolation == Interpolation::kCubicSpline ? 3 : 1) * elements;
@@ -315,7 +316,7 @@ Channel convertChannel(const Importer& importer, const tinygltf::Animation& clip
     return channel;
 }
 
-// Of a node whose mesh is drawn and has morph targets.
+// Converts morph weights of a node whose mesh is drawn and has morph targets.
 void convertWeights(Importer& importer, const tinygltf::Animation& clip, const tinygltf::AnimationChannel& from,
                     const std::string& where, MorphChannel channel) {
     const auto drawn = [&](const SourcePart& part) { return part.node == channel.node && !part.targets.empty(); };
@@ -329,8 +330,8 @@ void convertWeights(Importer& importer, const tinygltf::Animation& clip, const t
     importer.source.morphs.push_back(std::move(channel));
 }
 
-// Channels without a node are passed over, those of morph weights where they are not asked for; a clip that has no
-// others is left out.
+// Converts clips. It passes over channels without a node, and over those of morph weights unless these are asked for.
+// A clip without any other channel is left out.
 void convertClips(Importer& importer) {
     const tinygltf::Model& model = importer.file.model;
     for (std::size_t a = 0; a < model.animations.size(); ++a) {

@@ -1,5 +1,6 @@
 #pragma once
-// The parts of the glTF importer: container (bytes to a tinygltf model with one buffer), accessors, scene.
+// The parts of the glTF importer: the container (bytes to a tinygltf model with one buffer), accessors, and the
+// scene.
 #include <tiny_gltf.h>
 
 #include <filesystem>
@@ -11,26 +12,26 @@ namespace penumbra {
 struct GltfFile {
     std::filesystem::path path;          // for messages
     tinygltf::Model model;               // without materials and images; one buffer; no compression left
-    std::vector<std::string> materials;  // names, "" where one has none
+    std::vector<std::string> materials;  // names; "" where a material has none
     std::vector<std::filesystem::path> files_read;
 };
 
-// Reads .glb (by its magic) or .gltf with the buffers that it names, and decodes EXT_meshopt_compression. IoError,
-// InvalidInput, and Unsupported for required extensions that we do not have.
+// Reads .glb (which it knows by its magic) or .gltf with the buffers that it names, and decodes
+// EXT_meshopt_compression. Throws IoError, InvalidInput, and Unsupported for required extensions that we do not have.
 GltfFile openGltf(const std::filesystem::path& path);
 
 struct AccessorValues {
-    int components = 0;          // of one element
+    int components = 0;          // numbers of one element
     std::vector<double> values;  // [count, components]; normalised integers are in [-1, 1] already
     std::size_t count() const { return values.size() / std::size_t(components); }
 };
-// Sparse and strided accessors included; every byte read is checked to be inside its buffer view. `what` names the
-// accessor in messages ("mesh 'Body' POSITION").
+// Reads an accessor, also a sparse or strided one. Every byte is checked to lie inside its buffer view. `what` names
+// the accessor in messages ("mesh 'Body' POSITION").
 AccessorValues readAccessor(const GltfFile& file, int accessor, const std::string& what);
 
 struct SourcePart;
-// The morph targets of a primitive whose positions are there already; `default_weights` of the node or its mesh. Adds
-// their vertices to `total`; Unsupported where that is too many.
+// Reads the morph targets of a primitive whose positions are already read. `default_weights` are those of the node or
+// of its mesh. Adds the targets' vertices to `total`, and throws Unsupported where that becomes too large.
 void readMorphTargets(const GltfFile& file, const tinygltf::Primitive& primitive,
                       const std::vector<double>& default_weights, const std::string& where, std::size_t& total,
                       SourcePart& part);

@@ -8,7 +8,8 @@
 
 namespace penumbra {
 
-// Without a buffer view an accessor is zeros at no cost in bytes: a limit, so that a small file cannot ask for a lot.
+// An accessor without a buffer view is all zeros and costs no bytes. This limit keeps a small file from asking for a
+// lot.
 constexpr std::size_t kMaxImplicitElements = std::size_t(1) << 24;
 
 namespace {
@@ -22,7 +23,8 @@ struct Reader {
     const std::string& what;
 
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(file.path, what + ": " + problem); }
-    // `count` elements of `components` each, `offset` bytes into a buffer view; stride 0: the view's own, else packed.
+    // Finds `count` elements of `components` each, `offset` bytes into a buffer view. Stride 0 means the view's own
+    // stride, or packed elements.
     Layout locate(int view_index, std::size_t offset, std::size_t count, std::size_t components, int type) const;
 };
 

@@ -1,5 +1,5 @@
-// glTF bytes to a tinygltf model: one buffer, no images, materials or compression, so that tinygltf reads no other file
-// and what it does with a hostile one stays small.
+// Turns glTF bytes into a tinygltf model with one buffer and without images, materials or compression. So tinygltf
+// reads no other file, and has little to do with a hostile one.
 #include <algorithm>
 #include <cstring>
 #include <fstream>
@@ -32,7 +32,7 @@ struct Loader {
     [[noreturn]] void fail(const std::string& problem) const { failAtFile(path, problem); }
 };
 
-// Plain files only: a buffer's URI may name a device that never ends.
+// Reads plain files only, since a buffer's URI may name a device that never ends.
 Bytes readBytes(const std::filesystem::path& path) {
     checkReadable(path);
     std::ifstream in(path, std::ios::binary);
@@ -58,7 +58,8 @@ std::uint32_t loadU32(const Bytes& bytes, std::size_t offset) {  // little-endia
 
 constexpr std::uint32_t kMagicGlb = 0x46546C67, kChunkJson = 0x4E4F534A, kChunkBinary = 0x004E4942;
 
-// 12 bytes of header (magic, version, length), then chunks of (length, type, bytes): JSON first, BIN second or absent.
+// Splits 12 bytes of header (magic, version, length), then chunks of (length, type, bytes): JSON first, BIN second or
+// absent.
 Container splitGlb(const Loader& loader, const Bytes& bytes) {
     if (bytes.size() < 20) loader.fail("is cut short: no room for the header of a GLB");
     if (loadU32(bytes, 4) != 2) loader.fail("is GLB version " + std::to_string(loadU32(bytes, 4)) + ", not 2");
@@ -89,7 +90,7 @@ Container readContainer(const Loader& loader) {
 
 bool startsWith(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
 
-// Extensions that only say how things look, and the two that say how numbers are stored.
+// Accepts extensions that only tell how things look, and the two that tell how numbers are stored.
 bool isSupported(const std::string& extension) {
     for (const char* prefix : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"})
         if (startsWith(extension, prefix)) return true;
@@ -141,7 +142,7 @@ Bytes readUri(Loader& loader, const std::string& uri, const std::string& where) 
 std::size_t sizeField(const Loader& loader, const Json& object, const char* key, const std::string& where) {
     const auto it = object.find(key);
     if (it == object.end()) return 0;
-    // Half the range of size_t, so that two of them can be added.
+    // Sizes must be below half the range of size_t, so that two of them can be added.
     if (!it->is_number_unsigned() || it->get<std::uint64_t>() > std::numeric_limits<std::size_t>::max() / 2)
         loader.fail(where + " has a wrong " + key);
     return it->get<std::size_t>();
@@ -164,7 +165,7 @@ Bytes readBuffer(Loader& loader, Container& container, std::size_t index) {
     else if (index == 0 && container.has_binary)
         bytes = std::move(container.binary);
     else if (meshoptExtension(buffer) != nullptr)
-        return {};  // a fallback for readers without the extension: has a size and no bytes
+        return {};  // a fallback for readers without the extension, which has a size and no bytes
     else
         loader.fail(where + " has neither a URI nor a BIN chunk");
     if (bytes.size() < size)
@@ -198,7 +199,7 @@ Bytes decodeView(const Loader& loader, const std::vector<Bytes>& buffers, const 
     return out;
 }
 
-// All buffers behind one another in one; buffer views moved along, compressed ones decoded to the end.
+// Puts all buffers behind one another into one. Buffer views move along, and compressed ones are decoded to the end.
 Bytes mergeBuffers(Loader& loader, Container& container) {
     Json& document = container.document;
     std::vector<Bytes> buffers;

@@ -1,4 +1,4 @@
-// Morph targets of glTF: glTF 2.0 section 3.7.2.2.
+// Reads morph targets of glTF (glTF 2.0, section 3.7.2.2).
 #include "formats/common/errors.h"
 #include "formats/rig/rig_build.h"
 #include "formats/rig/rig_gltf.h"

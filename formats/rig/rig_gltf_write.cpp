@@ -1,5 +1,5 @@
-// A rig as a glTF 2.0 binary. What readRig() welded, bound to joints and turned is written as one skinned mesh, so that
-// reading finds nothing left to do.
+// Writes a rig as a glTF 2.0 binary. What readRig() welded, bound to joints and turned is written as one skinned
+// mesh, so that reading finds nothing left to do.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -18,14 +18,15 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-// glTF 2.0 section 5.1.3: component types.
+// Component types of glTF 2.0, section 5.1.3.
 enum Component : int { kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126 };
 
 class GlbWriter {
 public:
     Json json;
 
-    // One accessor with a buffer view of its own; returns its index. Every array is a multiple of 4 bytes long.
+    // Adds one accessor with a buffer view of its own, and returns its index. Every array is a multiple of 4 bytes
+    // long.
     template <class T>
     std::size_t add(const std::vector<T>& values, Component component, const char* type, std::size_t width) {
         json["bufferViews"].push_back(
@@ -40,7 +41,7 @@ public:
         return json["accessors"].size() - 1;
     }
 
-    // The specification wants the range of positions and key times.
+    // Adds an accessor with its range, which the specification wants for positions and key times.
     std::size_t addWithRange(const std::vector<float>& values, const char* type, std::size_t width) {
         const std::size_t index = add(values, kFloat, type, width);
         std::vector<float> low(values.begin(), values.begin() + std::ptrdiff_t(width)), high = low;
@@ -72,10 +73,10 @@ private:
     }
 };
 
-// Nodes as they are written: glTF allows a node once in a skin, so that the second joint of a node moves with a copy.
+// The nodes as they are written. glTF allows a node once in a skin, so the second joint of a node moves with a copy.
 struct WrittenNodes {
     std::vector<Node> nodes;
-    std::vector<int> original;       // of each node
+    std::vector<int> original;       // original node of each written one
     std::vector<int> node_of_joint;  // [J]
 };
 
@@ -120,8 +121,8 @@ void writeNodes(const WrittenNodes& nodes, GlbWriter& out) {
     out.json["nodes"] = std::move(list);
 }
 
-// Reading turns the triangles whose first vertex hangs on a joint that mirrors at rest (rig_weld.cpp): they are written
-// turned.
+// Tells which joints mirror at rest. Reading turns the triangles whose first vertex hangs on such a joint
+// (rig_weld.cpp), so these are written turned.
 std::vector<bool> mirroringJoints(const Rig& rig) {
     const std::vector<Matrix> globals = restGlobals(rig.nodes);
     std::vector<bool> mirrors;
@@ -131,7 +132,7 @@ std::vector<bool> mirroringJoints(const Rig& rig) {
 }
 
 std::vector<std::uint32_t> cornersOf(const Rig& rig) {
-    // Any source vertex of a shading point is welded to it again.
+    // Any source vertex of a shading point will do, as reading welds it again.
     std::vector<std::uint32_t> source_of_point(rig.mesh.vertexCount());
     for (std::size_t r = rig.mesh.source_vertex.size(); r-- > 0;)
         source_of_point[rig.mesh.source_vertex[r]] = std::uint32_t(r);
@@ -145,7 +146,7 @@ std::vector<std::uint32_t> cornersOf(const Rig& rig) {
     return corners;
 }
 
-// JOINTS_n and WEIGHTS_n, n = 0, 1, ...: four influences each.
+// Writes JOINTS_n and WEIGHTS_n for n = 0, 1, ..., which have four influences each.
 void writeInfluences(const Rig& rig, Json& attributes, GlbWriter& out) {
     const std::size_t influences = std::size_t(rig.skin.influences);
     for (std::size_t first = 0; first < influences; first += 4) {
@@ -176,7 +177,7 @@ void writeMesh(const Rig& rig, const WrittenNodes& nodes, GlbWriter& out) {
     writeInfluences(rig, attributes, out);
     const std::size_t corners = out.add(cornersOf(rig), kUnsignedInt, "SCALAR", 1);
     out.json["meshes"] = {{{"primitives", {{{"attributes", attributes}, {"indices", corners}}}}}};
-    std::vector<float> inverse_bind;  // columns
+    std::vector<float> inverse_bind;  // column by column
     for (const Matrix& m : rig.inverse_bind)
         for (std::size_t c = 0; c < 4; ++c)
             for (std::size_t r = 0; r < 4; ++r) inverse_bind.push_back(r < 3 ? float(m[4 * r + c]) : float(c == 3));

@@ -1,4 +1,4 @@
-// Which joints a rig has: those of its skins, and one for whatever else moves rigidly.
+// Chooses the joints of a rig: those of its skins, and one for whatever else moves rigidly.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -32,7 +32,8 @@ std::span<const double> restValue(const Node& node, Channel::Path path) {
     return node.scale;
 }
 
-// Exporters write constant channels for every node; those that repeat the rest value do not move anything.
+// Tells whether a channel moves its node. Exporters write constant channels for every node; those that repeat the
+// rest value move nothing.
 bool moves(const Node& node, const Channel& channel) {
     if (channel.interpolation == Interpolation::kCubicSpline) return true;
     const std::span<const double> rest = restValue(node, channel.path);
@@ -76,9 +77,9 @@ struct Builder {
     }
 };
 
-// Rest positions of a part that hangs on joint j are inverse(inverse bind of j) x (joint to node) x POSITION: the
-// joint's skinning matrix then puts them where the node stands. Where no inverse exists, the rest positions are those
-// in the joint's own space.
+// Binds a part to a node. The rest positions of a part that hangs on joint j are inverse(inverse bind of j) x (joint
+// to node) x POSITION, so that the joint's skinning matrix puts them where the node stands. Where no inverse exists,
+// the rest positions are those in the joint's own space.
 void bindToNode(Builder& builder, std::size_t part, int node, const Matrix& from_part) {
     int joint = builder.joints_at_node.lower_bound(node)->second;
     std::optional<Matrix> unbind = inverse(builder.table.inverse_bind[std::size_t(joint)]);
@@ -90,7 +91,8 @@ void bindToNode(Builder& builder, std::size_t part, int node, const Matrix& from
     builder.table.placement_of_part[part] = multiply(*unbind, from_part);
 }
 
-// Up from the part's node to the first joint or animated node, which becomes a joint; at the top, to `scene_node`.
+// Goes up from the part's node to the first joint, or to the first animated node, which becomes a joint. At the top
+// it takes `scene_node`.
 void bindRigidPart(const RigSource& source, const std::vector<bool>& animated, const std::vector<Matrix>& globals,
                    std::size_t part, int scene_node, Builder& builder) {
     Matrix from_part = kIdentityMatrix;
@@ -104,7 +106,8 @@ void bindRigidPart(const RigSource& source, const std::vector<bool>& animated, c
     bindToNode(builder, part, scene_node, from_part);
 }
 
-// Corners of the box around all positions that a skin moves: what "equal transforms" is measured on.
+// Returns the corners of the box around all positions that a skin moves. "Equal transforms" are compared at these
+// corners.
 std::vector<Vec3d> boxCorners(const RigSource& source, int skin) {
     std::optional<BoundingBox> box;
     for (const SourcePart& part : source.parts)
@@ -126,9 +129,9 @@ bool sameOn(const std::vector<Vec3d>& corners, const Matrix& a, const Matrix& b)
     return true;
 }
 
-// Exporters often give each mesh a space of its own (quantisation, the transform of its node) and a skin with the same
-// nodes, so that inverse bind = (inverse bind of the joint that we have) x S for all of them. S takes the mesh to our
-// rest space; then the joints are shared. The identity where there is no such S.
+// Finds S, which takes a mesh to our rest space. Exporters often give each mesh a space of its own (by quantisation,
+// or the transform of its node) and a skin with the same nodes, so that inverse bind = (inverse bind of the joint
+// that we have) x S for all of them. Then the joints are shared. Returns the identity where there is no such S.
 Matrix spaceOfSkin(const RigSource& source, const Builder& builder, int s) {
     const SourceSkin& skin = source.skins[std::size_t(s)];
     const std::vector<Vec3d> corners = boxCorners(source, s);
@@ -171,7 +174,7 @@ JointTable chooseJoints(RigSource& source) {
     builder.table.placement_of_part.assign(source.parts.size(), kIdentityMatrix);
     addSkinJoints(source, builder);
 
-    std::vector<std::size_t> rigid;  // ancestors first: a prop's joint may carry another prop
+    std::vector<std::size_t> rigid;  // ancestors come first, because a prop's joint may carry another prop
     for (std::size_t p = 0; p < source.parts.size(); ++p)
         if (source.parts[p].skin < 0) rigid.push_back(p);
     std::stable_sort(rigid.begin(), rigid.end(),

@@ -6,7 +6,7 @@ namespace penumbra {
 
 namespace {
 
-// What the decoder only asserts.
+// Checks what the decoder only asserts.
 std::string findProblem(const MeshoptView& view) {
     if (view.count == 0) return "has no elements";
     if (view.mode == "ATTRIBUTES") {
@@ -22,8 +22,9 @@ std::string findProblem(const MeshoptView& view) {
     return {};
 }
 
-// The codecs need at least 2 bits for 16 bytes of a vertex attribute, a byte for a triangle, a byte for an index of a
-// sequence. Checked before memory is taken, so that a small file cannot ask for a lot.
+// Tells whether so few bytes can hold that many elements. The codecs need at least 2 bits for 16 bytes of a vertex
+// attribute, a byte for a triangle, and a byte for an index of a sequence. This runs before memory is taken, so that
+// a small file cannot ask for a lot.
 bool canHold(const MeshoptView& view, std::size_t bytes) {
     if (view.mode == "TRIANGLES") return view.count / 3 <= bytes;
     if (view.mode == "INDICES") return view.count <= bytes;

@@ -1,5 +1,5 @@
 #pragma once
-// EXT_meshopt_compression, one buffer view.
+// Decodes one buffer view of EXT_meshopt_compression.
 #include <cstddef>
 #include <span>
 #include <string>
@@ -8,10 +8,10 @@
 namespace penumbra {
 
 struct MeshoptView {
-    std::size_t count = 0, stride = 0;  // elements, and bytes of one
+    std::size_t count = 0, stride = 0;  // number of elements, and bytes of one
     std::string mode, filter;  // ATTRIBUTES | TRIANGLES | INDICES; NONE | OCTAHEDRAL | QUATERNION | EXPONENTIAL
 };
-// Decodes to count x stride bytes. Returns what is wrong in a few words, empty on success. Safe for any input.
+// Decodes to count x stride bytes. Returns what is wrong in a few words, and "" on success. Safe for any input.
 std::string decodeMeshopt(const MeshoptView& view, std::span<const unsigned char> encoded,
                           std::vector<unsigned char>& out);
 

@@ -1,4 +1,5 @@
-// Poses of a rig: keys to node transforms to skinning matrices. Interpolation as in glTF 2.0 appendix C.
+// Poses a rig: keys give node transforms, and these give skinning matrices. Interpolation follows glTF 2.0, appendix
+// C.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -84,7 +85,7 @@ std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, const Clip* 
 
 namespace {
 
-// The rotation of `node` in the space of its nearest ancestor that is a joint (or the scene).
+// Returns the rotation of `node` in the space of its nearest ancestor that is a joint (or of the scene).
 Quaternion rotationToParentJoint(const Rig& rig, const std::vector<LocalPose>& poses, int node, int stop) {
     Quaternion q{0, 0, 0, 1};
     for (int n = node; n >= 0 && n != stop; n = rig.nodes[std::size_t(n)].parent)
@@ -156,7 +157,7 @@ Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string 
     for (const RigFrame& frame : frames)
         if (frame.clip >= 0)
             for (const Channel& c : rig.clips.at(std::size_t(frame.clip)).channels) moved.emplace(c.node, c.path);
-    // A clip must have a key; the rest pose has none.
+    // A clip must have a key, but the rest pose has none.
     for (std::size_t n = 0; moved.empty() && n < rig.nodes.size(); ++n)
         if (!rig.nodes[n].matrix) moved.emplace(int(n), Channel::Path::kRotation);
     Clip clip{std::move(name), double(frames.size() - 1), {}};
@@ -180,8 +181,8 @@ Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::stri
     Clip clip{std::move(name), double(poses - 1), {}};
     for (std::size_t j = 0; j < rig.skin.jointCount(); ++j) {
         if (!turnsItself(rig, j)) continue;
-        // The joint's rotation is that of the nodes between it and its parent joint, all at rest, times its own: only
-        // the last factor q_rest becomes q_rest exp(v).
+        // The joint's rotation is its own, times those of the nodes between it and its parent joint, all of which are
+        // at rest. Only its own factor changes, from q_rest to q_rest exp(v).
         const Quaternion& rest = rig.nodes[std::size_t(rig.node_of_joint[j])].rotation;
         clip.channels.push_back(stepChannel(rig.node_of_joint[j], Channel::Path::kRotation, poses));
         for (std::size_t p = 0; p < poses; ++p) {

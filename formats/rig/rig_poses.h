@@ -1,5 +1,6 @@
 #pragma once
-// Poses as a clip: key k, at k seconds, is pose k, with STEP interpolation, so that nothing lies between two poses.
+// Makes a clip out of poses: key k, at k seconds, is pose k, with STEP interpolation, so that nothing lies between
+// two poses.
 #include <span>
 #include <string>
 
@@ -8,24 +9,24 @@
 namespace penumbra {
 
 struct RigFrame {
-    int clip = -1;  // indexes rig.clips, -1 = rest pose
+    int clip = -1;  // indexes rig.clips; -1 = rest pose
     double time = 0;
 };
 
-// The node transforms of `frames`, as float keys: bones agree with the frames' to float rounding.
+// Stores the node transforms of `frames` as float keys. Bones agree with those of the frames to float rounding.
 Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string name);
 
-// Poses given by rotation vectors of the joints, [M,3J] as RigPose::pose has them. Every joint's node turns; nodes that
-// are no joint, translations and scales stay as in the rest pose. Joints of one node must agree: the first counts. A
-// node with a matrix cannot turn.
+// Makes poses from rotation vectors of the joints, [M,3J] as in RigPose::pose. Every joint's node turns. Nodes that
+// are no joint, translations and scales stay as in the rest pose. Joints of one node must agree, and the first
+// counts. A node with a matrix cannot turn.
 Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::string name);
 
-// Can the joint be turned, and is it the first of its node?
+// Tells whether the joint can be turned and is the first of its node.
 bool turnsItself(const Rig& rig, std::size_t joint);
 
-// Writes the rig with all of its clips as a glTF binary that readRig() reads as the same rig: same vertices in the same
-// order, triangles, joints and weights to float rounding. All meshes become one, skinned. `extras` (JSON) goes into the
-// file's extras. Unsupported when it would exceed the 4 GiB of a GLB.
+// Writes the rig with all of its clips as a glTF binary that readRig() reads as the same rig: the same vertices in
+// the same order, the same triangles, and joints and weights to float rounding. All meshes become one skinned mesh.
+// `extras` (JSON) goes into the file's extras. Throws Unsupported when it would exceed the 4 GiB of a GLB.
 void writeGlb(const std::filesystem::path& path, const Rig& rig, const std::string& extras);
 
 }  // namespace penumbra

@@ -1,4 +1,16 @@
-// Shading points: vertices with the same rest position and the same skin weights are one.
+// Welds vertices to shading points.
+//
+// Problem: exporters split a vertex where its normal or texture coordinates change. Visibility does not depend on
+// these, so vertices with the same rest position and the same skin weights should be one shading point, which is
+// baked once.
+//
+// Naive: compare every vertex with every other, which takes the square of their number; or hash their bytes, which
+// misses neighbours that differ by rounding.
+//
+// Here: a grid of cubes finds the points near a vertex. Cubes are 64 times as large as the distance that counts as
+// equal, so that a look-up visits one cube nearly always. The first point that fits takes the vertex, in the order of
+// the file, so that the result depends on nothing else. formats/README.md describes the mesh; docs/formulas.md
+// derives nothing here.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +32,7 @@ struct Influence {
     double weight;
 };
 
-// The influences of one vertex, largest first, at most kMaxInfluences, sum 1.
+// Returns the influences of one vertex: largest first, at most kMaxInfluences, with the sum 1.
 std::vector<Influence> influencesOf(const RigSource& source, const SourcePart& part,
                                     const std::vector<int>& joint_of_skin, std::size_t vertex) {
     const std::string where = "vertex " + std::to_string(vertex);
@@ -51,8 +63,8 @@ std::vector<Influence> influencesOf(const RigSource& source, const SourcePart& p
     return list;
 }
 
-// Which joints mirror at rest. Triangles keep their outside: where positions are mirrored (negative determinant of
-// skinning matrix x placement), winding is too.
+// Tells which joints mirror at rest. Triangles must keep their outside: where positions are mirrored (negative
+// determinant of skinning matrix x placement), winding is turned too.
 std::vector<bool> mirroringJoints(const RigSource& source, const JointTable& table) {
     const std::vector<Matrix> globals = restGlobals(source.nodes);
     std::vector<bool> mirrors;
@@ -68,7 +80,7 @@ Vec3 placedPosition(const RigSource& source, const SourcePart& part, const Matri
     return p;
 }
 
-// Rows of K, padded with joint 0 of weight 0.
+// Packs rows of K influences, padded with joint 0 of weight 0.
 void packInfluences(const std::vector<std::vector<Influence>>& influences, SourceVertices& out) {
     for (const auto& list : influences) out.influences = std::max(out.influences, int(list.size()));
     const std::size_t k = std::size_t(out.influences);
@@ -125,6 +137,7 @@ float weightOf(const SourceVertices& vertices, std::size_t v, std::uint16_t join
     return 0;
 }
 
+// Compares weights both ways, since either vertex may have a joint that the other lacks.
 bool sameWeights(const SourceVertices& vertices, std::size_t a, std::size_t b) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
         const std::size_t first = from * std::size_t(vertices.influences);
@@ -136,7 +149,8 @@ bool sameWeights(const SourceVertices& vertices, std::size_t a, std::size_t b) {
     return true;
 }
 
-// Points in cubes of `cell`; a look-up visits the cubes that the ball around a point reaches (one, mostly).
+// Holds points in cubes of side `cell`. A look-up visits the cubes that the ball around a point reaches, which mostly
+// is one.
 class PointGrid {
 public:
     PointGrid(double radius, double cell) : radius_(radius), cell_(cell) {}
@@ -193,6 +207,7 @@ void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
     mesh = {};
     mesh.slots = vertices.slots;
     skin.influences = vertices.influences;
+    // 1. Each vertex joins the first shading point that is near and has the same weights, or becomes a new one.
     for (std::size_t v = 0; v < vertices.positions.size(); ++v) {
         const Vec3d p = toDouble(vertices.positions[v]);
         std::uint32_t point = grid.find(p, [&](std::uint32_t other) {
@@ -212,6 +227,7 @@ void weldVertices(const SourceVertices& vertices, Mesh& mesh, Skin& skin) {
         }
         mesh.source_vertex.push_back(point);
     }
+    // 2. Triangles follow their corners. Those that welding has made a line are dropped.
     for (const Triangle& t : vertices.triangles) {
         const Triangle welded{mesh.source_vertex[t[0]], mesh.source_vertex[t[1]], mesh.source_vertex[t[2]]};
         if (hasArea(mesh.rest_positions, welded)) mesh.triangles.push_back(welded);

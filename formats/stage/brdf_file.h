@@ -1,6 +1,6 @@
 #pragma once
 // m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf", version 1), with the operators of paper
-// 000 beside them where asked for.
+// 000 beside them where the user asked for these.
 #include <filesystem>
 #include <map>
 #include <string>
@@ -13,10 +13,10 @@ namespace penumbra {
 
 constexpr int kBrdfVersion = 1;
 
-// f_i(o) ~= sum_b u^b_i (w^b . y(o)): sh/reflection_operator.h makes M^b of the u. No operators where count is 0.
+// f_i(o) ~= sum_b u^b_i (w^b . y(o)); sh/reflection_operator.h makes M^b of the u. count 0: there are no operators.
 struct BrdfOperators {
     int count = 0;                // k, the same in every channel
-    int order = 0;                // of u
+    int order = 0;                // order of u
     std::vector<double> u;        // [k, order^2, 3], colour included
     std::vector<int> view_index;  // [E'] SH index of each view function: the file's even_index, or any for "literal"
     std::vector<double> w;        // [k, E', 3]
@@ -36,6 +36,6 @@ struct BrdfFile {
 };
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf);
-BrdfFile readBrdf(const std::filesystem::path& path);  // IoError, InvalidInput
+BrdfFile readBrdf(const std::filesystem::path& path);  // throws IoError and InvalidInput
 
 }  // namespace penumbra

@@ -8,8 +8,8 @@
 namespace penumbra {
 
 void initHdf5() {
-    // After a failed write HDF5 tries again at exit, and complains, hangs or crashes there; we report it where it
-    // happens. HDF5 hears this only before it starts.
+    // After a failed write HDF5 would try again at exit, and complain, hang or crash there. We report the failure
+    // where it happens. HDF5 must hear this before it starts.
     static std::once_flag once;
     std::call_once(once, [] { H5dont_atexit(); });
     thread_local const herr_t silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // its error stacks are per thread
@@ -19,7 +19,7 @@ void initHdf5() {
 std::string hdf5Reason() {
     std::string reason;
     const auto visit = [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
-        // The file driver writes "..., errno = 28, error message = 'No space left on device', ..."
+        // The file driver writes "..., errno = 28, error message = 'No space left on device', ...".
         const std::string text = error->desc ? error->desc : "";
         const std::string mark = "error message = '";
         const std::size_t begin = text.find(mark);
@@ -29,7 +29,7 @@ std::string hdf5Reason() {
         return 1;
     };
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, visit, &reason);
-    return reason == "Success" ? "" : reason;  // errno was 0: the file, not the system
+    return reason == "Success" ? "" : reason;  // errno was 0: the file is wrong, not the system
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// Reading HDF5 files that anybody may have made: see hdf5_handle.h.
+// Reads HDF5 files that anybody may have made; see hdf5_handle.h.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// No byte of deflate stream gives more than this (zlib's documentation); nothing else that we accept expands.
+// No byte of a deflate stream gives more than this (zlib's documentation), and nothing else that we accept expands.
 constexpr std::uint64_t kMaxExpansion = 1032;
 
 std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t length) {
@@ -35,7 +35,7 @@ std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t len
             [length](const std::byte* address) { ::munmap(const_cast<std::byte*>(address), length); }};
 }
 
-// What checkGlobalHeaps() takes for granted.
+// Checks what checkGlobalHeaps() takes for granted.
 void checkAddresses(const Hdf5Reader& in) {
     const Hdf5Handle creation(H5Fget_create_plist(in.file), H5Pclose, in.name);
     std::size_t address_bytes = 0, length_bytes = 0;
@@ -74,7 +74,7 @@ Hdf5Reader openHdf5(const fs::path& path) {
 
 namespace {
 
-// A handle from a call that fails only when the file is wrong.
+// Makes a handle from a call that fails only when the file is wrong.
 Hdf5Handle fromFile(hid_t id, Hdf5Handle::Closer closer, const std::string& label, const char* what) {
     if (id < 0) throw InvalidInput(label + ": " + what);
     return Hdf5Handle(id, closer, label);
@@ -121,7 +121,7 @@ void readShape(Hdf5Dataset& dataset, std::vector<hsize_t>& expected) {
     }
 }
 
-// Bytes of `shape`, at most `most`.
+// Returns the bytes of `shape`, which must be at most `most`.
 std::uint64_t checkedBytes(const std::string& label, const std::vector<hsize_t>& shape, std::uint64_t item,
                            std::uint64_t most) {
     std::uint64_t bytes = item;
@@ -179,7 +179,7 @@ Hdf5Dataset openDataset(const Hdf5Reader& in, const std::string& path) {
     return {fromFile(H5Dopen2(in.file, path.c_str(), H5P_DEFAULT), H5Dclose, label, "is no dataset"), label, {}, {}};
 }
 
-// Type, shape and storage of numbers of `type_class`.
+// Opens numbers of `type_class` and checks their type, shape and storage.
 Hdf5Dataset openNumbers(const Hdf5Reader& in, const std::string& path, std::vector<hsize_t>& expected,
                         H5T_class_t type_class) {
     Hdf5Dataset dataset = openDataset(in, path);
@@ -304,7 +304,7 @@ std::vector<std::int64_t> readIntegers(const Hdf5Reader& in, const std::string& 
 
 namespace {
 
-// Cuts `bytes` into strings of `size` bytes that end at a zero or at a full length.
+// Cuts `bytes` into strings of `size` bytes, each of which ends at a zero or at its full length.
 std::vector<std::string> fixedStrings(const std::vector<char>& bytes, std::size_t size, std::size_t count) {
     std::vector<std::string> strings(count);
     for (std::size_t i = 0; i < count; ++i) strings[i].assign(&bytes[i * size], ::strnlen(&bytes[i * size], size));
@@ -352,7 +352,7 @@ bool hasAttribute(const Hdf5Reader& in, const std::string& object, const std::st
 
 namespace {
 
-// A single value (or an array of one, as other writers make them).
+// Opens an attribute with a single value (or an array of one, as other writers make them).
 Attribute openAttribute(const Hdf5Reader& in, const std::string& object, const std::string& attribute) {
     const std::string label = in.name + ": " + (object == "/" ? "" : object + " ") + "attribute " + attribute;
     if (!hasAttribute(in, object, attribute)) throw InvalidInput(label + ": missing");

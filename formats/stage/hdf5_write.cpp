@@ -1,4 +1,4 @@
-// Writing HDF5 files: see hdf5_handle.h.
+// Writes HDF5 files; see hdf5_handle.h.
 #include <algorithm>
 #include <cassert>
 #include <cctype>
@@ -13,7 +13,7 @@ namespace penumbra {
 
 namespace {
 
-// The name of an open file for messages, without the ".partPID" of write_file.h.
+// Returns the name of an open file for messages, without the ".partPID" of write_file.h.
 std::string targetOf(hid_t file) {
     char name[4096] = "";
     H5Fget_name(file, name, sizeof name);
@@ -47,7 +47,7 @@ void closeHdf5(Hdf5Handle& file) {
 
 Hdf5Handle halfType() {
     Hdf5Handle type(H5Tcopy(H5T_IEEE_F32LE), H5Tclose, "HDF5 half type");
-    // Fields before precision and size: they must lie inside the type at each step.
+    // Fields come before precision and size, because they must lie inside the type at each step.
     checkHdf5(H5Tset_fields(type, 15, 10, 5, 0, 10), "HDF5 half type");
     checkHdf5(H5Tset_precision(type, 16), "HDF5 half type");
     checkHdf5(H5Tset_size(type, 2), "HDF5 half type");
@@ -76,7 +76,7 @@ std::size_t elementCount(const std::vector<hsize_t>& shape) {
     return product;
 }
 
-// The chunk of a dataset that is not compressed: all of it, but for HDF5's limit of 4 GB a chunk.
+// Returns the chunk of a dataset that is not compressed: all of it, within HDF5's limit of 4 GB a chunk.
 std::vector<hsize_t> wholeRows(const std::vector<hsize_t>& shape) {
     constexpr hsize_t kMostEntries = hsize_t(1) << 26;  // of at most 8 bytes; text is shorter than 64 bytes a name
     std::vector<hsize_t> chunk = shape;
@@ -106,7 +106,7 @@ Hdf5Handle createDataset(hid_t file, const std::string& path, hid_t type, const 
 
 namespace {
 
-// In the names of virtual sources HDF5 takes "%b" for a number of a block.
+// HDF5 takes "%b" in the names of virtual sources for the number of a block, so percent signs are doubled.
 std::string escapePercent(const std::string& name) {
     std::string out;
     for (char c : name) out += c == '%' ? "%%" : std::string(1, c);
@@ -151,7 +151,7 @@ void writeDataset(hid_t file, const std::string& path, hid_t type, hid_t memory_
     dataset.close(what);
 }
 
-// The readers refuse them: a mistake in our own numbers must show where it is made.
+// Refuses numbers that the readers would refuse: a mistake in our own numbers must show where it is made.
 template <class T>
 void checkOwnNumbers(const std::string& path, std::span<const T> values) {
     for (T value : values)
@@ -192,7 +192,7 @@ Hdf5Handle textType(std::size_t size, const std::string& what) {
 
 }  // namespace
 
-// Fixed length, padded with zeros: no text lies in HDF5's global heap, which has no checksums.
+// Writes text of fixed length, padded with zeros, so that no text lies in HDF5's global heap, which has no checksums.
 void writeStrings(hid_t file, const std::string& path, const std::vector<std::string>& values) {
     std::size_t longest = 1;
     for (const std::string& value : values) longest = std::max(longest, value.size());
@@ -217,7 +217,8 @@ void writeAttribute(hid_t file, const std::string& object, const std::string& na
 
 }  // namespace
 
-// Variable length: h5py shows such attributes as str, and a header may hold no more than 64 KiB of the other kind.
+// Writes text of variable length: h5py shows such attributes as str, and a header may hold no more than 64 KiB of the
+// other kind.
 void writeTextAttribute(hid_t file, const std::string& object, const std::string& name, const std::string& value) {
     const Hdf5Handle type = textType(H5T_VARIABLE, targetOf(file));
     const char* text = value.c_str();

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kMaxBytes = std::size_t(256) << 20, kMaxInputs = 1000;
 constexpr double kMaxFrame = 1e9;
 
-// Where a message points to.
+// The place in the file that a message names.
 struct Place {
     const std::filesystem::path& file;
     std::size_t line;
@@ -33,7 +33,7 @@ std::string trimmed(std::string_view text) {
     return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
 }
 
-// RFC 4180 within one line: commas apart, "a ""quoted"" field" may hold them.
+// Splits a line as RFC 4180 asks: commas separate fields, and a field "a ""quoted"" field" may contain them.
 std::vector<std::string> splitLine(std::string_view line, const Place& place) {
     std::vector<std::string> fields;
     for (std::size_t at = 0; at <= line.size();) {
@@ -68,7 +68,7 @@ double parseNumber(const std::string& text, const std::string& column, const Pla
     return value;
 }
 
-// Of "ball.x": "ball", 0. Of other names: "", -1.
+// Splits "ball.x" into "ball" and 0. For other names it returns "" and -1.
 std::pair<std::string, int> pointColumn(const std::string& name) {
     if (name.size() < 3 || name[name.size() - 2] != '.' || name.back() < 'x' || name.back() > 'z') return {"", -1};
     return {name.substr(0, name.size() - 2), name.back() - 'x'};
@@ -94,7 +94,7 @@ void checkNames(const std::vector<std::string>& names, const Place& place) {
     }
 }
 
-// Which column is what.
+// Tells what each column holds.
 struct Columns {
     std::vector<std::string> names;  // of all
     std::size_t clip = 0;            // 0: none

@@ -1,6 +1,6 @@
 #pragma once
-// e.light.h5: an environment light as SH (HDF5, format "penumbra.light", version 1). Radiance, linear Rec.709, model
-// frame.
+// e.light.h5: an environment light as SH (HDF5, format "penumbra.light", version 1). It is radiance in linear
+// Rec.709, in the model frame.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -11,15 +11,15 @@
 namespace penumbra {
 
 constexpr int kLightVersion = 1;
-constexpr int kMaxFileLobes = 15;  // of a file: 2n - 1 fixed lobes are exact, n <= 8
+constexpr int kMaxFileLobes = 15;  // lobes of a file: 2n - 1 fixed lobes are exact, n <= 8
 
-// The same SH as a sum of zonal lobes: light_lm = sum_d sqrt(4pi/(2l+1)) z_dl y_lm(direction_d) (sh/zonal.h).
+// The light as a sum of zonal lobes: light_lm = sum_d sqrt(4pi/(2l+1)) z_dl y_lm(direction_d) (sh/zonal.h).
 struct LightLobesFit {
     std::string mode;                  // "greedy", "joint" or "fixed"; empty: no lobes
     std::vector<Vec3d> directions;     // [D] unit, model frame
     std::vector<double> coefficients;  // [D, n, 3] z_l of each channel
     double residual = 0;               // |sh - lobes| / |sh|, over all coefficients and channels
-    double irradiance_error = 0;       // the same of irradiance over all normals
+    double irradiance_error = 0;       // such a relative error of irradiance over all normals
 };
 
 struct LightFile {
@@ -27,12 +27,12 @@ struct LightFile {
     int order = 4;
     std::vector<double> sh;      // [n^2, 3]
     double residual = 0;         // relative L2 error of the SH against the light, over the sphere
-    std::vector<double> window;  // [n] that the bands have been multiplied by; empty: nothing
+    std::vector<double> window;  // [n] factors that the bands have been multiplied by; empty: none
     LightLobesFit lobes;
     Provenance provenance;
 };
 
 void writeLight(const std::filesystem::path& path, const LightFile& light);
-LightFile readLight(const std::filesystem::path& path);  // IoError, InvalidInput
+LightFile readLight(const std::filesystem::path& path);  // throws IoError and InvalidInput
 
 }  // namespace penumbra

@@ -56,7 +56,7 @@ void readModelInputs(const Hdf5Reader& in, Model& model) {
 
 namespace {
 
-// A vertex of a deforming mesh follows one part, which is no input; a back its front's.
+// Checks that a vertex of a deforming mesh follows one part, which is no input, and a back the part of its front.
 void checkParts(const Hdf5Reader& in, const Model& model) {
     if (model.skin.influences != 1)
         throw InvalidInput(in.name + ": /skin/joints: " + std::to_string(model.skin.influences) +

@@ -165,7 +165,7 @@ void readFrames(const Hdf5Reader& in, Model& model) {
     model.pose_size = int(shape[1]);
 }
 
-// Numbers that `features` asks for before PCA (model_file.h).
+// Returns how many numbers `features` asks for before PCA (model_file.h).
 std::size_t rawFeatureCount(const Model& model) {
     return model.features == FeatureKind::kRelativeBones ? 12 * (model.skin.jointCount() - 1)
                                                          : std::size_t(model.pose_size);
@@ -195,7 +195,7 @@ void readGroups(const Hdf5Reader& in, const std::string& name, const Model& mode
     cluster.center = {center[0], center[1], center[2]};
 }
 
-// Weights [K, H] and what the units are made of: H follows from the kind of model, from /unit_group or from /hidden.
+// Reads the weights [K, H] and the units. H follows from the kind of model, from /unit_group or from /hidden.
 void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
     const hsize_t components = cluster.components(), inputs = cluster.input_min.size();
     hsize_t units = inputs;
@@ -248,7 +248,7 @@ ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const M
     return cluster;
 }
 
-// Every vertex in exactly one cluster, and /model/cluster_of_vertex says which.
+// Checks that every vertex is in exactly one cluster, which must be the one that /model/cluster_of_vertex names.
 void checkPartition(const Hdf5Reader& in, const Model& model) {
     std::vector<char> seen(model.mesh.vertexCount(), 0);
     std::size_t total = 0;

@@ -1,6 +1,6 @@
 #pragma once
 // x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 and 3; README.md lists
-// every dataset).
+// every dataset). docs/formulas.md, section 4, derives the models.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -12,32 +12,37 @@
 
 namespace penumbra {
 
-constexpr int kModelVersion = 3;         // deforming meshes, inputs
-constexpr int kSkinnedModelVersion = 2;  // what is written where nothing of version 3 is there
+constexpr int kModelVersion = 3;         // knows deforming meshes and inputs
+constexpr int kSkinnedModelVersion = 2;  // written where the model has nothing of version 3
 
-// Raw features of a cluster, in this order (fit/models/features.h says the same, the run-time evaluator repeats it):
-//   kJointAngles: the frame's pose vector, P numbers.
-//   kRelativeBones: for every joint j != the cluster's own joint c, ascending, 12 numbers: position of j's centre in
-//   c's rest frame, M_c^-1 M_j centre_j - centre_j, divided by `feature_scale`; then the 9 entries, row-major, of R_c^T
-//   R_j - I, R = nearestRotation(M.linear()). M are the frame's skinning matrices. An absolute joint (InputJoint) does
-//   not know the cluster's motion: position (M_j centre_j - centre_j) / feature_scale, and 9 zeros.
-//   kDihedrals: the frame's pose vector, P numbers: angles of a deforming mesh after PCA, then inputs (Model).
+// The raw features of a cluster, in this order (fit/models/features.h computes them, and the run-time evaluator
+// again):
+// - kJointAngles: the frame's pose vector, P numbers.
+// - kRelativeBones: 12 numbers for every joint j except the cluster's own joint c, in ascending order. The first 3
+//   are the position of j's centre in c's rest frame, M_c^-1 M_j centre_j - centre_j, divided by `feature_scale`. The
+//   other 9 are the entries, row-major, of R_c^T R_j - I, R = nearestRotation(M.linear()). M are the frame's skinning
+//   matrices. An absolute joint (InputJoint) does not know the cluster's motion: it has the position (M_j centre_j -
+//   centre_j) / feature_scale, and 9 zeros.
+// - kDihedrals: the frame's pose vector, P numbers: angles of a deforming mesh after PCA, then inputs (Model).
 //
-// From these, the inputs x [I] of a cluster:
-//   kLinear, kQuadratic, kNeural: x = input_basis (raw - feature_mean).
-//   kAdditive: the inputs of one group after the other.
-// Groups are what the cluster sees move: kRelativeBones: a joint j != c, D = 13 inputs, boneInputs() (sh/pose_inputs.h)
-// of its raw position + (centre_j - center) / feature_scale, its rotation and joint_spreads[j]; of an absolute joint
-// its raw position, then zeros. kJointAngles: a joint, D = 3 inputs, its numbers of the pose. kDihedrals: a number
-// of the pose, D = 1. Of every model the ranges of the group inputs over training frames are known: out of range^2 =
-// sum over g of group_weight_g |x_g - clamp(x_g)|^2, mean over clusters weighted by their vertices.
+// These give the inputs x [I] of a cluster:
+// - kLinear, kQuadratic, kNeural: x = input_basis (raw - feature_mean).
+// - kAdditive: the inputs of one group after the other.
+// Groups are what the cluster sees move. With kRelativeBones a group is a joint j != c with D = 13 inputs:
+// boneInputs() (sh/pose_inputs.h) of its raw position + (centre_j - center) / feature_scale, its rotation and
+// joint_spreads[j]. An absolute joint has its raw position, then zeros. With kJointAngles a group is a joint with D =
+// 3 inputs, its numbers of the pose. With kDihedrals it is a number of the pose, D = 1. Every model knows the ranges
+// of the group inputs over training frames: out of range^2 = sum over g of group_weight_g |x_g - clamp(x_g)|^2,
+// averaged over clusters by their vertices.
 //
-// Each input is clamped to its range over training frames, widened by kRangeMargin of it at both ends (a group's: not
-// widened): no pose can make the result explode. The units h [H] of a cluster:
-//   kLinear: x. kQuadratic: x, then all products x_i x_j, i <= j, row by row. kNeural: tanh(hidden_h . (x, 1)) (paper
-//   000 eq 12). kAdditive: exp(-|x_g - hidden_h|^2 / 2), g = unit_group[h], x_g the inputs of that group.
-// Scores y = weights h + bias; numbers = mean + sum_k y_k basis_k, and last each vertex' numbers are moved the shortest
-// way to where its ambient visibility lies in [0, 1] (clampAmbient(), sh/visibility_convention.h).
+// Each input is clamped to its range over training frames, widened by kRangeMargin of it at both ends (ranges of
+// groups are not widened), so that no pose can make the result explode. The units h [H] of a cluster are:
+// - kLinear: x.
+// - kQuadratic: x, then all products x_i x_j, i <= j, row by row.
+// - kNeural: tanh(hidden_h . (x, 1)) (paper 000 eq 12).
+// - kAdditive: exp(-|x_g - hidden_h|^2 / 2), g = unit_group[h], where x_g are the inputs of that group.
+// The scores are y = weights h + bias, and the numbers are mean + sum_k y_k basis_k. Last, each vertex' numbers move
+// the shortest way to where its ambient visibility lies in [0, 1] (clampAmbient(), sh/visibility_convention.h).
 struct ClusterModel {
     std::vector<std::uint32_t> vertices;      // [Vc], ascending
     int joint = 0;                            // the cluster's own joint
@@ -46,7 +51,7 @@ struct ClusterModel {
     std::vector<float> input_basis;           // [I, N] row-major (rows: PCA directions); empty for kAdditive
     std::vector<float> input_min, input_max;  // [I], range of x over training frames; empty for kAdditive
     std::vector<std::uint32_t> groups;        // [G] ascending joints; kDihedrals: numbers of the pose
-    std::vector<float> group_weight;          // [G], >= 0, how much the group matters; sum 1 over all groups there are
+    std::vector<float> group_weight;          // [G], >= 0, its importance; 1 in sum with the groups that are not stored
     std::vector<float> group_min, group_max;  // [G, D], range of the group's inputs over training frames
     std::vector<float> hidden;                // kNeural: [H, I + 1]; kAdditive: [H, D], D inputs of a group
     std::vector<std::uint32_t> unit_group;    // kAdditive: [H], index into groups
@@ -61,7 +66,7 @@ struct ClusterModel {
     std::size_t inputs() const { return feature_mean.empty() ? group_min.size() : input_min.size(); }
     std::size_t components() const { return bias.size(); }
     std::size_t units() const { return bias.empty() ? 0 : weights.size() / bias.size(); }
-    // Of all arrays above but `vertices`: what a run-time needs of this cluster.
+    // Counts the numbers of all arrays above except `vertices`: what a run-time needs of this cluster.
     std::size_t numberCount() const {
         return feature_mean.size() + input_basis.size() + input_min.size() + input_max.size() + groups.size() +
                group_weight.size() + group_min.size() + group_max.size() + hidden.size() + unit_group.size() +
@@ -75,21 +80,21 @@ struct ClipError {
     double relative_error = 0, rms_v = 0, ambient_error = 0;  // docs/formulas.md section 5
 };
 
-// A joint that moves no vertex but stands for inputs, numbers that are no part of the mesh (the centre of a ball). Its
-// bone is a translation (inputBone(), sh/rigid_fit.h).
+// A joint that moves no vertex but stands for inputs, which are numbers that are no part of the mesh (such as the
+// centre of a ball). Its bone is a translation (inputBone(), sh/rigid_fit.h).
 struct InputJoint {
     std::uint32_t joint = 0;
-    std::uint32_t column = 0;     // the first, of the X inputs
+    std::uint32_t column = 0;     // the first of its columns among the X inputs
     std::uint32_t columns = 3;    // 3: a point of the model frame; 1: any number
-    float offset = 0, scale = 1;  // of a number: moved by ((x - offset) scale, 0, 0); of a point 0 and 1
+    float offset = 0, scale = 1;  // a number moves the joint by ((x - offset) scale, 0, 0); a point has 0 and 1
 
     bool absolute() const { return columns == 1; }
     bool operator==(const InputJoint&) const = default;
 };
 
-// A deforming mesh has no skeleton: its vertices are given in every frame. Its joints are near-rigid parts (influences
-// = 1), whose bones are fitted to the vertices (partMotions(), sh/rigid_fit.h), then the input joints; normals are
-// those of the front triangles (vertexNormals()).
+// A fitted model. A deforming mesh has no skeleton: its vertices are given in every frame. Its joints are near-rigid
+// parts (influences = 1), whose bones are fitted to the vertices (partMotions(), sh/rigid_fit.h), then the input
+// joints. Its normals are those of the front triangles (vertexNormals()).
 struct Model {
     Mesh mesh;
     Skin skin;
@@ -98,14 +103,15 @@ struct Model {
     FrameList frames;                 // all frames of the visibility file, training and held out
     std::vector<Affine> bones;        // [F, J]
     int pose_size = 0;
-    // [F, P]. Of a deforming mesh: kDihedrals: pose_basis (angles - pose_mean), the angles of its E edges
-    // (sh/dihedral_angles.h) turned to within pi of their means, then the X inputs; kRelativeBones: the inputs alone.
+    // [F, P]. For a deforming mesh with kDihedrals: pose_basis (angles - pose_mean), where the angles of its E edges
+    // (sh/dihedral_angles.h) are turned to within pi of their means, then the X inputs; with kRelativeBones: only the
+    // inputs.
     std::vector<float> pose;
     bool deforming = false;
-    std::vector<Vec3> positions;           // [F, Vs] of the fronts; empty unless deforming
+    std::vector<Vec3> positions;           // [F, Vs] positions of the fronts; empty unless deforming
     std::vector<std::string> input_names;  // [X], the last numbers of the pose
     std::vector<InputJoint> input_joints;  // the last joints, ascending
-    std::vector<float> pose_mean;          // [E], kDihedrals
+    std::vector<float> pose_mean;          // [E], only for kDihedrals
     std::vector<float> pose_basis;         // [P - X, E]
     std::vector<std::string> holdout_clips;
 
@@ -123,6 +129,6 @@ struct Model {
 };
 
 void writeModel(const std::filesystem::path& path, const Model& model);
-Model readModel(const std::filesystem::path& path);  // IoError, InvalidInput
+Model readModel(const std::filesystem::path& path);  // throws IoError and InvalidInput
 
 }  // namespace penumbra

@@ -51,7 +51,7 @@ void checkFrames(const Hdf5Reader& in, const PoseFile& poses) {
     }
 }
 
-// The frames of the clip "sampled" are those at 0, 1, ... seconds, one a row of /sampled/pose.
+// Checks that the frames of the clip "sampled" stand at 0, 1, ... seconds, one for each row of /sampled/pose.
 void checkSampled(const Hdf5Reader& in, const PoseFile& poses) {
     std::size_t rows = 0;
     for (std::size_t f = 0; f < poses.frames.frameCount(); ++f) {

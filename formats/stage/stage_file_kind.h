@@ -4,7 +4,8 @@
 
 namespace penumbra {
 
-// The root attribute `format` of an HDF5 file ("penumbra.visibility", ...); InvalidInput when it has none.
+// Returns the root attribute `format` of an HDF5 file ("penumbra.visibility", ...). Throws InvalidInput when it has
+// none.
 std::string stageFileKind(const std::filesystem::path& path);
 
 }  // namespace penumbra

@@ -104,7 +104,7 @@ void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_norma
 
 namespace {
 
-// Files of others, and older ones of ours, have none.
+// Reads the slots. Files that others made, and older ones of ours, have none.
 void readSlots(const Hdf5Reader& in, Mesh& mesh) {
     if (!exists(in, "/mesh/slots")) return;
     mesh.slots = readStrings(in, "/mesh/slots");
@@ -117,7 +117,7 @@ void readSlots(const Hdf5Reader& in, Mesh& mesh) {
     mesh.slot_of_vertex.assign(slots.begin(), slots.end());
 }
 
-// The pairing of fronts and backs is what everything downstream relies on.
+// Checks the pairing of fronts and backs, on which everything downstream relies.
 void checkTwoSided(const Hdf5Reader& in, const Mesh& mesh) {
     const std::size_t fronts = mesh.frontVertexCount(), triangles = mesh.frontTriangleCount();
     const auto refuse = [&](const char* dataset, std::size_t at, const char* problem) {
@@ -200,7 +200,7 @@ void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::ve
 
 namespace {
 
-// Every joint must come to a root (-1) in at most J steps.
+// Checks that every joint comes to a root (-1) in at most J steps.
 void checkParents(const Hdf5Reader& in, const std::vector<std::int32_t>& parents) {
     std::vector<char> rooted(parents.size(), 0);
     for (std::size_t joint = 0; joint < parents.size(); ++joint) {

@@ -1,5 +1,6 @@
 #pragma once
-// What visibility and model files have in common: root attributes, /mesh, /skin, /clips and the frame list.
+// Reads and writes what visibility and model files have in common: root attributes, /mesh, /skin, /clips and the
+// frame list.
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,23 +14,24 @@ namespace penumbra {
 
 struct FileKind {
     std::string_view format;  // "penumbra.visibility"
-    int version;              // the newest that we read, and what we write
-    int oldest = 1;           // that we read
+    int version;              // the newest version that we read, and the one that we write
+    int oldest = 1;           // the oldest version that we read
 };
 
-// format, format_version and provenance, which every file has; for files without SH.
+// Write and read format, format_version and provenance, which every file has. Only files without SH call these
+// directly.
 void writeKind(hid_t file, const FileKind& kind, const Provenance& provenance);
 void readKind(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
 void writeRoot(hid_t file, const FileKind& kind, int sh_order, const Provenance& provenance);
-// Checks format, version and SH convention; returns the SH order.
+// Checks format, version and SH convention, and returns the SH order.
 int readRoot(const Hdf5Reader& in, const FileKind& kind, Provenance& provenance);
 
-// The root attribute two_sided with it, where it is true.
+// Writes also the root attribute two_sided where it is true.
 void writeMesh(hid_t file, const Mesh& mesh, const std::vector<Vec3>& rest_normals);
 Mesh readMesh(const Hdf5Reader& in);
 void writeSkin(hid_t file, const Skin& skin);
 Skin readSkin(const Hdf5Reader& in, std::size_t vertices);
-// InvalidInput when a name of `dataset` is there twice.
+// Throws InvalidInput when a name of `dataset` is there twice.
 void checkUnique(const Hdf5Reader& in, const std::string& dataset, const std::vector<std::string>& names);
 void writeFrameList(hid_t file, const FrameList& frames);
 FrameList readFrameList(const Hdf5Reader& in);
@@ -40,10 +42,10 @@ std::vector<std::uint32_t> readIndices(const Hdf5Reader& in, const std::string& 
                                        std::size_t limit);  // u32[n], each < limit; n 0: any number
 void writeIndices(hid_t file, const std::string& dataset, std::span<const std::uint32_t> indices);
 
-// Floats of exactly this shape: zeros count too, where readFloats() would take any size.
+// Reads floats of exactly this shape, in which zeros count too, whereas readFloats() takes any size for a zero.
 std::vector<float> readExactly(const Hdf5Reader& in, const std::string& dataset, const std::vector<hsize_t>& shape);
 
-// Vec3 and Affine are their floats.
+// Vec3 and Affine consist of floats alone, so their arrays are arrays of floats.
 template <class T>
 std::span<const float> floatsOf(const std::vector<T>& items) {
     return {reinterpret_cast<const float*>(items.data()), items.size() * sizeof(T) / sizeof(float)};

@@ -1,5 +1,5 @@
 #pragma once
-// How large numbers become on disk, measured without a disk.
+// Measures how large numbers become on disk, without a disk.
 #include <span>
 #include <vector>
 
@@ -7,7 +7,7 @@
 
 namespace penumbra {
 
-// Bytes of one chunk of this shape in x.vis.h5: shuffle and deflate as the writer has them.
+// Returns the bytes of one chunk of this shape in x.vis.h5, after shuffle and deflate as the writer applies them.
 double storedSize(std::span<const float> values, const std::vector<std::size_t>& shape, Precision precision);
 
 }  // namespace penumbra

@@ -3,8 +3,8 @@
 
 namespace penumbra {
 
-// Reads all frames for their checksums: InvalidInput names the file and the dataset that is damaged. What the frames
-// share was read on opening. In bounded memory; throws Interrupted.
+// Reads all frames for their checksums, in bounded memory. What the frames share was read on opening. Throws
+// InvalidInput, which names the file and the dataset that is damaged, and Interrupted.
 void checkFrames(const VisibilityReader& reader);
 
 }  // namespace penumbra

@@ -1,4 +1,4 @@
-// The writer of x.vis.h5.
+// Writes x.vis.h5.
 #include "formats/stage/visibility_file.h"
 
 #include <algorithm>
@@ -16,10 +16,10 @@ namespace penumbra {
 
 namespace {
 
-// Frames are written in blocks, and a chunk is a block of frames of a few vertices: all frames of a vertex lie
-// together, which compresses twice as well as frame by frame and is what a fit reads.
+// Frames are written in blocks, and a chunk is a block of frames of a few vertices. All frames of a vertex then lie
+// together, which compresses twice as well as frame by frame, and is what a fit reads.
 constexpr hsize_t kBlockFrames = 64;
-constexpr std::size_t kBlockBytes = std::size_t(96) << 20;  // at most, unless a single frame is larger
+constexpr std::size_t kBlockBytes = std::size_t(96) << 20;  // at most this, unless a single frame is larger
 constexpr hsize_t kChunkVertices = 64;
 
 // One dataset [F, ...] that grows by blocks of frames.
@@ -60,7 +60,7 @@ FrameStream VisibilityWriter::Impl::openStream(const std::string& dataset, std::
     return {createDataset(file, dataset, half ? hid_t(half_type) : H5T_IEEE_F32LE, shape, chunk), shape, half, {}};
 }
 
-// Writes the frames in the block, which end with frame `frames_written`.
+// Writes the frames of the block, the last of which is the frame before `frames_written`.
 void VisibilityWriter::Impl::flush(FrameStream& stream) {
     if (stream.block.empty()) return;
     std::size_t frame_size = 1;

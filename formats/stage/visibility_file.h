@@ -1,6 +1,6 @@
 #pragma once
-// x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility", version 1; README.md lists
-// every dataset). Written frame by frame in bounded memory, read by frame or by vertex range.
+// x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility", version 1; README.md
+// lists every dataset). It is written frame by frame in bounded memory, and read by frame or by vertex range.
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -23,22 +23,23 @@ struct VisibilityHeader {
     int rays = 0;                                    // directions above the horizon
     std::uint64_t seed = 0;
     int bounces = 0;
-    std::optional<float> ground_y;  // height of the ground plane that blocked rays, if any
+    std::optional<float> ground_y;  // height of the ground plane that blocked rays, if there was one
     Mesh mesh;
     std::optional<Skin> skin;
-    std::vector<Vec3> rest_normals;  // [V] what skinVertices() turned into the frames' normals (/mesh/rest_normals)
+    // [V] rest normals that skinVertices() turned into the frames' normals (/mesh/rest_normals)
+    std::vector<Vec3> rest_normals;
     FrameList frames;
-    std::optional<ShardPlace> shard;  // of a bake of some frames
-    int pose_size = 0;                // P, with the inputs
+    std::optional<ShardPlace> shard;  // set for a bake of some frames
+    int pose_size = 0;                // P, inputs included
     std::string pose_parameterisation = kJointRotationVectors;
-    std::vector<InnerEdge> edges;          // [E] of the fronts; with kDihedralAngles: P = E + X
-    std::vector<std::string> input_names;  // [X] of the last numbers of the pose: what the mesh does not know
+    std::vector<InnerEdge> edges;          // [E] edges of the fronts, only with kDihedralAngles: P = E + X
+    std::vector<std::string> input_names;  // [X] names of the last numbers of the pose, which the mesh does not know
     Provenance provenance;
 
     std::size_t coefficientCount() const { return std::size_t(order) * order; }
 };
 
-// One frame; sizes V, V, J (0 without skin), P, V n^2.
+// One frame; the sizes are V, V, J (0 without skin), P and V n^2.
 struct VisibilityFrame {
     std::vector<Vec3> positions, normals;
     std::vector<Affine> bones;
@@ -48,31 +49,32 @@ struct VisibilityFrame {
 
 enum class Precision { kFloat32, kFloat16 };
 
-// How many frames the writer collects before it writes them: 64, fewer where they take more than 96 MB.
+// Returns how many frames the writer collects before it writes them: 64, or fewer where they take more than 96 MB.
 std::size_t framesOfBlock(const VisibilityHeader& header);
 
 class VisibilityWriter {
 public:
     VisibilityWriter(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision);
-    ~VisibilityWriter();                            // without finish(): nothing is left
-    void writeFrame(const VisibilityFrame& frame);  // in order
-    void finish();                                  // after frameCount() frames: the file appears under its name
+    ~VisibilityWriter();                            // without finish(), nothing is left
+    void writeFrame(const VisibilityFrame& frame);  // frames come in order
+    void finish();  // call it after frameCount() frames; only then the file gets its name
 
 private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
 
-// Where a frame of a whole lies.
+// Tells in which file a frame of a whole lies.
 struct FrameSource {
     std::uint32_t file = 0, frame = 0;
 };
 
-// A file without frames of its own: they stay in others, which its name goes with. Other programs see them through HDF5
-// virtual datasets (NaN where a file is missing); VisibilityReader refuses a file that is missing or has changed.
+// Describes a file without frames of its own: they stay in others, which its name goes with. Other programs see them
+// through HDF5 virtual datasets (NaN where a file is missing). VisibilityReader refuses a file that is missing or has
+// changed.
 struct VirtualSources {
     std::vector<std::string> files;             // relative to the folder of the virtual file
-    std::vector<std::string> sha256;            // of each
+    std::vector<std::string> sha256;            // one for each file
     std::vector<std::uint32_t> frames_of_file;  // how many frames each has
     std::vector<FrameSource> source;            // [F]
 };
@@ -81,15 +83,15 @@ void writeVirtualVisibility(const std::filesystem::path& path, const VisibilityH
 
 class VisibilityReader {
 public:
-    explicit VisibilityReader(const std::filesystem::path& path);  // IoError, InvalidInput
+    explicit VisibilityReader(const std::filesystem::path& path);  // throws IoError and InvalidInput
     ~VisibilityReader();
     const VisibilityHeader& header() const;
     Precision precision() const;
     bool isVirtual() const;
     VisibilityFrame readFrame(std::size_t frame) const;
-    // Without coefficients: what a feature or a renderer needs of the pose.
+    // Reads a frame without its coefficients, which is all that features and renderers need.
     VisibilityFrame readPose(std::size_t frame) const;
-    // Coefficients of vertices [begin, end) in all frames: out is [F, end - begin, n^2].
+    // Reads the coefficients of vertices [begin, end) in all frames: out is [F, end - begin, n^2].
     void readVertices(std::size_t begin, std::size_t end, std::span<float> out) const;
 
 private:

@@ -45,7 +45,7 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
 
 namespace {
 
-// Every frame is one of the sampled frames of a clip, in ascending order.
+// Reads the place of the shard. Every frame must be one of the sampled frames of a clip, in ascending order.
 ShardPlace readShard(const Hdf5Reader& in, const FrameList& frames) {
     ShardPlace shard;
     shard.clip_names = readStrings(in, "/shard/clip_names");
@@ -119,7 +119,7 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     if (hasAttribute(in, "/", "ground_y")) header.ground_y = float(readNumberAttribute(in, "/", "ground_y"));
     header.mesh = readMesh(in);
     const std::size_t vertices = header.mesh.vertexCount();
-    // Files of others may lack them: they are not in the published layout.
+    // Files that others made may lack these datasets, which are not in the published layout.
     header.rest_normals = exists(in, "/mesh/rest_normals") ? readVectors(in, "/mesh/rest_normals", vertices)
                                                            : meshNormals(header.mesh, header.mesh.rest_positions);
     if (exists(in, "/mesh/edges")) header.edges = readEdges(in, header.mesh);

@@ -1,5 +1,5 @@
 #pragma once
-// What all frames of x.vis.h5 share. Included by formats/visibility_*.cpp only.
+// Reads and writes what all frames of x.vis.h5 share. Only formats/stage/visibility_*.cpp include this.
 #include "formats/stage/stage_parts.h"
 #include "formats/stage/visibility_file.h"
 
@@ -8,9 +8,9 @@ namespace penumbra {
 constexpr const char* kCoefficients = "/visibility/coefficients";
 
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header);
-// Without what stands at /frames/pose.
+// Reads everything except what stands at /frames/pose.
 VisibilityHeader readVisibilityHeader(const Hdf5Reader& in);
-// InvalidInput, which starts with `name`, unless the length of /frames/pose goes with edges and inputs.
+// Throws InvalidInput, which starts with `name`, unless the length of /frames/pose fits edges and inputs.
 void checkPose(const std::string& name, const VisibilityHeader& header);
 
 }  // namespace penumbra

@@ -1,4 +1,4 @@
-// The reader of x.vis.h5: of its own frames, or of those of the files that a virtual one (README.md) names.
+// Reads x.vis.h5: its own frames, or those of the files that a virtual one names (README.md).
 #include <cassert>
 #include <mutex>
 
@@ -19,7 +19,7 @@ struct FrameStore {
     Hdf5Reader in;
     Hdf5Dataset positions, normals, bones, pose, coefficients;
     bool has_bones = false, has_pose = false;
-    std::once_flag by_frame;  // set when coefficients are read by frame; by vertex range they need no cache
+    std::once_flag by_frame;  // set when coefficients are read by frame; reading by vertex range needs no cache
     std::size_t frames() const { return coefficients.shape[0]; }
 };
 
@@ -28,15 +28,15 @@ struct FrameStore {
 struct VisibilityReader::Impl {
     VisibilityHeader header;
     std::vector<std::unique_ptr<FrameStore>> stores;
-    std::vector<FrameSource> source;  // [F] of a virtual file; empty: frame f is frame f of the only store
+    std::vector<FrameSource> source;  // [F] only for a virtual file; empty: frame f is frame f of the only store
 
     void openSources(const Hdf5Reader& in, const fs::path& path);
-    FrameStore& storeOf(std::size_t& frame) const;  // `frame` of the whole becomes that of the store
+    FrameStore& storeOf(std::size_t& frame) const;  // turns `frame` of the whole into that of the store
 };
 
 namespace {
 
-// `frames` 0: any number of them.
+// Opens the frames of a file. `frames` 0 accepts any number of them.
 std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHeader& header, hsize_t frames) {
     auto store = std::make_unique<FrameStore>();
     store->in = std::move(in);
@@ -66,10 +66,10 @@ std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHeader& he
 }
 
 // --- Virtual files --------------------------------------------------------------------------------------------------
-// HDF5 shows other programs the frames of the other files, and fill values without a word where one is missing. We
+// HDF5 shows other programs the frames of the other files, and silently shows fill values where one is missing. We
 // follow our own list instead, and refuse a file that is not what it was.
 
-// Names the first file in order that is wrong, whichever thread sees it first.
+// Checks the files. It names the first file in order that is wrong, whichever thread sees it first.
 void checkSources(const std::vector<fs::path>& files, const std::vector<std::string>& sha256, const std::string& who) {
     std::error_code error;
     for (const fs::path& file : files)
@@ -88,7 +88,7 @@ void VisibilityReader::Impl::openSources(const Hdf5Reader& in, const fs::path& p
     const std::vector<std::string> names = readStrings(in, "/virtual/files"), sums = readStrings(in, "/virtual/sha256");
     if (names.empty() || sums.size() != names.size()) throw InvalidInput(in.name + ": /virtual/sha256: not one a file");
     std::vector<fs::path> files;
-    const fs::path folder = fs::canonical(path).parent_path();  // where a link to the index leads
+    const fs::path folder = fs::canonical(path).parent_path();  // the folder that a link to the index leads to
     for (const std::string& name : names) files.push_back(folder / name);
     checkSources(files, sums, in.name);
     for (const fs::path& source_file : files) {

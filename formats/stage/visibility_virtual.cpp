@@ -1,4 +1,4 @@
-// Virtual x.vis.h5: an index of frames that stay in their files.
+// Writes a virtual x.vis.h5: an index of frames that stay in their files.
 #include <cassert>
 #include <map>
 
@@ -9,7 +9,7 @@ namespace penumbra {
 
 namespace {
 
-// Frames of one file that stand at equal distances in the whole: one HDF5 selection.
+// Groups frames of one file that stand at equal distances in the whole. Each run becomes one HDF5 selection.
 std::vector<Hdf5Run> runsOf(const VirtualSources& sources) {
     std::vector<Hdf5Run> runs;
     std::map<std::uint32_t, std::size_t> last;  // the run that each file's frames are added to

@@ -13,7 +13,7 @@ namespace penumbra {
 
 namespace {
 
-// What is drawn, once: the asset, a frame of it, and the shading that may be null.
+// The benchmark draws this: the asset, a frame of it, and the shading, which may be null.
 struct Subject {
     const AssetView* asset = nullptr;
     Channel channel = Channel::kShaded;
@@ -50,7 +50,7 @@ GlBench::WholeFrame timeWholeFrame(Subject& subject, const RenderOptions& option
             })};
 }
 
-// As a window shows them, but in floats; over what either path covers.
+// Returns the difference of the pictures as a window shows them, but in floats, over what either path covers.
 double pathDifference(const Image& a, const Image& b) {
     double sum = 0;
     std::size_t covered = 0;

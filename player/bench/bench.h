@@ -1,5 +1,5 @@
 #pragma once
-// How long a frame of an asset takes here, stage by stage, on the CPU and with OpenGL.
+// Measures how long a frame of an asset takes here, stage by stage, on the CPU and with OpenGL.
 #include <string>
 
 #include "formats/asset/asset_file.h"
@@ -9,15 +9,16 @@
 
 namespace penumbra {
 
-// Milliseconds a frame. GL times end with glFinish or with the picture read back: llvmpipe's timer queries are wrong.
+// Milliseconds a frame. GL times end with glFinish or with the picture read back, because llvmpipe's timer queries
+// are wrong.
 struct GlBench {
     std::string context;
-    double draw_values = 0;  // upload and drawing of what the CPU made
+    double draw_values = 0;  // upload and drawing of the values that the CPU computed
     double draw_model = 0;   // pose, its upload, evaluation in the compute shader, drawing
     GpuCost model;           // of it, but for the pose
-    double first_frame = 0;  // upload of the asset, compilation of the shaders, first draw
-    // Pose, skinning, evaluation, shading, upload, drawing and an 8-bit picture read back, as a window shows it; with
-    // one sample a pixel and with as many as asked for.
+    double first_frame = 0;  // upload of the asset, compilation of the shaders, and the first draw
+    // Pose, skinning, evaluation, shading, upload, drawing and reading an 8-bit picture back, as a window shows it:
+    // once with one sample a pixel, and once with as many as the options ask for.
     struct WholeFrame {
         int samples = 1;
         StageTime time;
@@ -27,17 +28,18 @@ struct GlBench {
     Switching switching;
 };
 
-// Milliseconds a frame of all `count` characters of one asset, each in a pose of its own; where there are as many as
-// threads, each on one. Draw: upload and drawing of what the CPU made, each at its own place in one picture.
+// Milliseconds a frame of all `count` characters of one asset, each in a pose of its own. Where there are as many as
+// threads, each has a thread. Draw is the upload and the drawing of what the CPU computed, each at its own place in
+// one picture.
 struct CharactersCost {
     int count = 0;
     double pose_skin = 0, evaluate = 0, shade = 0, draw = 0;
     double cpu() const { return pose_skin + evaluate + shade; }
     double total() const { return cpu() + draw; }
-    // What malloc has given out for it: a character is its evaluator and its result arrays (positions, normals,
-    // tangents, numbers, radiance). Decoded: what all share beside the mapped asset.
+    // Bytes that malloc has given out. A character is its evaluator and its result arrays (positions, normals,
+    // tangents, numbers, radiance). bytes_decoded is what all characters share besides the mapped asset.
     std::size_t bytes_decoded = 0, bytes_each = 0;
-    GpuCost glsl;  // of the GLSL path, in one dispatch and one draw
+    GpuCost glsl;  // on the GLSL path, with one dispatch and one draw
 };
 
 struct BenchResult {
@@ -48,8 +50,8 @@ struct BenchResult {
     std::vector<CharactersCost> characters;
 };
 
-// Shades with options.brdf and options.light, or draws E when the asset has none. Medians of `runs`; threads as in
-// parallelFor(). `characters`: how many of them (bench_characters.h).
+// Shades with options.brdf and options.light, or draws E when the asset has none. Figures are medians of `runs`;
+// threads as in parallelFor(). `characters` lists how many of them to measure (bench_characters.h).
 BenchResult benchAsset(const RenderOptions& options, const AssetView& asset, int runs, int threads,
                        const std::vector<int>& characters = {});
 

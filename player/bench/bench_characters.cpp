@@ -16,7 +16,8 @@ namespace penumbra {
 
 namespace {
 
-// Bytes that the program has from malloc and not given back; 0 where another allocator is in its place (sanitizers).
+// Returns the bytes that the program has from malloc and not given back; 0 where another allocator is in its place
+// (sanitizers).
 std::size_t allocatedBytes() {
     const struct mallinfo2 info = mallinfo2();
     return info.uordblks + info.hblkhd;
@@ -29,7 +30,7 @@ struct Character {
     Vec3 offset;
 };
 
-// Everybody on a square on the ground, 1.2 radii apart.
+// Places everybody on a square on the ground, 1.2 radii apart.
 Vec3 placeOf(int index, int count, double radius) {
     const int columns = int(std::ceil(std::sqrt(count)));
     const double middle = 0.5 * (columns - 1);
@@ -50,7 +51,7 @@ public:
         evaluate();
     }
 
-    // Whole characters on each thread; where there are fewer of them than threads, pieces of each.
+    // Gives whole characters to each thread, or pieces of each where there are fewer of them than threads.
     template <class Body>
     void each(const Body& body) {
         const bool split = int(characters_.size()) < threads_;
@@ -86,7 +87,7 @@ public:
         eye_ = toFloat(cameraPosition(camera));
         view_.display = DisplayTransform();
     }
-    // On the GLSL path; each character looks as the first.
+    // Measures the GLSL path, where each character looks like the first.
     GpuCost onGpu(const OffscreenTarget& target, bool software, int runs) const {
         std::vector<PosedCharacter> posed;
         for (const Character& c : characters_) posed.push_back({&c.evaluator, c.offset, shading_});

@@ -1,13 +1,14 @@
 #pragma once
-// Many characters that share an asset: what each costs in time and memory.
+// Measures many characters that share an asset: what each costs in time and memory.
 #include <vector>
 
 #include "player/bench/bench.h"
 
 namespace penumbra {
 
-// Nothing without `counts`, else one of 1, which the others are compared with, and one of each other count, ascending.
-// `shading` may be null: E is not drawn then, but black.
+// Returns nothing without `counts`. Otherwise it measures one character first, with which the others are compared,
+// and then each other count in ascending order. `shading` may be null; the picture is then black instead of showing
+// E.
 std::vector<CharactersCost> benchCharacters(const RenderOptions& options, const Shot& shot, ShadingSet* shading,
                                             std::vector<int> counts, int runs, int threads);
 

@@ -9,9 +9,9 @@ namespace penumbra {
 
 namespace {
 
-// More than the last-level cache of any machine that this is likely to run on.
+// Larger than the last-level cache of any machine that this is likely to run on.
 constexpr std::size_t kBeyondCaches = 128u << 20;
-// Of a core's second-level cache, and beyond it.
+// Within a core's second-level cache, and beyond it.
 constexpr std::size_t kSecondLevel = 256u << 10, kThirdLevel = 8u << 20;
 
 // The stages of a frame of one asset, each to be called on its own.
@@ -84,7 +84,8 @@ std::vector<TimedStage> stagesOf(const AssetView& asset, const ShadingSet* shadi
     return timed;
 }
 
-// In several rounds over all stages: a processor that others use too is at times a fifth slower for a while.
+// Times in several rounds over all stages, because a processor that others use too is at times a fifth slower for a
+// while.
 void timeStages(const AssetView& asset, const ShadingSet* shading, int runs, int threads, Stages& stages,
                 CpuBench& bench) {
     constexpr int kRounds = 5;
@@ -100,7 +101,8 @@ void timeStages(const AssetView& asset, const ShadingSet* shading, int runs, int
     if (shading) bench.shade = bench.stages.back().time;
 }
 
-// Each against a bandwidth that was measured on a working set of its own size: that is in whichever cache it lives in.
+// Compares each stage with a bandwidth that was measured on a working set of its own size, so in whichever cache it
+// lives.
 void compareWithRoof(CpuBench& bench, int threads) {
     std::vector<std::size_t> of_one = {kSecondLevel, kThirdLevel, kBeyondCaches};
     std::vector<std::size_t> of_all = {kSecondLevel * std::size_t(threads), kThirdLevel, kBeyondCaches};
@@ -121,7 +123,8 @@ void compareWithRoof(CpuBench& bench, int threads) {
 
 }  // namespace
 
-// The next material that can be on for one of the parts, the next light that can be, and another rotation.
+// Switches to the next material that can be on for one of the parts, to the next light that can be on, and to another
+// rotation.
 void switchAll(ShadingSet& set, std::size_t run) {
     const AssetView& asset = set.asset();
     const std::size_t slot = run % set.slotCount();

@@ -1,5 +1,6 @@
 #pragma once
-// What a frame of an asset costs on the CPU, stage by stage, and how near each stage comes to what the machine can do.
+// Measures what a frame of an asset costs on the CPU, stage by stage, and how near each stage comes to the machine's
+// limits.
 #include <optional>
 
 #include "player/bench/roofline.h"
@@ -14,7 +15,7 @@ struct CpuStage {
     StageTime time;
     StageWork work;
     int threads = 1;
-    std::size_t working_set = 0;  // bytes that a run comes back to
+    std::size_t working_set = 0;  // bytes that every run reads again
     double roof = 0;              // GFLOP/s that can be attained
     bool memory_bound = false;    // which of the two roofs that is
     double gflops() const { return work.flop / time.best * 1e-6; }
@@ -23,26 +24,27 @@ struct CpuStage {
     double ofRoof() const { return gflops() / roof; }
 };
 
-// Part, material, light and rotation changed before every frame, against the frame that follows without a change; in
-// turns, so that both see the same work. A frame: shading alone on the CPU, all of it on GL.
+// Compares frames before which a part, its material, the light and its rotation change with the frames that follow
+// without a change. The two take turns, so that both see the same work. A frame is shading alone on the CPU, and all
+// of it on GL.
 struct Switching {
     double switched = 0, switched_worst = 0, steady = 0, steady_worst = 0;
 };
 
 struct CpuBench {
     Roofline one_thread, all_threads;
-    // pose; skin; evaluate on one thread, on all, and on all with nothing of the asset in a cache; shade (where there
-    // are a material and a light).
+    // pose; skin; evaluate on one thread, on all threads, and on all threads with nothing of the asset in a cache;
+    // shade (if there are a material and a light).
     std::vector<CpuStage> stages;
-    StageTime pose_evaluate, pose_skin_evaluate, shade, frame;  // shade 0 without material; frame: all of it
+    StageTime pose_evaluate, pose_skin_evaluate, shade, frame;  // shade: 0 without a material; frame: all stages
     Switching switching;
     double out_of_range_mean = 0, out_of_range_max = 0;  // Evaluator::outOfRange() over the asset's frames
 };
 
-// Every run takes the next sampled frame of the asset. `shading` may be null.
+// Measures. Every run takes the next sampled frame of the asset. `shading` may be null.
 CpuBench benchCpu(const Shot& shot, ShadingSet* shading, Vec3 eye, int runs, int threads);
 
-// Switches while `frame(run)` draws; on the GL side too.
+// Switches materials and light. timeSwitching() calls it between draws by `frame(run)`; the GL side uses it too.
 void switchAll(ShadingSet& set, std::size_t run);
 template <class Frame>
 Switching timeSwitching(ShadingSet& set, int runs, const Frame& frame) {

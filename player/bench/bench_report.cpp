@@ -39,7 +39,7 @@ void printSwitching(const char* what, const Switching& s) {
                 s.switched_worst, s.steady, s.steady_worst, s.switched / s.steady, s.switched_worst / s.steady_worst);
 }
 
-// "0.034", or "-" where it is not known
+// Returns "0.034", or "-" where the time is not known.
 std::string orDash(const std::optional<double>& milliseconds) {
     if (!milliseconds) return "-";
     char text[32];
@@ -72,7 +72,7 @@ void printGl(const GlBench& gl) {
     std::printf("%-32s %8.3f of an 8-bit step, root mean square\n", "GLSL path against CPU path", gl.path_difference);
 }
 
-// What one of many costs against one alone, which benchCharacters() puts first.
+// Compares what one of many costs with one alone, which benchCharacters() puts first.
 double linearity(double first, const CharactersCost& one, double all, const CharactersCost& many) {
     return all / many.count / (first / one.count);
 }

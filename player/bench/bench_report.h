@@ -6,6 +6,6 @@
 namespace penumbra {
 
 void printBench(const BenchResult& result);
-nlohmann::ordered_json figuresOf(const BenchResult& result);  // all that is printed
+nlohmann::ordered_json figuresOf(const BenchResult& result);  // all figures that the report prints
 
 }  // namespace penumbra

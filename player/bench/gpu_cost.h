@@ -1,5 +1,5 @@
 #pragma once
-// What characters of one asset cost on the GLSL path: milliseconds a frame, bytes.
+// Measures what characters of one asset cost on the GLSL path: milliseconds a frame, and bytes.
 #include <optional>
 
 #include "player/draw/model_painter.h"
@@ -9,15 +9,17 @@ namespace penumbra {
 
 struct GpuCost {
     std::size_t characters = 0;
-    // Until glFinish returns, so with the driver's work and the way there and back: upload and evaluation; drawing.
+    // Times until glFinish returns, so that they include the driver's work and the way there and back. evaluate:
+    // upload and evaluation.
     double evaluate = 0, draw = 0;
-    // What the GPU itself worked, by timer queries; unset in software, where their answers are wrong.
+    // Times that the GPU itself worked, by timer queries. Unset in software, whose answers are wrong.
     std::optional<double> gpu_evaluate, gpu_draw;
-    std::size_t bytes_shared = 0, bytes_each = 0;  // of GL buffers: the asset's, and a character's own
-    std::size_t bytes_uploaded = 0;                // a frame and character
+    std::size_t bytes_shared = 0, bytes_each = 0;  // of GL buffers: those of the asset, and those of one character
+    std::size_t bytes_uploaded = 0;                // for each frame and character
 };
 
-// Medians of `runs` frames of `characters`, into `target`. `software`: of the current context.
+// Measures medians of `runs` frames of `characters`, drawn into `target`. `software` tells whether the current
+// context is.
 GpuCost measureGpuCost(const std::shared_ptr<GlAsset>& asset, Channel channel,
                        std::span<const PosedCharacter> characters, const FrameView& view, const OffscreenTarget& target,
                        bool software, int runs);

@@ -26,14 +26,14 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Busy for 30 ms: threads that began on one core are on one each after that.
+// Is busy for 30 ms: threads that began on one core are on a core each after that.
 void spread() {
     const auto start = std::chrono::steady_clock::now();
     while (secondsSince(start) < 0.03) continue;
 }
 
-// The shortest of `runs` times that body(thread) takes on all threads, started together. They spin: waking one up
-// takes longer than some of what is measured.
+// Returns the shortest of `runs` times that body(thread) takes on all threads, started together. Threads spin, since
+// waking one up takes longer than some of what is measured.
 template <class Body>
 double bestTime(int runs, int threads, const Body& body) {
     std::atomic<int> begun{0}, ended{0};
@@ -72,7 +72,8 @@ Bandwidth bandwidthOf(const RooflinePath& path, int threads, std::size_t bytes, 
     const std::size_t third = std::max<std::size_t>(bytes / 4 / 3 / std::size_t(threads) / 64 * 64, 64),
                       share = 3 * third;
     const int runs = int(std::clamp<std::size_t>(std::size_t(1e9) / bytes, 8, 500));
-    const std::size_t passes = std::max<std::size_t>(1, (1 << 20) / bytes);  // small sets: the clock is not that fine
+    // small sets go several times, as the clock is not that fine
+    const std::size_t passes = std::max<std::size_t>(1, (1 << 20) / bytes);
     const auto rate = [&](double seconds) {
         return double(passes * share * 4 * std::size_t(threads)) / seconds * 1e-9;
     };

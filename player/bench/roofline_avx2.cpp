@@ -1,4 +1,5 @@
-// Compiled with -mavx2 -mfma and contraction of a * b + c allowed, called only where the processor has them.
+// This file is compiled with -mavx2 -mfma, and may contract a * b + c. Its functions are called only where the
+// processor has these.
 #include "player/bench/roofline.h"
 
 #ifdef __AVX2__

@@ -1,6 +1,6 @@
-// The source of both paths of the roofline: included by roofline.cpp and roofline_avx2.cpp, which differ in the
-// processor they are compiled for. Internal linkage and nothing inline of the standard library, as in
-// runtime/shade_lanes.h.
+// The source of both paths of the roofline. roofline.cpp and roofline_avx2.cpp include it and differ in the processor
+// that they are compiled for. As in runtime/shade_lanes.h it has internal linkage, and uses nothing inline from the
+// standard library.
 #include "player/bench/roofline.h"
 
 namespace penumbra {
@@ -20,8 +20,8 @@ inline float anyOf(const RoofLanes* sums, int count) {
     return sum[0];
 }
 
-// As many chains as there are registers beside the factors': they hide the 4 cycles of a fused multiply-add at 2 a
-// cycle, and the 7 of a multiplication and an addition.
+// There are as many chains as registers, except those of the factors. They hide the 4 cycles of a fused multiply-add
+// at 2 a cycle, and the 7 of a multiplication and an addition.
 constexpr int kChains = 14;
 float multiplyAdds(std::size_t rounds) {
     RoofLanes a[kChains];

@@ -1,5 +1,5 @@
 #pragma once
-// How long something takes: repeated, because other programs run beside us.
+// Measures how long something takes. It repeats, because other programs run beside us.
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -20,13 +20,13 @@ inline double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-// Milliseconds.
+// Times in milliseconds.
 struct StageTime {
     double median = 0, best = 0;
 };
 
-// Collects what `body(run)` takes in so many runs; prepare(run) comes before each and is not timed. One run before the
-// first that counts.
+// Collects the times that `body(run)` takes in so many runs. prepare(run) comes before each and is not timed. One run
+// before the first does not count.
 template <class Prepare, class Body>
 void collectRuns(int runs, const Prepare& prepare, const Body& body, std::vector<double>& times) {
     for (int run = -1; run < runs; ++run) {

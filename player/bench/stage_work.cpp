@@ -10,11 +10,12 @@ constexpr std::size_t kFloat = sizeof(float);
 
 std::size_t storedBytes(const NumbersView& numbers) { return numbers.count * bytesPerNumber(numbers.precision); }
 
-// Evaluator::relativeBoneFeatures: a point moved, differences, the inverse bone applied, a product of rotations.
+// Counts Evaluator::relativeBoneFeatures: a point moved, differences, the inverse bone applied, and a product of
+// rotations.
 double featureFlop(std::size_t joints) { return double(joints - 1) * (18 + 3 + 15 + 3 + 6 + 45 + 3); }
 
-// ModelEvaluator::clampedInputs with boneInputs (sh/pose_inputs.h), then three a number for clamping and what it cut
-// off.
+// Counts ModelEvaluator::clampedInputs with boneInputs (sh/pose_inputs.h), then three a number for clamping and what
+// it cut off.
 double groupFlop(bool bones, std::size_t inputs) {
     return (bones ? 3 + 6 + 2 + 3 + 1 + 45 + 9 : 0) + 3.0 * double(inputs);
 }
@@ -41,7 +42,7 @@ double regressionFlop(const ModelView& model, const ClusterView& cluster) {
     return flop + 2 * units * double(cluster.components());
 }
 
-// partMotions (sh/rigid_fit.h): sums, then differences, a square and an outer product; vertexNormals
+// Counts partMotions (sh/rigid_fit.h): sums, then differences, a square and an outer product; and vertexNormals
 // (sh/vertex_normals.h): two differences, a cross product and three sums a triangle, then a length.
 void addDeformation(const AssetView& asset, StageWork& work) {
     const auto points = double(asset.mesh.pointCount()), triangles = double(asset.mesh.frontTriangles().size()) / 3;
@@ -65,7 +66,7 @@ StageWork poseWork(const AssetView& asset) {
             work.flop += featureFlop(joints);
         features_of = cluster.joint;
         work.flop += regressionFlop(model, cluster);
-        // Decoded to floats when the evaluator was made.
+        // These were decoded to floats when the evaluator was made.
         for (const NumbersView& numbers :
              {cluster.input_basis, cluster.group_min, cluster.group_max, cluster.hidden, cluster.weights})
             work.read += numbers.count * kFloat;
@@ -86,8 +87,8 @@ StageWork skinWork(const AssetView& asset) {
         return work;
     }
     const auto used = std::count_if(mesh.skin_weights.begin(), mesh.skin_weights.end(), [](float w) { return w != 0; });
-    // Blending; a point moved, the cofactor and a normal through it, its length; the tangent turned, projected, its
-    // length.
+    // This counts blending; a point moved, the cofactor and a normal through it, and its length; the tangent turned
+    // and projected, and its length.
     work.flop = 24.0 * double(used) + double(vertices) * ((18 + 27 + 15 + 9) + (15 + 11 + 9));
     return work;
 }
@@ -105,7 +106,7 @@ StageWork evaluateWork(const AssetView& asset) {
 
 namespace {
 
-// laneBasis (runtime/shade_lanes.h).
+// Counts laneBasis (runtime/shade_lanes.h).
 double basisFlop(int order) {
     const double n = order;
     return n * (n - 1) / 2 * 4 + n * n + 6 * n;
@@ -138,7 +139,8 @@ StageWork shadeWork(const ShadingSet& shading) {
     work.written = vertices * sizeof(Vec3);
     for (std::size_t slot = 0; slot < shading.slotCount(); ++slot) {
         const ShadeMaterial material = shading.materialView(slot);
-        // Bitangent, unit direction to the eye, into the local frame; the colour's factors.
+        // This counts the bitangent, the unit direction to the eye, its way into the local frame, and the colour's
+        // factors.
         const double of_vertex = 9 + 3 + 10 + 15 + 3;
         work.flop += double(shading.vertexCount(slot)) *
                      (of_vertex + materialFlop(material) + lightFlop(shading.lightTables().view(), material.channels));

@@ -1,7 +1,7 @@
 #pragma once
-// What each stage of a frame on the CPU has to move and to calculate: the least that its formulas ask for, counted from
-// the asset's own arrays. Additions, multiplications, divisions, roots, exp and tanh are one flop each;
-// what orthogonalises the bones' rotations is left out.
+// Counts what each stage of a frame on the CPU has to move and to calculate: the least that its formulas ask for,
+// from the asset's own arrays. An addition, multiplication, division, root, exp or tanh is one flop. The
+// orthogonalisation of the bones' rotations is left out.
 #include <cstddef>
 
 #include "player/runtime/evaluator.h"
@@ -10,7 +10,7 @@
 namespace penumbra {
 
 struct StageWork {
-    std::size_t read = 0, written = 0;  // bytes a frame, every array once
+    std::size_t read = 0, written = 0;  // bytes a frame, counting every array once
     double flop = 0;                    // a frame
     std::size_t bytes() const { return read + written; }
 };

@@ -7,7 +7,7 @@ namespace penumbra {
 
 namespace {
 
-// Union-find over vertices, paths halved on the way.
+// Finds the root of a vertex by union-find, and halves paths on the way.
 std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
@@ -23,8 +23,8 @@ std::vector<std::uint32_t> surfaceOfVertex(std::span<const std::uint32_t> triang
     return parent;
 }
 
-// Of an edge between two vertices, its two triangles run through it in both directions: sorted by the vertices, the
-// edges come in pairs of one of each.
+// Tells which surfaces are open. In a closed one, the two triangles at an edge run through it in opposite directions.
+// So sorted by their vertices, the edges come in pairs with one of each direction.
 std::vector<bool> openSurfaces(std::span<const std::uint32_t> triangles, const std::vector<std::uint32_t>& surface) {
     struct Edge {
         std::uint32_t low, high;
@@ -74,7 +74,7 @@ ClosedSurfaces findClosedSurfaces(std::span<const std::uint32_t> triangles) {
 bool allOutward(const ClosedSurfaces& surfaces, std::span<const Vec3> positions) {
     std::size_t at = 0;
     for (std::size_t end : surfaces.ends) {
-        double volume = 0;  // 6 times; about a point of the surface, for precision
+        double volume = 0;  // 6 times the volume; about a point of the surface, for precision
         const Vec3 origin = positions[surfaces.triangles[at]];
         for (; at < end; at += 3) {
             const Vec3 a = positions[surfaces.triangles[at]] - origin,

@@ -11,7 +11,7 @@ namespace {
 
 constexpr GLuint kArraysBinding = 0;  // in evaluate.comp
 
-// The asset's arrays, one after another at multiples of 16 bytes, and where each begins.
+// Collects the asset's arrays, one after another at multiples of 16 bytes, and tells where each begins.
 class ArrayList {
 public:
     template <class T>
@@ -26,7 +26,7 @@ public:
         return std::uint32_t(at / 4);
     }
     std::size_t bytes() const { return bytes_; }
-    // From where they are, the mapped file: no copy of them is made.
+    // Uploads them from where they are, the mapped file, without another copy.
     GlObject upload() const {
         checkStorageBlock("the asset", bytes_);
         GlObject buffer = makeStorage(bytes_);
@@ -54,7 +54,7 @@ std::optional<AssetPrecision> sharedPrecision(const ModelView& model, NumbersVie
     return shared;
 }
 
-// kClusterWords a cluster; places the model's arrays.
+// Makes the table with kClusterWords for each cluster, and places the model's arrays.
 std::vector<std::uint32_t> clusterTable(const ModelView& model, ArrayList& arrays) {
     std::vector<std::uint32_t> table;
     std::uint32_t first_score = 0;

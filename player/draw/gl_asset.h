@@ -1,5 +1,5 @@
 #pragma once
-// All that the characters of one asset share on the GPU: its arrays, materials and programs.
+// Holds all that the characters of one asset share on the GPU: its arrays, materials and programs.
 #include <map>
 
 #include "player/draw/draw_frame.h"
@@ -11,8 +11,9 @@ namespace penumbra {
 
 class GlAsset {
 public:
-    // `asset` has a model and outlives this, as its bytes do. `shading` may be null, where nothing is shaded; sets of
-    // characters drawn with this are of the same materials, lights and choice.
+    // `asset` has a model and outlives this object, and so do its bytes. `shading` may be null where nothing is
+    // shaded. The sets of all characters that are drawn with this object must have the same materials, lights and
+    // choice.
     GlAsset(const AssetView& asset, const ShadingSet* shading);
 
     const AssetView& view() const { return *asset_; }
@@ -26,10 +27,10 @@ public:
         GLint eye = -1, vertex_count = -1;
         ViewUniforms view;
     };
-    // Compiled when they are first asked for. The painter's shaders have the bindings.
+    // Programs are compiled when they are first asked for. The painter's shaders define the bindings.
     const Program& evaluateProgram(Channel channel);
     const Program& drawProgram(Channel channel);
-    // The asset's arrays and materials, for evaluating; its triangles, for drawing.
+    // Bind the asset's arrays and materials for evaluating, or its triangles for drawing.
     void bindArrays() const;
     void bindTriangles() const;
     GLsizei indexCount() const { return GLsizei(asset_->mesh.triangles.size()); }

@@ -9,7 +9,7 @@ namespace penumbra {
 
 constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4,
                  kVerticesBinding = 5;
-constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction: what every OpenGL has
+constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction; every OpenGL has as many
 
 ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
     : asset_(std::move(asset)), capacity_(capacity), poses_(4 * capacity * asset_->pose().size) {
@@ -19,7 +19,7 @@ ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
     evaluated_ = makeTextureStorage(GL_RGBA32F, evaluatedBytes());
 }
 
-// Position and value of every vertex, a vec4 each.
+// Counts position and value of every vertex, a vec4 each.
 std::size_t ModelPainter::evaluatedBytes() const { return capacity_ * asset_->vertexCount() * 8 * sizeof(float); }
 
 std::size_t ModelPainter::bytes() const {
@@ -29,7 +29,7 @@ std::size_t ModelPainter::bytes() const {
 
 namespace {
 
-// PosePlaces of one character, in order; `out` is written only.
+// Writes the PosePlaces of one character, in order. `out` is only written, never read.
 void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_looks, std::span<float> out) {
     const PosePlaces& places = asset.pose();
     const std::vector<ClusterView>& clusters = asset.view().model.clusters;
@@ -74,7 +74,7 @@ void ModelPainter::uploadArrays(std::optional<UploadRing>& ring, std::span<const
     }
 }
 
-// Position and normal of every vertex of a deforming mesh; skinned ones need none.
+// Uploads position and normal of every vertex of a deforming mesh. Skinned meshes need none.
 void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
     const AssetView& asset = asset_->view();
     if (!asset.model.deforming) return;
@@ -101,7 +101,7 @@ void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
                      vertices * std::size_t(asset_->view().model.stride));
         numbers_->bind(kNumbersBinding);
     } else {
-        poses_.bind(kNumbersBinding);  // anything: it is not read
+        poses_.bind(kNumbersBinding);  // any buffer will do, as it is not read
     }
     if (channel_ != Channel::kError) return;
     uploadArrays(true_ambient_, characters, &PosedCharacter::true_ambient, vertices);

@@ -8,17 +8,17 @@
 
 namespace penumbra {
 
-// The view of a picture: the camera frames this frame's skinned positions with half the rest pose's diagonal as the
-// radius and defaultPitch(), as penumbra-bake reference does, so that the pictures lie over each other. UsageError
-// names --camera.
+// Returns the view of a picture. The camera frames this frame's skinned positions with half the rest pose's diagonal
+// as the radius and with defaultPitch(), as penumbra-bake reference does, so that the pictures lie over each other.
+// Throws UsageError, which names --camera.
 FrameView makePictureView(const RenderOptions& options, const AssetView& asset, std::span<const Vec3> positions);
 
-// One view of a whole sequence, so that nothing jumps: `box` holds every frame (boundsOfClips()). The radius is half
-// its diagonal, where that is more than half the rest pose's.
+// Returns one view for a whole sequence, so that nothing jumps. `box` holds every frame (boundsOfClips()). The radius
+// is half its diagonal where that is more than half the rest pose's.
 FrameView makeSequenceView(const RenderOptions& options, const AssetView& asset, const BoundingBox& box);
 
-// The box of the skinned positions of all frames of these clips: of all, and not of those that a run draws, so that
-// runs of other frames of the clips have the same view. `frame` loses its pose.
+// Returns the box of the skinned positions of all frames of these clips. It covers all frames, and not only those
+// that a run draws, so that runs of other frames of the clips have the same view. `frame` loses its pose.
 BoundingBox boundsOfClips(PosedFrame& frame, std::span<const std::size_t> clips);
 
 }  // namespace penumbra

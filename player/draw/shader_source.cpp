@@ -18,7 +18,8 @@ std::string preamble(Channel channel) {
     return text + define("CHANNEL", std::size_t(channel));
 }
 
-// Centroid: at a silhouette, values at a covered point and not extrapolated beyond the triangle.
+// Centroid interpolation takes values at a covered point, so that silhouettes are not extrapolated beyond the
+// triangle.
 std::string interpolation(Channel channel) {
     return std::string("#define INTERPOLATION ") + (channel == Channel::kClusters ? "flat" : "centroid") + "\n";
 }
@@ -33,7 +34,7 @@ std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
            define("POSE_MATERIALS", pose.materials) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
 }
 
-// The precision of an array: a number, or where the cluster's table has it.
+// Writes the precision of an array: a number, or the place in the cluster's table that has it.
 std::string precisionOf(const char* array, const std::optional<AssetPrecision>& shared, int word) {
     return std::string("#define ") + array + "_PRECISION " +
            (shared ? std::to_string(int(*shared)) + "u" : "clusterWord(" + std::to_string(word) + ")") + "\n";

@@ -1,6 +1,6 @@
 #pragma once
-// GLSL text: the files of player/shaders/ with a preamble, and the sums over SH functions written out for one
-// convention and shading layout.
+// Makes GLSL text from the files of player/shaders/ with a preamble, and from the sums over SH functions that are
+// written out for one convention and shading layout.
 #include <optional>
 #include <string>
 
@@ -15,10 +15,10 @@ struct ShaderRecipe {
     Convention convention;
     int stride = 0, influences = 0;
     bool slots = false;      // the mesh has them
-    bool deforming = false;  // positions and normals are given, not skinned
-    // That all clusters have; unset: each its own.
+    bool deforming = false;  // positions and normals are given instead of skinned
+    // The precision that all clusters share; unset: each cluster has its own.
     std::optional<AssetPrecision> mean = {}, basis = {};
-    const ShadingLayout* shading = nullptr;  // kShaded only
+    const ShadingLayout* shading = nullptr;  // only for kShaded
     AssetPlaces asset = {};
     PosePlaces pose = {};
 };

@@ -2,8 +2,8 @@
 
 namespace penumbra {
 
-// From linear radiance to what a screen shows, in the fragment shader (shaders/channel.frag). Only shaded pictures are
-// exposed and tone mapped; all are sRGB encoded.
+// Tells how linear radiance becomes what a screen shows, in the fragment shader (shaders/channel.frag). Only shaded
+// pictures are exposed and tone mapped; all pictures are sRGB encoded.
 enum class ToneMap {
     kOff,       // values above 1 are cut
     kReinhard,  // c / (1 + c)

@@ -1,5 +1,5 @@
 #pragma once
-// What a picture shows.
+// Tells what a picture shows.
 #include <string>
 #include <string_view>
 
@@ -13,7 +13,7 @@ enum class Channel {
     kNormals,   // unit normal n, model frame, as n/2 + 1/2
 };
 
-// "shaded", "ao", "error", "clusters", "normals"; UsageError otherwise.
+// Reads "shaded", "ao", "error", "clusters" or "normals". Throws UsageError for other words.
 Channel parseChannel(std::string_view word);
 std::string_view nameOf(Channel channel);
 

@@ -7,8 +7,8 @@
 
 namespace penumbra {
 
-// Where `list` has what is called `name`, else the only one whose name begins so ("ggx" for "ggx:alpha=0.3"), or the
-// first for "". UsageError lists what there is.
+// Returns the place in `list` of what is called `name`, or of the only one whose name begins so ("ggx" for
+// "ggx:alpha=0.3"), or the first for "". Throws UsageError, which lists what there is.
 template <class T>
 std::size_t findByName(const std::vector<T>& list, std::string_view name, const std::string& option) {
     if (name.empty()) return 0;

@@ -9,7 +9,7 @@ namespace penumbra {
 
 namespace {
 
-// body(begin, end) over pieces of [0, vertices).
+// Calls body(begin, end) for pieces of [0, vertices).
 template <class Body>
 void overVertices(std::size_t vertices, int threads, const Body& body) {
     constexpr std::size_t kPiece = 512;  // some 0.1 ms of shading

@@ -1,5 +1,6 @@
 #pragma once
-// One frame on the CPU: the evaluator and the shading of player/runtime over all vertices, on several threads.
+// Computes one frame on the CPU: the evaluator and the shading of player/runtime over all vertices, on several
+// threads.
 #include <vector>
 
 #include "player/frame/shot.h"
@@ -13,33 +14,35 @@ struct FrameVertices {
     std::vector<float> numbers;                      // [V, stride], of the model or of the truth
 };
 
-// Poses the evaluator for the shot's frame, skins and evaluates; sizes `vertices`. `threads` as in parallelFor().
+// Poses the evaluator for the shot's frame, then skins and evaluates. Sizes `vertices`. `threads` as in
+// parallelFor().
 void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
                    FrameVertices& vertices);
 
-// Its two halves for an evaluator that has its pose: skinning, and the model's numbers.
+// Its two halves, for an evaluator that has its pose: skinning, and the model's numbers.
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 
-// The baked truth as numbers of the model's convention, in the frames that `vertices` has; shot.truth is set.
+// Returns the baked truth as numbers of the model's convention, in the local frames of `vertices`. shot.truth must be
+// set.
 std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices, int threads);
 
-// E of every vertex, from numbers of the model's convention.
+// Returns E of every vertex from numbers of the model's convention.
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads);
-// E of the baked truth in this frame; shot.truth is set.
+// Returns E of the baked truth in this frame. shot.truth must be set.
 std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads);
 
-// Radiance of every vertex towards `eye`, negative values as 0; sizes `radiance`.
+// Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`.
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance);
 
-// What the picture shows of every vertex, as the fragment shader takes it: radiance, normal, or a number in x.
-// `shading` is read for kShaded only, `true_ambient` for kError.
+// Returns what the picture shows of every vertex, as the fragment shader takes it: radiance, normal, or a number in
+// x. Reads `shading` only for kShaded, and `true_ambient` only for kError.
 std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
                                 const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
                                 int threads);
 
-// The cluster of every vertex.
+// Returns the cluster of every vertex.
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset);
 
 }  // namespace penumbra

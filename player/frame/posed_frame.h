@@ -1,5 +1,5 @@
 #pragma once
-// One frame after another on the CPU, by model and by truth; each is computed when it is first asked for.
+// Computes one frame after another on the CPU, by model and by truth. Each is computed when it is first asked for.
 #include <array>
 #include <optional>
 
@@ -9,10 +9,10 @@ namespace penumbra {
 
 class PosedFrame {
 public:
-    // `look` (resolveLook()) outlives it. `threads` as in parallelFor().
+    // `look` (resolveLook()) outlives this object. `threads` as in parallelFor().
     PosedFrame(const Shot& look, int threads);
 
-    // To a frame of the asset's animation; its frame of the truth, if there is one.
+    // Goes to a frame of the asset's animation, and to its frame of the truth if there is one.
     void pose(std::size_t frame, std::optional<std::size_t> truth_frame);
 
     int threads() const { return threads_; }
@@ -21,11 +21,11 @@ public:
     const Evaluator& evaluator() const { return evaluator_; }
     const std::vector<Vec3>& positions() const { return vertices_.positions; }
 
-    // With the numbers of `source` until the next call. kTruth only where hasTruth().
+    // Returns the vertices with the numbers of `source`, valid until the next call. kTruth only where hasTruth().
     const FrameVertices& vertices(VisibilitySource source);
-    // The same numbers; stays valid until the next pose().
+    // Returns these numbers alone, valid until the next pose().
     std::span<const float> numbers(VisibilitySource source);
-    // E of every vertex.
+    // Returns E of every vertex.
     const std::vector<float>& ambient(VisibilitySource source);
 
 private:
@@ -40,7 +40,7 @@ private:
         std::vector<float> ambient;
         bool known = false, ambient_known = false;
     };
-    std::array<Source, 2> sources_;  // by VisibilitySource
+    std::array<Source, 2> sources_;  // indexed by VisibilitySource
 };
 
 }  // namespace penumbra

@@ -1,5 +1,5 @@
 #pragma once
-// What `penumbra-player render` needs to know. The defaults here are the documented ones.
+// The options of `penumbra-player render`. The documented defaults stand here.
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,7 +14,7 @@ namespace penumbra {
 
 enum class VisibilitySource {
     kModel,
-    kTruth,  // baked moments, shaded in the same way: what differs is the regression alone
+    kTruth,  // baked moments, shaded in the same way, so that only the regression differs
 };
 
 enum class EvaluationPath {
@@ -25,8 +25,8 @@ enum class EvaluationPath {
 struct RenderOptions {
     std::string clip;  // "" = the first one
     int frame = 0;     // of the clip, 0 = its first sampled frame
-    // Names in the asset, or how only one of them begins. brdf: of every part, "" = what the asset gives each.
-    // slots: SLOT=NAME (formats/common/slot_choice.h), after brdf. light: "" = the first one.
+    // Names in the asset, or beginnings of one name. brdf: of every part, or "" for what the asset gives each part.
+    // slots: SLOT=NAME (formats/common/slot_choice.h), applied after brdf. light: "" is the first one.
     std::string brdf, light;
     std::vector<std::string> slots;
     ShadingChoice shading;
@@ -43,10 +43,11 @@ struct RenderOptions {
     float error_max = 0.25f;         // the error that gets the brightest colour, > 0
 };
 
-// Empty when the options can be used, else one sentence that names the option, its range and the value given.
+// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
+// given.
 std::string findProblem(const RenderOptions& options);
 
-// Words of the command line; UsageError names the option and what it takes.
+// Read words of the command line. They throw UsageError, which names the option and what it takes.
 VisibilitySource parseSource(std::string_view word);             // model | truth
 std::optional<EvaluationPath> parsePath(std::string_view word);  // auto | cpu | glsl
 Reflectance parseReflectance(std::string_view word);             // slices | operators

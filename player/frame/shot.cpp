@@ -26,7 +26,7 @@ const ClipView* findClip(const AnimationView& animation, std::string_view name) 
     return nullptr;
 }
 
-// The truth's frame of the same clip and number; its time must be the same too.
+// Returns the truth's frame of the same clip and number. Its time must be the same too.
 std::size_t truthFrame(const AssetView& asset, const AssetView& truth, const ClipView& clip, std::size_t number) {
     const ClipView* baked = findClip(truth.animation, clip.name);
     if (!baked) throw InvalidInput(truth.name + ": has no clip \"" + std::string(clip.name) + "\"");
@@ -41,7 +41,7 @@ std::size_t truthFrame(const AssetView& asset, const AssetView& truth, const Cli
     return frame;
 }
 
-// "SLOT=NAME"
+// Applies "SLOT=NAME".
 void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot) {
     const SlotChoice choice = parseSlotChoice(text);
     if (asset.mesh.slots.empty()) throw UsageError("--slot: the asset's mesh is one part without a name; use --brdf");

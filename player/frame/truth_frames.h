@@ -5,14 +5,15 @@
 
 namespace penumbra {
 
-// InvalidInput when `truth` holds no baked frames, or not of a mesh and SH order that fit the asset's model.
+// Throws InvalidInput when `truth` holds no baked frames, or has not the mesh and SH order that the asset's model
+// needs.
 void checkTruth(const AssetView& asset, const AssetView& truth);
 
-// The truth's frame for a frame of the asset's animation: same clip, same number, same time. A truth may have been
-// baked of some clips only.
+// Returns the truth's frame for a frame of the asset's animation: same clip, same number, same time. A truth may have
+// been baked for only some of the clips.
 std::optional<std::size_t> findTruthFrame(const AssetView& asset, const AssetView& truth, std::size_t frame);
 
-// Whether it has any of the clip's frames.
+// Tells whether the truth has any of the clip's frames.
 bool hasTruthOf(const AssetView& asset, const AssetView& truth, const ClipView& clip);
 
 }  // namespace penumbra

@@ -25,7 +25,7 @@ std::string glString(GLenum name) {
 void describe(GlContext& context, const std::string& system) {
     const std::string renderer = glString(GL_RENDERER);
     context.description = system + ", " + renderer + ", " + glString(GL_VERSION);
-    // Mesa's software rasterisers; there is no portable query for this.
+    // These are Mesa's software rasterisers. There is no portable query for this.
     for (const char* name : {"llvmpipe", "softpipe", "swrast", "SWR"})
         if (renderer.find(name) != std::string::npos) context.software = true;
 }

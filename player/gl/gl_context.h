@@ -1,5 +1,5 @@
 #pragma once
-// A current OpenGL 4.3 core context without a window or a display server.
+// Makes a current OpenGL 4.3 core context without a window or a display server.
 #include <memory>
 #include <string>
 #include <string_view>
@@ -12,10 +12,10 @@ enum class GlBackend {
     kOsMesa,  // libOSMesa.so.8: software, needs neither GPU nor display
 };
 
-// "auto", "egl" or "osmesa"; UsageError otherwise.
+// Reads "auto", "egl" or "osmesa". Throws UsageError for other words.
 GlBackend parseGlBackend(std::string_view word);
 
-// Current on the calling thread from its making to its end; one at a time in a process.
+// Is current on the calling thread from its making to its end. A process may have only one at a time.
 class GlContext {
 public:
     virtual ~GlContext() = default;
@@ -23,7 +23,8 @@ public:
     bool software = false;    // the processor draws, no GPU
 };
 
-// Loads the entry points of gl_loader.h too. Unsupported when there is no such context here, with the reasons.
+// Also loads the entry points of gl_loader.h. Throws Unsupported, with the reasons, when there is no such context
+// here.
 std::unique_ptr<GlContext> createGlContext(GlBackend backend);
 
 }  // namespace penumbra

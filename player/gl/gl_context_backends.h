@@ -1,6 +1,6 @@
 #pragma once
-// What gl_context.cpp knows of the two window-less systems. Each returns a context that is current, its entry points
-// loaded, or null with `reason` filled in.
+// The two window-less systems behind gl_context.cpp. Each function returns a context that is current with its entry
+// points loaded, or null with `reason` filled in.
 #include <memory>
 #include <string>
 

@@ -1,5 +1,6 @@
-// EGL without a surface, through libglvnd's libEGL.so.1: GPU devices first (EGL_EXT_platform_device, what NVIDIA's and
-// Mesa's drivers offer without a display), then Mesa's surfaceless platform.
+// Makes an EGL context without a surface, through libglvnd's libEGL.so.1. It tries GPU devices first
+// (EGL_EXT_platform_device, which NVIDIA's and Mesa's drivers offer without a display), then Mesa's surfaceless
+// platform.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <dlfcn.h>
@@ -35,7 +36,7 @@ EglLibrary loadLibrary() {
     egl.get = reinterpret_cast<PFNEGLGETPROCADDRESSPROC>(dlsym(library, "eglGetProcAddress"));
     if (!egl.get) return egl;
     egl.complete = true;
-    // Client functions by dlsym (EGL 1.4 promises no more), extensions by eglGetProcAddress.
+    // Client functions come by dlsym (EGL 1.4 promises no more), extensions by eglGetProcAddress.
 #define PENUMBRA_LOAD(TYPE, name)                                                         \
     egl.name = reinterpret_cast<PFNEGL##TYPE##PROC>(dlsym(library, "egl" #name));         \
     if (!egl.name) egl.name = reinterpret_cast<PFNEGL##TYPE##PROC>(egl.get("egl" #name)); \
@@ -46,7 +47,7 @@ EglLibrary loadLibrary() {
     return egl;
 }
 
-// Stays open for the life of the process, as the drivers behind it must.
+// The library stays open for the life of the process, as the drivers behind it must.
 const EglLibrary& openEgl() {
     static const EglLibrary egl = loadLibrary();
     return egl;
@@ -126,7 +127,7 @@ std::unique_ptr<GlContext> createEglContext(bool gpu_only, std::string& reason) 
         reason = "no GPU";
         return nullptr;
     }
-    // A display of its own, not a device's: EGL_DEFAULT_DISPLAY on the surfaceless platform.
+    // This is a display of its own, not a device's: EGL_DEFAULT_DISPLAY on the surfaceless platform.
     return createOn(egl.GetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr), reason);
 }
 

@@ -1,5 +1,6 @@
-// Mesa's off-screen interface. Opened with RTLD_LOCAL: linked beside libGL it makes every gl* symbol ambiguous.
-// Constants are those of GL/osmesa.h, copied because that header (package libosmesa6-dev) brings nothing else.
+// Makes a context by Mesa's off-screen interface. The library is opened with RTLD_LOCAL, since linked beside libGL it
+// would make every gl* symbol ambiguous. The constants are those of GL/osmesa.h, copied because that header (package
+// libosmesa6-dev) brings nothing else.
 #include <dlfcn.h>
 
 #include <array>
@@ -24,7 +25,7 @@ struct OsMesaLibrary {
     gl::GetFunction get = nullptr;
 };
 
-// Stays open for the life of the process: Mesa does not survive being unloaded and loaded again.
+// The library stays open for the life of the process, because Mesa does not survive being unloaded and loaded again.
 OsMesaLibrary& openOsMesa() {
     static OsMesaLibrary mesa = [] {
         OsMesaLibrary opened;

@@ -36,7 +36,7 @@ const char* loadFunctions(GetFunction get) {
     PENUMBRA_GL_FUNCTIONS(PENUMBRA_LOAD)
 #undef PENUMBRA_LOAD
     if (missing) return missing;
-    // Drivers give addresses of functions that the context does not have: ask it.
+    // Drivers give addresses of functions that the context does not have, so ask the context.
     const bool has_storage = isAtLeast(4, 4) || hasExtension("GL_ARB_buffer_storage");
     BufferStorage = has_storage ? reinterpret_cast<PFNGLBUFFERSTORAGEPROC>(get("glBufferStorage")) : nullptr;
     return nullptr;

@@ -1,6 +1,6 @@
 #pragma once
-// OpenGL entry points by name, from whichever context is current: no link against libGL, libOSMesa or libEGL, so that
-// one program can use any of them. Constants and function types come from Khronos' glcorearb.h.
+// Loads OpenGL entry points by name from whichever context is current. The program does not link libGL, libOSMesa or
+// libEGL, so that it can use any of them. Constants and function types come from Khronos' glcorearb.h.
 #include <GL/glcorearb.h>
 
 // clang-format off
@@ -31,7 +31,7 @@
     X(DISPATCHCOMPUTE, DispatchCompute) X(MEMORYBARRIER, MemoryBarrier) X(BINDBUFFERBASE, BindBufferBase) \
     X(DRAWELEMENTSINSTANCED, DrawElementsInstanced) X(MAPBUFFERRANGE, MapBufferRange) X(FENCESYNC, FenceSync) \
     X(CLIENTWAITSYNC, ClientWaitSync) X(DELETESYNC, DeleteSync)
-// Of OpenGL 4.4 or an extension; null where the context has neither.
+// These belong to OpenGL 4.4 or an extension; they are null where the context has neither.
 #define PENUMBRA_GL_OPTIONAL_FUNCTIONS(X) X(BUFFERSTORAGE, BufferStorage)
 // clang-format on
 
@@ -45,8 +45,8 @@ PENUMBRA_GL_OPTIONAL_FUNCTIONS(PENUMBRA_DECLARE)
 using Function = void (*)();
 using GetFunction = Function (*)(const char* name);
 
-// Fetches every entry point of the current context; the name of the first one that is missing of those that every
-// OpenGL 4.3 has, or null.
+// Fetches every entry point of the current context. Returns the name of the first missing one that every OpenGL 4.3
+// has, or null.
 const char* loadFunctions(GetFunction get);
 
 }  // namespace penumbra::gl

@@ -34,10 +34,10 @@ GlObject makeBuffer(GLenum target, std::span<const std::byte> bytes);
 void replaceBuffer(GLenum target, const GlObject& buffer, std::span<const std::byte> bytes);
 GlObject makeVertexArray();
 
-// A buffer of a size that stays, without contents yet; immutable where GL has buffer storage. `flags`: of
-// glBufferStorage.
+// Makes a buffer without contents, whose size never changes; it is immutable where GL has buffer storage. `flags` are
+// those of glBufferStorage.
 GlObject makeStorage(std::size_t bytes, GLbitfield flags = GL_DYNAMIC_STORAGE_BIT);
-// Unsupported, naming `what`, when shaders cannot reach that many bytes of a storage buffer.
+// Throws Unsupported, naming `what`, when shaders cannot reach that many bytes of a storage buffer.
 void checkStorageBlock(const char* what, std::size_t bytes);
 
 template <class T>
@@ -45,26 +45,26 @@ GlObject makeBuffer(GLenum target, std::span<const T> values) {
     return makeBuffer(target, std::as_bytes(values));
 }
 
-// A buffer that shaders read with texelFetch. An empty one is given one zero texel, so that it can be bound.
+// A buffer that shaders read with texelFetch. An empty one gets one zero texel, so that it can be bound.
 struct TextureBuffer {
     GlObject buffer, texture;
 };
-// `format`: GL_R32F, GL_RGBA8I, ... Unsupported when the driver cannot address that many texels.
+// `format` is GL_R32F, GL_RGBA8I, ... Throws Unsupported when the driver cannot address that many texels.
 TextureBuffer makeTextureBuffer(GLenum format, std::span<const std::byte> bytes);
 template <class T>
 TextureBuffer makeTextureBuffer(GLenum format, std::span<const T> values) {
     return makeTextureBuffer(format, std::as_bytes(values));
 }
 void replaceTextureBuffer(const TextureBuffer& buffer, std::span<const std::byte> bytes);
-// One without contents yet, in storage of its own.
+// Makes one without contents yet, in storage of its own.
 TextureBuffer makeTextureStorage(GLenum format, std::size_t bytes);
 
-// A linked program; std::logic_error with the driver's log and the numbered source when it does not compile: the
-// sources are ours.
+// Makes a linked program. When the source does not compile it throws std::logic_error with the driver's log and the
+// numbered source, because the sources are ours.
 GlObject makeProgram(const std::string& vertex_source, const std::string& fragment_source);
 GlObject makeComputeProgram(const std::string& source);
 
-// std::runtime_error that names `doing` if any GL call since the last check has failed.
+// Throws std::runtime_error, which names `doing`, if any GL call since the last check has failed.
 void checkGl(const char* doing);
 
 }  // namespace penumbra

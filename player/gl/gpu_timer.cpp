@@ -25,7 +25,7 @@ GpuTimer::GpuTimer() {
     }
 }
 
-// The oldest pair is used again; while it has no answer yet, nothing is measured.
+// Uses the oldest pair again. While that has no answer yet, nothing is measured.
 void GpuTimer::begin() {
     Pair& pair = pairs_[next_];
     if (pair.asked) {

@@ -1,7 +1,7 @@
 #pragma once
-// How long the GPU took for the commands between begin() and end(), some frames later and without waiting for it.
-// Timers may overlap: they are pairs of time stamps. Software GL answers, but not with the time that the processor
-// spent: do not show it there.
+// Measures how long the GPU took for the commands between begin() and end(). The answer comes some frames later,
+// without waiting for it. Timers may overlap, since they are pairs of time stamps. Software GL answers too, but not
+// with the time that the processor spent: do not show it there.
 #include <array>
 
 #include "player/gl/gl_objects.h"
@@ -13,7 +13,7 @@ public:
     GpuTimer();
     void begin();
     void end();
-    double milliseconds() const { return milliseconds_; }  // of the last pair that is known, 0 before
+    double milliseconds() const { return milliseconds_; }  // of the last pair that is known; 0 before
 
 private:
     struct Pair {

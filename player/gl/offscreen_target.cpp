@@ -13,7 +13,7 @@ GlObject makeRenderbuffer(GLenum format, int width, int height, int samples) {
     GLuint id = 0;
     gl::GenRenderbuffers(1, &id);
     gl::BindRenderbuffer(GL_RENDERBUFFER, id);
-    // No samples and one sample are different things to GL; a resolve needs the former as its target.
+    // To GL, no samples and one sample are different things, and a resolve needs the former as its target.
     gl::RenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
     return GlObject(id, [](GLuint r) { gl::DeleteRenderbuffers(1, &r); });
 }

@@ -1,5 +1,7 @@
 #pragma once
-// Where a frame is drawn without a window: a multisampled colour and depth buffer, and the picture that it resolves to.
+// An offscreen target is where a frame is drawn without a window: a multisampled colour and depth buffer, and the
+// picture that it resolves to.
+// to.
 #include <cstdint>
 #include <vector>
 
@@ -10,20 +12,21 @@ namespace penumbra {
 
 class OffscreenTarget {
 public:
-    // `samples` a pixel (1: none beside the centre). Unsupported when the size or the samples are above GL's limits.
-    // `color`: GL_RGBA32F, or what windows have, GL_RGBA8.
+    // `samples` counts samples a pixel (1: only the centre). `color` is GL_RGBA32F, or GL_RGBA8 as windows have it.
+    // Throws Unsupported when the size or the samples are above GL's limits.
     OffscreenTarget(int width, int height, int samples, GLenum color = GL_RGBA32F);
 
     int width() const { return width_; }
     int height() const { return height_; }
     void begin() const;  // binds, sets the viewport, clears to transparent black
-    // The mean of each pixel's samples, row 0 at the top, colours multiplied by coverage; alpha is coverage.
+    // Returns the mean of each pixel's samples with row 0 at the top. Colours are multiplied by coverage, and alpha
+    // is coverage.
     Image read() const;
-    // The same as 8-bit RGBA, rows from below as GL has them; resizes `out`. What a window does to show a frame.
+    // Reads that as 8-bit RGBA, with rows from below as in GL, as a window does to show a frame. Resizes `out`.
     void readBytes(std::vector<std::uint8_t>& out) const;
 
 private:
-    void resolve() const;  // and binds what it resolved to
+    void resolve() const;  // resolves, and binds the result
     int width_, height_;
     GlObject color_, depth_, resolved_color_, framebuffer_, resolved_framebuffer_;
 };

@@ -5,13 +5,13 @@
 
 namespace penumbra {
 
-// A part of the current framebuffer, (x, y) its lower left pixel, as it is displayed: linear values that a PNG of
-// exposure 1 encodes into the same bytes.
+// Reads a part of the current framebuffer as it is displayed; (x, y) is its lower left pixel. The linear values
+// become the same bytes again when a PNG of exposure 1 encodes them.
 Image readDisplayed(int x, int y, int width, int height);
 
-// FOLDER/view_0001.png, or with the first number above it that is free.
+// Returns FOLDER/view_0001.png, or the name with the first number above it that is free.
 std::filesystem::path freeScreenshotName(const std::filesystem::path& folder);
-// FOLDER/CLIP_0012.png; what a file name should not have in it is a '_' of the clip's name.
+// Returns FOLDER/CLIP_0012.png. Characters of the clip's name that no file name should have become '_'.
 std::filesystem::path sequenceName(const std::filesystem::path& folder, std::string_view clip, std::size_t frame);
 
 }  // namespace penumbra

@@ -8,7 +8,7 @@ namespace {
 
 static_assert(kTextHeight == kGlyphHeight);
 
-// A byte of a UTF-8 character behind its first.
+// Tells whether this is a byte of a UTF-8 character after its first.
 bool continues(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 
 void drawGlyph(Image& image, int left, int top, char c, Vec3 color) {
@@ -46,7 +46,7 @@ int textWidth(std::string_view text) { return characters(text) * kGlyphWidth; }
 
 namespace {
 
-// At most `most` characters; a cut is shown by "..", where there is room for it.
+// Cuts a text to at most `most` characters, and shows the cut by ".." where there is room.
 std::string cut(const std::string& text, int most) {
     if (characters(text) <= most) return text;
     const int kept = most > 2 ? most - 2 : most;

@@ -1,5 +1,5 @@
 #pragma once
-// Captions on pictures.
+// Writes captions on pictures.
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,14 +8,14 @@
 
 namespace penumbra {
 
-// Text in a bitmap font of 6 x 13 pixels (caption_glyphs.h), `color` linear; clipped at the picture's edges. What is
-// not printable ASCII is drawn as '?', one a UTF-8 character.
+// Draws text in a bitmap font of 6 x 13 pixels (caption_glyphs.h), clipped at the picture's edges. `color` is linear.
+// A character that is not printable ASCII becomes one '?'.
 void drawText(Image& image, int x, int y, std::string_view text, Vec3 color);
 int textWidth(std::string_view text);  // pixels
 constexpr int kTextHeight = 13;
 
-// Lines of at most `width` pixels, of items with two spaces between them; an item that is too long alone is cut and
-// ends in "..". At least one line.
+// Arranges items with two spaces between them in lines of at most `width` pixels. An item that is too long for a line
+// is cut and ends in "..". Returns at least one line.
 std::vector<std::string> wrapItems(const std::vector<std::string>& items, int width);
 
 }  // namespace penumbra

@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// Linear: a dark grey paper, and letters.
+// Linear colours: a dark grey paper, and letters.
 constexpr Vec3 kPaper{0.012f, 0.012f, 0.014f}, kWhite{0.8f, 0.8f, 0.8f}, kRed{1, 0.12f, 0.08f};
 constexpr int kScaleWidth = 96;  // pixels of the scale of colours
 
@@ -67,7 +67,7 @@ int SheetLayout::panelY(std::size_t cell) const {
 
 namespace {
 
-// The sizes that follow from the number of columns; as doubles, since nothing is bounded yet.
+// Returns the sizes that follow from the number of columns. They are doubles, since nothing is bounded yet.
 std::pair<double, double> sheetSize(const SheetLayout& layout, std::size_t cells, int columns) {
     const double rows = std::ceil(double(cells) / columns);
     const double cell = double(layout.panels) * (layout.tile_width + SheetLayout::kPanelGap) - SheetLayout::kPanelGap;
@@ -110,7 +110,7 @@ SheetLayout layoutSheet(std::size_t cells, const SheetLayout& tiles, int columns
 
 // --- Drawing --------------------------------------------------------------------------------------------------------
 
-// viridis as M. Zucker's polynomial of degree 6 (public domain); its colours are sRGB.
+// Computes viridis by M. Zucker's polynomial of degree 6 (public domain), whose colours are sRGB.
 Vec3 errorColor(float t) {
     constexpr double kC[7][3] = {
         {0.2777273272, 0.0054073445, 0.3340998053},   {0.1050930431, 1.4046135299, 1.3845901626},
@@ -139,7 +139,7 @@ void drawLines(Image& sheet, const std::vector<std::string>& lines, int most, in
         drawText(sheet, x, y + line * kTextHeight, lines[std::size_t(line)], color);
 }
 
-// "0 ==== 0.25"
+// Draws "0 ==== 0.25".
 void drawScale(Image& sheet, double error_max, int x, int top) {
     char most[32];
     std::snprintf(most, sizeof most, " %g", error_max);

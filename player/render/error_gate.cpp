@@ -20,7 +20,7 @@ std::string frameName(const FrameRecord& record, const AnimationView& animation)
     return std::string(animation.clips[record.at.clip].name) + " " + std::to_string(record.at.number);
 }
 
-// "; worst: walk 3 (0.123), ..."
+// Returns "; worst: walk 3 (0.123), ...".
 std::string worstFrames(const ErrorGate& gate, std::span<const FrameRecord> records,
                         const std::vector<std::size_t>& order, const AnimationView& animation) {
     std::string text;

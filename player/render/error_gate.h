@@ -1,5 +1,5 @@
 #pragma once
-// Whether a run's figures are good enough: what --fail-above decides.
+// Decides whether a run's figures are good enough, for --fail-above.
 #include "player/render/frame_figures.h"
 
 namespace penumbra {
@@ -7,7 +7,7 @@ namespace penumbra {
 struct ErrorGate {
     Figure figure = Figure::kAmbientMean;
     double above = 0;       // a figure above it is a failure; >= 0
-    bool over_run = false;  // one figure over all frames instead of each frame's
+    bool over_run = false;  // one figure over all frames instead of each frame's own
     double percent = 0;     // of the frames that may fail, 0 <= percent < 100; not with over_run
 };
 
@@ -19,7 +19,7 @@ struct GateResult {
     std::string message;              // one sentence that says what failed and names the worst frames
 };
 
-// An empty list fails.
+// Judges the records. An empty list fails.
 GateResult judge(const ErrorGate& gate, std::span<const FrameRecord> records, const AnimationView& animation);
 
 }  // namespace penumbra

@@ -1,3 +1,12 @@
+// Computes LDR-FLIP (flip.h).
+//
+// Problem: tell how different two pictures look. A difference of pixels does not: noise that nobody sees counts as
+// much as a shadow in the wrong place.
+//
+// Here: first filter both pictures as the eye does at the viewing distance (contrast sensitivity), and compare
+// colours in a perceptually uniform space. Then compare edges and points of lightness. A difference of features
+// amplifies that of colour. The filters are sums of separable Gaussians, so that each costs passes along rows and
+// columns only.
 #include "player/render/flip.h"
 
 #include <algorithm>
@@ -12,23 +21,23 @@ namespace penumbra {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Exponents and knee of the colour difference, exponent and width (degrees) of the feature difference.
+// Exponents and knee of the colour difference; exponent and width (degrees) of the feature difference.
 constexpr double kQc = 0.7, kPc = 0.4, kPt = 0.95, kQf = 0.5, kFeatureWidth = 0.082;
-// Linear sRGB to XYZ, D65.
+// Matrix from linear sRGB to XYZ, D65.
 constexpr double kXyz[3][3] = {{10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794},
                                {2613072.0 / 12288897, 8788810.0 / 12288897, 887015.0 / 12288897},
                                {1425312.0 / 73733382, 8788810.0 / 73733382, 70074185.0 / 73733382}};
 
 using Plane = std::vector<double>;
 using Planes = std::array<Plane, 3>;
-using Kernel = std::vector<double>;  // an odd number of weights, the middle one at the pixel
+using Kernel = std::vector<double>;  // an odd number of weights, the middle one for the pixel itself
 
 struct Size {
     int width, height;
     std::size_t pixels() const { return std::size_t(width) * std::size_t(height); }
 };
 
-// XYZ over that of white.
+// Returns XYZ divided by that of white.
 std::array<double, 3> relativeXyz(const std::array<double, 3>& rgb) {
     std::array<double, 3> xyz;
     for (int i = 0; i < 3; ++i)
@@ -37,7 +46,7 @@ std::array<double, 3> relativeXyz(const std::array<double, 3>& rgb) {
     return xyz;
 }
 
-// YyCxCz: achromatic, red-green, blue-yellow.
+// Converts to YyCxCz: achromatic, red-green, blue-yellow.
 Planes opponent(Size size, std::span<const Vec3> picture) {
     Planes planes;
     for (Plane& plane : planes) plane.resize(size.pixels());
@@ -76,7 +85,7 @@ std::array<double, 3> rgbOfOpponent(double yy, double cx, double cz) {
     return rgbOfXyz(xyz);
 }
 
-// CIELAB whose chroma is scaled by lightness (Hunt effect).
+// Converts to CIELAB whose chroma is scaled by lightness (Hunt effect).
 std::array<double, 3> huntLab(const std::array<double, 3>& rgb) {
     std::array<double, 3> f = relativeXyz(rgb);
     constexpr double kKnee = 6.0 / 29;
@@ -89,13 +98,13 @@ double hyab(const std::array<double, 3>& a, const std::array<double, 3>& b) {
     return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
 }
 
-// out[x] += kernel[k] in[x]
+// Adds kernel[k] in[x] to out[x].
 void addWeighted(const Kernel& kernel, int k, const double* in, int width, double* out) {
     const double weight = kernel[std::size_t(k + int(kernel.size() / 2))];
     for (int x = 0; x < width; ++x) out[x] += weight * in[x];
 }
 
-// Along rows or columns; edges repeated.
+// Convolves along rows or columns, repeating the edges.
 Plane convolved(Size size, const Plane& plane, const Kernel& kernel, bool along_rows, int threads) {
     Plane out(plane.size());
     const int radius = int(kernel.size() / 2), width = size.width;
@@ -118,7 +127,7 @@ Plane convolved(Size size, const Plane& plane, const Kernel& kernel, bool along_
 
 // --- Colour ---------------------------------------------------------------------------------------------------------
 
-// Contrast sensitivity: a sum of Gaussians sqrt(pi/b) a exp(-pi^2 d^2 / b), d in degrees, for each opponent channel.
+// Contrast sensitivity for each opponent channel: a sum of Gaussians sqrt(pi/b) a exp(-pi^2 d^2 / b), d in degrees.
 struct Lobe {
     double a, b;
 };
@@ -167,14 +176,14 @@ Planes perceived(Size size, const Planes& ycc, int threads) {
 
 // --- Features -------------------------------------------------------------------------------------------------------
 
-// Weights whose negative ones sum to -1 and whose positive ones to 1.
+// Scales weights so that the negative ones sum to -1 and the positive ones to 1.
 void balance(Kernel& kernel) {
     double negative = 0, positive = 0;
     for (const double w : kernel) (w < 0 ? negative : positive) += std::abs(w);
     for (double& w : kernel) w /= w < 0 ? negative : positive;
 }
 
-// Magnitude of edges, or of points, of lightness.
+// Returns the magnitude of edges, or of points, of lightness.
 Plane features(Size size, const Plane& lightness, bool points, int threads) {
     const double deviation = 0.5 * kFeatureWidth * kFlipPixelsPerDegree;
     const int radius = int(std::ceil(3 * deviation));
@@ -196,7 +205,7 @@ Plane features(Size size, const Plane& lightness, bool points, int threads) {
     return out;
 }
 
-// The larger difference of edges and points.
+// Returns the larger one of the differences of edges and of points.
 Plane featureDifference(Size size, const std::array<Plane, 2>& lightness, int threads) {
     Plane out(size.pixels());
     for (const bool points : {false, true}) {

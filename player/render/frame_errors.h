@@ -1,26 +1,27 @@
 #pragma once
-// The model against baked truth, frame by frame and over frames, in the terms of docs/formulas.md section 5: the same
-// figures as penumbra-pack check.
+// Compares the model with baked truth, frame by frame and over frames, in the terms of docs/formulas.md, section 5.
+// The figures are those of penumbra-pack check.
 #include <optional>
 
 #include "player/frame/posed_frame.h"
 
 namespace penumbra {
 
-// Each vertex' mean of the truth over training frames, [V, stride]. Where the truth has none of them: the model's own.
+// Each vertex' mean of the truth over training frames, [V, stride], or the model's own mean where the truth has none
+// of them.
 struct TruthMean {
     std::vector<double> numbers;
     bool from_truth = false;
 };
-// Over all training frames that the truth has. `frame` loses its pose.
+// Averages over all training frames that the truth has. `frame` loses its pose.
 TruthMean truthMean(PosedFrame& frame);
 
-// Sums over the vertices of one frame, which add up to those of a set of frames. y: the truth's numbers, y' the
-// model's, E ambient visibility.
+// Sums over the vertices of one frame. They add up to those of a set of frames. y are the truth's numbers, y' the
+// model's, and E is ambient visibility.
 struct ErrorSums {
     std::size_t frames = 0, vertices = 0;
     double ambient = 0;      // sum |E(y') - E(y)|
-    double ambient_max = 0;  // its largest term
+    double ambient_max = 0;  // largest term of that sum
     double squares = 0;      // sum |y' - y|^2
     double variation = 0;    // sum |y - mean y|^2; NaN without a mean
 
@@ -30,7 +31,7 @@ struct ErrorSums {
     double relativeError() const;  // sqrt(squares / variation); NaN or infinity where there is nothing to divide by
 };
 
-// Of the frame as it is posed; hasTruth(). `mean` may be null.
+// Returns the errors of the frame as it is posed; it must have truth. `mean` may be null.
 ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean);
 
 }  // namespace penumbra

@@ -1,5 +1,5 @@
 #pragma once
-// What was measured of every frame, and over frames.
+// Holds what was measured of every frame, and over frames.
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,8 +13,8 @@ namespace penumbra {
 struct FrameRecord {
     ListedFrame at;
     double out_of_range = 0;            // Evaluator::outOfRange()
-    std::optional<ErrorSums> errors{};  // where the frame has truth
-    std::optional<ImageError> image{};  // where pictures of model and truth were drawn
+    std::optional<ErrorSums> errors{};  // if the frame has truth
+    std::optional<ImageError> image{};  // if pictures of model and truth were drawn
     std::filesystem::path file{};       // of the picture, or empty
 };
 
@@ -22,17 +22,18 @@ enum class Figure { kAmbientMean, kAmbientMax, kRmsV, kRelative, kImageRmse, kFl
 constexpr std::array<Figure, 7> kFigures = {Figure::kAmbientMean, Figure::kAmbientMax, Figure::kRmsV,
                                             Figure::kRelative,    Figure::kImageRmse,  Figure::kFlip,
                                             Figure::kOutOfRange};
-// "ambient-mean", "ambient-max", "rms-v", "relative", "image-rmse", "flip", "out-of-range"; UsageError names `option`.
+// Reads "ambient-mean", "ambient-max", "rms-v", "relative", "image-rmse", "flip" or "out-of-range". Throws
+// UsageError, which names `option`, for other words.
 Figure parseFigure(const std::string& option, std::string_view word);
 std::string_view nameOf(Figure figure);
-// As a column or key: "ambient_error_mean", ..., "out_of_range".
+// Returns the name of a column or key: "ambient_error_mean", ..., "out_of_range".
 std::string_view keyOf(Figure figure);
 
-// NaN where it was not measured or cannot be formed.
+// Returns NaN where the figure was not measured or cannot be formed.
 double figureOf(const FrameRecord& record, Figure figure);
 
-// Over frames: sums are taken before they are divided, so that ambient, rms V and relative error are those of
-// penumbra-pack check; of ambient-max and out-of-range it is the largest.
+// Figures over frames. Sums are taken before they are divided, so that ambient, rms V and relative error are those of
+// penumbra-pack check. ambient-max and out-of-range are maxima.
 struct RunFigures {
     std::size_t frames = 0, with_truth = 0;
     ErrorSums errors;
@@ -43,7 +44,7 @@ struct RunFigures {
 };
 double figureOf(const RunFigures& run, Figure figure);
 
-// A row a frame under a row of names (RFC 4180); what was not measured is empty. Numbers have 9 digits.
+// Writes a row for each frame below a row of names (RFC 4180). What was not measured is empty. Numbers have 9 digits.
 std::string figuresCsv(std::span<const FrameRecord> records, const AnimationView& animation);
 
 }  // namespace penumbra

@@ -72,7 +72,7 @@ bool FramePattern::looksLikeOne(const std::filesystem::path& path) {
 
 namespace {
 
-// Reads what follows a percent sign: "d", or "0Nd". Returns the digits; 0 where it is neither.
+// Reads "d" or "0Nd" after a percent sign. Returns the digits, or 0 where it is neither.
 std::size_t readConversion(const std::string& name, std::size_t& at) {
     std::size_t digits = 1;
     if (at + 1 < name.size() && name[at] == '0' && name[at + 1] >= '1' && name[at + 1] <= '9') {

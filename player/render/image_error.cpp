@@ -11,10 +11,10 @@ namespace penumbra {
 
 namespace {
 
-constexpr double kGrey = 60.0 / 255;  // sRGB, behind both; that of scripts/flip.py
+constexpr double kGrey = 60.0 / 255;  // sRGB colour behind both pictures, as in scripts/flip.py
 constexpr int kFlipReach = 10;        // pixels that FLIP's filters see, at least
 
-// RGBA, 8 bits.
+// A picture as RGBA with 8 bits.
 struct Displayed {
     int width, height;
     std::vector<std::uint8_t> bytes;
@@ -27,7 +27,7 @@ struct Box {
     int left, top, right, bottom;
 };
 
-// What either picture covers, and as much around it as FLIP sees: beyond that there is grey only.
+// Returns what either picture covers, and as much around it as FLIP sees. Beyond that there is only grey.
 Box coveredBox(const Displayed& a, const Displayed& b) {
     Box box{a.width, a.height, 0, 0};
     for (int y = 0; y < a.height; ++y)
@@ -41,7 +41,7 @@ Box coveredBox(const Displayed& a, const Displayed& b) {
             std::min(box.right + kFlipReach, a.width), std::min(box.bottom + kFlipReach, a.height)};
 }
 
-// Over the grey in sRGB, as linear colours.
+// Puts a picture over the grey in sRGB, and returns linear colours.
 std::vector<Vec3> overGrey(const Displayed& picture, const Box& box) {
     std::vector<Vec3> out;
     for (int y = box.top; y < box.bottom; ++y)

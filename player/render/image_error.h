@@ -1,5 +1,5 @@
 #pragma once
-// Two pictures of one frame, as they are displayed.
+// Compares two pictures of one frame as they are displayed.
 #include <optional>
 
 #include "formats/image/image_file.h"
@@ -17,7 +17,7 @@ struct ImageError {
     double flip() const;  // mean; NaN where it was not measured
 };
 
-// Both have alpha and one size; what a PNG of this exposure would store is compared.
+// Compares what a PNG of this exposure would store. Both pictures have alpha and the same size.
 ImageError imageError(const Image& model, const Image& truth, float exposure, bool flip, int threads);
 
 }  // namespace penumbra

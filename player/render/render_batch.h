@@ -1,6 +1,6 @@
 #pragma once
-// Many frames in one run: pictures, panels of a contact sheet and figures, with one camera, one OpenGL context and one
-// upload.
+// Renders many frames in one run: pictures, panels of a contact sheet and figures, with one camera, one OpenGL
+// context and one upload.
 #include <functional>
 
 #include "player/render/frame_figures.h"
@@ -9,30 +9,30 @@
 namespace penumbra {
 
 enum class Framing {
-    kClips,  // one camera for all frames of the chosen clips
+    kClips,  // one camera for all frames of all chosen clips
     kClip,   // one for each clip
-    kFrame,  // each frame as it is framed alone
+    kFrame,  // each frame is framed as if it were alone
 };
-Framing parseFraming(std::string_view word);  // clips | clip | frame; UsageError
+Framing parseFraming(std::string_view word);  // clips | clip | frame; throws UsageError
 
 struct BatchPlan {
     RenderOptions options;
-    Shot look;  // resolveLook()
+    Shot look;  // made by resolveLook()
     ChosenFrames chosen = {};
-    std::vector<std::optional<std::size_t>> truth_frames = {};  // of each chosen frame; empty without truth
+    std::vector<std::optional<std::size_t>> truth_frames = {};  // for each chosen frame; empty without truth
     Framing framing = Framing::kFrame;
-    std::vector<std::filesystem::path> files = {};  // of the pictures, one a chosen frame; empty: none are drawn
+    std::vector<std::filesystem::path> files = {};  // of the pictures, one for each chosen frame; empty: none are drawn
     std::vector<Panel> panels = {};                 // drawn for BatchSink::panels
     bool relative_error = false;                    // measured; it needs the truth of all training frames
     bool image_error = false, flip = false;         // measured; pictures of model and truth in options.channel
     bool draws() const { return !files.empty() || !panels.empty() || image_error; }
 };
 
-// Fills `truth_frames`. InvalidInput when plan.files show the truth of a frame that has none.
+// Fills `truth_frames`. Throws InvalidInput when plan.files show the truth of a frame that has none.
 void findTruth(BatchPlan& plan);
 
-// Told frame by frame, in order. Pictures have alpha and no background; a panel that shows a truth that is not there
-// has no pixels.
+// Gets the results frame by frame, in order. Pictures have alpha and no background. A panel that shows a truth that
+// does not exist has no pixels.
 struct BatchSink {
     std::function<void(std::size_t index, const Image& picture)> picture;
     std::function<void(std::size_t index, std::vector<Image> panels)> panels;
@@ -43,7 +43,7 @@ struct BatchResult {
     std::vector<FrameRecord> frames;
     std::string gl;  // GlContext::description; "" when nothing was drawn
     EvaluationPath path = EvaluationPath::kCpu;
-    bool mean_from_truth = false;  // TruthMean
+    bool mean_from_truth = false;  // as in TruthMean
 };
 
 BatchResult runBatch(const BatchPlan& plan, int threads, const BatchSink& sink);

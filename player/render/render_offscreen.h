@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of frames, without a window: one OpenGL context, whose shaders and uploads are made once.
+// Renders pictures of frames without a window. There is one OpenGL context, whose shaders and uploads are made once.
 #include <map>
 
 #include "player/draw/draw_frame.h"
@@ -10,7 +10,7 @@
 
 namespace penumbra {
 
-// What one picture shows of a frame.
+// Tells what one picture shows of a frame.
 struct Panel {
     Channel channel = Channel::kShaded;
     VisibilitySource source = VisibilitySource::kModel;
@@ -19,18 +19,18 @@ struct Panel {
 
 class OffscreenRenderer {
 public:
-    // `look` (resolveLook()) outlives it. Errors: createGlContext(), OffscreenTarget.
+    // `look` (resolveLook()) outlives this object. Throws the errors of createGlContext() and OffscreenTarget.
     OffscreenRenderer(const RenderOptions& options, const Shot& look);
 
     const std::string& gl() const { return context_->description; }
     EvaluationPath path() const { return path_; }
-    // Linear Rec.709 with alpha, the colours multiplied by it. The frame has truth where the panel shows it; a shaded
-    // panel needs a shaded look.
+    // Returns linear Rec.709 with alpha, the colours multiplied by it. The frame must have truth where the panel
+    // shows it, and a shaded panel needs a shaded look.
     Image draw(const Panel& panel, PosedFrame& frame, const FrameView& view);
 
 private:
     const AssetView* asset_;
-    std::unique_ptr<GlContext> context_;  // before what must be released while it is current
+    std::unique_ptr<GlContext> context_;  // stands before what must be released while it is current
     EvaluationPath path_;
     OffscreenTarget target_;
     std::optional<ShadingSet> shading_;
@@ -41,10 +41,11 @@ private:
     void drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view);
 };
 
-// The background behind pixels that the mesh covers in part or not at all.
+// Puts the background behind pixels that the mesh covers in part or not at all.
 void putBehind(Image& image, Vec3 background);
-// What a PNG shows of a channel. Normals are numbers, so that a PNG's 8-bit value / 255 must give them back: the
-// inverse of the transfer function that writePng() applies, on colours that it then divides by alpha.
+// Returns what a PNG shows of a channel. Normals are numbers, and a PNG's 8-bit value / 255 must give them back. So
+// this applies the inverse of the transfer function that writePng() applies, to colours that it then divides by
+// alpha.
 Image forDisplay(Image image, Channel channel);
 
 struct RenderResult {
@@ -53,8 +54,8 @@ struct RenderResult {
     EvaluationPath path = EvaluationPath::kCpu;
 };
 
-// One frame alone. `truth` may be null where nothing needs it. Errors: resolveShot(), OffscreenRenderer, makeCamera()
-// (as UsageError).
+// Renders one frame alone. `truth` may be null where nothing needs it. Throws the errors of resolveShot(),
+// OffscreenRenderer and makeCamera() (as UsageError).
 RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asset, const AssetView* truth, int threads);
 
 }  // namespace penumbra

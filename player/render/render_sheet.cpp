@@ -96,7 +96,7 @@ std::string legendOf(const SheetOptions& sheet) {
 
 // --- Layout and drawing ---------------------------------------------------------------------------------------------
 
-// As many figures as there can be, each as wide as it can be.
+// Returns a record with as many figures as there can be, each as wide as it can be.
 FrameRecord widestRecord(const ListedFrame& at, const BatchPlan& plan) {
     FrameRecord record{at};
     record.out_of_range = 10;

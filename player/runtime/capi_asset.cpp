@@ -1,4 +1,4 @@
-// penumbra.h: errors, opening an asset, and what is in it.
+// The part of penumbra.h that reports errors, opens an asset and tells what is in it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -38,6 +38,7 @@ void requireFinite(const char* name, std::span<const float> numbers) {
 }
 
 Evaluator AssetData::restPose() const {
+    // The first caller makes the pose. Callers on other threads wait for it and then copy it.
     const std::lock_guard lock(mutex_);
     if (!rest_) {
         const bool angles = view.model.features == FeatureKind::kJointAngles;
@@ -54,6 +55,8 @@ Evaluator AssetData::restPose() const {
 
 namespace {
 
+// Finds for every shading point of a deforming mesh its vertex and its first source vertex. The loop over source
+// vertices goes backwards, so that the first one stays.
 void findPoints(AssetData& data) {
     const MeshView& mesh = data.view.mesh;
     data.vertex_of_point.resize(mesh.pointCount());
@@ -64,7 +67,7 @@ void findPoints(AssetData& data) {
         data.source_of_point[mesh.pointOf(mesh.source_vertex[r])] = std::uint32_t(r);
 }
 
-// Checks `data`, whose bytes are in place, and hands it out.
+// Checks `data`, whose bytes are in place, and hands it out as a handle.
 void finishOpening(const std::shared_ptr<AssetData>& data, std::span<const std::byte> bytes, const std::string& name,
                    penumbra_asset** asset) {
     data->view = openAsset(bytes, name);
@@ -109,7 +112,8 @@ void fillModel(const ModelView& model, const AnimationView& animation, penumbra_
 
 const AssetView* viewOf(const penumbra_asset* asset) { return asset ? &asset->data->view : nullptr; }
 
-// Names in the asset are followed by a zero: FlatBuffers writes one and its verifier checks it.
+// Finds a name in a list. Names in the asset are followed by a zero: FlatBuffers writes one and its verifier checks
+// it.
 template <class Named>
 std::size_t findName(const std::vector<Named>& list, const char* name) {
     if (!name) return PENUMBRA_NONE;

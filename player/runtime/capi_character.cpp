@@ -1,4 +1,4 @@
-// penumbra.h: poses, visibility, skinning.
+// The part of penumbra.h that sets poses, evaluates visibility and skins.
 #include <algorithm>
 #include <cmath>
 
@@ -43,7 +43,7 @@ void requireInputs(const AssetView& asset, const float* inputs, std::size_t inpu
     requireFinite("inputs", {inputs, input_count});
 }
 
-// Positions in the caller's order to those of the shading points.
+// Puts positions in the caller's order into the order of the shading points.
 void gatherPoints(const AssetData& data, penumbra_vertex_order order, std::span<const Vec3> positions,
                   std::span<Vec3> points) {
     const bool source = order == PENUMBRA_SOURCE_VERTICES;
@@ -64,6 +64,7 @@ void gatherPoints(const AssetData& data, penumbra_vertex_order order, std::span<
     }
 }
 
+// Reads column-major 4x4 matrices, whose last row is not needed.
 void fromColumns(const float* columns, std::span<Affine> bones) {
     for (std::size_t j = 0; j < bones.size(); ++j)
         for (std::size_t row = 0; row < 3; ++row)
@@ -203,7 +204,7 @@ penumbra_status penumbra_character_set_frame(penumbra_character* character, size
 void penumbra_rotation_vector(const float rest[4], const float now[4], float out[3]) {
     const Vec3d r{-rest[0], -rest[1], -rest[2]}, n{now[0], now[1], now[2]};
     const double real = double(rest[3]) * now[3] - dot(r, n);
-    const double sign = real < 0 ? -1 : 1;  // q and -q are one rotation; the one of angle <= pi
+    const double sign = real < 0 ? -1 : 1;  // q and -q are one rotation; this sign has the angle <= pi
     const Vec3d v = sign * (double(rest[3]) * n + double(now[3]) * r + cross(r, n));
     const double sine = length(v);
     const double scale = sine < 1e-12 ? 2 : 2 * std::atan2(sine, sign * real) / sine;

@@ -1,4 +1,4 @@
-// penumbra.h: what a GPU needs to shade.
+// The part of penumbra.h that gives a GPU what it needs to shade.
 #include <algorithm>
 #include <cstring>
 

@@ -1,5 +1,5 @@
 #pragma once
-// What is behind the handles of penumbra.h, and the border that no exception crosses.
+// Defines what is behind the handles of penumbra.h, and the border that no exception crosses.
 #include <cstdlib>
 #include <memory>
 #include <mutex>
@@ -22,18 +22,18 @@ struct Free {
     void operator()(std::byte* bytes) const { std::free(bytes); }
 };
 
-// Shared by the handle and by all that is made of it, so that handles can be given back in any order.
+// The handle and all that is made of it share this data, so that handles can be given back in any order.
 struct AssetData {
-    std::optional<MappedFile> file;           // of ..._open_file
-    std::unique_ptr<std::byte[], Free> copy;  // of PENUMBRA_COPY
+    std::optional<MappedFile> file;           // set by ..._open_file
+    std::unique_ptr<std::byte[], Free> copy;  // set by PENUMBRA_COPY
     AssetView view;
     std::string convention;
-    // Of a deforming mesh, for each shading point: its vertex, and the first source vertex that is it (kNoSource:
-    // none).
+    // Only for a deforming mesh: for each shading point its vertex, and the first source vertex that it stands for
+    // (kNoSource if there is none).
     std::vector<std::uint32_t> vertex_of_point, source_of_point;
     static constexpr std::uint32_t kNoSource = 0xffffffff;
 
-    // A character in the rest pose, made by the first caller; copies share what was decoded.
+    // Returns a character in the rest pose. The first caller makes it; copies share what was decoded.
     Evaluator restPose() const;
 
 private:
@@ -41,9 +41,10 @@ private:
     mutable std::optional<Evaluator> rest_;
 };
 
+// Fills in `error`, unless it is null, and returns `status`.
 penumbra_status report(penumbra_error* error, penumbra_status status, const char* message) noexcept;
 
-// The status of what `body` throws: a wrong call is a UsageError.
+// Runs `body` and returns the status of what it throws. A UsageError means that the call is wrong.
 template <class Body>
 penumbra_status guarded(penumbra_error* error, const Body& body) noexcept {
     try {
@@ -68,16 +69,16 @@ penumbra_status guarded(penumbra_error* error, const Body& body) noexcept {
     }
 }
 
-// UsageError "`name` is NULL".
+// Throws UsageError "`name` is NULL".
 void requirePointer(const void* pointer, const char* name);
-// UsageError unless index < count, or [first, first + count) lies in [0, limit).
+// Throw UsageError unless index < limit, or unless [first, first + count) lies in [0, limit).
 void requireIndex(const char* what, std::size_t index, std::size_t limit);
 void requireRange(const char* what, std::size_t first, std::size_t count, std::size_t limit);
-// UsageError "`name`[i] is not finite".
+// Throws UsageError "`name`[i] is not finite".
 void requireFinite(const char* name, std::span<const float> numbers);
 
-// The path that `simd` names among those that this processor has, slowest first: AVX2 follows the portable one.
-// Unsupported, UsageError.
+// Returns the path that `simd` names among those that this processor has, which stand slowest first: AVX2 follows the
+// portable one. Throws Unsupported and UsageError.
 template <class Path>
 const Path& pathOf(penumbra_simd simd, const std::vector<Path>& paths) {
     if (int(simd) < 0 || int(simd) > PENUMBRA_SIMD_AVX2) throw UsageError("simd is no penumbra_simd");
@@ -86,7 +87,7 @@ const Path& pathOf(penumbra_simd simd, const std::vector<Path>& paths) {
     return simd == PENUMBRA_SIMD_BEST ? paths.back() : paths[simd == PENUMBRA_SIMD_AVX2];
 }
 
-// Vec3 and Affine are plain floats, so that arrays of the caller are used as they are.
+// Vec3 and Affine are plain floats, so the library can use the caller's arrays as they are.
 static_assert(sizeof(Vec3) == 3 * sizeof(float) && sizeof(Affine) == 12 * sizeof(float));
 inline std::span<const Vec3> vectors(const float* p, std::size_t n) { return {reinterpret_cast<const Vec3*>(p), n}; }
 inline std::span<Vec3> vectors(float* p, std::size_t n) { return {reinterpret_cast<Vec3*>(p), n}; }
@@ -100,15 +101,15 @@ struct penumbra_asset {
 struct penumbra_character {
     std::shared_ptr<const penumbra::AssetData> asset;
     penumbra::Evaluator evaluator;
-    std::vector<penumbra::Affine> bones;  // [J] of a pose that did not come as rows of 3x4
+    std::vector<penumbra::Affine> bones;  // [J] of a pose that the caller did not give as rows of 3x4
     std::vector<penumbra::Vec3> points;   // [Vs] of a deforming mesh
     penumbra::JointChain chain;
 };
 
 struct penumbra_shading {
-    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // whose arrays `view` looks at
-    std::vector<float> caller_light;                                 // [order^2, 3] zeros; empty: there is none
-    penumbra::AssetView view;                                        // the model with the materials and lights of all
+    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // the assets whose arrays `view` looks at
+    std::vector<float> caller_light;  // [order^2, 3] zeros; empty: there is no light of the caller
+    penumbra::AssetView view;         // the first asset's model with the materials and lights of all
     std::optional<penumbra::ShadingSet> set;
-    penumbra::ShadingLayout layout;  // of what a GPU reads
+    penumbra::ShadingLayout layout;  // layout of what a GPU reads
 };

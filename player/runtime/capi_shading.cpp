@@ -1,4 +1,4 @@
-// penumbra.h: materials, light, radiance.
+// The part of penumbra.h that handles materials, light and radiance.
 #include <algorithm>
 #include <cmath>
 
@@ -23,6 +23,7 @@ ShadingChoice choiceOf(const penumbra_shading_options& options) {
             kForms[options.light_form]};
 }
 
+// Adds an asset. The first one brings the model; the others bring materials and lights.
 void addAsset(const penumbra_asset* asset, penumbra_shading& shading) {
     requirePointer(asset, "asset");
     const AssetView& view = asset->data->view;
@@ -43,7 +44,8 @@ void addCallerLight(int order, penumbra_shading& shading) {
     shading.view.lights.push_back({"caller", order, shading.caller_light, {}});
 }
 
-// What is on at first must have what was asked for; where the asset's choice lacks it, the first that has it is on.
+// Switches on a light and materials that have what the options ask for. Where the asset's choice lacks it, this takes
+// the first one that has it.
 void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
     std::size_t light = 0, material = 0;
     while (light < lights && !set.hasLight(light)) ++light;
@@ -61,7 +63,7 @@ Mat3 rotationFrom(const float* rotation) {
     std::copy_n(rotation, 9, r.m.begin());
     const Mat3 product = r * transposed(r), cofactors = cofactor(r);
     bool fine = true;
-    for (int i = 0; i < 9; ++i)  // R R^T = 1 and R = its cofactors; NaN fails too
+    for (int i = 0; i < 9; ++i)  // R R^T = 1 and R equals its cofactors; NaN fails too
         fine = fine && std::abs(product.m[i] - (i % 4 == 0)) < 1e-3f && std::abs(cofactors.m[i] - r.m[i]) < 2e-3f;
     if (!fine) throw UsageError("rotation is not orthonormal with determinant 1");
     return r;

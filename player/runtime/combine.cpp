@@ -1,3 +1,15 @@
+// The portable loops of the evaluator.
+//
+// Problem: every frame each of V vertices needs `stride` numbers = mean + sum over K components of score times basis.
+// That is the product of a matrix and a vector, whose matrix (the basis) is by far the largest thing that a frame
+// reads.
+//
+// Naive: for each component add its row to the result. The result then goes through the cache K times.
+//
+// Here: the numbers go by in tiles. The sums of a tile stay in registers (or the first-level cache) while all
+// components pass, so that the basis is read once and the result is written once. A basis of bytes is multiplied as
+// whole numbers, two components at a time, without turning bytes into floats first. combine_x86.h does the same with
+// vector instructions. The model that this evaluates is in section 4 of docs/formulas.md.
 #include "player/runtime/combine.h"
 
 #include <algorithm>
@@ -27,6 +39,7 @@ void loadMean(const void* mean, bool is_half, std::size_t at, std::span<float> t
         load(static_cast<const float*>(mean) + at, to);
 }
 
+// Combines a basis of halves or floats tile by tile. CombineInput tells the shapes.
 template <class Stored>
 void combine(const CombineInput& in, float* out) {
     std::array<float, kTile> buffer;
@@ -41,6 +54,8 @@ void combine(const CombineInput& in, float* out) {
     }
 }
 
+// A vertex whose E lies outside of [0, 1] moves the shortest way back: along the weights (docs/formulas.md, section
+// 4).
 void clampAmbients(const AmbientClamp& clamp, float* numbers, std::size_t vertices) {
     for (float* v = numbers; v < numbers + vertices * clamp.stride; v += clamp.stride) {
         float e = 0;
@@ -51,6 +66,8 @@ void clampAmbients(const AmbientClamp& clamp, float* numbers, std::size_t vertic
     }
 }
 
+// Combines a basis of bytes in the layout of PairInput, in 32-bit whole numbers, and scales the sums by the unit at
+// the end.
 void combinePairs(const PairInput& in, const AmbientClamp& clamp, float* out) {
     const std::int8_t* bytes = in.bytes;
     for (std::size_t at = 0; at < in.count; at += kPairTile) {
@@ -89,7 +106,8 @@ float packWeights(std::span<const float> weights, std::span<std::uint32_t> pairs
         most = std::max(most, std::abs(w));
         sum += std::abs(w);
     }
-    constexpr float kMostSum = 16e6f;  // times 128 is below 2^31
+    constexpr float kMostSum = 16e6f;  // times 128 this is below 2^31
+    // The unit is fine enough that the largest weight uses all 16 bits, unless the 32-bit sum could overflow then.
     const float unit = std::max(most / 32767, sum / kMostSum);
     const auto rounded = [&](std::size_t k) {
         return k < weights.size() && unit > 0 ? std::uint32_t(std::lrint(weights[k] / unit)) & 0xffffu : 0u;

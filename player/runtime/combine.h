@@ -1,6 +1,7 @@
 #pragma once
-// The evaluator's inner loops: numbers = mean + sum_k weight_k basis_k over all numbers of a cluster, in one pass over
-// the arrays, and the clamp of the ambient term. A tile of numbers stays in registers while the components go by.
+// The evaluator's inner loops. They compute numbers = mean + sum_k weight_k basis_k for all numbers of a cluster in
+// one pass over the arrays, and clamp the ambient term. A tile of numbers stays in registers while the components go
+// by.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,17 +12,18 @@ namespace penumbra {
 struct CombineInput {
     const void* mean = nullptr;  // [count], float or half
     bool mean_is_half = false;
-    const void* basis = nullptr;     // [components, count], precision as the function's name says
+    const void* basis = nullptr;     // [components, count], in the precision that the function's name says
     const float* weights = nullptr;  // [components]
     std::size_t components = 0, count = 0;
 };
 using Combine = void (*)(const CombineInput& input, float* out);
 
-// A basis of bytes, made ready when the asset is opened: two components beside each other, so that one instruction
-// (pmaddwd) multiplies both by their weights and adds, with weights of 16 bits and sums of 32. Turning bytes into
-// floats takes as long as two of those, on processors that can turn 8 a cycle.
+// A basis of bytes, which the evaluator lays out anew when it is made. Two components stand beside each other, so
+// that one instruction (pmaddwd) multiplies both by their weights and adds them up, with weights of 16 bits and sums
+// of 32. Turning bytes into floats instead would take as long as two of those instructions, on processors that turn 8
+// in a cycle.
 //   bytes: [tile of kPairTile numbers][pair of components][number][2], zeros beyond the last number and component
-//   weights: [pair] the lower half of the first component, the upper of the second, in units of `unit`
+//   weights: [pair] the lower half belongs to the first component, the upper half to the second, in units of `unit`
 constexpr std::size_t kPairTile = 64;
 struct PairInput {
     const void* mean = nullptr;
@@ -32,23 +34,25 @@ struct PairInput {
     std::size_t pairs = 0, count = 0;
 };
 
-// The layout above of [components, count] bytes, appended to `out`.
+// Appends [components, count] bytes to `out` in this layout. pairBytes() returns how many bytes that takes.
 void appendPairs(const std::int8_t* basis, std::size_t components, std::size_t count, std::vector<std::int8_t>& out);
 std::size_t pairBytes(std::size_t components, std::size_t count);
-// Rounds weights to 16 bits; returns the unit: the least that keeps a weight within 16 bits and a sum within 32. What
-// rounding changes is at most half a unit times 127 a component, 1/516 of a step of a byte of the largest one.
+// Rounds weights to 16 bits and returns the unit, which is the least that keeps a weight within 16 bits and a sum
+// within 32. Rounding changes a sum by at most half a unit times 127 for each component: 1/516 of a step of a byte of
+// the largest one.
 float packWeights(std::span<const float> weights, std::span<std::uint32_t> pairs);
 
-// E = sum of weight times number of a vertex, brought into [0, 1] as clampAmbient() (sh/visibility_convention.h) does.
+// Clamps E = sum of weight times number of a vertex to [0, 1], as clampAmbient() (sh/visibility_convention.h) does.
 struct AmbientClamp {
     const float* weights = nullptr;  // [stride], zeros in the padding
     std::size_t stride = 0;          // a multiple of 4
     float norm2 = 0;                 // sum of squared weights
 };
 using ClampAmbients = void (*)(const AmbientClamp& clamp, float* numbers, std::size_t vertices);
-// Clamps what it has combined; count is a multiple of the stride.
+// Combines and then clamps; count is a multiple of the stride.
 using CombinePairs = void (*)(const PairInput& input, const AmbientClamp& clamp, float* out);
 
+// One implementation of the loops, for one kind of processor.
 struct EvaluatorPath {
     const char* name = "";
     CombinePairs i8 = nullptr;
@@ -56,12 +60,12 @@ struct EvaluatorPath {
     ClampAmbients clamp = nullptr;
 };
 
-// The paths that this processor can run, slowest first; tests hold each to the first. With PENUMBRA_NO_SIMD in the
-// environment there is only the portable one.
+// Returns the paths that this processor can run, slowest first. Tests compare each of them with the first. With
+// PENUMBRA_NO_SIMD in the environment there is only the portable one.
 std::vector<EvaluatorPath> evaluatorPaths();
 
-// evaluator_avx2.cpp: AVX2, FMA and F16C; evaluator_vnni.cpp: with AVX-512 VNNI and VL. Null where the compiler has no
-// such target.
+// evaluator_avx2.cpp uses AVX2, FMA and F16C; evaluator_vnni.cpp also AVX-512 VNNI and VL. A pointer is null where
+// the compiler has no such target.
 extern const EvaluatorPath* const kEvaluatorAvx2;
 extern const EvaluatorPath* const kEvaluatorVnni;
 

@@ -1,6 +1,6 @@
-// The source of both x86 paths: included by evaluator_avx2.cpp and evaluator_vnni.cpp, which differ in the processor
-// they are compiled for. Internal linkage, and nothing inline from the standard library is used: the linker could keep
-// a copy made for one processor for everyone.
+// The source of both x86 paths. evaluator_avx2.cpp and evaluator_vnni.cpp include it and differ in the processor that
+// they are compiled for. Everything has internal linkage, and nothing inline from the standard library is used: the
+// linker could otherwise keep a copy made for one processor for everyone.
 #include <immintrin.h>
 
 #include <cstdint>
@@ -11,6 +11,7 @@ namespace penumbra {
 
 namespace {
 
+// Loads of a basis or mean: eight values, or four with zeros above, as floats.
 struct Half {
     using Stored = std::uint16_t;
     static __m256 load(const Stored* p) {
@@ -31,7 +32,8 @@ __m256 loadMean(const void* mean, bool is_half, std::size_t at) {
                    : Float::load(static_cast<const float*>(mean) + at);
 }
 
-// 8 Registers numbers from `at` on. 8 accumulators hide the 4 cycles of a fused multiply-add at 2 a cycle.
+// Combines 8 Registers numbers from `at` on. 8 accumulators hide the 4 cycles that a fused multiply-add takes, at 2 a
+// cycle.
 template <class Basis, int Registers>
 void tile(const CombineInput& in, std::size_t at, float* out) {
     const auto* basis = static_cast<const typename Basis::Stored*>(in.basis) + at;
@@ -44,7 +46,7 @@ void tile(const CombineInput& in, std::size_t at, float* out) {
     for (int r = 0; r < Registers; ++r) _mm256_storeu_ps(out + at + 8 * r, sum[r]);
 }
 
-// The last 4 numbers of an odd multiple of 4: reads and writes nothing beyond them.
+// Combines the last 4 numbers of an odd multiple of 4. It reads and writes nothing beyond them.
 template <class Basis>
 void lastFour(const CombineInput& in, std::size_t at, float* out) {
     const auto* basis = static_cast<const typename Basis::Stored*>(in.basis) + at;
@@ -63,7 +65,7 @@ void combine(const CombineInput& in, float* out) {
     if (at < in.count) lastFour<Basis>(in, at, out);
 }
 
-// Of 8 numbers: two bytes each times their two weights, added to what is there.
+// Multiplies two bytes of each of 8 numbers by their two weights and adds them to `sum`.
 inline __m256i addPairs(__m256i sum, const std::int8_t* bytes, __m256i weights) {
     const __m256i words = _mm256_cvtepi8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes)));
 #ifdef __AVX512VNNI__
@@ -73,15 +75,15 @@ inline __m256i addPairs(__m256i sum, const std::int8_t* bytes, __m256i weights) 
 #endif
 }
 
-// 8 numbers: mean + unit * sum.
+// Stores mean + unit * sum for 8 numbers.
 template <class Mean>
 inline void storeEight(const void* mean, __m256i sum, __m256 unit, std::size_t at, float* out) {
     const __m256 start = Mean::load(static_cast<const typename Mean::Stored*>(mean) + at);
     _mm256_storeu_ps(out + at, _mm256_fmadd_ps(unit, _mm256_cvtepi32_ps(sum), start));
 }
 
-// kPairTile numbers. The sums have names of their own and the empty statement keeps them in place: g++ 12 copies them
-// to other registers and back in every round.
+// Combines kPairTile numbers. The sums have names of their own, and the empty statement keeps them in place: g++ 12
+// would copy them to other registers and back in every round.
 template <class Mean>
 inline void pairTile(const PairInput& in, const std::int8_t* bytes, const void* mean, float* out) {
     static_assert(kPairTile == 64);
@@ -112,7 +114,7 @@ inline void pairTile(const PairInput& in, const std::int8_t* bytes, const void* 
 
 void clampAmbients(const AmbientClamp& clamp, float* numbers, std::size_t vertices);
 
-// Vertices are clamped while the first-level cache has them.
+// Combines tile by tile, and clamps vertices while the first-level cache still has them.
 template <class Mean>
 void combineWithMean(const PairInput& in, const AmbientClamp& clamp, float* out) {
     constexpr std::size_t kClampAtOnce = 32;
@@ -126,6 +128,8 @@ void combineWithMean(const PairInput& in, const AmbientClamp& clamp, float* out)
         }
         pairTile<Mean>(in, bytes, mean + at, out + at);
     }
+    // The last tile is not full. Its mean and its result go through buffers, so that nothing beyond the arrays is
+    // touched.
     if (at < in.count) {
         const std::size_t left = in.count - at;
         typename Mean::Stored last_mean[kPairTile] = {};
@@ -141,7 +145,7 @@ void combinePairs(const PairInput& in, const AmbientClamp& clamp, float* out) {
     (in.mean_is_half ? combineWithMean<Half> : combineWithMean<Float>)(in, clamp, out);
 }
 
-// Partial sums of E of one vertex. Octs: the stride in eights, or 0 for any multiple of 4.
+// Returns partial sums of E of one vertex. Octs is the stride in eights, or 0 for any multiple of 4.
 template <std::size_t Octs>
 inline __m256 weighted(const AmbientClamp& clamp, const float* v) {
     if constexpr (Octs > 0) {
@@ -156,7 +160,7 @@ inline __m256 weighted(const AmbientClamp& clamp, const float* v) {
     return _mm256_zextps128_ps256(sum);
 }
 
-// Sums of the 8 numbers of each of 8, transposed on the way.
+// Returns the sums of the 8 numbers of each of 8 vectors. Adding transposes them on the way.
 inline __m256 addAcross(const __m256* s) {
     __m256 pairs[4], fours[2];
     for (int i = 0; i < 4; ++i)
@@ -171,7 +175,7 @@ inline __m256 addAcross(const __m256* s) {
                          _mm256_permute2f128_ps(fours[0], fours[1], 0x31));
 }
 
-// Vertices [0, count), at most eight; those few that are out of range one by one.
+// Clamps vertices [0, count), at most eight. The few that are out of range are corrected one by one.
 template <std::size_t Octs>
 inline void clampEight(const AmbientClamp& clamp, float* numbers, std::size_t count) {
     const std::size_t stride = Octs ? 8 * Octs : clamp.stride;

@@ -29,6 +29,7 @@ Affine inputBone(const AssetView& asset, const InputJointView& input, std::span<
 
 Deformation::Deformation(const AssetView& asset) : asset_(&asset) {
     assert(asset.model.deforming);
+    // 1. Gather rest positions and parts in the order of the shading points, which the backs of a sheet share.
     const MeshView& mesh = asset.mesh;
     rest_.resize(mesh.pointCount());
     part_of_point_.resize(mesh.pointCount());
@@ -38,6 +39,7 @@ Deformation::Deformation(const AssetView& asset) : asset_(&asset) {
         part_of_point_[mesh.shading_point[v]] = mesh.skin_joints[v];
     }
     for (std::uint32_t v : mesh.frontTriangles()) triangles_.push_back(mesh.shading_point[v]);
+    // 2. Dihedral angles need the edges and the whole mesh's PCA.
     if (asset.model.features != FeatureKind::kDihedrals) return;
     edges_ = innerEdges(asTriangles(triangles_));
     pose_basis_.resize(asset.model.pose_basis.count);
@@ -75,9 +77,11 @@ void Deformation::pose(std::span<const Vec3> points, std::span<const float> inpu
     const std::span<const float> mean = asset_->model.pose_mean;
     const std::span<float> angles = scratch.angles;
     assert(pose.size() >= inputs.size() && pose_basis_.size() == (pose.size() - inputs.size()) * angles.size());
+    // 1. Angles jump by whole turns. Take the turn that is nearest to the mean of the training frames.
     dihedralAngles(edges_, points, angles);
     for (std::size_t e = 0; e < angles.size(); ++e)
         angles[e] = addTurns(angles[e], turnsTowards(mean[e], angles[e])) - mean[e];
+    // 2. Project on the PCA of the whole mesh; the inputs follow as they are.
     const float* row = pose_basis_.data();
     for (std::size_t i = 0; i < pose.size() - inputs.size(); ++i, row += angles.size()) {
         double sum = 0;

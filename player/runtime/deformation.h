@@ -1,7 +1,8 @@
 #pragma once
-// From the vertices of a deforming mesh to what its model reads: the motions of near-rigid parts, the joints that stand
-// for inputs, the dihedral angles where the model asks for them, and normals. formats/stage/model_file.h has the rules.
-// All arrays are of shading points, the Vs fronts in the bake's order: so the bits are those of the fit.
+// Computes from the vertices of a deforming mesh what its model reads: the motions of near-rigid parts, the joints
+// that stand for inputs, the dihedral angles where the model asks for them, and normals. formats/stage/model_file.h
+// has the rules. All arrays are of shading points, the Vs front vertices in the bake's order. So results have the
+// same bits as in the fit.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,10 +13,10 @@
 
 namespace penumbra {
 
-// The bone of a joint that stands for inputs; `inputs`: [X].
+// Returns the bone of a joint that stands for inputs; `inputs`: [X].
 Affine inputBone(const AssetView& asset, const InputJointView& input, std::span<const float> inputs);
 
-// What the calls below write on the way.
+// Memory that the calls below use on the way.
 struct DeformationScratch {
     std::vector<PartSums> parts;  // [J]
     std::vector<Vec3d> normals;   // [Vs]
@@ -24,18 +25,18 @@ struct DeformationScratch {
 
 class Deformation {
 public:
-    // Of an asset whose model is deforming; it outlives this.
+    // The asset's model must be deforming, and the asset must outlive this object.
     explicit Deformation(const AssetView& asset);
 
     std::span<const Vec3> rest() const { return rest_; }  // [Vs]
-    std::vector<float> restInputs() const;                // [X], with which no input joint moves
-    DeformationScratch scratch() const;                   // of the right sizes
+    std::vector<float> restInputs() const;                // [X], the inputs with which no input joint moves
+    DeformationScratch scratch() const;                   // scratch memory of the right sizes
 
-    // `points`: [Vs]; `inputs`: [X]. None of these allocates.
+    // `points`: [Vs] in the model frame; `inputs`: [X]. None of these functions allocates.
     void normals(std::span<const Vec3> points, DeformationScratch& scratch, std::span<Vec3> normals) const;
     void bones(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
                std::span<Affine> bones) const;
-    // The pose of kDihedrals, [P].
+    // Computes the pose of kDihedrals, [P].
     void pose(std::span<const Vec3> points, std::span<const float> inputs, DeformationScratch& scratch,
               std::span<float> pose) const;
 
@@ -43,8 +44,8 @@ private:
     const AssetView* asset_;
     std::vector<Vec3> rest_;
     std::vector<std::uint16_t> part_of_point_;
-    std::vector<std::uint32_t> triangles_;  // [3Ts] of shading points
-    std::vector<InnerEdge> edges_;          // [E], of kDihedrals
+    std::vector<std::uint32_t> triangles_;  // [3Ts] indices of shading points
+    std::vector<InnerEdge> edges_;          // [E], only for kDihedrals
     std::vector<float> pose_basis_;         // [P - X, E]
 };
 

@@ -1,3 +1,13 @@
+// Evaluates a model at run time (docs/formulas.md, section 4).
+//
+// Problem: every frame, turn the skinning matrices of a character into a few numbers of visibility for each vertex,
+// in a fraction of a millisecond, on any number of threads.
+//
+// Naive: evaluate one regression for each vertex. That would read far more coefficients than a frame has time for.
+//
+// Here: vertices form clusters. setPose() computes for each cluster what its model sees and the cluster's few scores,
+// once and on one thread. That is cheap. evaluateCluster() then expands the scores to the vertices (combine.h), which
+// is nearly all of the work, and clusters are independent, so that the caller may spread them over threads.
 #include "player/runtime/evaluator.h"
 
 #include <algorithm>
@@ -15,6 +25,7 @@ bool hasBytes(const ClusterView& cluster) { return cluster.basis.precision == As
 
 }  // namespace
 
+// Decodes what does not change with the pose, so that many characters of one asset share it.
 std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& asset) {
     const auto decoded = std::make_shared<Decoded>();
     Decoded& d = *decoded;
@@ -65,9 +76,9 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     decoded_->deformation->normals(points_, deformation_scratch_, point_normals_);
 }
 
-// M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c (model_file.h). A
-// bone that cannot be inverted (scaled to nothing) sees the others where its rotation alone would put them. A joint
-// that stands for a number is seen as it is.
+// Computes M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c
+// (model_file.h). From a bone that cannot be inverted (scaled to nothing) others are seen where its rotation alone
+// would put them. A joint that stands for a number is seen as it is.
 void Evaluator::relativeBoneFeatures(std::size_t joint) {
     const Mat3 linear = bones_[joint].linear(), adjugate = transposed(cofactor(linear));
     const float determinant =
@@ -99,7 +110,8 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
     assert(bones.size() == bones_.size() && (!angles || pose.size() == asset_->animation.pose_size));
     std::copy(bones.begin(), bones.end(), bones_.begin());
     for (std::size_t j = 0; j < bones.size(); ++j) bone_rotations_[j] = nearestRotation(bones[j].linear());
-    int features_of = -1;  // joint
+    int features_of = -1;  // the joint whose features are in features_
+    // Neighbouring clusters often share a joint, so its features are computed once for all of them.
     double out_of_range = 0;
     for (std::size_t c = 0; c < clusterCount(); ++c) {
         const ClusterView& cluster = model.clusters[c];
@@ -135,6 +147,7 @@ void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
     const ClusterView& view = asset_->model.clusters[cluster];
     for (std::size_t k = 0; k < scores.size(); ++k) scores_[decoded_->first_score[cluster] + k] = scores[k];
     if (!hasBytes(view)) return;
+    // combine.h multiplies bytes by 16-bit weights, so the scales go into the weights first.
     for (std::size_t k = 0; k < scores.size(); ++k) weights_[k] = scores[k] * view.basis.scale[k];
     const std::size_t first = decoded_->first_pair_weight[cluster];
     units_[cluster] = packWeights(std::span<const float>(weights_).first(scores.size()),
@@ -155,6 +168,7 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     const bool half_mean = view.mean.precision == AssetPrecision::kF16;
     const Decoded& d = *decoded_;
     const AmbientClamp clamp{d.ambient_weights.data(), stride, d.ambient_norm2};
+    // A basis of bytes is combined and clamped in one call; halves and floats are clamped afterwards.
     if (hasBytes(view)) {
         const PairInput input{view.mean.data,
                               half_mean,
@@ -174,6 +188,7 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
 
 namespace {
 
+// Blends the bones that move a vertex, by its weights (linear blend skinning).
 Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affine> bones) {
     Affine blend;
     blend.m.fill(0);
@@ -195,6 +210,7 @@ void Evaluator::skin(std::size_t begin, std::size_t end, std::span<Vec3> positio
            tangents.size() == vertexCount());
     const MeshView& mesh = asset_->mesh;
     const std::vector<ClusterView>& clusters = asset_->model.clusters;
+    // Clusters are contiguous ranges of vertices: find the one that has `begin`, then go along.
     const auto after = std::upper_bound(clusters.begin(), clusters.end(), begin,
                                         [](std::size_t v, const ClusterView& c) { return v < c.first_vertex; });
     std::size_t cluster = std::size_t(after - clusters.begin()) - 1;

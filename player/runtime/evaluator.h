@@ -1,6 +1,7 @@
 #pragma once
-// Pose in, per-vertex visibility out: the library that engines link and the CPU statement of what the shaders compute.
-// No GL, no files, no threads of its own: calls on different clusters or vertex ranges may run at the same time.
+// Turns a pose into visibility at every vertex. Engines link this library, and it is the reference for what the
+// shaders compute. It has no GL, no files and no threads of its own: calls on different clusters or vertex ranges may
+// run at the same time.
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -15,62 +16,66 @@ namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. Decodes the models and
-    // lays out a basis of bytes as combine.h wants it, once: copies of an evaluator, each with a pose of its own, share
+    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. The constructor decodes the models
+    // and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own, share
     // that.
     explicit Evaluator(const AssetView& asset);
 
     const AssetView& asset() const { return *asset_; }
-    // The fastest path of this processor unless this is called: tests go through all of evaluatorPaths().
+    // Replaces the fastest path of this processor, which is the default. Tests go through all of evaluatorPaths().
     void usePath(const EvaluatorPath& path) { path_ = path; }
     std::size_t vertexCount() const { return asset_->mesh.positions.size(); }
     std::size_t clusterCount() const { return asset_->model.clusters.size(); }
 
-    // Features, regression: the scores y of every cluster and each cluster's rotation. `bones` has J skinning matrices;
-    // `pose` P numbers, or empty when the model reads bones only. Vertices of a deforming asset stay where they are.
-    // Allocates nothing.
+    // Computes features and regression: the scores y of every cluster and each cluster's rotation. `bones` has J
+    // skinning matrices; `pose` has P numbers, or is empty when the model reads bones only. The vertices of a
+    // deforming asset stay where they are. Allocates nothing.
     void setPose(std::span<const Affine> bones, std::span<const float> pose);
-    // Of an asset whose model is deforming: its vertices. `points`: [Vs] places of the shading points (of a two-sided
-    // mesh the fronts, in the bake's order); `inputs`: [X]. Fits the bones, computes what else the model reads, and
-    // sets that pose. Allocates nothing.
+    // Sets the vertices of an asset whose model is deforming. `points`: [Vs] positions of the shading points (of a
+    // two-sided mesh the fronts, in the bake's order); `inputs`: [X]. Fits the bones, computes what else the model
+    // reads, and sets that pose. Allocates nothing.
     void setPositions(std::span<const Vec3> points, std::span<const float> inputs);
-    // A frame of the asset's animation; of a deforming one that has playback positions.
+    // Sets a frame of the asset's animation. A deforming asset must have playback positions.
     void setFrame(std::size_t frame);
-    std::span<const Vec3> points() const { return points_; }               // [Vs], of a deforming asset; else empty
+    std::span<const Vec3> points() const { return points_; }               // [Vs] of a deforming asset, else empty
     std::span<const Vec3> pointNormals() const { return point_normals_; }  // [Vs]
     const Deformation* deformation() const { return decoded_->deformation.get(); }  // null unless deforming
 
-    std::span<const Affine> bones() const { return bones_; }   // [J], of the pose
+    std::span<const Affine> bones() const { return bones_; }   // [J] of the pose
     std::span<const float> scores(std::size_t cluster) const;  // [K]
-    // Other scores in their place until the next pose: what a component does can be looked at. May be scores() itself.
+    // Replaces scores until the next pose, so that one can look at what a component does. `scores` may be scores()
+    // itself.
     void setScores(std::size_t cluster, std::span<const float> scores);
-    const Mat3& clusterRotation(std::size_t cluster) const;  // nearestRotation of the cluster joint's linear part
-    // Of the pose: how far what the clusters see is from where training frames had it, about radians; 0: nowhere. Its
-    // inputs were clamped to those of training. formats/stage/model_file.h has the formula.
+    // nearestRotation() of the linear part of the cluster's joint
+    const Mat3& clusterRotation(std::size_t cluster) const;
+    // Returns how far the clusters' inputs of this pose are from where training frames had them, in about radians; 0
+    // where all of them are inside. The evaluator clamps inputs to the training range. formats/stage/model_file.h has
+    // the formula.
     double outOfRange() const { return out_of_range_; }
 
-    // numbers[v * stride + i] for the cluster's vertices; `numbers` is the array of all vertices, V * stride floats.
+    // Writes numbers[v * stride + i] for the cluster's vertices. `numbers` is the array of all vertices, V * stride
+    // floats.
     void evaluateCluster(std::size_t cluster, std::span<float> numbers) const;
 
-    // Skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V]. Of a
-    // deforming asset its given positions and the normals of its triangles (sh/vertex_normals.h).
-    // tangent = normalised(R_c t0 - N (N . R_c t0)); where that vanishes, any unit vector orthogonal to N.
-    // The rule of skinVertices() (formats/common/mesh.h) in single precision.
+    // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
+    // For a deforming asset these are its given positions and the normals of its triangles (sh/vertex_normals.h).
+    // tangent = normalised(R_c t0 - N (N . R_c t0)); where that vanishes, any unit vector orthogonal to N. This is
+    // the rule of skinVertices() (formats/common/mesh.h) in single precision.
     void skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
               std::span<Vec3> tangents) const;
 
 private:
-    // What is made of the asset once; copies share it.
+    // Made of the asset once; copies of the evaluator share it.
     struct Decoded {
-        std::vector<ModelEvaluator> models;                           // [cluster]
-        std::vector<std::size_t> first_score;                         // [cluster]
-        std::vector<float> ambient_weights;                           // [stride], E = sum of weight times number
-        float ambient_norm2 = 0;                                      // sum of squared weights
-        std::vector<std::int8_t> pairs;                               // of clusters with a basis of bytes; combine.h
+        std::vector<ModelEvaluator> models;    // [cluster]
+        std::vector<std::size_t> first_score;  // [cluster]
+        std::vector<float> ambient_weights;    // [stride], E = sum of weight times number
+        float ambient_norm2 = 0;               // sum of squared weights
+        std::vector<std::int8_t> pairs;  // bytes of all clusters with a basis of bytes, in the layout of combine.h
         std::vector<std::size_t> first_pair_byte, first_pair_weight;  // [cluster]
         std::size_t scores = 0, pair_weights = 0, scratch = 0;
-        std::vector<bool> absolute;                // [J], joints that stand for a number
-        std::unique_ptr<Deformation> deformation;  // of a deforming asset
+        std::vector<bool> absolute;                // [J], true for joints that stand for a number
+        std::unique_ptr<Deformation> deformation;  // only for a deforming asset
     };
     const AssetView* asset_;
     std::shared_ptr<const Decoded> decoded_;
@@ -78,17 +83,17 @@ private:
     std::vector<Affine> bones_;                // [J]
     std::vector<Mat3> bone_rotations_;         // [J]
     std::vector<Mat3> rotations_;              // [cluster]
-    std::vector<float> features_;              // [12 (J - 1)] of the joint that was asked for last
-    std::vector<float> scratch_;               // of the models
-    std::vector<float> scores_;                // of all clusters
-    std::vector<float> weights_;               // of one: scores times the components' scales
-    std::vector<std::uint32_t> pair_weights_;  // of clusters with a basis of bytes
-    std::vector<float> units_;                 // [cluster], of its pair weights
+    std::vector<float> features_;              // [12 (J - 1)] as seen from the joint that was asked for last
+    std::vector<float> scratch_;               // for the models
+    std::vector<float> scores_;                // of all clusters, one after the other
+    std::vector<float> weights_;               // of one cluster: scores times the components' scales
+    std::vector<std::uint32_t> pair_weights_;  // of all clusters with a basis of bytes
+    std::vector<float> units_;                 // [cluster], unit of its pair weights
     EvaluatorPath path_;
-    // Of a deforming asset; else empty.
+    // Only for a deforming asset; else empty.
     std::vector<Vec3> points_, point_normals_;  // [Vs]
     std::vector<Affine> fitted_bones_;          // [J]
-    std::vector<float> pose_;                   // [P], of kDihedrals
+    std::vector<float> pose_;                   // [P], only for kDihedrals
     DeformationScratch deformation_scratch_;
 
     void relativeBoneFeatures(std::size_t joint);

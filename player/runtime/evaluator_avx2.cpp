@@ -1,4 +1,4 @@
-// Compiled with -mavx2 -mfma -mf16c, called only where the processor has them.
+// This file is compiled with -mavx2 -mfma -mf16c. Its functions are called only where the processor has these.
 #include "player/runtime/combine.h"
 
 #ifdef __AVX2__

@@ -1,5 +1,6 @@
-// Compiled with AVX-512 VNNI and VL on top of AVX2, FMA and F16C, called only where the processor has them: vpdpwssd
-// multiplies pairs and adds them in one instruction, and the registers are twice as many. They stay 256 bits wide.
+// This file is compiled with AVX-512 VNNI and VL on top of AVX2, FMA and F16C. Its functions are called only where
+// the processor has these. vpdpwssd multiplies pairs and adds them in one instruction, and there are twice as many
+// registers. They stay 256 bits wide.
 #include "player/runtime/combine.h"
 
 #ifdef __AVX512VNNI__

@@ -9,7 +9,7 @@ namespace penumbra {
 
 namespace {
 
-// The upper half of a spherical Fibonacci set: a direction and its opposite say the same of a band.
+// Returns the upper half of a spherical Fibonacci set. A direction and its opposite tell the same about a band.
 std::vector<Vec3d> hemisphereDirections(int count) {
     std::vector<Vec3d> directions;
     for (int i = 0; i < count; ++i) {
@@ -20,7 +20,7 @@ std::vector<Vec3d> hemisphereDirections(int count) {
     return directions;
 }
 
-// Solves G X = B in place for a symmetric positive definite G [n, n]; B [n, 3] becomes X. Cholesky.
+// Solves G X = B in place by Cholesky, for a symmetric positive definite G [n, n]. B [n, 3] becomes X.
 void solvePositive(std::vector<double>& g, std::vector<Vec3d>& b) {
     const std::size_t n = b.size();
     for (std::size_t j = 0; j < n; ++j) {
@@ -44,6 +44,7 @@ void solvePositive(std::vector<double>& g, std::vector<Vec3d>& b) {
 
 LightLobes makeLightLobes(const LightView& light) {
     const int order = light.order, count = 2 * order - 1;
+    // 1. Evaluate all bands at the fixed directions.
     const std::vector<Vec3d> directions = hemisphereDirections(count);
     std::vector<std::vector<double>> basis;  // [D][n^2]
     for (const Vec3d& direction : directions)
@@ -52,8 +53,9 @@ LightLobes makeLightLobes(const LightView& light) {
     LightLobes lobes;
     for (const Vec3d& direction : directions) lobes.directions.push_back(toFloat(direction));
     lobes.weights.resize(std::size_t(count) * std::size_t(order));
+    // 2. In each band there are more directions than equations, so that many weights would do.
     for (int band = 0; band < order; ++band) {
-        // The shortest w with Y w = l, Y [2 band + 1, D]: w = Y^T (Y Y^T)^-1 l.
+        // Take the shortest w with Y w = l, Y [2 band + 1, D]: w = Y^T (Y Y^T)^-1 l.
         const std::size_t n = std::size_t(2 * band + 1), first = std::size_t(band) * std::size_t(band);
         std::vector<double> gram(n * n);
         std::vector<Vec3d> x(n);

@@ -18,7 +18,7 @@ Affine multiply(const Affine& a, const Affine& b) {
              linear(2, 0), linear(2, 1), linear(2, 2), at.z}};
 }
 
-// Rodrigues: exp(r) = I + sin(a)/a [r] + (1 - cos a)/a^2 [r]^2, a = |r|.
+// Rodrigues' formula: exp(r) = I + sin(a)/a [r] + (1 - cos a)/a^2 [r]^2, a = |r|. Small angles use its series.
 Affine rotationBy(Vec3 r) {
     const float square = dot(r, r), angle = std::sqrt(square), half = std::sin(angle / 2);
     const float s = angle > 1e-4f ? std::sin(angle) / angle : 1 - square / 6;
@@ -36,6 +36,8 @@ JointChain::JointChain(const AnimationView& animation)
       rest_(animation.rest_transforms),
       inverse_bind_(animation.inverse_bind),
       globals_(animation.jointCount()) {
+    // Orders the joints such that parents come first: from each joint go up to one that has a place, then place the
+    // path down.
     std::vector<bool> placed(parents_.size());
     std::vector<std::size_t> path;
     for (std::size_t start = 0; start < parents_.size(); ++start) {

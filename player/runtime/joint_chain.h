@@ -1,5 +1,5 @@
 #pragma once
-// Skinning matrices from joint rotations, by the rest transforms of the asset.
+// Computes skinning matrices from joint rotations by the rest transforms of the asset.
 #include <span>
 #include <vector>
 
@@ -7,21 +7,23 @@
 
 namespace penumbra {
 
-// False for files made before rest transforms were kept, and for rigs with a joint scaled to 0.
+// Returns false for files that were made before rest transforms were kept, and for rigs with a joint that is scaled
+// to 0.
 bool hasRestTransforms(const AnimationView& animation);
 
-// Forward kinematics: G_j = G_parent T_j exp(r_j), of a root joint G_j = root T_j exp(r_j), and the skinning matrix is
-// G_j B_j; T rest transform, B inverse bind. Exact where clips turn joints only and rest scales are uniform.
+// Forward kinematics: G_j = G_parent T_j exp(r_j), and for a root joint G_j = root T_j exp(r_j). The skinning matrix
+// is G_j B_j. T is the rest transform, B the inverse bind matrix. Exact where clips only turn joints and rest scales
+// are uniform.
 class JointChain {
 public:
     explicit JointChain(const AnimationView& animation);
-    // rotations: [J] rotation vectors relative to rest, radians; bones: [J]. Allocates nothing.
+    // rotations: [J] rotation vectors relative to rest, in radians; bones: [J] results. Allocates nothing.
     void pose(const Affine& root, std::span<const Vec3> rotations, std::span<Affine> bones);
 
 private:
     std::span<const std::int32_t> parents_;
     std::span<const Affine> rest_, inverse_bind_;
-    std::vector<std::uint16_t> order_;  // parents before children
+    std::vector<std::uint16_t> order_;  // parents stand before children
     std::vector<Affine> globals_;       // [J]
 };
 

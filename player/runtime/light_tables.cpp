@@ -11,8 +11,8 @@ namespace penumbra {
 
 namespace {
 
-// Normalised associated Legendre recurrences in z, divided by sin^m, with the Condon-Shortley sign and the factor
-// sqrt 2 of real harmonics in the start value.
+// Makes the normalised associated Legendre recurrences in z, divided by sin^m, with the Condon-Shortley sign. The
+// factor sqrt 2 of real harmonics is in the start value.
 void basisRecurrence(std::vector<float>& a, std::vector<float>& b) {
     a.assign(kMaxOrder * kMaxOrder, 0);
     b.assign(kMaxOrder * kMaxOrder, 0);

@@ -1,5 +1,5 @@
 #pragma once
-// What shading reads of one light, in one of three forms, and its rotation while the program runs.
+// Holds what shading reads of one light, in one of three forms, and turns the light while the program runs.
 #include <span>
 #include <vector>
 
@@ -9,43 +9,43 @@
 
 namespace penumbra {
 
-// How the light gets into every vertex' frame.
+// Tells how the light gets into the frame of every vertex.
 enum class LightForm {
-    kLobes,     // the asset's fitted zonal lobes, turned by turning their axes (paper 000 section 5.4): as exact as the
-                // fit
-    kFixed,     // 2 order - 1 zonal lobes on fixed axes that together are the light exactly
+    kLobes,     // the asset's fitted zonal lobes: their axes turn (paper 000 section 5.4); as exact as the fit
+    kFixed,     // 2 order - 1 zonal lobes on fixed axes, which together are the light exactly
     kRotation,  // the exact SH rotation: turns about z and fixed quarter turns about x
 };
+// Tells whether the light has what the form needs: kLobes needs lobes in the asset.
 bool hasForm(const LightView& light, LightForm form);
 
-// The light's lobes in one of the first two forms.
+// Returns the light's lobes in one of the first two forms.
 LightLobes lobesOf(const LightView& light, LightForm form);
 
-// R(X(90)), the entries that are not zero: y turns to z.
+// Returns the entries of R(X(90)) that are not zero. X(90) turns y to z.
 std::vector<TurnTerm> quarterTurn(int order);
 
 class LightTables {
 public:
-    // hasForm(light, form)
+    // The light must have the form: hasForm(light, form).
     LightTables(const LightView& light, LightForm form);
 
-    // The light as `rotation` turns it in the model frame, L'(s) = L(rotation^T s): of the light as it came, not of how
-    // it was turned before. Allocates nothing.
+    // Turns the light by `rotation` in the model frame, L'(s) = L(rotation^T s). This always turns the light as it
+    // came, not as it was turned before. Allocates nothing.
     void setRotation(const Mat3& rotation);
-    // Another light of at most this order, [n^2, 3], as it comes: not turned until setRotation(). kRotation only.
-    // Allocates nothing.
+    // Replaces the light by another of at most its order, [n^2, 3]. It is not turned until setRotation(). Only for
+    // kRotation. Allocates nothing.
     void setCoefficients(std::span<const float> sh);
     int order() const { return order_; }
     LightForm form() const { return form_; }
-    const LightLobes& lobes() const { return lobes_; }   // turned; kLobes and kFixed
-    const std::vector<Vec3>& sh() const { return sh_; }  // turned; kRotation
+    const LightLobes& lobes() const { return lobes_; }   // turned; only for kLobes and kFixed
+    const std::vector<Vec3>& sh() const { return sh_; }  // turned; only for kRotation
     ShadeLight view() const;
 
 private:
     int order_;
     LightForm form_;
     LightLobes lobes_;
-    std::vector<Vec3> sh_, original_;  // of kRotation the coefficients, else `original_` has the axes
+    std::vector<Vec3> sh_, original_;  // original_: coefficients of kRotation, axes of the other forms
     std::vector<TurnTerm> turns_;
     std::vector<float> basis_a_, basis_b_;
 };

@@ -12,7 +12,7 @@
 
 namespace penumbra {
 
-constexpr float kRounding = 1e-7f;  // of the largest entry
+constexpr float kRounding = 1e-7f;  // as a share of the largest entry
 
 bool hasReflectance(const MaterialView& material, Reflectance reflectance) {
     return reflectance == Reflectance::kSlices || material.operators.count > 0;
@@ -55,6 +55,7 @@ std::vector<ProductEntry> operatorProduct(const Convention& convention, int ligh
                                           int channel, const std::vector<bool>& used) {
     const OperatorsView& operators = material.operators;
     const std::size_t k = std::size_t(operators.count), numbers = std::size_t(convention.size());
+    // 1. Expand all operators of all channels to matrices, since an entry stays if any channel has it.
     const std::size_t u_size = std::size_t(coefficientCount(operators.order));
     std::vector<std::vector<float>> m;  // [channel, k][light_order^2, numbers]
     float largest = 0;
@@ -62,6 +63,7 @@ std::vector<ProductEntry> operatorProduct(const Convention& convention, int ligh
         m.push_back(reflectionOperator(light_order, convention, operators.u.subspan(set * u_size, u_size)));
         for (const float value : m.back()) largest = std::max(largest, std::abs(value));
     }
+    // 2. Keep the entries that matter, in the order (i, j, k).
     std::vector<ProductEntry> entries;
     for (std::size_t at = 0; at < m.front().size(); ++at)
         for (std::size_t b = 0; b < k; ++b) {
@@ -76,7 +78,7 @@ std::vector<ProductEntry> operatorProduct(const Convention& convention, int ligh
 
 namespace {
 
-// Every (i, j) once, in the order of the entries; `first` gets the first entry of each.
+// Lists every (i, j) once, in the order of the entries. `first` gets the first entry of each.
 std::vector<ProductRow> plainRows(const std::vector<ProductEntry>& entries, std::vector<std::size_t>& first) {
     std::vector<ProductRow> rows;
     for (std::size_t at = 0; at < entries.size(); ++at) {
@@ -99,7 +101,8 @@ ProductRows groupRows(const Convention& convention, const std::vector<ProductEnt
     constexpr int kCount = coefficientCount(kMaxOrder);
     std::vector<int> row_of(kCount * kCount, -1);  // by both SH indices
     for (std::size_t r = 0; r < all.size(); ++r) row_of[std::size_t(all[r].i * kCount + indices[all[r].j])] = int(r);
-    // By diagonals of (i, j): rows that follow one another add to different t, so that no sum waits for the one before.
+    // Rows go by diagonals of (i, j). Rows that follow one another then add to different t, so that no sum waits for
+    // the one before.
     std::vector<int> visit(all.size());
     std::iota(visit.begin(), visit.end(), 0);
     std::stable_sort(visit.begin(), visit.end(), [&](int a, int b) {
@@ -110,7 +113,7 @@ ProductRows groupRows(const Convention& convention, const std::vector<ProductEnt
     for (const bool mirrored : {true, false})
         for (const int r : visit) {
             ProductRow row = all[std::size_t(r)];
-            // The row of (index of j, position of i): its terms are the same, as Gamma_ijk = Gamma_jik.
+            // The mirror is the row of (index of j, position of i). It has the same terms, as Gamma_ijk = Gamma_jik.
             const int mirror = row_of[std::size_t(indices[row.j] * kCount + row.i)];
             const bool has_mirror = mirror >= 0 && mirror != r;
             if (has_mirror != mirrored || (mirrored && mirror < r)) continue;
@@ -126,12 +129,14 @@ MaterialTables::MaterialTables(const Convention& convention, int light_order, co
                                Reflectance reflectance)
     : view_order_(material.view_order), channels_(material.channels), color_(material.color) {
     assert(hasReflectance(material, reflectance));
+    // Only k that some view term produces can count.
     std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
     for (int c = 0; c < channels_; ++c) {
         views_[c] = viewTerms(material, reflectance, c);
         for (const ViewTerm& term : views_[c]) used[term.k] = true;
     }
     const bool slices = reflectance == Reflectance::kSlices;
+    // Slices share one Gamma among the channels; operators have matrices for each channel.
     for (int c = 0; c < (slices ? 1 : channels_); ++c) {
         const std::vector<ProductEntry> entries =
             slices ? sliceProduct(convention, light_order, material.slice_order, used)

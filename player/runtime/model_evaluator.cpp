@@ -18,7 +18,7 @@ std::vector<float> decoded(const NumbersView& numbers) {
     return out;
 }
 
-// [rows, columns] -> [columns, rows], the rows in the given order.
+// Transposes [rows, columns] to [columns, rows], with the rows in the given order.
 std::vector<float> transposedRows(std::span<const float> m, std::span<const std::size_t> rows, std::size_t columns) {
     std::vector<float> out(m.size());
     for (std::size_t r = 0; r < rows.size(); ++r)
@@ -45,7 +45,7 @@ ModelEvaluator::ModelEvaluator(const ModelView& model, const ClusterView& cluste
     const std::vector<float> basis = decoded(cluster.input_basis);
     basis_ = transposedRows(basis, counting(inputs_), features);
     for (std::size_t i = 0; i < inputs_; ++i) {
-        double sum = 0;  // the mean of a feature is large against its changes
+        double sum = 0;  // in double, because the mean of a feature is large against its changes
         for (std::size_t n = 0; n < features; ++n) sum += double(basis[i * features + n]) * cluster.feature_mean[n];
         offset_.push_back(float(sum));
         const float margin = kRangeMargin * (cluster.input_max[i] - cluster.input_min[i]);
@@ -74,6 +74,7 @@ void ModelEvaluator::readGroups(const ModelView& model, const ClusterView& clust
     }
 }
 
+// Sorts the units of an additive model by their group, so that a group's units stand together.
 void ModelEvaluator::readUnits(const ClusterView& cluster) {
     std::vector<std::size_t> order = counting(units_);
     if (kind_ == ModelKind::kAdditive) {
@@ -91,6 +92,7 @@ void ModelEvaluator::readUnits(const ClusterView& cluster) {
         for (std::size_t k = 0; k < components(); ++k) weights_[h * components() + k] = weights[k * units_ + order[h]];
 }
 
+// Projects the features on the cluster's input PCA, and clamps to the training range.
 void ModelEvaluator::pcaInputs(std::span<const float> features, std::span<float> x) const {
     for (std::size_t i = 0; i < inputs_; ++i) x[i] = -offset_[i];
     const float* row = basis_.data();
@@ -101,7 +103,7 @@ void ModelEvaluator::pcaInputs(std::span<const float> features, std::span<float>
     for (std::size_t i = 0; i < inputs_; ++i) x[i] = std::clamp(x[i], input_least_[i], input_most_[i]);
 }
 
-// Clamped to the training range; returns the square of what was cut off.
+// Computes a group's inputs and clamps them to the training range. Returns the square of what the clamp cut off.
 float ModelEvaluator::clampedInputs(const Group& group, std::size_t index, std::span<const float> features,
                                     float* x) const {
     const float* raw = features.data() + group.feature;
@@ -123,8 +125,8 @@ float ModelEvaluator::clampedInputs(const Group& group, std::size_t index, std::
     return squared;
 }
 
-// Returns how far the pose is out of range, squared. An additive model has units in its groups, and they are evaluated
-// on the way.
+// Returns the square of the distance out of range. An additive model has its units in the groups, so it evaluates
+// them on the way: exp(-d^2 / 2) of the distance d from the unit's centre (docs/formulas.md, section 4).
 float ModelEvaluator::addGroups(std::span<const float> features, std::span<float> units) const {
     std::array<float, kBoneInputs> x;
     float out_of_range = 0;
@@ -147,6 +149,7 @@ float ModelEvaluator::addGroups(std::span<const float> features, std::span<float
     return out_of_range;
 }
 
+// The units of the quadratic model are all x and all products x_i x_j, i <= j.
 void ModelEvaluator::quadraticUnits(std::span<const float> x, std::span<float> units) const {
     std::size_t at = 0;
     for (float value : x) units[at++] = value;
@@ -154,6 +157,7 @@ void ModelEvaluator::quadraticUnits(std::span<const float> x, std::span<float> u
         for (std::size_t j = i; j < x.size(); ++j) units[at++] = x[i] * x[j];
 }
 
+// The units of the neural model are tanh(d . x + d0); the last row of `hidden_` has the d0.
 void ModelEvaluator::neuralUnits(std::span<const float> x, std::span<float> units) const {
     const float* row = hidden_.data();
     std::copy_n(row + inputs_ * units_, units_, units.begin());
@@ -166,11 +170,13 @@ float ModelEvaluator::evaluate(std::span<const float> features, std::span<float>
                                std::span<float> scores) const {
     assert(scratch.size() >= scratchSize() && scores.size() == components());
     const std::span<float> x = scratch.first(inputs_), units = scratch.subspan(inputs_, units_);
+    // 1. Group inputs first: they tell the distance from training with every model.
     const float out_of_range = addGroups(features, units);
     if (kind_ != ModelKind::kAdditive) pcaInputs(features, x);
     if (kind_ == ModelKind::kLinear) std::copy(x.begin(), x.end(), units.begin());
     if (kind_ == ModelKind::kQuadratic) quadraticUnits(x, units);
     if (kind_ == ModelKind::kNeural) neuralUnits(x, units);
+    // 2. The scores are linear in the units, row by row, so that the inner loop runs over independent sums.
     std::copy(bias_.begin(), bias_.end(), scores.begin());
     const float* row = weights_.data();
     for (float unit : units) {

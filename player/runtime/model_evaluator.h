@@ -15,23 +15,24 @@ public:
 
     std::size_t components() const { return bias_.size(); }
     std::size_t scratchSize() const { return inputs_ + units_; }
-    // `features`: raw features of the cluster's joint, or the pose. Returns the square of how far they are out of the
-    // training range. Allocates nothing.
+    // Computes the scores. `features` are the raw features of the cluster's joint, or the pose. Returns the square of
+    // how far they are out of the training range. Allocates nothing.
     float evaluate(std::span<const float> features, std::span<float> scratch, std::span<float> scores) const;
 
 private:
+    // The inputs that come from one bone, or from one joint of the pose.
     struct Group {
         std::size_t feature = 0;  // its first raw feature
         Vec3 rest;                // (centre_j - center) / feature_scale
         Mat3 spread;
-        bool absolute = false;                  // stands for a number: position alone
-        std::size_t first_unit = 0, units = 0;  // after sorting by group
+        bool absolute = false;                  // the joint stands for a number, so it has a position alone
+        std::size_t first_unit = 0, units = 0;  // first_unit: after sorting by group
     };
     ModelKind kind_;
     bool bones_;  // groups are bones, not numbers of the pose
     std::size_t group_size_, inputs_, units_;
     std::vector<float> basis_, offset_;            // [N, I], [I]: x = basis^T raw - offset
-    std::vector<float> input_least_, input_most_;  // [I], margin included
+    std::vector<float> input_least_, input_most_;  // [I], with the margin
     std::vector<Group> groups_;
     std::vector<float> group_weight_, group_min_, group_max_;  // [G], [G, D]
     std::vector<float> hidden_;                                // neural: [I + 1, H]; additive: [D, H]

@@ -1,27 +1,27 @@
-/* libpenumbra: pose in, per-vertex visibility and radiance out. C99; docs/c-api.md is a short guide.
+/* libpenumbra turns a pose into visibility and radiance at every vertex. It is C99; docs/c-api.md is a short guide.
  *
- * Memory. Handles are opaque, made by ..._open/_create and given back by ..._close/_destroy (NULL is allowed there), in
- * any order: a character and a shading keep what they need of the asset. All result arrays are the caller's. Pointers
- * that a query returns point into the asset and are valid until it, its characters and its shadings are given back.
- * Strings are UTF-8 and end with a zero.
+ * Memory. Handles are opaque. ..._open and ..._create make them, and ..._close and ..._destroy take them back (NULL is
+ * allowed there) in any order: a character and a shading keep what they need of the asset. The caller owns all result
+ * arrays. Pointers that a query returns point into the asset; they are valid until the asset, its characters and its
+ * shadings are given back. Strings are UTF-8 and end with a zero.
  *
- * Errors. Functions that can fail return a penumbra_status; where it is not PENUMBRA_OK nothing was changed or written,
- * and `error`, unless NULL, has one sentence. A NULL handle or array where none is allowed, an index beyond the last
- * and a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, it never prints or
- * exits.
+ * Errors. Functions that can fail return a penumbra_status. Unless it is PENUMBRA_OK, the function has changed and
+ * written nothing, and `error`, unless NULL, holds one sentence. A NULL handle or array where none is allowed, an index
+ * beyond the last and a count that does not fit are PENUMBRA_INVALID_ARGUMENT. No C++ exception leaves the library, and
+ * it never prints or exits.
  *
- * Enums have a last value ..._WIDE that makes them as wide as an int, so that a wrong value can be refused.
+ * Enums have a last value ..._WIDE that makes them as wide as an int, so that the library can refuse a wrong value.
  *
- * Threads. The library has no threads and no global state of its own. Different handles may be used at the same time by
- * different threads, also when they come from one asset. Calls that take a const handle may run at the same time on one
- * handle when they write different ranges: so a frame is split over threads by clusters and by vertices.
+ * Threads. The library has no threads and no global state of its own. Different threads may use different handles at
+ * the same time, even if these come from one asset. Calls that take a const handle may run at the same time on one
+ * handle when they write different ranges, so that a frame can be split over threads by clusters and by vertices.
  *
- * Speed. From ..._create on nothing is allocated by any function of the character or the shading, unless it fails.
+ * Speed. After ..._create no function of the character or the shading allocates memory, unless it fails.
  *
- * Arrays. V vertices, J joints, C clusters; row-major, float32. Model frame: right-handed, y up, metres. Colours are
- * linear Rec.709; light and result are radiance. SH are real, orthonormal, with the Condon-Shortley sign, index
- * l(l+1)+m; an "order" counts bands. Vertices are the welded ones of the asset (penumbra_asset_info.source_vertex leads
- * back).
+ * Arrays. There are V vertices, J joints and C clusters. Arrays are row-major and float32. The model frame is
+ * right-handed, with y up, in metres. Colours are linear Rec.709; light and result are radiance. SH are real and
+ * orthonormal with the Condon-Shortley sign and the index l(l+1)+m; an "order" counts bands. Vertices are the welded
+ * ones of the asset (penumbra_asset_info.source_vertex leads back to those of the source).
  */
 #ifndef PENUMBRA_H
 #define PENUMBRA_H
@@ -45,8 +45,8 @@ typedef enum penumbra_status {
     PENUMBRA_OK = 0,
     PENUMBRA_INVALID_ARGUMENT = 1, /* the call is wrong */
     PENUMBRA_IO_ERROR = 2,         /* the file cannot be read */
-    PENUMBRA_INVALID_ASSET = 3,    /* read, but not a sound asset of the version that this library reads */
-    PENUMBRA_FAILED = 4,           /* our own mistake */
+    PENUMBRA_INVALID_ASSET = 3,    /* the bytes are no sound asset of a version that we read */
+    PENUMBRA_FAILED = 4,           /* a mistake of the library itself */
     PENUMBRA_UNSUPPORTED = 5,      /* the asset or the processor does not have what was asked for */
     PENUMBRA_OUT_OF_MEMORY = 6,
     PENUMBRA_STATUS_WIDE = 0x7fffffff
@@ -73,15 +73,16 @@ typedef enum penumbra_ownership {
     PENUMBRA_OWNERSHIP_WIDE = 0x7fffffff
 } penumbra_ownership;
 
-/* Opens a .pnb file (memory-mapped) or its bytes, and checks all of it: PENUMBRA_IO_ERROR, PENUMBRA_INVALID_ASSET,
- * PENUMBRA_OUT_OF_MEMORY. A mapped file must not be changed while it is open; replacing it by a rename is fine. */
+/* Opens a .pnb file (memory-mapped) or its bytes, and checks all of it. Fails with PENUMBRA_IO_ERROR,
+ * PENUMBRA_INVALID_ASSET and PENUMBRA_OUT_OF_MEMORY. Nobody may change a mapped file while it is open; replacing it by
+ * a rename is fine. */
 PENUMBRA_API penumbra_status penumbra_asset_open_file(const char* path, penumbra_asset** asset, penumbra_error* error);
 PENUMBRA_API penumbra_status penumbra_asset_open_memory(const void* bytes, size_t size, penumbra_ownership ownership,
                                                         penumbra_asset** asset, penumbra_error* error);
 PENUMBRA_API void penumbra_asset_close(penumbra_asset* asset);
 
-/* What is in the file. Counts and pointers are 0 and NULL where it holds no such thing (a file may have materials or
- * lights only). */
+/* Tells what is in the file. Counts and pointers are 0 and NULL where it holds no such thing (a file may have only
+ * materials or lights). */
 typedef struct penumbra_asset_info {
     int has_model;          /* 1: a character can be made */
     const char* provenance; /* JSON: tool, version, options, hashes of the inputs */
@@ -91,13 +92,13 @@ typedef struct penumbra_asset_info {
     const float* rest_normals;                                /* [V,3] unit */
     const float* rest_tangents;                               /* [V,3] unit, orthogonal to the normal */
     const uint32_t* triangles;                                /* [T,3] */
-    const uint32_t* source_vertex;                            /* [R] the vertex here of each vertex of the source */
+    const uint32_t* source_vertex;                            /* [R] each source vertex' vertex in the asset */
 
     size_t influence_count;      /* K */
     const uint16_t* skin_joints; /* [V,K] */
     const float* skin_weights;   /* [V,K] rows sum to 1 */
 
-    size_t slot_count;              /* named parts of the mesh with a material each; 0: one part without a name */
+    size_t slot_count;              /* named parts of the mesh, each with a material; 0: one part, no name */
     const uint16_t* slot_of_vertex; /* [V] */
 
     int deforming;    /* 1: vertices are given (penumbra_character_set_positions), not skinned by the caller's bones */
@@ -105,9 +106,9 @@ typedef struct penumbra_asset_info {
     int has_playback; /* 1: a deforming mesh with the positions of its frames */
     size_t input_count; /* X: numbers of a pose that the mesh does not know (penumbra_asset_input_name) */
 
-    size_t joint_count;           /* J; of a deforming mesh its rigid parts and what stands for inputs */
+    size_t joint_count;           /* J; for a deforming mesh these are its rigid parts and its inputs */
     const int32_t* joint_parents; /* [J] -1 for roots */
-    const float* rest_transforms; /* [J,3,4] rows, joint to parent joint (of a root: to the scene) at rest; or NULL */
+    const float* rest_transforms; /* [J,3,4] rows, joint to parent joint (root: to the scene) at rest; or NULL */
     const float* inverse_bind;    /* [J,3,4] rows, rest positions to joint; or NULL */
     size_t clip_count, frame_count;
     size_t rotation_count; /* numbers of a pose in rotation vectors, 3J (of a rig with inputs 3 for each joint of its
@@ -117,7 +118,7 @@ typedef struct penumbra_asset_info {
     size_t number_count;      /* numbers a vertex */
     size_t stride;            /* floats a vertex in arrays of numbers: number_count padded to a multiple of 4 */
     size_t cluster_count;     /* C */
-    size_t score_count;       /* of all clusters together */
+    size_t score_count;       /* scores of all clusters together */
     float quantization_error; /* relative, measured when the asset was packed */
 
     size_t material_count, light_count;
@@ -145,13 +146,13 @@ PENUMBRA_API penumbra_status penumbra_asset_get_clip(const penumbra_asset* asset
 
 typedef struct penumbra_frame {
     double seconds;         /* in its clip */
-    const float* matrices;  /* [J,3,4] skinning matrices, PENUMBRA_ROWS_3X4; NULL of a deforming mesh */
+    const float* matrices;  /* [J,3,4] skinning matrices, PENUMBRA_ROWS_3X4; NULL for a deforming mesh */
     const float* rotations; /* [rotation_count], or NULL */
     const float* inputs;    /* [input_count], or NULL */
 } penumbra_frame;
 PENUMBRA_API penumbra_status penumbra_asset_get_frame(const penumbra_asset* asset, size_t frame, penumbra_frame* out);
-/* The last frame of `clip` that is not after `seconds`, or its first; PENUMBRA_NONE for a clip that is not there or has
- * no frames. */
+/* Returns the last frame of `clip` that is not after `seconds`, or else its first frame. Returns PENUMBRA_NONE for a
+ * clip that does not exist or has no frames. */
 PENUMBRA_API size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double seconds);
 
 typedef struct penumbra_material {
@@ -172,8 +173,10 @@ typedef struct penumbra_light {
 } penumbra_light;
 PENUMBRA_API penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t light, penumbra_light* out);
 
-/* What a GPU needs to evaluate a cluster itself (penumbra.glsl): numbers = mean + sum over k of score_k scale_k
- * basis_k, then the ambient term is clamped. Clusters are contiguous ranges of vertices and cover all of them. */
+/* Gives a GPU what it needs to evaluate a cluster itself (penumbra.glsl): numbers = mean + sum over k of score_k
+ * scale_k basis_k, followed by a clamp of the ambient term. Clusters are contiguous ranges of vertices and cover all of
+ * them.
+ */
 typedef enum penumbra_precision { PENUMBRA_F32 = 0, PENUMBRA_F16 = 1, PENUMBRA_I8 = 2 } penumbra_precision;
 typedef struct penumbra_cluster {
     size_t joint, first_vertex, vertex_count;
@@ -189,9 +192,9 @@ PENUMBRA_API penumbra_status penumbra_asset_get_cluster(const penumbra_asset* as
 /* --- Code for one kind of processor --- */
 
 typedef enum penumbra_simd {
-    PENUMBRA_SIMD_BEST = 0, /* all that the processor has; PENUMBRA_NO_SIMD in the environment: portable */
+    PENUMBRA_SIMD_BEST = 0, /* all that the processor has; portable if the environment has PENUMBRA_NO_SIMD */
     PENUMBRA_SIMD_PORTABLE = 1,
-    PENUMBRA_SIMD_AVX2 = 2, /* AVX2, FMA and F16C, no more */
+    PENUMBRA_SIMD_AVX2 = 2, /* AVX2, FMA and F16C, but nothing newer */
     PENUMBRA_SIMD_WIDE = 0x7fffffff
 } penumbra_simd;
 PENUMBRA_API int penumbra_has_simd(penumbra_simd simd); /* 1 or 0 */
@@ -200,39 +203,42 @@ PENUMBRA_API int penumbra_has_simd(penumbra_simd simd); /* 1 or 0 */
 
 typedef struct penumbra_character penumbra_character;
 
-/* In the rest pose. PENUMBRA_UNSUPPORTED for an asset without a model. The model is decoded once for an asset, when its
- * first character is made; the others share it. */
+/* Makes a character in the rest pose. Fails with PENUMBRA_UNSUPPORTED for an asset without a model. The first character
+ * of an asset decodes its model; the others share it. */
 PENUMBRA_API penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_character** character,
                                                        penumbra_error* error);
 PENUMBRA_API void penumbra_character_destroy(penumbra_character* character);
-/* For tests and comparisons: PENUMBRA_SIMD_BEST is on anyway. PENUMBRA_UNSUPPORTED where penumbra_has_simd() is 0. */
+/* Only for tests and comparisons, since PENUMBRA_SIMD_BEST is the default. Fails with PENUMBRA_UNSUPPORTED where
+ * penumbra_has_simd() is 0. */
 PENUMBRA_API penumbra_status penumbra_character_set_simd(penumbra_character* character, penumbra_simd simd,
                                                          penumbra_error* error);
 
 typedef enum penumbra_matrix_layout {
     PENUMBRA_ROWS_3X4 = 0,    /* 12 floats a joint: rows of [A | t] with p' = A p + t */
-    PENUMBRA_COLUMNS_4X4 = 1, /* 16 floats a joint: columns, as OpenGL and glTF have them; the last row is not read */
+    PENUMBRA_COLUMNS_4X4 = 1, /* 16 floats a joint: columns, as in OpenGL and glTF; the last row is not read */
     PENUMBRA_MATRIX_LAYOUT_WIDE = 0x7fffffff
 } penumbra_matrix_layout;
-/* The two poses of bones are PENUMBRA_UNSUPPORTED for a deforming mesh. Joints that stand for inputs count: their
- * matrices are translations.
- * `matrices`: J skinning matrices, model space: joint global * inverse bind. `rotations`: [rotation_count], the log of
- * each joint's rotation relative to rest (penumbra_rotation_vector), radians; needed by models of joint angles only,
- * else ignored and may be NULL. Every number must be finite. */
+/* Sets a pose by its bones. `matrices` are J skinning matrices in model space: joint global * inverse bind. Joints that
+ * stand for inputs count too; their matrices are translations. `rotations` [rotation_count] are the log of each joint's
+ * rotation relative to rest (penumbra_rotation_vector), in radians. Only models of joint angles need them; others
+ * ignore them, and they may be NULL. Every number must be finite. Fails with PENUMBRA_UNSUPPORTED for a deforming mesh.
+ */
 PENUMBRA_API penumbra_status penumbra_character_set_pose(penumbra_character* character, penumbra_matrix_layout layout,
                                                          const float* matrices, size_t joint_count,
                                                          const float* rotations, size_t rotation_count,
                                                          penumbra_error* error);
-/* A skinned mesh with inputs (input_count > 0) has joints that stand for them, which no engine knows: writes their
- * matrices into `matrices` [joint_count], for penumbra_character_set_pose, and leaves the others. `inputs`:
- * [input_count], finite, in the order of penumbra_asset_input_name. PENUMBRA_UNSUPPORTED for a deforming mesh. */
+/* A skinned mesh with inputs (input_count > 0) has joints that stand for them, which no engine knows. This function
+ * writes their matrices into `matrices` [joint_count], for penumbra_character_set_pose, and leaves the others alone.
+ * `inputs` [input_count] must be finite, in the order of penumbra_asset_input_name. Fails with PENUMBRA_UNSUPPORTED for
+ * a deforming mesh. */
 PENUMBRA_API penumbra_status penumbra_asset_input_matrices(const penumbra_asset* asset, penumbra_matrix_layout layout,
                                                            const float* inputs, size_t input_count, float* matrices,
                                                            size_t joint_count, penumbra_error* error);
-/* The same from joint rotations alone. `rotations`: [J,3], as above, rotation_count = 3 J. Each joint's global matrix
- * is that of its parent joint * its rest transform * its rotation, so translations and scales stay those of the rest
- * pose (exact for uniform scales). `root`: [3,4] rows, what moves the whole character in the model frame; NULL:
- * nothing. PENUMBRA_UNSUPPORTED for an asset without rest transforms. */
+/* Sets a pose by joint rotations alone. `rotations` [J,3] are those of penumbra_character_set_pose, with rotation_count
+ * = 3 J. Each joint's global matrix is its parent joint's * its rest transform * its rotation, so that translations and
+ * scales stay those of the rest pose (exact for uniform scales). `root` [3,4] has the rows of what moves the whole
+ * character in the model frame; NULL moves nothing. Fails with PENUMBRA_UNSUPPORTED for a deforming mesh, for an asset
+ * without rest transforms, and for one with joints that stand for inputs. */
 PENUMBRA_API penumbra_status penumbra_character_set_rotations(penumbra_character* character, const float* root,
                                                               const float* rotations, size_t rotation_count,
                                                               penumbra_error* error);
@@ -242,45 +248,47 @@ typedef enum penumbra_vertex_order {
         1, /* as rest_positions has them: vertex_count; the backs of a two-sided mesh are not read */
     PENUMBRA_VERTEX_ORDER_WIDE = 0x7fffffff
 } penumbra_vertex_order;
-/* A deforming mesh (penumbra_asset_info.deforming): the places of its vertices in the model frame. Motions of its parts
- * and its normals follow. `positions`: [vertex_count,3]; of source vertices that are one vertex here the first counts.
- * `inputs`: [input_count], in the order of penumbra_asset_input_name; may be NULL where there are none. Every number
- * that is read must be finite. PENUMBRA_UNSUPPORTED for a skinned mesh. */
+/* Sets the vertices of a deforming mesh (penumbra_asset_info.deforming) in the model frame. The library computes the
+ * motions of its parts and its normals from them. `positions` is [vertex_count,3]; of several source vertices that are
+ * one vertex in the asset, the first counts. `inputs` [input_count] are in the order of penumbra_asset_input_name, and
+ * may be NULL where there are none. Every number that is read must be finite. Fails with PENUMBRA_UNSUPPORTED for a
+ * skinned mesh. */
 PENUMBRA_API penumbra_status penumbra_character_set_positions(penumbra_character* character,
                                                               penumbra_vertex_order order, const float* positions,
                                                               size_t vertex_count, const float* inputs,
                                                               size_t input_count, penumbra_error* error);
-/* A sampled frame of the asset. PENUMBRA_UNSUPPORTED where it lacks the rotations that the model needs, or the
- * positions of a deforming mesh. */
+/* Sets a sampled frame of the asset. Fails with PENUMBRA_UNSUPPORTED where the asset lacks the rotations that the model
+ * needs, or the positions of a deforming mesh. */
 PENUMBRA_API penumbra_status penumbra_character_set_frame(penumbra_character* character, size_t frame,
                                                           penumbra_error* error);
-/* The log of rest^-1 now in radians, of unit quaternions x, y, z, w that turn a joint's frame into that of its parent
- * joint (of a root: into the scene). */
+/* Computes the log of rest^-1 now, in radians. Both are unit quaternions x, y, z, w that turn a joint's frame into that
+ * of its parent joint (for a root: into the scene). */
 PENUMBRA_API void penumbra_rotation_vector(const float rest[4], const float now[4], float out[3]);
 
-/* How far this pose is from those that the model was trained on, about radians; 0: inside. The model's inputs are
- * clamped to what it knows, so results stay sound, but for a large value they are those of another pose. */
+/* Tells how far this pose is from those that the model was trained on, in about radians; 0 is inside. The library
+ * clamps the model's inputs to what it knows. So results stay sound, but for a large value they are those of another
+ * pose. */
 PENUMBRA_API double penumbra_character_out_of_range(const penumbra_character* character);
 
-/* Visibility of the vertices of clusters [first, first + count) as SH numbers in each vertex' local frame; `numbers`:
- * [V, stride], of all vertices. */
+/* Computes the visibility of the vertices of clusters [first, first + count) as SH numbers in each vertex' local frame.
+ * `numbers` [V, stride] is the array of all vertices. */
 PENUMBRA_API penumbra_status penumbra_character_evaluate(const penumbra_character* character, size_t first_cluster,
                                                          size_t cluster_count, float* numbers, penumbra_error* error);
-/* Skinned (of a deforming mesh: given) positions, unit normals and unit tangents of vertices [first, first + count);
- * each array is [V,3]. */
+/* Computes skinned (for a deforming mesh: given) positions, unit normals and unit tangents of vertices [first,
+ * first + count). Each array is [V,3]. */
 PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* character, size_t first_vertex,
                                                      size_t vertex_count, float* positions, float* normals,
                                                      float* tangents, penumbra_error* error);
-/* Ambient term of vertices [first, first + count): cosine-weighted visibility / pi, 0 dark to 1 open. `ambient`: [V].
- */
+/* Computes the ambient term of vertices [first, first + count): cosine-weighted visibility / pi, from 0 (dark) to 1
+ * (open). `ambient` is [V]. */
 PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
                                                         size_t vertex_count, const float* numbers, float* ambient,
                                                         penumbra_error* error);
-/* For a GPU: the scores of all clusters [score_count], and the rotation of each [C,3,3] (rows). NULL: not wanted. */
+/* Gives a GPU the scores of all clusters [score_count] and the rotation of each [C,3,3] (rows). NULL: not wanted. */
 PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
                                                            float* rotations);
 
-/* --- Shading: the materials and the light that are on; any number of characters of one asset share it --- */
+/* --- Shading: the materials and the light that are on. Any number of characters of one asset share it. --- */
 
 typedef struct penumbra_shading penumbra_shading;
 
@@ -295,16 +303,16 @@ typedef enum penumbra_light_form {
     PENUMBRA_LOBES = 2,       /* the asset's fitted lobes: as exact as the fit, fewer */
     PENUMBRA_LIGHT_FORM_WIDE = 0x7fffffff
 } penumbra_light_form;
-typedef struct penumbra_shading_options { /* all zero: the defaults */
+typedef struct penumbra_shading_options { /* all zeros are the defaults */
     penumbra_reflectance reflectance;
     penumbra_light_form light_form;
     int caller_light_order; /* 1..8: keep room for penumbra_shading_set_sh_light(); PENUMBRA_ROTATION only. 0: none */
 } penumbra_shading_options;
 
-/* `asset` has the model; materials and lights are its own, then those of each of `more` (may be NULL with 0), then the
- * caller's light, if any. On at first: the asset's own choice of materials, and light 0; in place of one that lacks
- * what `options` ask for, the first that has it. PENUMBRA_UNSUPPORTED without model, or without such a material or
- * light. `options` may be NULL. */
+/* Makes a shading. `asset` has the model. The materials and lights are its own, then those of each of `more` (may be
+ * NULL with 0), then the caller's light, if any. At first the asset's own choice of materials and light 0 are on. Where
+ * one of these lacks what `options` ask for, the first that has it is on instead. Fails with PENUMBRA_UNSUPPORTED
+ * without a model, or without such a material or light. `options` may be NULL. */
 PENUMBRA_API penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penumbra_asset* const* more,
                                                      size_t more_count, const penumbra_shading_options* options,
                                                      penumbra_shading** shading, penumbra_error* error);
@@ -317,24 +325,24 @@ PENUMBRA_API size_t penumbra_shading_slot_count(const penumbra_shading* shading)
 PENUMBRA_API size_t penumbra_shading_material_count(const penumbra_shading* shading);
 PENUMBRA_API size_t penumbra_shading_light_count(const penumbra_shading* shading);
 PENUMBRA_API size_t penumbra_shading_material_of(const penumbra_shading* shading, size_t slot); /* or PENUMBRA_NONE */
-PENUMBRA_API size_t penumbra_shading_light(const penumbra_shading* shading);                    /* that is on */
-/* PENUMBRA_UNSUPPORTED for a material or light without what the options ask for. */
+PENUMBRA_API size_t penumbra_shading_light(const penumbra_shading* shading);                    /* the one that is on */
+/* These fail with PENUMBRA_UNSUPPORTED for a material or light that lacks what the options ask for. */
 PENUMBRA_API penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t slot, size_t material,
                                                            penumbra_error* error);
 PENUMBRA_API penumbra_status penumbra_shading_set_light(penumbra_shading* shading, size_t light, penumbra_error* error);
-/* The caller's own light, and switches it on: `sh` is [order^2, 3], order 1..caller_light_order, finite. */
+/* Sets the caller's own light and switches it on. `sh` is [order^2, 3] and finite, order 1..caller_light_order. */
 PENUMBRA_API penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh,
                                                            penumbra_error* error);
-/* Turns the light, and those that are switched on later, in the model frame: L'(s) = L(rotation^T s), always of the
- * light as it came. `rotation`: [3,3] rows, orthonormal within 1e-3. */
+/* Turns the light, and those that are switched on later, in the model frame: L'(s) = L(rotation^T s). It always turns
+ * the light as it came. `rotation` has [3,3] rows, orthonormal within 1e-3. */
 PENUMBRA_API penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],
                                                                  penumbra_error* error);
 
-/* Radiance towards `eye` (model frame), not clamped: where SH ring, values may be slightly negative. Arrays are those
- * of all vertices, [V,3] and numbers [V,stride]; a call shades `count` of them: with several slots these are the ones
- * at [first, first + count) of a list that has the vertices of one slot together, so only calls that cover [0, V)
- * together shade every vertex. A vertex seen from behind its normal gets the radiance of the mirrored view direction.
- */
+/* Computes the radiance towards `eye` (model frame). It is not clamped: where SH ring, values may be slightly negative.
+ * Arrays are those of all vertices, [V,3] and numbers [V,stride], and a call shades `count` of them. With several slots
+ * these are the ones at [first, first + count) of a list that has the vertices of one slot together. So only calls that
+ * cover [0, V) together shade every vertex. A vertex seen from behind its normal gets the radiance of the mirrored view
+ * direction. */
 typedef struct penumbra_vertices {
     const float *positions, *normals, *tangents, *numbers;
 } penumbra_vertices;
@@ -342,19 +350,21 @@ PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shad
                                                     size_t count, const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
 
-/* --- For engines that shade on the GPU: penumbra.glsl says how these come together --- */
+/* --- For engines that shade on the GPU. penumbra.glsl tells how these come together. --- */
 
-/* GLSL functions penumbra_ambient(), penumbra_clamp_ambient() and penumbra_shade() for all materials and lights of the
- * shading; switching and turning changes numbers in buffers only. `*length` becomes the length without the final zero;
- * `text` may be NULL to ask for it, else has room for `capacity` characters. Allocates. */
+/* Writes the GLSL functions penumbra_ambient(), penumbra_clamp_ambient() and penumbra_shade() for all materials and
+ * lights of the shading. Switching and turning then changes only numbers in buffers. `*length` becomes the length
+ * without the final zero. `text` may be NULL to ask for the length; otherwise it has room for `capacity` characters.
+ * Allocates. */
 PENUMBRA_API penumbra_status penumbra_shading_get_glsl(const penumbra_shading* shading, char* text, size_t capacity,
                                                        size_t* length, penumbra_error* error);
-PENUMBRA_API size_t penumbra_shading_gpu_material_texels(const penumbra_shading* shading); /* of one material */
+PENUMBRA_API size_t penumbra_shading_gpu_material_texels(const penumbra_shading* shading); /* texels of one material */
 PENUMBRA_API size_t penumbra_shading_gpu_light_texels(const penumbra_shading* shading);
-/* [material_count, gpu_material_texels, 4]: PENUMBRA_MATERIAL. Once; allocates. */
+/* Writes [material_count, gpu_material_texels, 4] for PENUMBRA_MATERIAL. One call is enough. Allocates. */
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_materials(const penumbra_shading* shading, float* texels,
                                                                 penumbra_error* error);
-/* [gpu_light_texels, 4]: PENUMBRA_LIGHT, of the light that is on, as it is turned. After every change of the light. */
+/* Writes [gpu_light_texels, 4] for PENUMBRA_LIGHT: the light that is on, as it is turned. Call it after every change
+ * of the light. */
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels,
                                                             penumbra_error* error);
 

@@ -19,7 +19,7 @@ std::string glslFloat(double value) {
 
 namespace {
 
-// N(l,m) of y_lm = N P_l^|m|: sqrt((2l+1)/4pi (l-m)!/(l+m)!), times sqrt 2 for m > 0.
+// Returns N(l,m) of y_lm = N P_l^|m|: sqrt((2l+1)/4pi (l-m)!/(l+m)!), times sqrt 2 for m > 0.
 double normalization(int band, int m) {
     double ratio = 1;
     for (int i = band - m + 1; i <= band + m; ++i) ratio /= i;
@@ -31,7 +31,7 @@ double normalization(int band, int m) {
 std::string basisGlsl(int order, bool even_only, std::string_view prefix, std::string_view direction) {
     const std::string p(prefix), d(direction);
     std::string text;
-    // P_l^m / sin^m with the Condon-Shortley sign, by the recurrence in l; and C_m + i S_m = (x + iy)^m.
+    // Computes P_l^m / sin^m with the Condon-Shortley sign by the recurrence in l, and C_m + i S_m = (x + iy)^m.
     for (int m = 0; m < order; ++m) {
         const std::string c = p + "C" + std::to_string(m), s = p + "S" + std::to_string(m);
         if (m > 0) {

@@ -1,13 +1,14 @@
 #pragma once
-// The inner loop of shading: plain tables and 8 vertices at a time, so that the same source (shade_lanes.h) is compiled
-// once for any processor and once for AVX2.
+// The inner loop of shading reads plain tables and shades 8 vertices at a time. Its source (shade_lanes.h) is
+// compiled once for any processor and once for AVX2. The formulas are those of section 3 of docs/formulas.md.
 //
-// Per vertex, with Q the rotation into the local frame and o = Q (eye - p) / |eye - p|:
-//   f_k = sum_e A_ke y_e(o)                     view terms; A is C of the slices, or w of the operators (paper 000 eq
-//   11) t_i = sum_j v_j (sum_k B_ijk f_k)           product rows; B is Gamma_ijk, or M^k_ij of the operators L   = sum
-//   over light of it with t           below
-// B is symmetric in i and j: a row whose mirror is also wanted gives both.
-// The light, one of
+// Per vertex, with Q the rotation into the local frame and o = Q (eye - p) / |eye - p|, it computes
+//   f_k = sum_e A_ke y_e(o)                by the view terms; A is C of the slices, or w of the operators
+//   t_i = sum_j v_j (sum_k B_ijk f_k)      by the product rows; B is Gamma_ijk, or M^k_ij of the operators
+//   L   = sum over the light of it with t  in one of the two ways below
+// B is symmetric in i and j, so a row whose mirror is also wanted serves both. Paper 000 eq 11 has the operators.
+//
+// The light is one of
 //   lobes:    sum_d sum_l g_dl sum_m t_lm y_lm(Q a_d), for light = sum_d sum_l g_dl sum_m y_lm(a_d) y_lm
 //   rotation: l . (R(Q)^T t), with Q = Z(a) Y(b) Z(c) and Y(b) = X(-90) Z(b) X(90): three turns about z, two fixed ones
 #include <cstddef>
@@ -21,40 +22,44 @@ namespace penumbra {
 
 constexpr std::size_t kShadeLanes = 8;
 
+// An entry of A: f_k += value y_e(o).
 struct ViewTerm {
-    std::uint16_t k, e;  // which f, SH index of the view function
+    std::uint16_t k, e;  // index of f, SH index of the view function
     float value;
 };
+// An entry of B, whose i and j are those of its row.
 struct ProductTerm {
     std::uint16_t k;
     float value;
 };
-// t_i += v_j s and, of a row with a mirror, t_mirror_i += v_mirror_j s; s = sum of value * f_k over the row's terms.
+// A row stands for t_i += v_j s and, if it has a mirror, t_mirror_i += v_mirror_j s. s is the sum of value * f_k over
+// its terms.
 struct ProductRow {
     std::uint16_t i, j;  // light coefficient, position among the numbers
     std::uint16_t mirror_i, mirror_j;
     std::uint16_t terms;
 };
+// An entry of the fixed rotation R(X(90)).
 struct TurnTerm {
     std::uint16_t to, from;
     float value;
 };
 
-// Raw pointers, so that the files compiled for one processor call nothing inline of the standard library.
+// Raw pointers make sure that files compiled for one processor call nothing inline from the standard library.
 struct ShadeMaterial {
     int view_order;
     std::size_t channels;  // 1 or 3
     const ViewTerm* views[3];
     std::size_t view_terms[3];
-    const ProductRow* rows;  // those with a mirror first
+    const ProductRow* rows;  // rows with a mirror come first
     std::size_t mirrored_rows, row_count;
-    const ProductTerm* products[3];  // of every channel; the same ones for slices
-    float color[3];                  // factors on the radiance: the material's when it has one channel
+    const ProductTerm* products[3];  // for every channel; all point to the same ones for slices
+    float color[3];                  // factors on the radiance: the material's colour when it has one channel
 };
 
 struct ShadeLight {
     int order;
-    bool lobes;        // else rotation
+    bool lobes;        // true: lobes; false: rotation
     const Vec3* axes;  // lobes: [axis_count], model frame, unit
     const Vec3* lobe;  // lobes: g [axis_count, order], RGB
     std::size_t axis_count;
@@ -71,7 +76,7 @@ struct ShadeInput {
     int stride = 0, size = 0;  // of the numbers; the padding is not read
     Vec3 eye;
     Vec3* radiance = nullptr;
-    const std::uint32_t* order = nullptr;  // the n-th vertex to shade, or null: n itself
+    const std::uint32_t* order = nullptr;  // the n-th vertex to shade; null: n itself
 };
 
 struct ShadePath {
@@ -80,7 +85,7 @@ struct ShadePath {
                   std::size_t end) = nullptr;
 };
 
-// The paths that this processor can run, slowest first; PENUMBRA_NO_SIMD leaves only the portable one.
+// Returns the paths that this processor can run, slowest first. PENUMBRA_NO_SIMD leaves only the portable one.
 std::vector<ShadePath> shadePaths();
 
 extern const ShadePath* const kShadeAvx2;  // null where the compiler has no such target

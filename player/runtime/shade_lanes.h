@@ -1,7 +1,20 @@
-// The source of every shading path: included by shade_portable.cpp and shade_avx2.cpp, which differ in the processor
-// they are compiled for. Everything has internal linkage and nothing inline of the standard library is called, so that
-// no copy made for one processor can end up in the other's path. Vectors go by reference: passing 32-byte vectors by
-// value has no fixed ABI without AVX.
+// Shades 8 vertices at a time.
+//
+// Problem: radiance is the product of light, visibility and reflectance, each expanded in SH, in the local frame of
+// each vertex (docs/formulas.md, section 3). That takes hundreds of multiply-adds a vertex, and an SH rotation of the
+// light.
+//
+// Naive: multiply by the full tensor of triple products, and rotate the light by a matrix for each vertex. Most of
+// the tensor and of the rotation is zero.
+//
+// Here: tables list only what is not zero (material_tables.h). They are the same for all vertices, so each entry is
+// read once and used for the lanes of several blocks. The light is not rotated: t is turned into the model frame by
+// three turns about z and two fixed ones, all without trigonometry.
+//
+// shade_portable.cpp and shade_avx2.cpp include this source and differ in the processor that they are compiled for.
+// Everything has internal linkage and calls nothing inline from the standard library, so that no copy made for one
+// processor can end up in the other's path. Vectors go by reference: passing 32-byte vectors by value has no fixed
+// ABI without AVX.
 #include "player/runtime/shade_kernel.h"
 
 namespace penumbra {
@@ -14,7 +27,7 @@ struct LaneVec3 {
     Lanes x, y, z;
 };
 
-// The SH basis of 8 unit directions; recurrences: shade_kernel.h.
+// Evaluates the SH basis at 8 unit directions by the recurrences of shade_kernel.h.
 inline void laneBasis(const ShadeLight& light, int order, const LaneVec3& d, Lanes* out) {
     Lanes re = d.x * 0.0f + 1.0f, im = d.x * 0.0f;
     for (int m = 0; m < order; ++m) {
@@ -40,12 +53,13 @@ struct LaneFrames {
     LaneVec3 view;  // local frame, unit
 };
 
-// Which vertex lane `lane` of the block at `first` has; beyond `end`, the last one again.
+// Returns the vertex that lane `lane` of the block at `first` has; beyond `end` it is the last one again.
 inline std::size_t vertexOf(const ShadeInput& in, std::size_t first, std::size_t end, std::size_t lane) {
     const std::size_t at = first + lane < end ? first + lane : end - 1;
     return in.order ? in.order[at] : at;
 }
 
+// Gathers the frames of 8 vertices, and their view directions in these frames.
 inline void gather(const ShadeInput& in, std::size_t first, std::size_t end, LaneFrames& out) {
     for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
         const std::size_t v = vertexOf(in, first, end, lane);
@@ -71,29 +85,30 @@ inline void gatherNumbers(const ShadeInput& in, std::size_t first, std::size_t e
     }
 }
 
-// What is computed of 8 vertices.
+// The numbers that the kernel computes for 8 vertices.
 struct Block {
     LaneFrames frames;
     Lanes v[kMaxOrder * kMaxOrder], view_basis[kMaxOrder * kMaxOrder], t[3][kMaxOrder * kMaxOrder];
 };
-// The tables are walked for several blocks at once: the sums of one fill the gaps in which those of another wait.
-// Without AVX2 the registers are too few for that.
+// The tables are walked for several blocks at once: the sums of one block fill the gaps in which those of another
+// wait. Without AVX2 there are too few registers for that.
 #ifdef __AVX2__
 constexpr int kBlocks = 2;
 #else
 constexpr int kBlocks = 1;
 #endif
 
-// s = sum of value * f_k over the next `terms` of the products.
+// Computes s = sum of value * f_k over the next `terms` of the products.
 inline void productSum(int terms, const Lanes (*f)[kBlocks], const ProductTerm*& term, Lanes* s) {
     for (int b = 0; b < kBlocks; ++b) s[b] = term->value * f[term->k][b];
     for (const ProductTerm* last = term++ + terms; term < last; ++term)
         for (int b = 0; b < kBlocks; ++b) s[b] += term->value * f[term->k][b];
 }
 
-// t of one colour channel.
+// Computes t of one colour channel.
 inline void transfer(const ShadeMaterial& material, int light_order, std::size_t channel, Block* blocks) {
     Lanes f[kMaxOrder * kMaxOrder][kBlocks], s[kBlocks];
+    // 1. View terms give f. They are sorted by k, so that a sum stays in registers.
     const ViewTerm* view = material.views[channel];
     for (const ViewTerm* end = view + material.view_terms[channel]; view < end;) {
         const int k = view->k;
@@ -102,6 +117,7 @@ inline void transfer(const ShadeMaterial& material, int light_order, std::size_t
             for (int b = 0; b < kBlocks; ++b) s[b] += view->value * blocks[b].view_basis[view->e];
         for (int b = 0; b < kBlocks; ++b) f[k][b] = s[b];
     }
+    // 2. Product rows add to t. Rows with a mirror come first and use their sum twice.
     for (int b = 0; b < kBlocks; ++b)
         for (int i = 0; i < light_order * light_order; ++i) blocks[b].t[channel][i] = blocks[b].v[0] * 0.0f;
     const ProductTerm* term = material.products[channel];
@@ -121,7 +137,7 @@ inline void transfer(const ShadeMaterial& material, int light_order, std::size_t
     }
 }
 
-// radiance_c += g_c * (sum over m of t y(axis in the local frame)) for every axis and band.
+// Adds g_c * (sum over m of t y(axis in the local frame)) to radiance_c for every axis and band.
 inline void lightByLobes(const ShadeLight& light, std::size_t channels, const LaneFrames& frames,
                          const Lanes (*t)[kMaxOrder * kMaxOrder], Lanes* radiance) {
     Lanes basis[kMaxOrder * kMaxOrder];
@@ -146,11 +162,12 @@ inline void lightByLobes(const ShadeLight& light, std::size_t channels, const La
     }
 }
 
-// cos and sin of m times the angles of Q = Z(a) Y(b) Z(c), m < order.
+// The cosines and sines of m times the angles of Q = Z(a) Y(b) Z(c), m < order.
 struct LaneTurns {
     Lanes cos_a[kMaxOrder], sin_a[kMaxOrder], cos_b[kMaxOrder], sin_b[kMaxOrder], cos_c[kMaxOrder], sin_c[kMaxOrder];
 };
 
+// Fills in the multiples of an angle from 2 on by the addition theorems.
 inline void multiples(int order, Lanes* cosine, Lanes* sine) {
     for (int m = 2; m < order; ++m) {
         cosine[m] = cosine[m - 1] * cosine[1] - sine[m - 1] * sine[1];
@@ -159,7 +176,7 @@ inline void multiples(int order, Lanes* cosine, Lanes* sine) {
 }
 
 // The rows of Q are tangent, bitangent and normal, so that its last column is (cos a sin b, sin a sin b, cos b). Near
-// the pole a is ill defined and any will do: b and c are taken from Z(-a) Q, which makes up for it.
+// the pole a is ill defined, and any value will do: b and c are taken from Z(-a) Q, which makes up for it.
 inline void makeTurns(int order, const LaneFrames& q, LaneTurns& out) {
     for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
         const float x = q.tangent.z[lane], y = q.bitangent.z[lane], square = x * x + y * y;
@@ -177,7 +194,7 @@ inline void makeTurns(int order, const LaneFrames& q, LaneTurns& out) {
     multiples(order, out.cos_c, out.sin_c);
 }
 
-// t = R(Z(-angle)) t, in place.
+// Sets t to R(Z(-angle)) t in place.
 inline void turnBack(int order, const Lanes* cosine, const Lanes* sine, Lanes* t) {
     for (int l = 1; l < order; ++l)
         for (int m = 1; m <= l; ++m) {
@@ -188,7 +205,7 @@ inline void turnBack(int order, const Lanes* cosine, const Lanes* sine, Lanes* t
         }
 }
 
-// radiance += l . (R(Q)^T t) = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t.
+// Adds l . (R(Q)^T t) = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t to the radiance.
 inline void lightByRotation(const ShadeLight& light, std::size_t channels, const LaneFrames& frames,
                             Lanes (*t)[kMaxOrder * kMaxOrder], Lanes* radiance) {
     LaneTurns turns;
@@ -214,6 +231,7 @@ inline void lightByRotation(const ShadeLight& light, std::size_t channels, const
     }
 }
 
+// Joins t of one block with the light, and stores the radiance of its vertices.
 inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t first,
                        std::size_t end, Block& block) {
     Lanes radiance[3] = {};

@@ -6,7 +6,7 @@ namespace penumbra {
 
 bool cpuHasAvx2() {
 #ifdef __x86_64__
-    // F16C came before AVX2: every processor with the one has the other, and clang 14 cannot ask for it.
+    // F16C came before AVX2, so that every processor with AVX2 has it. clang 14 cannot ask for it.
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #else
     return false;

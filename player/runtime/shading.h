@@ -1,6 +1,6 @@
 #pragma once
-// Radiance from visibility, light and reflectance in the vertex' local frame: L = l . (f x v), f = C y_even(omega_o),
-// the product exact, or paper 000's eq 11 (docs/formulas.md section 3).
+// Computes radiance from visibility, light and reflectance in the vertex' local frame: L = l . (f x v), f = C
+// y_even(omega_o) with the exact product, or eq 11 of paper 000 (docs/formulas.md, section 3).
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -18,21 +18,21 @@ struct ShadingChoice {
     bool operator==(const ShadingChoice&) const = default;
 };
 
-// Shading of vertices that all have one material under one light; ShadingSet (shading_set.h) switches both while it
-// runs. Keeps no reference to its arguments.
+// Shades vertices that all have one material under one light. ShadingSet (shading_set.h) switches both while it runs.
+// Keeps no reference to its arguments.
 class VertexShader {
 public:
-    // hasReflectance(material, choice.reflectance) and hasForm(light, choice.light_form)
+    // Needs hasReflectance(material, choice.reflectance) and hasForm(light, choice.light_form).
     VertexShader(const Convention& convention, int stride, const MaterialView& material, const LightView& light,
                  const ShadingChoice& choice = {});
 
-    // The fastest path of this processor unless this is called: tests go through all of shadePaths().
+    // Replaces the fastest path of this processor, which is the default. Tests go through all of shadePaths().
     void usePath(const ShadePath& path) { path_ = path; }
     void setLightRotation(const Mat3& rotation) { light_.setRotation(rotation); }  // LightTables
 
-    // Radiance towards `eye` of vertices [begin, end): arrays are [V], numbers [V * stride], radiance [V]. Not clamped.
-    // A vertex seen from behind its normal gets the radiance of the view direction mirrored at its tangent plane.
-    // Allocates nothing.
+    // Computes the radiance towards `eye` of vertices [begin, end), not clamped. Arrays are [V], numbers [V *
+    // stride], radiance [V]. A vertex seen from behind its normal gets the radiance of the view direction mirrored at
+    // its tangent plane. Allocates nothing.
     void shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
                std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye,
                std::span<Vec3> radiance) const;
@@ -44,22 +44,23 @@ private:
     ShadePath path_;
 };
 
-// E, cosine-weighted visibility / pi, of vertices [begin, end); 1 = unshadowed. numbers: [V * stride], e: [V].
+// Computes E, cosine-weighted visibility / pi, of vertices [begin, end); 1 = unshadowed. numbers: [V * stride], e:
+// [V].
 void ambient(const Convention& convention, int stride, std::size_t begin, std::size_t end,
              std::span<const float> numbers, std::span<float> e);
 
-// Truth moments (model frame) of frame `frame` of `truth` as numbers of `convention` (order <= the truth's) in the
-// local frames of the model's vertices [begin, end); shading_point is the model's and < the truth's V. Arrays are [V],
-// numbers [V * stride]; padding is set to 0.
+// Turns the true moments (model frame) of frame `frame` of `truth` into numbers of `convention` (order <= the
+// truth's) in the local frames of the model's vertices [begin, end). shading_point is the model's and < the truth's
+// V. Arrays are [V], numbers [V * stride]; padding is set to 0.
 void numbersFromTruth(const AssetView& truth, std::size_t frame, const Convention& convention, int stride,
                       std::size_t begin, std::size_t end, std::span<const std::uint32_t> shading_point,
                       std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<float> numbers);
 
-// Moments (model frame, at least convention.order^2) of one vertex as numbers in the frame (normal, tangent).
+// Turns moments (model frame, at least convention.order^2) of one vertex into numbers in the frame (normal, tangent).
 void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
                         std::span<float> numbers);
 
-// The rows of the rotation are tangent, normal x tangent, normal: local = Q model.
+// Returns the rotation Q with local = Q model. Its rows are tangent, normal x tangent, normal.
 Mat3 toLocalFrame(Vec3 normal, Vec3 tangent);
 
 }  // namespace penumbra

@@ -8,14 +8,14 @@ namespace penumbra {
 
 namespace {
 
-// "numbers[2].w": number i of a vertex.
+// Returns the text of number i of a vertex, such as "numbers[2].w".
 std::string numberGlsl(std::size_t i) { return "numbers[" + std::to_string(i / 4) + "]." + "xyzw"[i % 4]; }
 
 std::string name(const char* prefix, std::size_t i) { return prefix + std::to_string(i); }
 
 }  // namespace
 
-// E and clampAmbient() of sh/visibility_convention.h.
+// Writes E and clampAmbient() of sh/visibility_convention.h.
 std::string ambientGlsl(const Convention& convention) {
     std::vector<float> weights(std::size_t(convention.size()));
     ambientWeights(convention, weights);
@@ -35,7 +35,7 @@ std::string ambientGlsl(const Convention& convention) {
 
 namespace {
 
-// The text of an entry of the material; its texel is fetched into a variable before the first use.
+// Gives the text of an entry of the material, whose texel is fetched into a variable before its first use.
 class EntryReader {
 public:
     explicit EntryReader(int channels) : channels_(channels) {}
@@ -51,10 +51,11 @@ public:
 
 private:
     int channels_;
-    std::size_t fetched_ = 0;  // texels, in order
+    std::size_t fetched_ = 0;  // number of texels fetched, in order
 };
 
-// f_k = sum over e of A_ke y_e, for every k that has an entry; `type` is float or vec3 (three colour channels).
+// Writes f_k = sum over e of A_ke y_e, for every k that has an entry. `type` is float or vec3 (three colour
+// channels).
 std::string viewGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
     std::string text;
     for (std::size_t at = 0; at < layout.views.size();) {
@@ -67,14 +68,14 @@ std::string viewGlsl(const ShadingLayout& layout, const std::string& type, Entry
     return text;
 }
 
-// t_i = sum over j of v_j (sum over k of B_ijk f_k); the inner sum of (i, j) serves (j, i) too.
+// Writes t_i = sum over j of v_j (sum over k of B_ijk f_k). The inner sum of (i, j) serves (j, i) too.
 std::string productGlsl(const ShadingLayout& layout, const std::string& type, EntryReader& reader) {
     const ProductRows grouped = groupRows(layout.convention, layout.products);
     const bool slices = layout.choice.reflectance == Reflectance::kSlices;
     std::string text, fetches;
     for (int i = 0; i < coefficientCount(layout.light_order); ++i)
         text += "    " + type + " " + name("t", std::size_t(i)) + " = " + type + "(0.0);\n";
-    if (!slices)  // in the order of the entries: a reader goes forward only
+    if (!slices)  // in the order of the entries, since a reader only goes forward
         for (std::size_t p = 0; p < layout.products.size(); ++p) reader.entry(layout.views.size() + p, fetches);
     text += fetches + "    " + type + " s;\n";
     for (std::size_t r = 0; r < grouped.rows.size(); ++r) {
@@ -93,7 +94,7 @@ std::string productGlsl(const ShadingLayout& layout, const std::string& type, En
     return text;
 }
 
-// L = sum over lobes d and bands l of w_dl sum over m of y_lm(Q s_d) t_lm (exact_light_lobes.h).
+// Writes L = sum over lobes d and bands l of w_dl sum over m of y_lm(Q s_d) t_lm (exact_light_lobes.h).
 std::string lobesGlsl(const ShadingLayout& layout) {
     const int order = layout.light_order;
     std::string text =
@@ -110,7 +111,7 @@ std::string lobesGlsl(const ShadingLayout& layout) {
     return text + "    }\n";
 }
 
-// t = R(Z(-angle)) t: what turnBack() of shade_lanes.h does.
+// Writes t = R(Z(-angle)) t, as turnBack() of shade_lanes.h does it.
 std::string turnBackGlsl(int order, const std::string& angle, const char* t) {
     std::string text;
     for (int l = 1; l < order; ++l)
@@ -134,7 +135,7 @@ std::string multiplesGlsl(int order, const std::string& angle) {
     return text;
 }
 
-// out = R(X(90)) in, or its transpose.
+// Writes out = R(X(90)) in, or its transpose.
 std::string quarterTurnGlsl(int order, const std::string& type, bool transposed, const char* in, const char* out) {
     std::vector<std::string> sums(std::size_t(coefficientCount(order)));
     for (const TurnTerm& term : quarterTurn(order)) {
@@ -146,7 +147,8 @@ std::string quarterTurnGlsl(int order, const std::string& type, bool transposed,
     return text;
 }
 
-// L = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t, Q = Z(a) Y(b) Z(c): makeTurns() and lightByRotation() of shade_lanes.h.
+// Writes L = l . Z(-c) X(-90) Z(-b) X(90) Z(-a) t, Q = Z(a) Y(b) Z(c), as makeTurns() and lightByRotation() of
+// shade_lanes.h compute it.
 std::string rotationGlsl(const ShadingLayout& layout, const std::string& type) {
     const int order = layout.light_order;
     std::string text;
@@ -173,7 +175,8 @@ std::string rotationGlsl(const ShadingLayout& layout, const std::string& type) {
 std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string type = layout.channels == 3 ? "vec3" : "float";
     EntryReader reader(layout.channels);
-    const std::string views = viewGlsl(layout, type, reader);  // before the products: entries are fetched in order
+    // before the products, because entries are fetched in order
+    const std::string views = viewGlsl(layout, type, reader);
     const std::string products = productGlsl(layout, type, reader);
     const bool rotation = layout.choice.light_form == LightForm::kRotation;
     return "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {\n"

@@ -30,13 +30,14 @@ void addViews(const MaterialView& material, ShadingLayout& layout) {
     layout.views.erase(std::unique(layout.views.begin(), layout.views.end()), layout.views.end());
 }
 
-// The k that any material has views of; what belongs to another k never counts.
+// Tells which k any material has views of. Entries of another k never count.
 std::vector<bool> usedOf(const ShadingLayout& layout) {
     std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
     for (const ShadingLayout::View& view : layout.views) used[view.k] = true;
     return used;
 }
 
+// Adds the entries of one material's operators that the layout does not have yet.
 void addOperatorProducts(const MaterialView& material, ShadingLayout& layout) {
     const std::vector<ProductEntry> more =
         operatorProduct(layout.convention, layout.light_order, material, 0, usedOf(layout));
@@ -84,7 +85,7 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
 
 namespace {
 
-// The material's entries of one channel, in the layout's order.
+// Returns the material's entries of one channel, in the layout's order; what the material lacks stays 0.
 std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialView& material, int channel) {
     std::vector<float> values(layout.entryCount());
     for (const ViewTerm& term : viewTerms(material, layout.choice.reflectance, channel)) {

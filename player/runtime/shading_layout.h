@@ -1,6 +1,7 @@
 #pragma once
-// What one program for all materials and lights of an asset reads, and where: the union of the materials' entries that
-// are not zero, for lights padded to the highest order. Switching then changes numbers in buffers only.
+// Tells what one program for all materials and lights of an asset reads, and where. Its entries are the union of the
+// materials' entries that are not zero; lights are padded to the highest order. Switching then changes numbers in
+// buffers only.
 #include <vector>
 
 #include "player/runtime/shading_set.h"
@@ -11,34 +12,37 @@ struct ShadingLayout {
     Convention convention;
     ShadingChoice choice;
     int channels = 1;     // 3 when any material has 3
-    int view_order = 1;   // highest of the materials
-    int light_order = 1;  // highest of the lights
+    int view_order = 1;   // highest order of the materials
+    int light_order = 1;  // highest order of the lights
     int lobe_count = 0;   // most lobes of a light; 0 with LightForm::kRotation
 
-    // f_k = sum over e of A_ke y_e(omega_o), sorted by (k, e)
+    // f_k = sum over e of A_ke y_e(omega_o), sorted by (k, e).
     struct View {
         std::uint16_t k, e;
         auto operator<=>(const View&) const = default;
     };
     std::vector<View> views;
-    // t_i = sum over j of v_j sum over k of B_ijk f_k; the value is Gamma of slices, and of operators unused: theirs is
-    // a material's.
+    // t_i = sum over j of v_j sum over k of B_ijk f_k. The value is Gamma for slices. For operators it is not used,
+    // as each material has its own.
     std::vector<ProductEntry> products;
 
-    // Numbers of one material after its colour: the views and, of operators, the products.
+    // The number of entries of one material after its colour: the views and, for operators, the products.
     std::size_t entryCount() const;
-    // RGBA32F texels of one material: colour; then four entries a texel, or one with three channels.
+    // RGBA32F texels of one material: its colour, then four entries a texel, or one entry a texel with three
+    // channels.
     std::size_t materialTexels() const;
-    // vec4 of the uniform block "Light": lobe count; then axes and [lobe, band] weights, or SH coefficients.
+    // Number of vec4 of the uniform block "Light": the lobe count, then axes and [lobe, band] weights, or SH
+    // coefficients.
     std::size_t lightTexels() const;
 };
 
+// Makes the layout for all materials and lights that the set can switch on.
 ShadingLayout shadingLayout(const ShadingSet& set);
 
-// [material, materialTexels(), 4]; zeros for a material that cannot be on.
+// Returns [material, materialTexels(), 4], with zeros for a material that cannot be on.
 std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& set);
 
-// The light that is on, as it is turned: [lightTexels(), 4], every number written. Allocates nothing.
+// Writes the light that is on, as it is turned: [lightTexels(), 4], every number. Allocates nothing.
 void writeLightData(const ShadingLayout& layout, const LightTables& light, std::span<float> out);
 
 }  // namespace penumbra

@@ -31,7 +31,7 @@ void ShadingSet::makeTables() {
     }
 }
 
-// Counting sort by slot; stable, so that a slot's vertices stay in the order of the arrays.
+// Sorts vertices by slot (counting sort). It is stable, so that a slot's vertices stay in the order of the arrays.
 void ShadingSet::sortVertices() {
     const std::span<const std::uint16_t> slot_of_vertex = asset_->mesh.slot_of_vertex;
     const std::size_t vertices = asset_->mesh.positions.size();
@@ -96,6 +96,7 @@ void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3>
                            radiance.data(),
                            order_.empty() ? nullptr : order_.data()};
     const ShadeLight light = lights_[light_].view();
+    // The range may cover several slots; each gets a call with its own material.
     for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {
         const std::size_t stop = std::min(end, first_of_slot_[slot + 1]);
         if (stop <= begin) continue;

@@ -1,4 +1,4 @@
-// A vertex value to a picture's linear Rec.709 colour; both paths share it.
+// Turns the value of a vertex into a picture's linear Rec.709 colour. Both paths share it.
 // player/draw/shader_source.cpp defines INTERPOLATION and CHANNEL.
 INTERPOLATION in vec3 value;
 
@@ -12,8 +12,8 @@ vec3 linearFromSrgb(vec3 c) {
     return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
 }
 
-// The colour map viridis (lightness grows evenly, safe for colour-blind eyes) as M. Zucker's polynomial of degree 6
-// (public domain), within 0.02 of the table; its colours are sRGB.
+// The colour map viridis (its lightness grows evenly, and it is safe for colour-blind eyes) as M. Zucker's polynomial
+// of degree 6 (public domain), which is within 0.02 of the table. Its colours are sRGB.
 vec3 viridis(float t) {
     const vec3 c0 = vec3(0.2777273272, 0.0054073445, 0.3340998053);
     const vec3 c1 = vec3(0.1050930431, 1.4046135299, 1.3845901626);
@@ -25,7 +25,7 @@ vec3 viridis(float t) {
     return clamp(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * c6))))), 0.0, 1.0);
 }
 
-// Hues a golden section apart, so that neighbours in number differ; three lightnesses in turn.
+// Hues are a golden section apart, so that neighbouring numbers differ. Three lightnesses take turns.
 vec3 clusterColor(int cluster) {
     float hue = 6.0 * fract(0.08 + 0.6180339887 * float(cluster));
     vec3 pure = clamp(vec3(abs(hue - 3.0) - 1.0, 2.0 - abs(hue - 2.0), 2.0 - abs(hue - 4.0)), 0.0, 1.0);

@@ -1,6 +1,6 @@
-// The GLSL path: what player/runtime computes on the CPU, from the asset's own arrays, once a vertex of each character.
-// player/draw/shader_source.cpp puts a preamble before this text. It defines CHANNEL, INFLUENCES, PENUMBRA_STRIDE4 and the
-// places of evaluate_layout.h.
+// The GLSL path computes what player/runtime computes on the CPU, from the asset's own arrays, once for each vertex
+// of each character. player/draw/shader_source.cpp puts a preamble before this text, which defines CHANNEL,
+// INFLUENCES, PENUMBRA_STRIDE4 and the places of evaluate_layout.h.
 layout(local_size_x = WORK_GROUP) in;  // x: vertices, y: characters
 
 layout(std430, binding = 0) readonly buffer Asset { uint asset[]; };
@@ -38,7 +38,7 @@ uint mean_array, basis_array, first_score;
 // penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/sh_glsl.cpp; penumbra.glsl follows.
 GENERATED_BY_SHADING_GLSL
 
-// Numbers 4 quad .. 4 quad + 3 of an array of the model; i8 without its scale.
+// Returns numbers 4 quad .. 4 quad + 3 of an array of the model, i8 without its scale.
 vec4 quadOf(uint array, uint quad, uint stored_as) {
     if (stored_as == 2u) return penumbra_unpack_i8(asset[array + quad]);
     if (stored_as == 1u) return penumbra_unpack_f16(uvec2(asset[array + 2u * quad], asset[array + 2u * quad + 1u]));

@@ -1,4 +1,4 @@
-// The GLSL path draws what evaluate.comp has left of every vertex of every character.
+// The GLSL path draws what evaluate.comp wrote for every vertex of every character.
 uniform samplerBuffer evaluated;  // 2 texels a vertex: position in the scene, value
 uniform int vertex_count;         // of one character
 uniform mat4 clip_from_model;     // of the scene

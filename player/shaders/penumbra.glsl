@@ -1,5 +1,5 @@
-// Penumbra in an engine's own shader (docs/c-api.md, "On the GPU"); the player's shader is made of the same functions.
-// GLSL 4.30, or 4.20 without buffers. Put together, in this order:
+// Penumbra in an engine's own shader (docs/c-api.md, "On the GPU"). The player's shader uses the same functions. It
+// needs GLSL 4.30, or 4.20 without buffers. A shader has these parts, in this order:
 //   #version 430
 //   #define PENUMBRA_MATERIAL(texel), PENUMBRA_LIGHT(texel): the vec4 at `texel` of penumbra_shading_get_gpu_materials()
 //       and penumbra_shading_get_gpu_light(), wherever the engine keeps them
@@ -9,7 +9,7 @@
 //       vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material);
 //   #define PENUMBRA_MEAN(texel), PENUMBRA_BASIS(texel), PENUMBRA_SCORE(k), where penumbra_numbers() is wanted
 //   this file
-// Everything is in the model frame. Per vertex:
+// Everything is in the model frame. For each vertex:
 //   PenumbraSurface s = penumbra_surface(...);
 //   vec4 numbers[PENUMBRA_STRIDE4];
 //   penumbra_numbers(vertex - first_vertex, vertex_count, component_count, numbers);
@@ -21,8 +21,9 @@ struct PenumbraSurface {
     vec3 position, normal, tangent;
 };
 
-// Linear blend skinning. row0..2: rows of the blended 3x4 skinning matrix, sum over influences of weight * row.
-// rotation0..2: rows of the rotation of the vertex' cluster. The normal by the cofactor of the blended linear part.
+// Skins by linear blending. row0..2 are the rows of the blended 3x4 skinning matrix, the sum over influences of
+// weight * row. rotation0..2 are the rows of the rotation of the vertex' cluster. The cofactor of the blended linear
+// part turns the normal.
 PenumbraSurface penumbra_surface(vec4 row0, vec4 row1, vec4 row2, vec3 rest_position, vec3 rest_normal, vec3 rest_tangent,
                                  vec3 rotation0, vec3 rotation1, vec3 rotation2) {
     vec4 p = vec4(rest_position, 1.0);
@@ -43,12 +44,13 @@ PenumbraSurface penumbra_surface(vec4 row0, vec4 row1, vec4 row2, vec3 rest_posi
     return s;
 }
 
-// Rows: tangent, normal x tangent, normal.
+// The rows are tangent, normal x tangent, normal.
 mat3 penumbra_local_from_model(PenumbraSurface s) {
     return transpose(mat3(s.tangent, cross(s.normal, s.tangent), s.normal));
 }
 
-// The unit vector to the eye in the local frame; seen from behind: mirrored at the tangent plane, as on the CPU.
+// Returns the unit vector to the eye in the local frame. Seen from behind it is mirrored at the tangent plane, as on
+// the CPU.
 vec3 penumbra_to_eye(PenumbraSurface s, vec3 eye, mat3 local_from_model) {
     vec3 to_eye = eye - s.position;
     float distance = length(to_eye);
@@ -57,7 +59,7 @@ vec3 penumbra_to_eye(PenumbraSurface s, vec3 eye, mat3 local_from_model) {
     return to_eye;
 }
 
-// Four numbers as the asset stores them: PENUMBRA_I8 (without their scale) in one word, PENUMBRA_F16 in two.
+// Unpack four numbers as the asset stores them: PENUMBRA_I8 (without their scale) in one word, PENUMBRA_F16 in two.
 vec4 penumbra_unpack_i8(uint word) {
     int w = int(word);
     return vec4(bitfieldExtract(w, 0, 8), bitfieldExtract(w, 8, 8), bitfieldExtract(w, 16, 8), bitfieldExtract(w, 24, 8));
@@ -65,8 +67,9 @@ vec4 penumbra_unpack_i8(uint word) {
 vec4 penumbra_unpack_f16(uvec2 words) { return vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y)); }
 
 #ifdef PENUMBRA_BASIS
-// numbers = mean + sum over components k of score_k basis_k, for vertex `vertex` of a cluster's `vertex_count`. A texel is
-// four numbers of the cluster's array; PENUMBRA_SCORE(k) is the score, times the component's scale for PENUMBRA_I8.
+// Computes numbers = mean + sum over components k of score_k basis_k, for vertex `vertex` of a cluster's
+// `vertex_count`. A texel is four numbers of the cluster's array. PENUMBRA_SCORE(k) is the score, times the
+// component's scale for PENUMBRA_I8.
 void penumbra_numbers(int vertex, int vertex_count, int component_count, out vec4 numbers[PENUMBRA_STRIDE4]) {
     for (int q = 0; q < PENUMBRA_STRIDE4; ++q) numbers[q] = PENUMBRA_MEAN(vertex * PENUMBRA_STRIDE4 + q);
     for (int k = 0; k < component_count; ++k) {

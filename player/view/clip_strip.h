@@ -1,5 +1,5 @@
 #pragma once
-// Figures of every frame of a clip, computed a few at a time between the frames of a window.
+// Computes figures of every frame of a clip, a few at a time between the frames of a window.
 #include <optional>
 
 #include "player/runtime/evaluator.h"
@@ -8,9 +8,10 @@ namespace penumbra {
 
 class ClipStrip {
 public:
-    // Starts anew when it is another animation or clip. `evaluator` loses its pose: not the one that is drawn.
+    // Starts anew when animation or clip have changed. `evaluator` loses its pose, so it must not be the one that is
+    // drawn.
     void compute(Evaluator& evaluator, std::size_t clip, double milliseconds);
-    // Evaluator::outOfRange() of the clip's first frames, as many as are known.
+    // Returns Evaluator::outOfRange() of the clip's first frames, as many as are known.
     std::size_t clip() const { return clip_; }
     std::span<const float> outOfRange() const { return out_of_range_; }
 

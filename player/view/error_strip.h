@@ -1,6 +1,6 @@
 #pragma once
-// |E(model) - E(truth)| of every frame of a clip, E the ambient visibility, computed a few clusters at a time between
-// the frames of a window.
+// Computes |E(model) - E(truth)| of every frame of a clip, where E is ambient visibility, a few clusters at a time
+// between the frames of a window.
 #include <optional>
 
 #include "player/frame/frame_values.h"
@@ -14,9 +14,9 @@ struct FrameError {
 
 class ErrorStrip {
 public:
-    // Starts anew when it is another animation, truth or clip. Poses a copy of `evaluator`.
+    // Starts anew when animation, truth or clip have changed. Poses a copy of `evaluator`.
     void compute(const Evaluator& evaluator, const AssetView& truth, std::size_t clip, double milliseconds);
-    // Of the clip's first frames, as many as are known.
+    // Returns the errors of the clip's first frames, as many as are known.
     std::size_t clip() const { return clip_; }
     std::span<const FrameError> errors() const { return errors_; }
 
@@ -25,7 +25,7 @@ private:
     const AssetView* truth_ = nullptr;
     std::size_t clip_ = 0;
     std::vector<FrameError> errors_;
-    // The frame that is under way: clusters before `cluster_` are summed up.
+    // The frame that is under way. Clusters before `cluster_` are summed up.
     std::size_t cluster_ = 0;
     std::optional<std::size_t> truth_frame_;
     double sum_ = 0;

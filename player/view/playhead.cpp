@@ -20,7 +20,7 @@ double clipSeconds(const AnimationView& animation, const ClipView& clip) {
 
 namespace {
 
-// Into [0, clipSeconds).
+// Brings a time into [0, clipSeconds).
 double wrapped(double time, double seconds) {
     if (!(seconds > 0)) return 0;
     const double rest = std::fmod(time, seconds);

@@ -1,5 +1,5 @@
 #pragma once
-// Where in an animation a viewer is, and how time moves it: on its sampled frames, where there may be truth, or
+// Tells where in an animation a viewer is, and how time moves it: on its sampled frames, where there may be truth, or
 // smoothly between them.
 #include <cstddef>
 
@@ -11,31 +11,33 @@ struct Playhead {
     double time = 0;   // seconds after the clip's first frame
     double speed = 1;  // times the clip's own rate, > 0
     bool playing = false;
-    bool smooth =
-        false;  // a clip ends at its last frame, which has nothing to go on to; else it stays there for a while
+    // true: a clip ends at its last frame, which has nothing to go on to; false: it stays there for a while
+    bool smooth = false;
 };
 
-// Seconds that the clip lasts when it is repeated: to its last frame, and on as long as its last two are apart. 0 for
-// a clip of one frame.
+// Returns the seconds that a repeated clip lasts: to its last frame, and on for as long as its last two frames are
+// apart. 0 for a clip of one frame.
 double clipSeconds(const AnimationView& animation, const ClipView& clip);
-// Seconds from the clip's first frame to its frame `number`.
+// Returns the seconds from the clip's first frame to its frame `number`.
 double frameSeconds(const AnimationView& animation, const ClipView& clip, std::size_t number);
-// Number in the clip of the last frame that is not after `time`, which may be outside of the clip: clips repeat.
+// Returns the number in the clip of the last frame that is not after `time`. Clips repeat, so `time` may lie outside
+// of it.
 std::size_t frameNumber(const AnimationView& animation, const ClipView& clip, double time);
 
-// Between two sampled frames of a clip.
+// A position between two sampled frames of a clip.
 struct ClipPosition {
-    std::size_t frame = 0, next = 0;  // numbers in the clip; next: the last frame's is the last frame
-    double part = 0;                  // of the way to the next, in [0, 1)
+    std::size_t frame = 0, next = 0;  // numbers in the clip; after the last frame next is the last frame, too
+    double part = 0;                  // share of the way to the next, in [0, 1)
     bool operator==(const ClipPosition&) const = default;
 };
 ClipPosition clipPosition(const AnimationView& animation, const ClipView& clip, double time);
-// Seconds from the clip's first frame to `number`, which need not be whole, at most the last frame's.
+// Returns the seconds from the clip's first frame to `number`, which need not be whole; at most those of the last
+// frame.
 double positionSeconds(const AnimationView& animation, const ClipView& clip, double number);
 
-// `seconds` of wall clock later; a clip starts again at its end.
+// Advances by `seconds` of wall clock. A clip starts again at its end.
 void advance(Playhead& playhead, const AnimationView& animation, const ClipView& clip, double seconds);
-// To another frame, `frames` later (earlier when negative), round the clip's ends; stops playing.
+// Goes `frames` frames on (back when negative), round the clip's ends, and stops playing.
 void stepFrames(Playhead& playhead, const AnimationView& animation, const ClipView& clip, int frames);
 
 }  // namespace penumbra

@@ -7,9 +7,9 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kPivotFrames = 256;  // that pivots are found from, at most, spread over the animation
-// Weight of the centre of what a joint moves, against the squared turns of the joint, that chooses a point on the axis
-// of a hinge, which all stay where they are.
+constexpr std::size_t kPivotFrames = 256;  // pivots are found from at most so many frames, spread over the animation
+// A weight against the squared turns of the joint. It pulls the pivot to the centre of what the joint moves, and so
+// chooses a point on the axis of a hinge, all of which stay where they are.
 constexpr double kCenterWeight = 1e-4;
 
 double determinant(const Mat3d& a) {
@@ -32,7 +32,7 @@ Mat3d lerp(const Mat3d& a, const Mat3d& b, double t) {
 
 Vec3d lerp(Vec3d a, Vec3d b, double t) { return (1 - t) * a + t * b; }
 
-// Whether a point's place can be found back from where it moves it.
+// Tells whether a point's place can be found back from where the bone moves it.
 bool invertible(const Affine& bone) {
     const Mat3d linear = toDouble(bone.linear());
     double size = 1;
@@ -42,7 +42,7 @@ bool invertible(const Affine& bone) {
 
 }  // namespace
 
-// The asset's joints, those below a joint that is scaled to nothing as roots.
+// Finds the joints' parents. Joints below one that is scaled to nothing become roots.
 void PoseInterpolation::findParents() {
     const std::size_t count = joints_.size();
     std::vector<bool> usable(count, true), placed(count, false);
@@ -52,7 +52,7 @@ void PoseInterpolation::findParents() {
         const int parent = animation_->parents.empty() ? -1 : animation_->parents[j];
         joints_[j].parent = parent >= 0 && usable[std::size_t(parent)] ? parent : -1;
     }
-    while (order_.size() < count)  // no cycles: every round places some
+    while (order_.size() < count)  // there are no cycles, so every round places some joint
         for (std::size_t j = 0; j < count; ++j) {
             if (placed[j] || (joints_[j].parent >= 0 && !placed[std::size_t(joints_[j].parent)])) continue;
             placed[j] = true;
@@ -70,8 +70,8 @@ PoseInterpolation::Transform PoseInterpolation::relative(std::size_t frame, std:
     return {back * moved.linear, back * (moved.translation - toDouble(parent.translation()))};
 }
 
-// The point c that is moved least about its mean place: least squares over frames of
-// (A_f - mean A) c + (t_f - mean t) = 0, with kCenterWeight of (c - center).
+// Finds the point c that moves least about its mean place: least squares over frames of (A_f - mean A) c + (t_f -
+// mean t) = 0, with the weight kCenterWeight for (c - center).
 Vec3d PoseInterpolation::findPivot(std::size_t joint, Vec3d center) const {
     const std::size_t frames = animation_->frameCount(), used = std::min(frames, kPivotFrames);
     std::vector<Transform> motions;
@@ -97,7 +97,7 @@ Vec3d PoseInterpolation::findPivot(std::size_t joint, Vec3d center) const {
 
 namespace {
 
-// Centres of what the joints move; of the whole mesh for those that move nothing.
+// Returns the centres of what the joints move; those that move nothing get the centre of the whole mesh.
 std::vector<Vec3d> jointCenters(const AssetView& asset) {
     Vec3d middle;
     for (const Vec3& p : asset.mesh.positions) middle += toDouble(p) / double(asset.mesh.positions.size());
@@ -110,7 +110,7 @@ std::vector<Vec3d> jointCenters(const AssetView& asset) {
 
 }  // namespace
 
-// A root turns about its centre: what it moves least may be far away from the character.
+// A root turns about its centre, because the point that it moves least may be far away from the character.
 PoseInterpolation::PoseInterpolation(const AssetView& asset)
     : animation_(&asset.animation), joints_(asset.animation.jointCount()) {
     findParents();

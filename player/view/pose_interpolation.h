@@ -1,11 +1,11 @@
 #pragma once
-// Poses between the sampled frames of an animation, so that a clip sampled at 3 Hz plays smoothly. No truth was baked
-// for them.
+// Interpolates poses between the sampled frames of an animation, so that a clip sampled at 3 Hz plays smoothly. No
+// truth was baked for such poses.
 //
-// A joint's motion relative to its parent, L = M_parent^-1 M_joint (skinning matrices: both from the rest pose), has a
-// point that it moves least over the animation: where the two are joined. Between frames a and b
+// A joint's motion relative to its parent is L = M_parent^-1 M_joint (skinning matrices, both from the rest pose). It
+// moves one point, the pivot, least over the animation: this is where the two are joined. Between frames a and b
 //   L(t) x = slerp(R_a, R_b, t) lerp(S_a, S_b, t) (x - pivot) + lerp(L_a pivot, L_b pivot, t),  L = R S (polar)
-// so rigid motions stay rigid and what is joined there stays joined. Roots move relative to the model's origin.
+// so that rigid motions stay rigid, and what is joined there stays joined. Roots move relative to the model's origin.
 #include <span>
 #include <vector>
 
@@ -16,13 +16,14 @@ namespace penumbra {
 
 class PoseInterpolation {
 public:
-    // `asset` has a mesh, a model and an animation and outlives this. Allocates all that evaluate() needs.
+    // `asset` has a mesh, a model and an animation and outlives this object. Allocates all that evaluate() needs.
     explicit PoseInterpolation(const AssetView& asset);
 
-    // The pose `part` of the way from frame `from` to frame `to`, 0..1; at 0 and 1 it is the frame's, bit by bit.
+    // Computes the pose `part` of the way from frame `from` to frame `to`, 0..1. At 0 and 1 it is the frame's, bit by
+    // bit.
     void evaluate(std::size_t from, std::size_t to, double part);
     std::span<const Affine> bones() const { return bones_; }  // [J]
-    std::span<const float> pose() const { return pose_; }     // [P], or empty as the animation's
+    std::span<const float> pose() const { return pose_; }     // [P], or empty where the animation's is
     Vec3d pivot(std::size_t joint) const { return joints_[joint].pivot; }
     int parent(std::size_t joint) const { return joints_[joint].parent; }  // -1: its motion is the model's
 
@@ -38,13 +39,13 @@ private:
     struct Motion {
         Quaternion rotation;
         Mat3d stretch;
-        Vec3d pivot;  // where it moves the pivot to
+        Vec3d pivot;  // where the joint moves its pivot to
     };
     const AnimationView* animation_;
     std::vector<Joint> joints_;
-    std::vector<std::size_t> order_;  // parents before their children
+    std::vector<std::size_t> order_;  // parents stand before their children
     std::size_t from_ = 0, to_ = 0;
-    bool has_motions_ = false;  // of from_ and to_
+    bool has_motions_ = false;  // those of from_ and to_ are known
     std::vector<Motion> motions_of_from_, motions_of_to_;
     std::vector<Transform> now_;
     std::vector<Affine> bones_;

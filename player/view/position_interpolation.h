@@ -1,5 +1,6 @@
 #pragma once
-// Positions between the sampled frames of a deforming mesh: PoseInterpolation of what has no skeleton.
+// Interpolates positions between the sampled frames of a deforming mesh, which PoseInterpolation cannot as it has no
+// skeleton.
 #include <span>
 #include <vector>
 
@@ -9,11 +10,11 @@ namespace penumbra {
 
 class PositionInterpolation {
 public:
-    // `asset` has playback positions and outlives this.
+    // `asset` has playback positions and outlives this object.
     explicit PositionInterpolation(const AssetView& asset);
 
-    // Every number `part` of the way from frame `from` to frame `to`, 0..1, on a straight line; at 0 and 1 it is the
-    // frame's, bit by bit. Allocates nothing.
+    // Computes every number `part` of the way from frame `from` to frame `to`, 0..1, on a straight line. At 0 and 1
+    // it is the frame's, bit by bit. Allocates nothing.
     void evaluate(std::size_t from, std::size_t to, double part);
     std::span<const Vec3> points() const { return points_; }   // [Vs]
     std::span<const float> inputs() const { return inputs_; }  // [X]

@@ -1,5 +1,5 @@
 #pragma once
-// What the model's scores are over the frames it was trained on, computed a few frames at a time.
+// Computes the range of the model's scores over the frames that it was trained on, a few frames at a time.
 #include <vector>
 
 #include "player/runtime/evaluator.h"
@@ -13,11 +13,11 @@ struct ComponentFigures {
 
 class ScoreRanges {
 public:
-    // Over frames of clips that were not held out; of all clips when all were. `evaluator` loses its pose and has
-    // always the same asset.
+    // Goes over frames of clips that were not held out, or of all clips when all were. `evaluator` loses its pose and
+    // must always have the same asset.
     void compute(Evaluator& evaluator, double milliseconds);
     bool complete() const { return complete_; }
-    // One a component; empty until complete().
+    // Returns one entry for each component; empty until complete().
     std::vector<ComponentFigures> figures(const Evaluator& evaluator, std::size_t cluster) const;
 
 private:

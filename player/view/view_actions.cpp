@@ -6,7 +6,7 @@
 namespace penumbra {
 namespace {
 
-// The next of `count`, or the one before, round the ends.
+// Returns the next of `count`, or the one before, round the ends.
 std::size_t next(std::size_t index, std::size_t count, bool back) {
     return count == 0 ? 0 : (index + (back ? count - 1 : 1)) % count;
 }
@@ -19,7 +19,7 @@ void play(ViewState& state, const ViewContents&, bool) { state.playhead.playing 
 
 template <int kFrames>
 void step(ViewState& state, const ViewContents& contents, bool shift) {
-    // Back from between two frames: the first of them is one.
+    // Stepping back from between two frames, the first of the two is one step.
     const bool between = kFrames < 0 && shownPosition(state, contents, state.selected).part > 0;
     stepFrames(state.playhead, animationOf(state, contents), selectedClip(state, contents),
                (shift ? 10 * kFrames : kFrames) + (between ? 1 : 0));

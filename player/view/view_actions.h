@@ -1,5 +1,5 @@
 #pragma once
-// What the keyboard does. One table: the keys, the help of F1 and the tests read it.
+// Tells what the keyboard does. The keys, the help of F1 and the tests all read this one table.
 #include <optional>
 #include <span>
 #include <string_view>
@@ -8,7 +8,7 @@
 
 namespace penumbra {
 
-// GLFW's numbers: printable keys are their capital ASCII character.
+// GLFW's numbers. Printable keys have the code of their capital ASCII character.
 enum Key : int {
     kKeyTab = 258,
     kKeyRight = 262,
@@ -30,13 +30,13 @@ struct KeyPress {
 
 struct Shortcut {
     int key;
-    std::string_view name, shifted;  // of the key, and what Shift does: "" = the same as without
+    std::string_view name, shifted;  // name of the key, and what Shift does: "" = the same as without
     std::string_view text;
     void (*apply)(ViewState& state, const ViewContents& contents, bool shift);
 };
 std::span<const Shortcut> shortcuts();
 
-// Does what the key stands for; false when it stands for nothing.
+// Does what the key stands for; returns false when it stands for nothing.
 bool applyKey(ViewState& state, const ViewContents& contents, KeyPress press);
 
 }  // namespace penumbra

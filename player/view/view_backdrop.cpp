@@ -4,7 +4,8 @@
 
 namespace penumbra {
 
-// The camera's own view from the origin of a sphere around it. Depth is clamped: the sphere is nowhere.
+// Draws with the camera's own view from the origin of a sphere around it. Depth is clamped, as the sphere has no
+// place.
 void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view, double aspect) {
     if (!sky_) {
         sphere_ = unitSphere(32);

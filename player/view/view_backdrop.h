@@ -1,5 +1,5 @@
 #pragma once
-// What is behind and below the characters: the light as they see it, and a ground plane.
+// Draws what is behind and below the characters: the light as they see it, and a ground plane.
 #include <optional>
 
 #include "player/draw/draw_frame.h"
@@ -10,11 +10,11 @@ namespace penumbra {
 
 class Backdrop {
 public:
-    // Into the pane that is set; clears its depth. `view` has the pane's camera; `aspect` is its shape.
+    // Draws into the pane that is set, and clears its depth. `view` has the pane's camera; `aspect` is its shape.
     void draw(const Scene& scene, const ViewState& state, const FrameView& view, double aspect);
 
 private:
-    // What the uploaded values were made for.
+    // The light that the uploaded values were made for, and its version.
     struct Made {
         std::size_t light = 0;
         std::uint64_t version = 0;

@@ -95,7 +95,7 @@ void markRange(const ComponentFigures& figures, float least, float most) {
                                               IM_COL32(120, 200, 120, 255));
 }
 
-// Half as far again as training went, both ways.
+// Draws a slider that goes half as far again as training went, both ways.
 bool scoreSlider(std::size_t component, const ComponentFigures& figures, float& score) {
     const float room = std::max(0.5f * (figures.most - figures.least), 1e-6f);
     const float least = std::min(figures.least - room, score), most = std::max(figures.most + room, score);

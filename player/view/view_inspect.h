@@ -3,11 +3,11 @@
 
 namespace penumbra {
 
-// Panels about what an asset holds: Dear ImGui, within a window; they change the state only.
+// Panels about what an asset holds. They draw by Dear ImGui within a window, and change nothing but the state.
 void assetPanel(const Character& character);
-// Numbers of the picked vertex, the model's beside the truth's.
+// Shows the numbers of the picked vertex, the model's beside the truth's.
 void vertexPanel(const Scene& scene, const PickedVertex& picked);
-// The components of its cluster: their scores under sliders, ranges and shares of the variance over training frames.
+// Shows the components of its cluster: scores under sliders, ranges, and shares of the variance over training frames.
 void componentPanel(const Scene& scene, ViewState& state);
 
 }  // namespace penumbra

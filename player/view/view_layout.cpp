@@ -12,7 +12,7 @@ Rectangle pictureArea(int width, int height, float scale, bool panels) {
 
 namespace {
 
-// The left `part` of a rectangle, and the rest.
+// Returns the left `part` of a rectangle, and the rest.
 std::pair<Rectangle, Rectangle> cut(const Rectangle& whole, float part) {
     const int left = std::clamp(int(std::lround(part * float(whole.width))), 0, whole.width);
     return {{whole.x, whole.y, left, whole.height}, {whole.x + left, whole.y, whole.width - left, whole.height}};

@@ -1,5 +1,5 @@
 #pragma once
-// Where things are in the window, in pixels from the top left corner.
+// Tells where things are in the window, in pixels from the top left corner.
 #include <vector>
 
 #include "player/view/view_scene.h"
@@ -10,10 +10,10 @@ struct Rectangle {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
-// Panels beside the picture, in units of 1/96 inch.
+// Sizes of the panels beside the picture, in units of 1/96 inch.
 constexpr int kSidePanelWidth = 290, kTimelineHeight = 120;
 
-// The picture's part of a window of width x height pixels; `scale` pixels a unit. At least 1 x 1.
+// Returns the picture's part of a window of width x height pixels, at least 1 x 1. `scale` is pixels a unit.
 Rectangle pictureArea(int width, int height, float scale, bool panels);
 
 // A part of the picture with its own view of the scene. `clip` is the part of `area` that is drawn.

@@ -21,7 +21,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// After the last event ImGui still needs a few frames, for what appears under the pointer.
+// After the last event ImGui still needs a few frames for what appears under the pointer.
 constexpr double kDrawAfterEvent = 0.3;  // seconds
 constexpr double kIdleWait = 0.25;       // seconds between looks at whether to stop
 constexpr double kStripTime = 3;         // milliseconds a frame for the strips of the timeline
@@ -35,7 +35,7 @@ WindowPlace placeFor(const ViewOptions& options, const ViewSettings& settings) {
     return place;
 }
 
-// A little from above, and more where every character lies flat.
+// Looks a little from above, and more so where every character lies flat.
 double startPitch(const Scene& scene) {
     double least = std::numbers::pi;
     for (const auto& character : scene.characters)
@@ -53,7 +53,7 @@ ViewState startState(const Scene& scene, const ViewSettings& settings, const Vie
     return stateFor(scene, state);
 }
 
-// In ImGui's coordinates.
+// Converts a rectangle to ImGui's coordinates.
 Rectangle scaled(const Rectangle& r, float scale) {
     const auto unit = [&](int pixels) { return int(std::lround(float(pixels) * scale)); };
     return {unit(r.x), unit(r.y), unit(r.width), unit(r.height)};
@@ -107,14 +107,14 @@ private:
     void keepSettings();
 };
 
-// At the start: a window may stay open for long.
+// Tells the problem at the start, since a window may stay open for long.
 void ViewLoop::tellSettingsProblem() {
     if (result_.problem.empty()) return;
     std::fprintf(stderr, "penumbra-player: %s\n", result_.problem.c_str());
     figures_.message = std::exchange(result_.problem, {});
 }
 
-// A file that cannot be used changes nothing.
+// Adds dropped files. A file that cannot be used changes nothing.
 void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     std::vector<std::filesystem::path> files = files_;
     files.insert(files.end(), dropped.begin(), dropped.end());
@@ -220,7 +220,7 @@ void ViewLoop::drawFrame() {
     ++result_.frames;
 }
 
-// Whether the picture changes by itself.
+// Tells whether the picture changes by itself.
 bool ViewLoop::busy() const {
     return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited ||
            !stripsAreComplete(*scene_, state_);

@@ -1,5 +1,5 @@
 #pragma once
-// "penumbra-player view": the window from its opening to its end.
+// Runs "penumbra-player view": the window from its opening to its end.
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -21,13 +21,13 @@ struct ViewOptions {
 struct ViewResult {
     std::string gl;
     EvaluationPath path = EvaluationPath::kCpu;
-    std::size_t frames = 0;  // drawn
+    std::size_t frames = 0;  // frames drawn
     std::string problem;     // with keeping the settings, which is not worth a failure
 };
 
-// Returns when the user quits. One line on stdout per picture that is written, unless quiet: file, clip, frame and what
-// was on.
-// Errors: openScene(), ViewWindow; IoError of a screenshot is shown in the window instead.
+// Returns when the user quits. Unless quiet it prints a line on stdout for each picture that it writes: file, clip,
+// frame and what was on. Throws the errors of openScene() and ViewWindow. The window shows an IoError of a screenshot
+// instead.
 ViewResult runView(const ViewOptions& options, int threads, bool quiet);
 
 }  // namespace penumbra

@@ -20,14 +20,14 @@ namespace {
 
 constexpr ImU32 kInk = IM_COL32(230, 230, 230, 255), kMarked = IM_COL32(242, 191, 77, 255);
 
-// A text with a shadow, readable over a bright background too.
+// Writes a text with a shadow, which is readable over a bright background too.
 void write(ImVec2 at, const char* label, ImU32 color = kInk) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     list.AddText(ImVec2(at.x + 1, at.y + 1), IM_COL32(0, 0, 0, 160), label);
     list.AddText(at, color, label);
 }
 
-// Names over the panes, so that a screenshot says what it shows.
+// Writes names over the panes, so that a screenshot tells what it shows.
 void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& picture) {
     if (!contentsOf(scene).hasTruth() && !state.score_edit) return;
     static constexpr std::array kNames = {"model", "baked truth", "difference"};
@@ -44,7 +44,7 @@ void paneLabels(const Scene& scene, const ViewState& state, const Rectangle& pic
     }
 }
 
-// Colours from below to above and the numbers of `low` to `high` that they stand for.
+// Draws colours from below to above, and the numbers of `low` to `high` that they stand for.
 void scale(const Rectangle& picture, const char* what, std::span<const ImU32> colors, double low, double high) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float font = ImGui::GetFontSize(), height = 8 * font, width = 0.9f * font;
@@ -79,7 +79,7 @@ void scales(const Scene& scene, const ViewState& state, const Rectangle& picture
         const double most = double(scene.characters[state.selected]->component_most);
         scale(picture, "change of E a unit of score", colors, -most, most);
     } else if (state.channel == Channel::kError) {
-        // viridis as in shaders/channel.frag, at quarters
+        // viridis as in shaders/channel.frag, at quarters.
         static constexpr std::array<ImU32, 5> kViridis = {IM_COL32(71, 1, 85, 255), IM_COL32(59, 82, 139, 255),
                                                           IM_COL32(33, 145, 140, 255), IM_COL32(94, 201, 98, 255),
                                                           IM_COL32(253, 231, 37, 255)};
@@ -87,7 +87,7 @@ void scales(const Scene& scene, const ViewState& state, const Rectangle& picture
     }
 }
 
-// In ImGui's coordinates; nothing behind the camera.
+// Projects a point to ImGui's coordinates. Returns nothing for one behind the camera.
 std::optional<ImVec2> project(const FrameView& view, const Rectangle& area, Vec3 p) {
     const auto& m = view.clip_from_model;
     const auto row = [&](std::size_t i) { return m[i] * p.x + m[4 + i] * p.y + m[8 + i] * p.z + m[12 + i]; };
@@ -97,7 +97,8 @@ std::optional<ImVec2> project(const FrameView& view, const Rectangle& area, Vec3
                   float(area.y) + float(area.height) * (0.5f - 0.5f * row(1) / w));
 }
 
-// Normals (blue), tangents (red) and their cross products (green) of vertices that face the eye, at most kMostFrames.
+// Draws normals (blue), tangents (red) and their cross products (green) of vertices that face the eye, at most
+// kMostFrames.
 void tangentFrames(const Character& character, const Pane& pane, const FrameView& view, float size) {
     constexpr std::size_t kMostFrames = 1500;
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
@@ -120,7 +121,7 @@ void tangentFrames(const Character& character, const Pane& pane, const FrameView
     list.PopClipRect();
 }
 
-// The vertex that is nearest to the middle of its cluster.
+// Returns the vertex that is nearest to the middle of its cluster.
 std::size_t middleVertex(const Character& character, const ClusterView& cluster) {
     const std::span<const Vec3> positions =
         std::span(character.vertices.positions).subspan(cluster.first_vertex, cluster.vertex_count);
@@ -132,7 +133,8 @@ std::size_t middleVertex(const Character& character, const ClusterView& cluster)
 
 bool overlaps(const ImVec4& a, const ImVec4& b) { return a.x < b.z && b.x < a.z && a.y < b.w && b.y < a.w; }
 
-// Number and joint of every cluster whose middle faces the eye; of those that would cover one another the largest.
+// Writes number and joint of every cluster whose middle faces the eye. Where names would cover one another, the
+// largest cluster has its name.
 void clusterNames(const Character& character, const Pane& pane, const FrameView& view) {
     std::vector<ImVec4> taken;
     const std::vector<ClusterView>& clusters = character.asset.model.clusters;

@@ -19,7 +19,7 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
     return view;
 }
 
-// Differences of vertex values are formed on the CPU, and the error's figures are.
+// Differences of vertex values and the error's figures are computed on the CPU.
 bool ScenePainter::needsValues(const ViewState& state) const {
     return path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value();
@@ -27,7 +27,7 @@ bool ScenePainter::needsValues(const ViewState& state) const {
 
 namespace {
 
-// GL counts rows from below.
+// Sets viewport and scissors. GL counts rows from below.
 void setPane(const Pane& pane, int window_height) {
     const auto below = [&](const Rectangle& r) { return window_height - r.y - r.height; };
     gl::Viewport(pane.area.x, below(pane.area), pane.area.width, pane.area.height);
@@ -103,7 +103,7 @@ void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, doub
     }
 }
 
-// Over everything that is in the pane.
+// Draws the lobe over everything that is in the pane.
 void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
     const auto [index, vertex] = *state.picked;
     const Character& character = *scene_->characters[index];

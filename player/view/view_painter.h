@@ -11,7 +11,7 @@ namespace penumbra {
 
 struct PaintCost {
     double upload = 0;                      // milliseconds
-    double gpu_evaluate = 0, gpu_draw = 0;  // milliseconds on the GPU, of an earlier frame; of no meaning in software
+    double gpu_evaluate = 0, gpu_draw = 0;  // milliseconds on the GPU for an earlier frame; no meaning in software
 };
 
 class ScenePainter {
@@ -20,7 +20,7 @@ public:
     ScenePainter(const Scene& scene, EvaluationPath path);
     EvaluationPath path() const { return path_; }
     void usePath(EvaluationPath path) { path_ = path; }
-    // Whether this frame's values must be there on the CPU.
+    // Tells whether this frame's values must be computed on the CPU.
     bool needsValues(const ViewState& state) const;
     void draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost);
 
@@ -31,10 +31,10 @@ private:
         Channel channel;
         auto operator<=>(const Key&) const = default;
     };
-    // Characters of one file: they share what of the asset is on the GPU and are drawn together.
+    // Characters of one file, which share the asset's data on the GPU and are drawn together.
     struct Group {
         std::vector<std::size_t> characters;
-        std::shared_ptr<GlAsset> asset;  // made when it is first needed, as the painters are
+        std::shared_ptr<GlAsset> asset;  // made when it is first needed, as are the painters
         std::array<std::optional<ModelPainter>, kShownCount> painters;
     };
     const Scene* scene_;
@@ -48,14 +48,14 @@ private:
 
     void evaluate(Group& group, Shown shown, Vec3 eye);
     void uploadValues(std::size_t index, Shown shown);
-    // What the characters show in the panes goes to the GPU, each once.
+    // Uploads what the characters show in the panes, each once.
     void prepare(const ViewState& state, const std::vector<Pane>& panes, double radius);
     void drawCharacters(const ViewState& state, const Pane& pane, double radius);
     void drawPane(const ViewState& state, const Pane& pane, double radius, int window_height);
     void drawLobe(const ViewState& state, const Pane& pane, double radius);
 };
 
-// Column-major 4x4 of the camera for a pane of this shape, for a model that stands at `offset`.
+// Returns the view (column-major 4x4) of the camera for a pane of this shape, for a model that stands at `offset`.
 FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, Vec3 offset);
 
 }  // namespace penumbra

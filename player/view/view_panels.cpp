@@ -21,9 +21,9 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFla
 
 std::string text(std::string_view view) { return std::string(view); }
 
-constexpr ImU32 kMarked = IM_COL32(242, 191, 77, 255);  // what is not as usual
+constexpr ImU32 kMarked = IM_COL32(242, 191, 77, 255);  // marks what is not as usual
 
-// A list box line; true when it is clicked.
+// Adds a line of a list box, and returns true when it is clicked.
 bool choice(const std::string& name, std::size_t id, bool chosen) {
     return ImGui::Selectable((name + "##" + std::to_string(id)).c_str(), chosen);
 }
@@ -55,7 +55,7 @@ void characterPanel(const Scene& scene, ViewState& state) {
     }
 }
 
-// The forms that shading has, and whether what is chosen has them.
+// Shows the forms of shading, and whether the chosen material and light have them.
 void shadingChoice(const Scene& scene, ViewState& state) {
     int form = int(state.shading.light_form), reflectance = int(state.shading.reflectance);
     const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
@@ -138,7 +138,7 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::Checkbox("normals and tangents", &state.frames);
 }
 
-// Poses between sampled frames have no truth, and need no word.
+// Explains missing truth. Poses between sampled frames have none, and need no word.
 void truthHint(const Character& character, const ClipView& clip) {
     if (!character.truth || character.truth_frame) return;
     if (!hasTruthOf(character.asset, *character.truth, clip))
@@ -226,8 +226,8 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
 
 namespace {
 
-// The pointer's way with the button down since the frame before, once it has left where the button was pressed: a
-// motion in the frame of the press is none.
+// Returns the pointer's way with the button down since the frame before, once it has left the place where the button
+// was pressed. A motion in the frame of the press does not count.
 constexpr float kClick = 3;  // units that the pointer may move in a click
 ImVec2 takeDrag(ImGuiMouseButton button) {
     const ImVec2 drag = ImGui::GetMouseDragDelta(button, kClick);

@@ -11,8 +11,8 @@ struct Hit {
     double distance = 0, u = 0, v = 0;  // p = (1 - u - v) a + u b + v c
 };
 
-// Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997. The determinant is above 0 where the
-// front is seen.
+// Intersects as Moeller and Trumbore do ("Fast, minimum storage ray/triangle intersection", 1997). The determinant is
+// above 0 where the front is seen.
 std::optional<Hit> intersect(Vec3d origin, Vec3d direction, Vec3d a, Vec3d b, Vec3d c, bool fronts) {
     const Vec3d ab = b - a, ac = c - a, p = cross(direction, ac);
     const double determinant = dot(ab, p);

@@ -53,7 +53,7 @@ std::string_view nameOf(Compare compare) {
     return kNames[std::size_t(compare)];
 }
 
-// "3", or "3.42" between two frames
+// Returns "3", or "3.42" between two frames.
 std::string frameText(const ClipPosition& position) {
     char text[32];
     std::snprintf(text, sizeof text, position.part > 0 ? "%.2f" : "%.0f", double(position.frame) + position.part);

@@ -1,5 +1,5 @@
 #pragma once
-// The opened files and, per character, what its vertices show at the moment. No GL.
+// The opened files and, for each character, what its vertices show at the moment. It uses no GL.
 #include <array>
 #include <memory>
 
@@ -15,45 +15,45 @@
 
 namespace penumbra {
 
-// Whose values are drawn.
+// Tells whose values are drawn.
 enum class Shown { kModel, kTruth, kDifference };
 constexpr std::size_t kShownCount = 3;
 
 // Milliseconds of one update.
 struct UpdateCost {
-    double evaluate = 0;  // pose, skinning, visibility; of the last update that had any to compute
-    double shade = 0;     // what every vertex shows
+    double evaluate = 0;  // pose, skinning, visibility; of the last update that computed any
+    double shade = 0;     // computing what every vertex shows
 };
 
 struct Character {
     AssetView asset;  // with the materials and lights of every file
     const AssetView* truth = nullptr;
-    Vec3 offset;  // of its model frame in the scene
+    Vec3 offset;  // offset of its model frame in the scene
     std::unique_ptr<Evaluator> evaluator;
     std::unique_ptr<ShadingSet> shading;  // null without materials or lights
 
     std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
-    std::unique_ptr<PositionInterpolation> position_interpolation;  // null of a skinned one
-    std::size_t frame = 0;  // of the animation; the pose is `part` of the way from it to the next
+    std::unique_ptr<PositionInterpolation> position_interpolation;  // null for a skinned mesh
+    std::size_t frame = 0;  // in the animation; the pose is `part` of the way from it to the next
     double part = 0;
-    std::optional<std::size_t> truth_frame;  // of sampled frames only
+    std::optional<std::size_t> truth_frame;  // only for sampled frames
     std::optional<ScoreEdit> edited;         // that the evaluator has
     bool posed = false, has_model_numbers = false, has_truth_numbers = false;
     FrameVertices vertices;            // numbers: of the model
-    std::vector<float> truth_numbers;  // in the same local frames
+    std::vector<float> truth_numbers;  // in the local frames of `vertices`
     std::array<std::vector<Vec3>, kShownCount> values;
     Channel channel = Channel::kShaded;    // of the values: without truth, error is shown as ambient visibility
     bool plain = false;                    // the values are colours, neither exposed nor tone mapped
-    std::vector<float> component_ambient;  // of ViewState::component, componentAmbient()
-    std::optional<std::size_t> component;  // that these are of
+    std::vector<float> component_ambient;  // componentAmbient() of ViewState::component
+    std::optional<std::size_t> component;  // the component that these belong to
     float component_most = 0;              // the largest of them, without its sign
     ClipStrip strip;
-    ErrorStrip error_strip;  // with truth
+    ErrorStrip error_strip;  // only with truth
     ScoreRanges score_ranges;
-    std::optional<std::size_t> components_of;  // cluster; known when the ranges are
+    std::optional<std::size_t> components_of;  // the cluster; known when the ranges are
     std::vector<ComponentFigures> components;
     std::size_t file_bytes = 0;
-    std::unique_ptr<Evaluator> strip_evaluator;  // of poses that are not drawn
+    std::unique_ptr<Evaluator> strip_evaluator;  // for poses that are not drawn
     double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError
 };
 
@@ -71,34 +71,36 @@ struct Scene {
     std::vector<std::string_view> material_names, light_names;
 };
 
-// A .pnb is a character, truth for the characters that it fits, or brings materials or lights; an .exr or .hdr is a
-// light's picture (lat-long or a cube's cross). InvalidInput: none is a character, a truth fits no character.
+// Opens a scene. A .pnb is a character, or truth for the characters that it fits, or brings materials or lights. An
+// .exr or .hdr is a light's picture (lat-long or a cube's cross). Throws InvalidInput when none is a character, and
+// when a truth fits no character.
 Scene openScene(std::span<const std::filesystem::path> paths, int threads);
 ViewContents contentsOf(const Scene& scene);
-// Characters, clips and materials as the files have them; what `old` has chosen is kept where it still exists.
+// Returns characters, clips and materials as the files have them. What `old` has chosen stays where it still exists.
 ViewState stateFor(const Scene& scene, const ViewState& old);
 
-// Which of its numbers a frame needs on the CPU.
+// Tells what a frame needs on the CPU.
 struct UpdateNeeds {
     bool values = true;  // what every vertex shows, for the CPU path
     int threads = 0;
 };
-// Makes the characters what `state` says. Recomputes only what changed.
+// Brings the characters to what `state` says. Computes only what changed.
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost);
 
-// What of state.shading all chosen materials and the light have: operators, fitted lobes.
+// Returns the shading forms that every chosen material and the chosen light support (operators, fitted lobes).
 ShadingChoice shownShading(const Scene& scene, const ViewState& state);
-// Makes every character's ShadingSet anew where it has another choice; true then: painters keep references to them.
+// Makes a character's ShadingSet anew where its choice has changed. Returns true then, because painters keep
+// references to it.
 bool useShading(Scene& scene, const ViewState& state);
 
-// Computes on, for some milliseconds, what the timeline shows of the selected character's clip.
+// Goes on computing, for some milliseconds, what the timeline shows of the selected character's clip.
 void computeStrips(Scene& scene, const ViewState& state, double milliseconds);
 bool stripsAreComplete(const Scene& scene, const ViewState& state);
 
-// "clip walk, frame 3, shaded, model, material lambert, light sky"
+// Returns, for instance, "clip walk, frame 3, shaded, model, material lambert, light sky".
 std::string describe(const Scene& scene, const ViewState& state);
 
 BoundingBox boundsOf(const Scene& scene);
-BoundingBox restBounds(const Scene& scene);  // of the rest poses
+BoundingBox restBounds(const Scene& scene);  // bounds of the rest poses
 
 }  // namespace penumbra

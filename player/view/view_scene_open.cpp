@@ -1,4 +1,4 @@
-// Files to characters, materials and lights.
+// Turns files into characters, materials and lights.
 #include <algorithm>
 
 #include "formats/common/errors.h"
@@ -12,9 +12,10 @@ namespace {
 
 bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
 
-// Every file's materials and lights; the slots of the character's own file keep theirs.
+// Gathers every file's materials and lights. The slots of the character's own file keep theirs.
 void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
-    asset.slot_material.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));  // the first, where none is said
+    // the first material where the file names none
+    asset.slot_material.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     asset.materials.clear();
     asset.lights.clear();
     for (const SceneFile& file : scene.files) {
@@ -23,7 +24,7 @@ void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
             continue;
         }
         const AssetView& view = file.asset->view;
-        if (&file == &own && !view.materials.empty())  // of none of its own: the scene's first
+        if (&file == &own && !view.materials.empty())  // a file without materials of its own takes the scene's first
             for (std::uint16_t& material : asset.slot_material) material += std::uint16_t(asset.materials.size());
         asset.materials.insert(asset.materials.end(), view.materials.begin(), view.materials.end());
         asset.lights.insert(asset.lights.end(), view.lights.begin(), view.lights.end());
@@ -43,7 +44,7 @@ void attachTruth(Scene& scene, const AssetView& truth) {
     if (!fits) throw InvalidInput(problem);
 }
 
-// A row along x, each as wide as the widest and a third more.
+// Places characters in a row along x. Each gets the width of the widest and a third more.
 void placeCharacters(Scene& scene) {
     float widest = 0;
     for (const auto& character : scene.characters) {
@@ -55,7 +56,7 @@ void placeCharacters(Scene& scene) {
         scene.characters[i]->offset = {(float(i) - middle) * 4 / 3 * widest, 0, 0};
 }
 
-// `like`: a character of the same file, whose decoded models it shares, or null.
+// Makes a character. `like` is a character of the same file, whose decoded models it shares, or null.
 std::unique_ptr<Character> makeCharacter(const Scene& scene, const SceneFile& file, const Character* like) {
     auto character = std::make_unique<Character>();
     character->file_bytes = file.asset->file.bytes().size();
@@ -87,7 +88,7 @@ SceneFile openFile(const std::filesystem::path& path, int threads) {
     return file;
 }
 
-// Opens each file once, however often it is named; for every path, which of scene.files it is.
+// Opens each file once, however often it is named. Returns for every path which of scene.files it is.
 std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths, int threads, Scene& scene) {
     std::vector<std::size_t> file_of_path;
     for (std::size_t i = 0; i < paths.size(); ++i) {

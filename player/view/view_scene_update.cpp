@@ -1,4 +1,4 @@
-// What a frame of the window computes.
+// Computes a frame of the window.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -33,7 +33,7 @@ void editScores(Character& character, const std::optional<ScoreEdit>& edit) {
     character.evaluator->setScores(edit->cluster, sum);
 }
 
-// False where it has that pose already.
+// Poses a character. Returns false where it has that pose already.
 bool poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position,
                    const std::optional<ScoreEdit>& edit, int threads) {
     const std::size_t frame = clip.first_frame + position.frame;
@@ -98,7 +98,7 @@ void setShading(Character& character, const CharacterChoice& choice, const ViewS
     if (set.lightRotation() != rotation) set.setLightRotation(rotation);
 }
 
-// Whether any had to be evaluated.
+// Evaluates the numbers that are missing. Returns whether any were.
 bool needNumbers(Character& character, bool model, bool truth, int threads) {
     const bool needs_model = model && !character.has_model_numbers;
     const bool needs_truth = truth && character.truth_frame && !character.has_truth_numbers;
@@ -116,7 +116,7 @@ bool needNumbers(Character& character, bool model, bool truth, int threads) {
 std::vector<Vec3> valuesOf(Character& character, bool truth, Channel channel, Vec3 eye, int threads) {
     std::vector<float> true_ambient;
     if (channel == Channel::kError) true_ambient = ambientOf(shotOf(character), character.truth_numbers, threads);
-    // The same local frames, other numbers.
+    // The truth has the same local frames and other numbers, so the numbers are swapped for a while.
     if (truth) std::swap(character.vertices.numbers, character.truth_numbers);
     std::vector<Vec3> values = channelValues(shotOf(character), channel, character.shading.get(), character.vertices,
                                              true_ambient, eye, threads);
@@ -133,7 +133,7 @@ void noteError(Character& character) {
     }
 }
 
-// A frame without truth shows its model wherever truth is asked for.
+// Computes what is shown. A frame without truth shows its model wherever truth is asked for.
 void showValues(Character& character, Compare compare, Vec3 eye, int threads) {
     const bool has_truth = character.truth_frame.has_value();
     auto& [model, truth, difference] = character.values;
@@ -147,7 +147,7 @@ void showValues(Character& character, Compare compare, Vec3 eye, int threads) {
         for (int c = 0; c < 3; ++c) difference[v][c] = std::abs(model[v][c] - truth[v][c]);
 }
 
-// The component's effect on E as colours, in the place of what the channel shows.
+// Shows the component's effect on E as colours instead of the channel.
 void showComponent(Character& character, std::size_t component) {
     if (character.component != component) {
         character.component_ambient =

@@ -22,7 +22,8 @@ std::filesystem::path settingsPath() {
 
 namespace {
 
-// A field that is absent leaves its value as it was; so does one that is of no use, which is told.
+// Reads fields. One that is absent leaves its value as it was; so does one that cannot be used, and `problem` tells
+// so.
 class FieldReader {
 public:
     explicit FieldReader(std::string& problem) : problem_(&problem) {}
@@ -110,7 +111,7 @@ void writeSettings(const std::filesystem::path& path, const ViewSettings& settin
     json["background"] = settings.background;
     json["ground"] = settings.ground;
     json["panels"] = settings.panels;
-    std::error_code failed;  // writeWholeFile says what cannot be written
+    std::error_code failed;  // writeWholeFile() says what cannot be written
     std::filesystem::create_directories(path.parent_path(), failed);
     writeWholeFile(path, json.dump(2) + "\n");
 }

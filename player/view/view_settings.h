@@ -1,5 +1,5 @@
 #pragma once
-// What the window keeps from one run to the next: $XDG_CONFIG_HOME/penumbra/view.json, else
+// Keeps settings of the window from one run to the next, in $XDG_CONFIG_HOME/penumbra/view.json, else in
 // ~/.config/penumbra/view.json.
 #include <filesystem>
 #include <string>
@@ -17,12 +17,12 @@ struct ViewSettings {
     bool background = true, ground = false, panels = true;
 };
 
-// Empty when the environment names no home.
+// Returns an empty path when the environment names no home.
 std::filesystem::path settingsPath();
-// The defaults where there is no file, or none that is JSON, and for each field that is absent or out of range:
-// `problem` says so of what is there and not used.
+// Returns the defaults where there is no file or where it is not JSON, and for each field that is absent or out of
+// range. `problem` names what the file has but cannot be used.
 ViewSettings readSettings(const std::filesystem::path& path, std::string& problem);
-void writeSettings(const std::filesystem::path& path, const ViewSettings& settings);  // IoError
+void writeSettings(const std::filesystem::path& path, const ViewSettings& settings);  // throws IoError
 
 void applySettings(const ViewSettings& settings, ViewState& state);
 ViewSettings settingsOf(const ViewState& state, const WindowPlace& window);

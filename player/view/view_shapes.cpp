@@ -41,8 +41,8 @@ std::vector<Vec3> radianceFrom(const LightView& light, const Mat3& rotation, std
     return radiance;
 }
 
-// The clamped cosine about s is zonal: E(s) = sum over l of A_l sum over m of L_lm y_lm(s), A = pi, 2 pi / 3, pi / 4,
-// 0, -pi / 24, 0, pi / 64, 0 (Ramamoorthi and Hanrahan 2001, eq 8).
+// The clamped cosine about s is zonal: E(s) = sum over l of A_l sum over m of L_lm y_lm(s), with A = pi, 2 pi / 3, pi
+// / 4, 0, -pi / 24, 0, pi / 64, 0 (Ramamoorthi and Hanrahan 2001, eq 8).
 Vec3 irradianceFromAbove(const LightView& light, const Mat3& rotation) {
     constexpr double kPi = std::numbers::pi;
     constexpr double kCosine[kMaxOrder] = {kPi, 2 * kPi / 3, kPi / 4, 0, -kPi / 24, 0, kPi / 64, 0};

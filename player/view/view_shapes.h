@@ -1,5 +1,5 @@
 #pragma once
-// Surfaces that are drawn beside the characters, and what their vertices show. No GL.
+// Surfaces that are drawn beside the characters, and what their vertices show. It uses no GL.
 #include <vector>
 
 #include "formats/asset/asset_file.h"
@@ -12,16 +12,18 @@ struct Shape {
     std::vector<std::uint32_t> triangles;
 };
 
-// Radius 1 about the origin: `rings` quads from pole to pole, twice as many around. Its positions are directions.
+// Makes a sphere of radius 1 about the origin: `rings` quads from pole to pole, and twice as many around. Its
+// positions are directions.
 Shape unitSphere(int rings);
 
-// Radiance that comes from each direction of a light that is turned by `rotation`, L(R^T s); ringing below 0 as 0.
+// Returns the radiance from each direction of a light that is turned by `rotation`, L(R^T s), with ringing below 0 as
+// 0.
 std::vector<Vec3> radianceFrom(const LightView& light, const Mat3& rotation, std::span<const Vec3> directions);
-// Of a horizontal plane that sees the whole upper half: the integral of L cos over it.
+// Returns the irradiance of a horizontal plane that sees the whole upper half: the integral of L cos.
 Vec3 irradianceFromAbove(const LightView& light, const Mat3& rotation);
 
-// A chequered square at the height of the box' floor, tiles of a third of the box' radius. Values: `light` (radiance of
-// a white plane) times the tiles' albedo.
+// Makes a chequered square at the height of the box' floor, with tiles of a third of the box' radius. Its values are
+// `light` (radiance of a white plane) times the tiles' albedo.
 Shape groundPlane(const BoundingBox& box, Vec3 light);
 
 }  // namespace penumbra

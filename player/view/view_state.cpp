@@ -43,8 +43,8 @@ void showFrame(ViewState& state, const ViewContents& contents, std::size_t numbe
         frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number);
 }
 
-// Where the largest figure is. The figures may still be those of a clip that was on before: none then. How many are
-// known.
+// Goes to the frame with the largest figure. Where the figures are still those of a clip that was on before, it does
+// nothing. Returns how many figures are known.
 template <class Figures, class Projection>
 std::size_t showLargest(ViewState& state, const ViewContents& contents, const Figures& figures, Projection projection) {
     if (figures.empty() || contents.characters[state.selected].strip_clip != state.characters[state.selected].clip)

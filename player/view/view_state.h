@@ -1,5 +1,6 @@
 #pragma once
-// All that a user chooses in the window, apart from how it is drawn: keys and panels change it, the scene follows it.
+// Holds all that a user chooses in the window, but not how it is drawn: keys and panels change it, and the scene
+// follows it.
 #include <optional>
 #include <span>
 #include <string>
@@ -17,14 +18,14 @@ namespace penumbra {
 enum class Compare {
     kModel,
     kTruth,
-    kSideBySide,  // the model at the left
+    kSideBySide,  // with the model at the left
     kWipe,        // the model at the left of ViewState::wipe
     kDifference,  // |model - truth| of what each vertex shows
 };
 
 struct CharacterChoice {
     std::size_t clip = 0;
-    std::vector<std::size_t> material_of_slot;  // 1 for a mesh without slots
+    std::vector<std::size_t> material_of_slot;  // 1 entry for a mesh without slots
 };
 
 struct PickedVertex {
@@ -32,15 +33,15 @@ struct PickedVertex {
     bool operator==(const PickedVertex&) const = default;
 };
 
-// Scores of a cluster that are not what its pose makes of them.
+// Scores of a cluster that the user has changed.
 struct ScoreEdit {
     std::size_t character = 0, cluster = 0;
-    std::vector<float> added;  // to each component's score
+    std::vector<float> added;  // added to each component's score
     bool operator==(const ScoreEdit&) const = default;
 };
 
-// The worst frame was asked for before every frame's figure was known: it is shown again when they are, if the user has
-// stayed there.
+// The user asked for the worst frame before every frame's figure was known. It is shown again when all are known, if
+// the user has stayed there.
 struct AwaitedWorst {
     bool out_of_range = false;
     std::size_t character = 0, clip = 0;
@@ -54,16 +55,16 @@ struct ViewState {
     std::size_t slot = 0;      // that a material is chosen for; as many as there are slots: all of them
     Playhead playhead;
     std::optional<AwaitedWorst> awaited;
-    bool smooth = true;  // poses between sampled frames, where no truth is shown
+    bool smooth = true;  // show poses between sampled frames, where no truth is shown
     Camera camera;
     bool turntable = false;
     Channel channel = Channel::kShaded;
     Compare compare = Compare::kModel;
     float wipe = 0.5f;                     // of the picture's width
-    std::optional<std::size_t> component;  // of the model's PCA, shown in the place of the channel
+    std::optional<std::size_t> component;  // component of the model's PCA, shown instead of the channel
     std::optional<PickedVertex> picked;    // its visibility is drawn
     std::optional<ScoreEdit> score_edit;
-    bool frames = false;  // normals and tangents are drawn
+    bool frames = false;  // draw normals and tangents
     std::size_t light = 0;
     ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
@@ -75,12 +76,12 @@ struct ViewState {
     std::optional<std::size_t> sequence;                // number in the clip of the next picture of a sequence
 };
 
-// What there is to choose from.
+// The files of a scene give these choices.
 struct CharacterContents {
     const AnimationView* animation = nullptr;
     std::size_t slots = 1, components = 0;
     bool has_truth = false;
-    std::size_t strip_clip = 0;  // whose first frames' figures these are, as far as known
+    std::size_t strip_clip = 0;  // the clip that these figures belong to; its first frames, as far as known
     std::span<const float> out_of_range = {};
     std::span<const FrameError> errors = {};
 };
@@ -89,35 +90,37 @@ struct ViewContents {
     std::size_t materials = 0, lights = 0;
     bool shaded() const { return materials > 0 && lights > 0; }
     bool hasTruth() const;
-    std::size_t components() const;  // the most that a character has
+    std::size_t components() const;  // the most that any character has
 };
 
 const ClipView& selectedClip(const ViewState& state, const ViewContents& contents);
-// To the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range; as far
-// as they are known, and again by advanceView() when all of them are.
+// Goes to the clip's frame of the largest mean error against the truth, or of the pose that is farthest out of range,
+// as far as these are known. advanceView() does it again when all of them are.
 void showWorstError(ViewState& state, const ViewContents& contents);
 void showWorstRange(ViewState& state, const ViewContents& contents);
-// Whether only sampled frames are shown: as chosen, or because truth is, which there is of no others.
+// Tells whether only sampled frames are shown: because the user chose so, or because truth is shown, which other
+// poses lack.
 bool snapsToFrames(const ViewState& state);
-// What is shown of the character's clip: all characters share the playhead's time. `part` is 0 on sampled frames.
+// Returns what is shown of the character's clip. All characters share the playhead's time. `part` is 0 on sampled
+// frames.
 ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character);
-// Its first frame, in the character's animation.
+// Returns the first frame of that position, in the character's animation.
 std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character);
 
-// Each takes only what there is: a channel without what it needs, or a comparison without truth, stays off.
+// Each of these takes only what exists: a channel without what it needs, or a comparison without truth, stays off.
 void chooseClip(ViewState& state, std::size_t clip);
-void chooseMaterial(ViewState& state, std::size_t material);  // of the selected character's slot or slots
+void chooseMaterial(ViewState& state, std::size_t material);  // for the selected character's slot or slots
 std::size_t chosenMaterial(const ViewState& state);
 void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel);
 void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t component);
 void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare);
-// What is compared: only what truth has too, shaded pictures and ambient visibility.
+// Returns what is compared: only what truth has too, which is shaded pictures and ambient visibility.
 Compare shownCompare(const ViewState& state);
-// The lamp follows the pointer: a drag over the whole height turns the light by half a turn.
+// Lets the lamp follow the pointer: a drag over the whole height turns the light by half a turn.
 void dragLight(ViewState& state, double right, double down, double height);
 Mat3 lightRotation(const ViewState& state);
 
-// `seconds` of wall clock later.
+// Advances by `seconds` of wall clock.
 void advanceView(ViewState& state, const ViewContents& contents, double seconds);
 
 }  // namespace penumbra

@@ -10,15 +10,15 @@
 namespace penumbra {
 namespace {
 
-// Figures below these fill their strip in part only: rounding and the margin of training ranges, errors that no one
-// sees.
+// Figures below these fill their strip only in part: they are rounding, the margin of training ranges, or errors that
+// nobody sees.
 constexpr float kSmallRange = 0.1f;   // about radians
 constexpr float kSmallError = 0.01f;  // of ambient visibility
 
 constexpr ImU32 kBed = IM_COL32(30, 34, 40, 255), kInk = IM_COL32(230, 230, 230, 255);
 constexpr ImU32 kRangeColor = IM_COL32(235, 140, 40, 255), kErrorColor = IM_COL32(214, 72, 96, 255);
 
-// Every frame has a cell of the same width, from where it is to where the next one is.
+// A row in which every frame has a cell of the same width, from where it is to where the next one is.
 struct Row {
     ImVec2 corner, size;
     std::size_t frames;
@@ -40,7 +40,7 @@ void playheadLine(const Row& row, double number) {
     ImGui::GetWindowDrawList()->AddLine(ImVec2(x, row.corner.y), ImVec2(x, row.corner.y + row.size.y), kInk, 2);
 }
 
-// Ticks at whole frames as far apart as there is room for, each with its number.
+// Draws ticks at whole frames, as far apart as their numbers need.
 void frameNumbers(const Row& row) {
     const float room = 3.5f * ImGui::GetFontSize();
     std::size_t step = 1;
@@ -71,7 +71,7 @@ void scrubBar(const Scene& scene, ViewState& state, std::size_t frames, double s
     playheadLine(row, shown);
 }
 
-// What a strip shows of each frame that is known.
+// A strip shows this figure of each frame that is known.
 struct Figure {
     const char* name;
     ImU32 color;
@@ -81,7 +81,8 @@ struct Figure {
     std::function<std::string(std::size_t)> text;  // under the pointer
 };
 
-// A column a frame, or a pixel where there are more frames than pixels: the largest of its frames.
+// Draws a column for each frame, or for each pixel where there are more frames than pixels, with the largest of its
+// frames.
 void columns(const Row& row, const Figure& figure, float most) {
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const std::size_t count = std::min(row.frames, std::size_t(std::max(1.0f, row.size.x)));

@@ -47,7 +47,7 @@ std::string& lastGlfwError() {
     return text;
 }
 
-// ImGui's callbacks call those that were there before them.
+// ImGui's callbacks call those that were set before them.
 ViewEvents& noteEvent(GLFWwindow* window) {
     auto& events = *static_cast<ViewEvents*>(glfwGetWindowUserPointer(window));
     events.any = true;
@@ -94,7 +94,7 @@ GLFWwindow* makeWindow(const std::string& title, const WindowPlace& place, int s
     return window;
 }
 
-// `window` has just been made of `place`, scaled to its monitor.
+// Limits the size of `window`, which has just been made of `place`, scaled to its monitor.
 void limitSize(GLFWwindow* window, const WindowPlace& place) {
     int width = 0, height = 0;
     glfwGetWindowSize(window, &width, &height);
@@ -103,7 +103,7 @@ void limitSize(GLFWwindow* window, const WindowPlace& place) {
                             GLFW_DONT_CARE, GLFW_DONT_CARE);
 }
 
-// Where it was left, unless the monitor that it was on is gone.
+// Moves the window where it was left, unless the monitor that it was on is gone.
 void moveTo(GLFWwindow* window, const WindowPlace& place) {
     if (!place.x || !place.y) return;
     std::vector<ScreenArea> areas;
@@ -126,7 +126,7 @@ void ViewWindow::Impl::load() {
     describe(context, "GLFW");
 }
 
-// Four samples a pixel on a GPU. In software they take several times as long: one.
+// Takes four samples a pixel on a GPU. In software these take several times as long, so one is enough.
 void ViewWindow::Impl::open(const std::string& title, const WindowPlace& place) {
     glfwSetErrorCallback([](int, const char* text) { lastGlfwError() = text; });
     if (!glfwInit())
@@ -218,8 +218,8 @@ bool ViewWindow::software() const { return impl_->context.software; }
 
 namespace {
 
-// Fonts and margins for the monitor's density; again when the window moved to another one.
-// ImGui 1.86 must keep its GL buffers then: it would take new, empty ones for as large as the old.
+// Sets fonts and margins for the monitor's density, and again when the window moves to another one. ImGui 1.86 must
+// keep its GL buffers then: it would take new, empty ones for as large as the old.
 void styleFor(float unit_scale, bool first) {
     constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
     ImGui::GetStyle() = ImGuiStyle();

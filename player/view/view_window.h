@@ -10,17 +10,18 @@
 
 namespace penumbra {
 
-// What happened since the last poll.
+// The events since the last poll.
 struct ViewEvents {
     std::vector<KeyPress> keys;                  // presses and repeats that no text field has taken
     std::vector<std::filesystem::path> dropped;  // files
-    bool close = false;                          // asked for by the user
+    bool close = false;                          // the user asked for it
     bool any = false;                            // anything at all, the pointer's way included
 };
 
 class ViewWindow {
 public:
-    // Current GL context with its entry points loaded, and ImGui's. Unsupported without a display or OpenGL 4.3.
+    // Makes a current GL context with its entry points loaded, and ImGui's. Throws Unsupported without a display or
+    // OpenGL 4.3.
     ViewWindow(const std::string& title, const WindowPlace& place);
     ~ViewWindow();
     ViewWindow(const ViewWindow&) = delete;
@@ -28,7 +29,7 @@ public:
 
     // Waits up to `seconds` for the first event (0: not at all).
     ViewEvents poll(double seconds);
-    bool visible() const;  // has pixels to draw into: neither minimised nor of no size
+    bool visible() const;  // has pixels to draw into: it is neither minimised nor of no size
     int width() const;     // of the framebuffer, pixels
     int height() const;
     float scale() const;      // pixels per unit of 1/96 inch

@@ -6,7 +6,7 @@
 
 namespace penumbra {
 
-// Even, so that a ring lies in the tangent plane.
+// An even number, so that a ring lies in the tangent plane.
 constexpr int kLobeRings = 32;
 
 Shape visibilityLobe(const Convention& convention, std::span<const float> numbers, const Mat3& local_frame, Vec3 center,

@@ -5,21 +5,21 @@
 
 namespace penumbra {
 
-// Of a window, units of 1/96 inch. The least leaves the picture 190 x 200 beside the panels.
+// Sizes of a window in units of 1/96 inch. The least leaves the picture 190 x 200 beside the panels.
 constexpr int kLeastWidth = 480, kLeastHeight = 320, kMostWidth = 16384, kMostHeight = 16384;
 
 struct WindowPlace {
     int width = 1280, height = 800;  // units of 1/96 inch
-    std::optional<int> x, y;         // screen coordinates, below 0 left of or above the first monitor; unset: where
-                                     // the system puts it
+    // screen coordinates, below 0 left of or above the first monitor; unset: where the system puts it
+    std::optional<int> x, y;
 };
 
-// In screen coordinates.
+// An area in screen coordinates.
 struct ScreenArea {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
-// Whether enough of the window's upper edge is on a monitor to be taken hold of.
+// Tells whether enough of the window's upper edge is on a monitor to be taken hold of.
 inline bool isReachable(const ScreenArea& window, std::span<const ScreenArea> monitors) {
     constexpr int kHold = 64;
     return std::ranges::any_of(monitors, [&](const ScreenArea& monitor) {

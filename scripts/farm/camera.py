@@ -1,5 +1,5 @@
-"""What is wrong with a camera ("yaw=35,pitch=12"), in the words of sh/key_values.cpp and sh/camera.cpp: no program can be asked of it
-before there is something to see."""
+"""Tells what is wrong with a camera ("yaw=35,pitch=12"), in the words of sh/key_values.cpp and sh/camera.cpp: no
+program can be asked of it before there is something to see."""
 import re
 
 RANGES = {"yaw": (-360, 360), "pitch": (-89, 89), "fov": (1, 170), "distance": (1e-9, 1e9), "target": (-1e9, 1e9)}
@@ -23,7 +23,7 @@ def value_problem(key, value):
 
 
 def camera_problem(text):
-    """A sentence, or ""."""
+    """Returns a sentence that tells what is wrong, or ""."""
     items = [item.partition("=") for item in text.split(",")]
     for i, (key, _, value) in enumerate(items):
         if not key or not value:

@@ -13,7 +13,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 
 
 class ConfigError(Exception):
-    """One sentence that names the key, what it takes and what was given."""
+    """An error whose one sentence names the key, what it takes and what was given."""
 
 
 class Unreadable(ConfigError):
@@ -21,7 +21,7 @@ class Unreadable(ConfigError):
 
 
 def exit_code(error):
-    """As our programs: 2 cannot read or write, 3 input invalid."""
+    """Returns the exit code of our programs: 2 cannot read or write, 3 input invalid."""
     return 2 if isinstance(error, (Unreadable, OSError)) else 3
 
 
@@ -63,7 +63,7 @@ def a_file(key, value, folder):
 
 
 def a_mesh(key, value, folder):
-    """A file; or numbered ones, by a folder or by a pattern with %d, %04d, * or #### for the number."""
+    """Takes a file; or numbered ones, by a folder or by a pattern with %d, %04d, * or #### for the number."""
     path = os.path.normpath(os.path.join(folder, os.path.expanduser(text(key, value, folder))))
     if not files_of(path):
         raise Unreadable(f"{key}: no such file, and no numbered files: {path}")
@@ -71,13 +71,13 @@ def a_mesh(key, value, folder):
 
 
 def an_occluder(key, value, folder):
-    """As a_mesh(), or MESH:CACHE."""
+    """Takes what a_mesh() takes, or MESH:CACHE."""
     refuse_colons(key, text(key, value, folder), folder)
     return ":".join(a_mesh(key, part, folder) for part in parts_of(text(key, value, folder), folder))
 
 
 def parts_of(occluder, folder=""):
-    """"body.obj:body.mdd" as two, but not the name of a file that has a colon."""
+    """Splits "body.obj:body.mdd" in two, but not the name of a file that has a colon."""
     whole = os.path.exists(os.path.join(folder, os.path.expanduser(occluder)))
     return [occluder] if whole else occluder.split(":")
 
@@ -94,7 +94,7 @@ def refuse_colons(key, occluder, folder):
 
 
 def files_of(path):
-    """The files that a path of a_mesh() names."""
+    """Returns the files that a path of a_mesh() names."""
     if os.path.isfile(path):
         return [path]
     if os.path.isdir(path):
@@ -127,7 +127,7 @@ def map_of(kind):
 
 
 def keys(**kinds):
-    """A map of these keys only; those whose kind is wrapped in needed() must be there."""
+    """Takes a map of these keys only. Those whose kind is wrapped in needed() must be there."""
     def check(key, value, folder):
         if not isinstance(value, dict):
             raise ConfigError(f"{key or 'the file'}: takes a map of {', '.join(kinds)}, not {value!r}")
@@ -167,7 +167,7 @@ def camera(key, value, folder):
 
 
 def convention(key, value, folder):
-    """As parseConvention() of sh/visibility_convention.cpp."""
+    """Checks a convention as parseConvention() of sh/visibility_convention.cpp does."""
     if not re.fullmatch("[ABD][1-8]", text(key, value, folder)):
         raise ConfigError(f"{key}: convention must be A, B or D and an order from 1 to 8 (such as D5), not '{value}'")
     return value
@@ -223,7 +223,7 @@ class Farm:
 
 
 def with_defaults(defaults, rig):
-    """A rig's own values over those of `defaults`; bake, fit and pack key by key."""
+    """Puts a rig's own values over those of `defaults`: for bake, fit and pack key by key."""
     merged = {**defaults, **rig}
     for part in ("bake", "fit", "pack"):
         merged[part] = {**defaults.get(part, {}), **rig.get(part, {})}
@@ -231,7 +231,7 @@ def with_defaults(defaults, rig):
 
 
 def clip_of_block(name):
-    """The clip that --blocks cut this one from: flag of flag#5."""
+    """Returns the clip that --blocks cut this one from: flag for flag#5."""
     return name.rpartition("#")[0] or name
 
 
@@ -258,7 +258,7 @@ def check_rig(name, rig, farm):
 
 
 def programs_folder(given, folder):
-    """$PENUMBRA_BIN, what the file says, the build of this checkout, or what is installed."""
+    """Returns $PENUMBRA_BIN, what the file says, the build of this checkout, or what is installed."""
     wanted = os.environ.get("PENUMBRA_BIN") or (given and os.path.join(folder, os.path.expanduser(given)))
     for place in [wanted] if wanted else [os.path.join(ROOT, "build", "release", "bin")]:
         if os.path.isfile(os.path.join(place, "penumbra-bake")):
@@ -271,7 +271,7 @@ def programs_folder(given, folder):
 
 
 def check_config(content, path):
-    """The Farm that `content`, as read from the YAML file `path`, describes; ConfigError."""
+    """Returns the Farm that `content`, as read from the YAML file `path`, describes. Raises ConfigError."""
     folder = os.path.dirname(os.path.abspath(path))
     farm = FARM("", content, folder)
     rigs = {name: with_defaults(farm.get("defaults", {}), rig) for name, rig in farm["rigs"].items()}
@@ -285,7 +285,8 @@ def check_config(content, path):
 
 
 def load_yaml(file):
-    """As yaml.safe_load(), but a key that stands there twice is an error: PyYAML would keep the last one."""
+    """Loads as yaml.safe_load() does, but a key that stands there twice is an error: PyYAML would keep the last
+    one."""
     import yaml
 
     class Loader(yaml.SafeLoader):

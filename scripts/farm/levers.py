@@ -12,12 +12,13 @@ def lever(output):
 
 
 def follows(path, reason):
-    """Why what is made from a stale `path` is stale: the first cause."""
+    """Returns why what is made from a stale `path` is stale: the first cause."""
     return reason if reason.startswith("follows ") else f"follows {path}: {reason}"
 
 
 def stale_jobs(plan, folder, digests):
-    """Output -> reason, of every job that must run; what is made from such an output is stale too, in no order."""
+    """Returns output -> reason for every job that must run. What is made from such an output is stale too, in no
+    order."""
     stale = {}
     for output, job in plan.items():
         again = [path for path in job.inputs if path in stale]
@@ -32,7 +33,7 @@ def stale_jobs(plan, folder, digests):
 
 
 def set_levers(plan, folder):
-    """Prepares Snakemake's decision; names what is stale though it is there. ForeignFile."""
+    """Prepares Snakemake's decision, and names what is stale though it is there. Raises ForeignFile."""
     os.makedirs(os.path.join(folder, ".farm", "log"), exist_ok=True)  # of jobs elsewhere
     digests = Digests(folder)
     try:

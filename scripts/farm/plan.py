@@ -28,7 +28,7 @@ class Job:
     depfile: str = ""    # where the command lists further files that it read
 
 
-# Where each rule writes. A rig in one piece is baked where the merged file of others stands.
+# Tells where each rule writes. A rig in one piece is baked where the merged file of others stands.
 PATTERNS = {
     "bake": "{rig}/{rig}.vis.h5", "shard": "{rig}/shards/{range}.vis.h5", "merge": "{rig}/{rig}.vis.h5",
     "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5", "light": "lights/{light}.light.h5",
@@ -41,7 +41,7 @@ ORDER = ("brdf", "light", "bake", "shard", "merge", "fit", "predict", "truth", "
 
 
 def options(values):
-    """{"max_error": 0.1, "ground": True} as words of a command line."""
+    """Turns {"max_error": 0.1, "ground": True} into words of a command line."""
     words = []
     for key, value in values.items():
         if value is False:
@@ -57,7 +57,7 @@ def options(values):
 
 
 def read_by_bake(rig):
-    """The files that a rig and the options of its bake name."""
+    """Returns the files that a rig and the options of its bake name."""
     bake = rig["bake"]
     occluders = [part for occluder in bake.get("occluder", []) for part in parts_of(occluder)]
     meshes = [file for path in [*rig["files"], *occluders] for file in files_of(path)]
@@ -65,12 +65,12 @@ def read_by_bake(rig):
 
 
 def report_of(output):
-    """Where the report of the job that makes `output` lies."""
+    """Returns where the report of the job that makes `output` lies."""
     return output if output.endswith("check.json") else f"reports/{output.replace('/', '.')}.json"
 
 
 def buffers_of(path):
-    """The files that a .gltf names; --dry-run of the bake, which knows them too, writes no --depfile."""
+    """Returns the files that a .gltf names. --dry-run of the bake knows them too, but writes no --depfile."""
     if not path.lower().endswith(".gltf"):
         return []
     try:
@@ -86,7 +86,7 @@ WHERE = ("--frames", "-o", "--report", "--depfile")  # options that shards of on
 
 
 def same_for_all_shards(command):
-    """A bake's command without its frames and files."""
+    """Returns a bake's command without its frames and files."""
     return [word for before, word in zip(["", *command], command) if word not in WHERE and before not in WHERE]
 
 
@@ -133,7 +133,7 @@ class Planner:
         return self.add("merge", {"rig": name}, [self.program("penumbra-bake"), "merge", *parts], parts)
 
     def new_ranges(self, name, words, files, shards):
-        """First and last frame of every shard; [] for a bake in one piece."""
+        """Returns first and last frame of every shard; [] for a bake in one piece."""
         if shards == 1:
             return []
         said = self.ask(f"rigs.{name}", [*words, "-o", ".farm/probe.vis.h5", "--dry-run"], files)
@@ -155,7 +155,7 @@ class Planner:
         return [tuple(map(int, re.findall(r"\d+", os.path.basename(piece))[:2])) for piece, _ in pieces] if merged else []
 
     def is_of_bake(self, piece, digest, words, files):
-        """Was this piece, which need not be there any more, baked by these words from these files?"""
+        """Tells whether this piece, which need not be there any more, was baked by these words from these files."""
         stamp = read_stamp(self.farm.output, piece)
         return stamp is not None and stamp["output"]["sha256"] == digest and stamp["version"] == tool_version(words) and \
             same_for_all_shards(stamp["command"]) == [label(word) for word in [*words, "--resume"]] and \
@@ -163,8 +163,8 @@ class Planner:
             all(digest_of(self.farm.output, path, self.digests) == found for path, found in stamp["further_inputs"].items())
 
     def ask(self, key, words, files):
-        """What a program says to --dry-run: asked once, and remembered by its version and the content of its files. ConfigError with
-        its complaint."""
+        """Returns what a program says to --dry-run. It is asked once, and the answer is remembered by its version and
+        the content of its files. Raises ConfigError with its complaint."""
         read = [*files, *(buffer for file in files for buffer in buffers_of(file))]
         question = json.dumps([tool_version(words), [label(word) for word in words[1:]], [self.digests.of(file) for file in read]])
         if question not in self.asked:
@@ -177,7 +177,7 @@ class Planner:
         return self.asked[question]
 
     def check_holdout(self, name, rig):
-        """Before any job starts: are the clips in the bake, and is one left to train on?"""
+        """Checks before any job starts that the clips are in the bake, and that one is left to train on."""
         words = self.bake_words({**rig, "bake": {**rig["bake"], "rays": 16}})
         said = self.ask(f"rigs.{name}", [*words, "--frames", "0:1", "-o", ".farm/probe.vis.h5", "--dry-run"], read_by_bake(rig))
         clips = json.loads(re.search("^clips: (.*)$", said, re.M)[1])
@@ -227,7 +227,7 @@ class Planner:
 
 
 def make_plan(farm):
-    """Jobs by output, each after those that it reads from."""
+    """Returns jobs by output, each after those that it reads from."""
     planner = Planner(farm)
     for name, material in farm.materials.items():
         planner.material(name, material)
@@ -243,7 +243,7 @@ def make_plan(farm):
 
 
 def needs_of(farm, rule):
-    """Threads, memory_mb and minutes of a job."""
+    """Returns threads, memory_mb and minutes of a job."""
     return farm.jobs["bake" if rule == "shard" else rule]
 
 
@@ -255,7 +255,8 @@ def line_of(job):
 
 
 def stamped(job, *flags):
-    """The words that run the job through farm_stamp, which runs it only if it must and says what made its output."""
+    """Returns the words that run the job through farm_stamp, which runs it only if it must, and says what made its
+    output."""
     words = [sys.executable, os.path.join(SCRIPTS, "farm_stamp"), job.output, *flags]
     for path in [*job.inputs, *job.sources]:
         words += ["-i", path]

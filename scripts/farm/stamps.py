@@ -1,5 +1,5 @@
-"""What a file was made from, beside the file: OUT.stamp (JSON) holds the command, the tool's version and the SHA-256 of every
-input and of OUT itself. Whether OUT must be made again is decided by that content, never by time stamps."""
+"""Keeps beside a file what it was made from: OUT.stamp (JSON) holds the command, the tool's version and the SHA-256
+of every input and of OUT itself. Whether OUT must be made again is decided by that content, never by time stamps."""
 import hashlib
 import json
 import os
@@ -16,7 +16,8 @@ class ForeignFile(Exception):
 
 
 def write_whole(path, content):
-    """A name that exists is a whole file. Process ids repeat on other hosts and in containers, so the partial name is random too."""
+    """Writes a file so that its name only ever stands for a whole one. Process ids repeat on other hosts and in
+    containers, so the partial name is random too."""
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
     partial = f"{path}.part-{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
     try:
@@ -31,7 +32,7 @@ def write_whole(path, content):
 
 
 def remove(path):
-    """Whether it is there or not."""
+    """Removes a file, whether it is there or not."""
     try:
         os.remove(path)
     except FileNotFoundError:
@@ -47,7 +48,8 @@ def sha256(path):
 
 
 class Digests:
-    """SHA-256 of files, remembered in FOLDER/.farm/digests.json for as long as size and time stamp stay."""
+    """Computes the SHA-256 of files, and remembers it in FOLDER/.farm/digests.json for as long as size and time stamp
+    stay."""
 
     def __init__(self, folder="."):
         self.folder = folder
@@ -69,7 +71,7 @@ class Digests:
         return digest
 
     def retimed(self, path):
-        """Only the time of a file that was asked for changed."""
+        """Call this when only the time of a file that was asked for has changed."""
         self.known[path][1] = os.stat(os.path.join(self.folder, path)).st_mtime_ns
         self.changed = True
 
@@ -83,7 +85,7 @@ class Digests:
 
 
 def label(path):
-    """What stands for a path in a stamp: files from outside may lie in another folder the next time."""
+    """Returns what stands for a path in a stamp: files from outside may lie in another folder the next time."""
     return os.path.basename(path) if os.path.isabs(path) else path
 
 
@@ -91,7 +93,8 @@ PROGRAMS = ("penumbra-bake", "penumbra-fit", "penumbra-pack", "penumbra-player")
 
 
 def tool_version(command, known={}):
-    """What the programs of ours in a command say, with the hashes of their sources; "" without one. Scripts are inputs of their jobs."""
+    """Returns what our programs in a command say, with the hashes of their sources; "" without one. Scripts are
+    inputs of their jobs."""
     said = []
     for program in command[:4]:  # a script of ours takes programs first
         if os.path.basename(program) in PROGRAMS:
@@ -102,7 +105,7 @@ def tool_version(command, known={}):
 
 
 def depfile_inputs(path):
-    """The files that a make rule (--depfile of our programs) lists."""
+    """Returns the files that a make rule (--depfile of our programs) lists."""
     if not path or not os.path.exists(path):
         return []
     with open(path) as file:
@@ -111,7 +114,7 @@ def depfile_inputs(path):
 
 
 def read_stamp(folder, output):
-    """The stamp of `output`, or None when there is no whole one."""
+    """Returns the stamp of `output`, or None when there is no whole one."""
     try:
         with open(os.path.join(folder, output + ".stamp")) as file:
             stamp = json.load(file)
@@ -147,13 +150,13 @@ def check_own(folder, path, digests, give_time_back=True):
 
 
 def changed_words(new, old):
-    """What is in one command and not in the other, for people."""
+    """Tells people what is in one command and not in the other."""
     lost, come = [w for w in old if w not in new], [w for w in new if w not in old]
     return f"{' '.join(come) or 'less'} instead of {' '.join(lost) or 'nothing'}" if lost or come else "another order of options"
 
 
 def why_stale(folder, output, command, inputs, digests, temporary=False, give_time_back=True):
-    """"" when `output` is what `command` would make of `inputs` now, else the reason; ForeignFile."""
+    """Returns "" when `output` is what `command` would make of `inputs` now, else the reason. Raises ForeignFile."""
     for path in inputs:
         check_own(folder, path, digests, give_time_back)
     stamp = check_own(folder, output, digests, give_time_back=False)  # ninja's restat compares it before and after
@@ -169,7 +172,7 @@ def why_stale(folder, output, command, inputs, digests, temporary=False, give_ti
 
 
 def changed_input(folder, inputs, stamp, digests):
-    """The first input that is not what the output was made from, as a reason; or ""."""
+    """Returns the first input that is not what the output was made from, as a reason; or ""."""
     if [label(path) for path in inputs] != [name for name, _ in stamp["inputs"]]:
         return "made from other files: " + changed_words([label(path) for path in inputs], [name for name, _ in stamp["inputs"]])
     for path, (name, digest) in zip(inputs, stamp["inputs"]):
@@ -182,7 +185,7 @@ def changed_input(folder, inputs, stamp, digests):
 
 
 def digest_of(folder, path, digests):
-    """Of a file that is there, or of a temporary one that is gone."""
+    """Returns the digest of a file that is there, or of a temporary one that is gone."""
     if os.path.exists(os.path.join(folder, path)):
         return digests.of(path)
     stamp = read_stamp(folder, path)

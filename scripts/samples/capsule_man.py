@@ -4,7 +4,7 @@ import numpy as np
 from samples.gltf import Gltf, primitive
 from samples.shapes import capsule, compose, translation_to, turn
 
-# name: (parent, joint position, end of the capsule, radius); y up, facing +z, T pose, metres
+# Each entry is name: (parent, joint position, end of the capsule, radius); y up, facing +z, T pose, metres.
 BODY = {
     "hips": (None, (0, 0.96, 0), (0, 1.08, 0), 0.13),
     "spine": ("hips", (0, 1.10, 0), (0, 1.38, 0), 0.14),
@@ -19,7 +19,8 @@ for side, x in (("L", 1), ("R", -1)):
 
 
 def capsule_man_mesh():
-    """All capsules in one mesh. Around its joint a capsule follows its parent by half, fading over 1.5 radii."""
+    """Joins all capsules in one mesh. Around its joint a capsule follows its parent by half, fading over 1.5
+    radii."""
     names = list(BODY)
     points, triangles, joints, weights = [], [], [], []
     for j, (parent, start, end, radius) in enumerate(BODY.values()):

@@ -10,7 +10,7 @@ SEAM, SLIT = 3, 5  # columns whose vertices are there twice: the seam's stay tog
 
 
 def sheet():
-    """Positions [13,45,3] (metres, y up) and quads [24,4]."""
+    """Returns positions [13,45,3] (metres, y up) and quads [24,4]."""
     place = [(i, j) for j in range(ROWS) for i in range(COLUMNS)]
     place += [(column, j) for column in (SEAM, SLIT) for j in range(ROWS)]
     i, j = np.array(place, float).T

@@ -44,7 +44,7 @@ class Gltf:
         return len(self.json["accessors"]) - 1
 
     def sparse_accessor(self, base, rows, values):
-        """`base` (or None: zeros) with `values` at `rows`."""
+        """Adds `base` (or None: zeros) with `values` at `rows`."""
         values = np.ascontiguousarray(values, np.float32)
         index = self.accessor(values if base is None else base)
         accessor = self.json["accessors"][index]
@@ -79,7 +79,7 @@ class Gltf:
         return len(self.json["skins"]) - 1
 
     def clip(self, name, *channels):
-        """channels: (node, path, times, values[, interpolation])"""
+        """Adds a clip. channels: (node, path, times, values[, interpolation])"""
         samplers, targets = [], []
         for node, path, times, values, *mode in channels:
             values = np.asarray(values)

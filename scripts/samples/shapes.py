@@ -28,7 +28,7 @@ def capsule(start, end, radius, around=12, along=9):
 
 
 def closed_tube(rings, around):
-    """Pole, `rings` of `around` vertices, pole."""
+    """Returns the triangles of a pole, `rings` of `around` vertices, and a pole."""
     triangles = []
     for i in range(around):
         j = (i + 1) % around
@@ -42,7 +42,7 @@ def closed_tube(rings, around):
 
 
 def tube(height, radius, rings, around):
-    """A tube along +y from y = 0, closed by flat ends."""
+    """Makes a tube along +y from y = 0, closed by flat ends."""
     angle = 2 * np.pi * np.arange(around) / around
     circle = radius * np.stack([np.sin(angle), 0 * angle, np.cos(angle)], 1)
     heights = np.linspace(0, height, rings)
@@ -57,7 +57,7 @@ def box(size):
 
 
 def turn(axis, degrees):
-    """Quaternions x y z w about a coordinate axis, one for each angle."""
+    """Returns quaternions x y z w about a coordinate axis, one for each angle."""
     half = np.radians(np.atleast_1d(np.asarray(degrees, float))) / 2
     q = np.zeros((len(half), 4))
     q[:, "xyz".index(axis)] = np.sin(half)
@@ -66,7 +66,7 @@ def turn(axis, degrees):
 
 
 def rotation(axis, degrees):
-    """4x4 matrix about a coordinate axis."""
+    """Returns a 4x4 matrix about a coordinate axis."""
     i = "xyz".index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
     m, a = np.eye(4), np.radians(degrees)
@@ -76,13 +76,13 @@ def rotation(axis, degrees):
 
 
 def compose(a, b):
-    """Quaternion products a b, row by row."""
+    """Multiplies quaternions a b, row by row."""
     v = a[:, 3:] * b[:, :3] + b[:, 3:] * a[:, :3] + np.cross(a[:, :3], b[:, :3])
     return np.hstack([v, a[:, 3:] * b[:, 3:] - (a[:, :3] * b[:, :3]).sum(1, keepdims=True)])
 
 
 def translation_to(points):
-    """Inverse bind matrices of joints that stand at `points` without rotation."""
+    """Returns inverse bind matrices of joints that stand at `points` without rotation."""
     m = np.tile(np.eye(4), (len(points), 1, 1))
     m[:, :3, 3] = -np.asarray(points, float)
     return m

@@ -7,14 +7,15 @@ MIRROR = np.diag([1.0, 1, -1, 1])  # ours to DirectX: left-handed
 
 
 class Bones:
-    """points [n,3], triangles [m,3], weights [n,J]; a joint: name, parent, rest matrix, local matrices at `times`."""
+    """Holds points [n,3], triangles [m,3], weights [n,J]; and for each joint its name, parent, rest matrix, and local
+    matrices at `times`."""
 
     def __init__(self, points, triangles, weights, names, parents, times, local, rest):
         self.points, self.triangles, self.weights = points, triangles, weights
         self.names, self.parents, self.times, self.local, self.rest = names, parents, times, local, rest
 
     def moved(self, space):
-        """The same rig in another space."""
+        """Returns the same rig in another space."""
         back = np.linalg.inv(space)
         points = self.points @ space[:3, :3].T
         turned = self.triangles if np.linalg.det(space) > 0 else self.triangles[:, ::-1]
@@ -23,7 +24,7 @@ class Bones:
         return Bones(points, turned, self.weights, self.names, self.parents, self.times, local, rest)
 
     def bind(self, j):
-        """Joint to model space at rest."""
+        """Returns the transform from joint to model space at rest."""
         return self.rest[j] if self.parents[j] < 0 else self.bind(self.parents[j]) @ self.rest[j]
 
     def children(self, parent):
@@ -155,17 +156,17 @@ def pre_rotation(b, j):
 
 
 def euler_xyz(m):
-    """Degrees (x, y, z) of the rotation Rz Ry Rx, FBX's default order."""
+    """Returns degrees (x, y, z) of the rotation Rz Ry Rx, FBX's default order."""
     x, y = np.arctan2(m[2, 1], m[2, 2]), np.arcsin(np.clip(-m[2, 0], -1, 1))
     return np.degrees([x, y, np.arctan2(m[1, 0], m[0, 0])])
 
 
 def fbx_curves(b, connect, pivot):
-    """Animation curves of translation and rotation; object numbers from 1000 on."""
+    """Writes animation curves of translation and rotation. Object numbers start at 1000."""
     ticks = 46186158000  # a second
     number, text = 1000, ""
     for j in range(len(b.names)):
-        # FBX turns about translation + pivot: T P R P^-1 is the matrix that we want for this translation.
+        # FBX turns about translation + pivot. T P R P^-1 is the matrix that we want for this translation.
         p = pivot if b.parents[j] >= 0 else np.zeros(3)
         moved = lambda m: m[:3, 3] - p + m[:3, :3] @ p
         turned = lambda m: euler_xyz(m) - pre_rotation(b, j)  # about one axis, so that angles add up
@@ -189,7 +190,7 @@ def fbx_curves(b, connect, pivot):
 
 
 def write_fbx(bones, path, pivot=np.zeros(3)):
-    """`pivot` (FBX space): RotationPivot of the joints below the root."""
+    """Writes the rig. `pivot` (FBX space) is the RotationPivot of the joints below the root."""
     b = bones.moved(Z_UP)
     connections = []
     connect = connections.append

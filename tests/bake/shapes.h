@@ -24,7 +24,7 @@ inline void append(Shape& to, const Shape& more) {
     for (Triangle t : more.triangles) to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
-// Latitude-longitude sphere; its vertices lie on it.
+// Makes a latitude-longitude sphere; its vertices lie on the sphere.
 inline Shape sphere(Vec3d centre, double radius, int rings) {
     Shape s;
     const int columns = 2 * rings;
@@ -49,7 +49,7 @@ inline Shape sphere(Vec3d centre, double radius, int rings) {
     return s;
 }
 
-// A square of half-size `half` through `centre`, across `normal`.
+// Makes a square of half-size `half` through `centre`, perpendicular to `normal`.
 inline Shape square(Vec3d centre, Vec3d normal, double half) {
     const Vec3d side = std::abs(normal.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
     const Vec3d u = normalized(cross(normal, side)) * half, v = normalized(cross(normal, u)) * half;
@@ -57,7 +57,7 @@ inline Shape square(Vec3d centre, Vec3d normal, double half) {
             {{0, 1, 2}, {0, 2, 3}}};
 }
 
-// Two spheres that nearly touch, over a floor: every kind of shadow.
+// Makes two spheres that nearly touch, over a floor. They cast every kind of shadow.
 inline Shape clutter(int rings) {
     Shape s = sphere({0, 1, 0}, 0.5, rings);
     append(s, sphere({0.8, 1.3, 0.3}, 0.45, rings));
@@ -65,7 +65,7 @@ inline Shape clutter(int rings) {
     return s;
 }
 
-// Moeller and Trumbore 1997, in double; any hit beyond the origin.
+// Tests for any hit beyond the origin, as Moeller and Trumbore 1997, in double.
 inline bool blocked(Vec3d origin, Vec3d direction, const std::vector<Vec3>& positions,
                     const std::vector<Triangle>& triangles) {
     for (const Triangle& t : triangles) {
@@ -81,7 +81,8 @@ inline bool blocked(Vec3d origin, Vec3d direction, const std::vector<Vec3>& posi
     return false;
 }
 
-// Hemisphere moments of one point over the plain Fibonacci set of 2 x 1024 directions, without the bake's code.
+// Computes the hemisphere moments of one point over the plain Fibonacci set of 2 x 1024 directions, without the
+// bake's code.
 inline std::vector<double> bruteForceMoments(int order, Vec3d point, Vec3d normal, double lift, const Shape& shape) {
     static const std::vector<Vec3d> directions = fibonacciSphere(2048);
     std::vector<std::uint8_t> visible;
@@ -92,7 +93,7 @@ inline std::vector<double> bruteForceMoments(int order, Vec3d point, Vec3d norma
     return b;
 }
 
-// sqrt(sum (a - b)^2 / sum b^2).
+// Returns sqrt(sum (a - b)^2 / sum b^2).
 template <class A, class B>
 double relativeError(const A& a, const B& b) {
     double difference = 0, size = 0;

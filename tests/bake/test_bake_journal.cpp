@@ -1,4 +1,4 @@
-// The journal of a killed bake: what it gives back is what was put in, whatever happened to the file.
+// Tests the journal of a killed bake: it gives back what was put in, whatever happened to the file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,13 +20,13 @@ VisibilityHeader header() { return samples::visibilityHeader(2, kFrames); }
 
 std::vector<float> coefficients(std::size_t frame) { return samples::visibilityFrame(header(), frame).coefficients; }
 
-// As a bake that was killed after `frames` frames leaves it.
+// Leaves the journal of a bake that was killed after `frames` frames.
 void leaveJournal(const fs::path& output, std::size_t frames, Precision precision = Precision::kFloat32) {
     BakeJournal journal(output, header(), precision, true);
     for (std::size_t f = journal.framesKept(); f < frames; ++f) journal.append(coefficients(f));
 }
 
-// The frames kept, each of which must be the one that was put in.
+// Returns the number of frames kept, each of which must be the one that was put in.
 std::size_t framesIn(const BakeJournal& journal) {
     std::vector<float> found(coefficients(0).size());
     for (std::size_t f = 0; f < journal.framesKept(); ++f) {
@@ -125,7 +125,7 @@ TEST(BakeJournal, BelongsToOneBakeAtATime) {
     EXPECT_THROW(BakeJournal(folder.path / "y", header(), Precision::kFloat32, true), IoError);
 }
 
-// A key that nests deeper than a stack is long.
+// The key nests deeper than a stack is long.
 TEST(BakeJournal, ADeepKeyIsOnlyForeign) {
     const samples::Folder folder("journal_deep");
     const fs::path output = folder.path / "x.vis.h5";

@@ -16,7 +16,7 @@ std::filesystem::path sample(const std::string& name) {
     return std::filesystem::path(PENUMBRA_BINARY_DIR) / ".." / "samples" / name;
 }
 
-// A folder of its own, removed at the end.
+// Has a folder of its own, which it removes at the end.
 class BakeVisibility : public testing::Test {
 protected:
     BakeVisibility() { std::filesystem::create_directories(folder_); }

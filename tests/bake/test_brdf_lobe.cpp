@@ -21,7 +21,7 @@ Vec3d viewAt(double z, double azimuth) {
     return {r * std::cos(azimuth), r * std::sin(azimuth), z};
 }
 
-// Analytic, fitted and measured, narrow and wide, with and without a preferred direction.
+// Analytic, fitted and measured materials, narrow and wide, with and without a preferred direction.
 std::vector<RgbBrdf> materials() {
     std::vector<RgbBrdf> all;
     for (const std::string& name : brdfNames()) all.push_back(brdfOf(name.c_str()));
@@ -40,8 +40,9 @@ std::vector<RgbBrdf> materials() {
     return all;
 }
 
-// Samples of a lobe are as dense as lobeDensity() says: their mean of g / density is the integral of g. Above the
-// horizon: half vectors that face away from the view mirror it to below, where nothing is ever evaluated.
+// Samples of a lobe are as dense as lobeDensity() says: their mean of g / density is the integral of g. This looks
+// above the horizon only: half vectors that face away from the view mirror it to below, where nothing is ever
+// evaluated.
 TEST(BrdfLobe, SamplesAgreeWithTheDensity) {
     for (const BrdfLobe& lobe :
          {BrdfLobe{BrdfLobe::Kind::kPower, 20, 0, 0.5}, BrdfLobe{BrdfLobe::Kind::kHalfVector, 0.5, 0.5, 0.5},
@@ -77,8 +78,8 @@ struct Noise {
     double cosine = 0, fitted = 0;  // standard deviation of one sample over the value
 };
 
-// A white furnace with half of the sky behind a wall: the albedo of half of the hemisphere. Variance over directions by
-// quadrature of the estimator's own samples.
+// A white furnace has half of its sky behind a wall, so that the value is the albedo of half of the hemisphere. The
+// variance over directions comes from a quadrature with the estimator's own samples.
 Noise noiseOf(const RgbBrdf& brdf, const BrdfLobe& lobe, Vec3d wo) {
     constexpr int kSamples = 1 << 14;
     const auto value = [&](Vec3d wi) {
@@ -103,7 +104,8 @@ Noise noiseOf(const RgbBrdf& brdf, const BrdfLobe& lobe, Vec3d wo) {
     return {spread(0), spread(lobe.kind == BrdfLobe::Kind::kNone ? 0 : 0.5)};
 }
 
-// Noise of the estimator with the fitted lobe against cosine-weighted directions alone, same number of samples.
+// Compares the noise of the estimator with the fitted lobe to that with cosine-weighted directions alone, for as many
+// samples.
 TEST(BrdfLobe, NoiseIsNeverMuchAboveThatOfTheCosineAndFarBelowForNarrowLobes) {
     for (const RgbBrdf& brdf : materials()) {
         const BrdfLobe lobe = fitLobe(brdf);
@@ -115,8 +117,8 @@ TEST(BrdfLobe, NoiseIsNeverMuchAboveThatOfTheCosineAndFarBelowForNarrowLobes) {
     }
 }
 
-// Of the half of the hemisphere that the wall leaves, by nodes that follow the mirror direction in height and azimuth
-// as sinh, so that narrow lobes are seen.
+// Integrates over the half of the hemisphere that the wall leaves. Nodes follow the mirror direction in height and
+// azimuth by sinh, so that narrow lobes are seen.
 Vec3d lightBesideWall(const RgbBrdf& brdf, const SurfacePoint& point) {
     constexpr double kScale = 0.003;
     const Vec3d wo = viewDirection(point);
@@ -138,7 +140,8 @@ Vec3d lightBesideWall(const RgbBrdf& brdf, const SurfacePoint& point) {
     return sum;
 }
 
-// The estimator against quadrature, half of the sky behind a wall. Unbiased: the mean over seeds is the integral.
+// Compares the estimator with quadrature, with half of the sky behind a wall. The mean over seeds must be the
+// integral.
 TEST(DirectLight, IsUnbiasedForEveryKindOfMaterial) {
     const shapes::Shape wall = shapes::square({-0.5, 0, 0}, {1, 0, 0}, 1000);
     const OcclusionScene scene(wall.positions, wall.triangles);

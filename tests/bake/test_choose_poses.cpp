@@ -1,4 +1,4 @@
-// Choosing poses: their distance, farthest and representative ones.
+// Tests the choice of poses: their distance, and the farthest and the representative ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ std::filesystem::path sample(const std::string& name) {
 
 PoseFeatures line(const std::vector<float>& values) { return {values.size(), 1, values}; }
 
-// Mean 4.96, so 5 first; then the end farther from it, the other end, then the middles of the gaps.
+// The mean is 4.96, so 5 comes first; then the end farther from it, the other end, and the middles of the gaps.
 TEST(ChoosePoses, FarthestPicksTheExtremesOfALine) {
     std::vector<float> values(101);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = 0.1f * float(i);
@@ -30,12 +30,12 @@ TEST(ChoosePoses, FarthestPicksTheExtremesOfALine) {
     EXPECT_THAT(chosen.frames, testing::ElementsAre(50, 0, 100, 5, 75));
     EXPECT_NEAR(chosen.distance[1], 9, 1e-6);
     EXPECT_NEAR(chosen.distance[2], 5, 1e-6);
-    // 0.5 lies 4.5 from both -4 and 5: the farthest of all that is left.
+    // 0.5 lies 4.5 from both -4 and 5, which is the farthest of all that is left.
     EXPECT_NEAR(chosen.distance[3], 4.5, 1e-6);
     EXPECT_NEAR(chosen.distance[4], 2.5, 1e-6);
 }
 
-// Three tight groups of very different size: three frames take one of each.
+// There are three tight groups of very different size. Three frames take one from each.
 TEST(ChoosePoses, FarthestVisitsSmallGroups) {
     PoseFeatures points{1000, 2, {}};
     std::uint64_t state = 9;
@@ -62,11 +62,12 @@ TEST(ChoosePoses, SameChoiceForAnyThreadCountAndPrefixesOfALongerOne) {
     EXPECT_TRUE(std::equal(part.frames.begin(), part.frames.end(), all.frames.begin()));
     EXPECT_EQ(part.largest_gap, all.distance[20]);
     EXPECT_TRUE(std::is_sorted(all.distance.rbegin(), all.distance.rend() - 1));
-    // Gonzalez: within a factor of 2 of the best choice, so random ones are never half as good.
+    // Gonzalez proves a factor of 2 to the best choice, so random ones are never half as good.
     EXPECT_GT(chooseRandom(points, 60, 1, 2).largest_gap, all.largest_gap / 2);
 }
 
-// A group of 90 frames, one of 9 and a far single one: medians go where the frames are, and to the single one last.
+// There are a group of 90 frames, one of 9 and a far single one. Medians go where the frames are, and to the single
+// one last.
 TEST(ChoosePoses, RepresentativeFollowsTheCrowd) {
     std::vector<float> values{20};
     for (int i = 0; i < 90; ++i) values.push_back(0.01f * float(i));
@@ -77,7 +78,7 @@ TEST(ChoosePoses, RepresentativeFollowsTheCrowd) {
     EXPECT_NEAR(chosen.distance[2], 15, 0.1);
 }
 
-// The queue that saves computing gains gives the plain greedy choice.
+// The queue saves computing gains, and still gives the plain greedy choice.
 TEST(ChoosePoses, RepresentativeIsTheGreedyChoice) {
     PoseFeatures points{120, 2, {}};
     std::uint64_t state = 11;
@@ -123,7 +124,7 @@ double distance(const PoseFeatures& features, std::size_t a, std::size_t b) {
     return std::sqrt(sum);
 }
 
-// Two bones: each has one neighbour, of weight 1, so that d^2 = s_0 |change of p_01|^2 + s_1 |change of p_10|^2.
+// Each of two bones has one neighbour of weight 1, so that d^2 = s_0 |change of p_01|^2 + s_1 |change of p_10|^2.
 TEST(PoseFeatures, TwoBonesMatchTheFormula) {
     const Rig rig = readRig({sample("bend.glb")});
     ASSERT_EQ(rig.skin.jointCount(), 2u);
@@ -149,7 +150,7 @@ TEST(PoseFeatures, TwoBonesMatchTheFormula) {
     }
 }
 
-// A node above all others turns and moves the character: no distance changes.
+// A node above all others turns and moves the character. No distance changes.
 TEST(PoseFeatures, RootMotionDoesNotCount) {
     Rig rig = readRig({sample("capsule_man.glb")});
     const std::vector<RigFrame> frames = rigFrames(rig, sampleFrames(rig, {}, 2));
@@ -163,8 +164,8 @@ TEST(PoseFeatures, RootMotionDoesNotCount) {
     for (Clip& clip : rig.clips)
         for (Channel& channel : clip.channels) ++channel.node;
     const PoseFeatures after = poseFeatures(rig, frames, 2);
-    // 5e-7 measured: bones are floats, 8 m from the origin. (The order of columns may differ where two are equally
-    // near.)
+    // 5e-7 was measured: bones are floats, 8 m from the origin. (The order of columns may differ where two are
+    // equally near.)
     for (std::size_t f = 1; f < frames.size(); ++f)
         EXPECT_NEAR(distance(before, 0, f), distance(after, 0, f), 5e-6) << f;
     EXPECT_GT(distance(before, 0, 5), 0.01);

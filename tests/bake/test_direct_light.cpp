@@ -25,8 +25,7 @@ Image sunAndSky() {
 
 }  // namespace
 
-// --- Light
-// ------------------------------------------------------------------------------------------------------------
+// --- Light ----------------------------------------------------------------------------------------------------------
 
 TEST(EnvironmentLight, DensityIntegratesToOneAndFollowsLuminance) {
     for (const EnvironmentLight& light : {EnvironmentLight::white(), EnvironmentLight::fromImage(sunAndSky()),
@@ -38,7 +37,7 @@ TEST(EnvironmentLight, DensityIntegratesToOneAndFollowsLuminance) {
 }
 
 TEST(EnvironmentLight, SamplesAgreeWithDensityAndRadiance) {
-    // Mean of radiance / density over samples is the integral of radiance, exactly so where the light is grey.
+    // The mean of radiance / density over samples is the integral of radiance, exactly so where the light is grey.
     const EnvironmentLight light = EnvironmentLight::fromImage(sunAndSky());
     Vec3d exact, estimate;
     for (int y = 0; y < 32; ++y)
@@ -66,7 +65,7 @@ TEST(EnvironmentLight, CuttingShIsTheSameAsProjectingLess) {
     for (const Vec3d& d : fibonacciSphere(20)) EXPECT_EQ(cut.radiance(d), direct.radiance(d));
 }
 
-// A clamped cosine about +y as a picture: band-limited to order 8 it is the sum of its zonal harmonics.
+// A clamped cosine about +y is the picture. Band-limited to order 8 it is the sum of its zonal harmonics.
 TEST(EnvironmentLight, BandLimitedCosineMatchesItsZonalSeries) {
     Image image{256, 128, {}, {}};
     for (int y = 0; y < 128; ++y)
@@ -80,8 +79,7 @@ TEST(EnvironmentLight, BandLimitedCosineMatchesItsZonalSeries) {
         EXPECT_NEAR(light.radiance(d).x, 0.25 + 0.5 * d.y + 5.0 / 32 * (3 * d.y * d.y - 1), 3e-4);
 }
 
-// --- Shading
-// ----------------------------------------------------------------------------------------------------------
+// --- Shading --------------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -115,7 +113,7 @@ TEST(DirectLight, WhiteFurnaceShowsLambertAsItsColour) {
 
 namespace {
 
-// By quadrature over directions; half of the sphere is hidden.
+// Integrates over directions by quadrature. Half of the sphere is hidden.
 Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& light, const RgbBrdf& brdf) {
     Vec3d sum;
     const int width = 512, height = 256;
@@ -134,7 +132,7 @@ Vec3d lightBesideWall(const SurfacePoint& point, const EnvironmentLight& light, 
 
 }  // namespace
 
-// Every BRDF under a sun, and under its SH. 65536 samples; measured errors below 0.5%.
+// Tests every BRDF under a sun and under the sun's SH, with 65536 samples. Measured errors are below 0.5%.
 TEST(DirectLight, MatchesQuadratureForEveryBrdf) {
     const Shape wall = shapes::square({-0.5, 0, 0}, {1, 0, 0}, 1000);
     const OcclusionScene scene(wall.positions, wall.triangles);
@@ -159,8 +157,7 @@ TEST(AmbientVisibility, IsHalfBesideAWallAndOverGround) {
     EXPECT_EQ(ambientVisibility({open, false}, pointFacing({0, -1, 0}, {0, 0, 1}), 64, 1), 1);
 }
 
-// --- Pictures
-// ---------------------------------------------------------------------------------------------------------
+// --- Pictures -------------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -184,8 +181,8 @@ struct BallPicture {
 
 }  // namespace
 
-// A coarse ball in a white furnace: every covered pixel is 1, facets cast no shadow on themselves, up to the
-// silhouette.
+// A coarse ball lies in a white furnace. Every covered pixel is 1 up to the silhouette, as facets cast no shadow on
+// themselves.
 TEST(Reference, BallInWhiteFurnaceIsWhite) {
     const BallPicture ball(16);
     for (const ReferenceChannel channel : {ReferenceChannel::kShaded, ReferenceChannel::kAmbient}) {
@@ -196,7 +193,7 @@ TEST(Reference, BallInWhiteFurnaceIsWhite) {
             covered += image.alpha[i];
             EXPECT_NEAR(image.pixels[i].x, image.alpha[i], 0.02) << "pixel " << i % 48 << ' ' << i / 48;
         }
-        // The ball fills the frame: a disc of pi/4 of the picture, less what 32 facets around it cut off.
+        // The ball fills the frame: it covers a disc of pi/4 of the picture, less what 32 facets around it cut off.
         EXPECT_NEAR(covered / (48 * 48), std::numbers::pi / 4, 0.03);
     }
 }
@@ -210,7 +207,7 @@ TEST(Reference, NormalsPointAtTheCameraInTheMiddle) {
     EXPECT_GT(top.y, 0.8);
 }
 
-// A light from +x only lights the right side of the picture, since yaw 0 looks along -z.
+// A light from +x lights only the right side of the picture, since yaw 0 looks along -z.
 TEST(Reference, LightComesFromWhereItIs) {
     Image image{2, 1, {{0, 0, 0}, {0, 0, 0}}, {}};
     image.width = 8;

@@ -16,7 +16,8 @@ using std::numbers::pi;
 
 EnvironmentLight analytic(const char* text) { return EnvironmentLight::fromAnalytic(parseLights(text)); }
 
-// The radiance of a white Lambert plane without shadows, times pi: its irradiance, by the sampler that pictures use.
+// Returns the radiance of a white Lambert plane without shadows times pi, which is its irradiance, by the sampler of
+// pictures.
 Vec3d irradiance(const EnvironmentLight& light, Vec3d normal, int samples = 4096) {
     static const Shape far_away = shapes::sphere({100, 0, 0}, 0.01, 4);
     static const OcclusionScene scene(far_away.positions, far_away.triangles);
@@ -25,8 +26,8 @@ Vec3d irradiance(const EnvironmentLight& light, Vec3d normal, int samples = 4096
     return pi * directLight({scene, false}, point, light, lambert, samples, 1);
 }
 
-// Closed forms: E of a directional light is E0 cos, of a disc of half angle a at angle b that stays above the horizon
-// pi sin^2 a cos b times its radiance, of an overcast sky 7 pi / 9 zeniths, of everything white pi.
+// Closed forms: E of a directional light is E0 cos; of a disc of half angle a at angle b that stays above the horizon
+// it is pi sin^2 a cos b times its radiance; of an overcast sky 7 pi / 9 zeniths; of everything white pi.
 TEST(EnvironmentLight, IrradianceOfAPlaneMatchesClosedForms) {
     const Vec3d up{0, 1, 0}, tilted = normalized(Vec3d{1, 1, 0});
     EXPECT_NEAR(irradiance(analytic("uniform:radiance=2"), tilted).x, 2 * pi, 0.01);
@@ -40,7 +41,7 @@ TEST(EnvironmentLight, IrradianceOfAPlaneMatchesClosedForms) {
     }
     EXPECT_NEAR(irradiance(analytic("sun:direction=1/1/0,irradiance=4"), up).x, 4 * std::sqrt(0.5), 5e-3);
     EXPECT_NEAR(irradiance(analytic("overcast:radiance=9"), up).x, 7 * pi, 0.02);
-    // A sky's irradiance is what its SH says, to what order 8 leaves out.
+    // A sky's irradiance is what its SH says, except for what order 8 leaves out.
     for (const char* text : {"sky:elevation=40", "sky:elevation=40,sun=0,albedo=0.3", "overcast+sun:direction=2/1/0"}) {
         const LightParts parts = partsOf(parseLights(text));
         const EnvironmentLight projected = EnvironmentLight::fromSh(8, projectLights(parts, 8));
@@ -48,7 +49,7 @@ TEST(EnvironmentLight, IrradianceOfAPlaneMatchesClosedForms) {
     }
 }
 
-// A picture of a smooth light in any layout lights a plane as the light itself. Measured: 2e-3 at 64 pixels.
+// A picture of a smooth light in any layout lights a plane as the light itself does. Measured: 2e-3 at 64 pixels.
 TEST(EnvironmentLight, EveryLayoutLightsAPlaneTheSame) {
     const auto radiance = [](Vec3d d) {
         return 1 + 0.8 * d.y + std::exp(30 * (dot(d, normalized(Vec3d{1, 2, 3})) - 1));
@@ -87,7 +88,7 @@ TEST(EnvironmentLight, DensitiesOfSumsIntegrateToOne) {
         double sum = 0;
         for (const auto& [d, weight] : gaussSphere(400, 800)) sum += weight * light.density(d);
         EXPECT_NEAR(sum, 1,
-                    0.02);  // measured 0.9996, and 0.989 of the ball: some draws from pixels of its rim fall off
+                    0.02);  // measured 0.9996, and 0.989 for the ball: some draws from pixels of its rim fall off
         for (int i = 0; i < 1000; ++i) {
             const LightSample s = light.sample((i + 0.5) / 1000, std::fmod(i * 0.618, 1.0));
             if (s.density == 0) continue;  // off the disc of the picture
@@ -97,7 +98,7 @@ TEST(EnvironmentLight, DensitiesOfSumsIntegrateToOne) {
     }
 }
 
-// L'(R s) = L(s), samples and densities likewise, deltas too.
+// L'(R s) = L(s) holds for radiance, samples, densities and deltas.
 TEST(EnvironmentLight, TurnedIsTheSameLightElsewhere) {
     const EnvironmentLight light =
         analytic("sky:sun=0+disc:direction=1/0/0,angle=20,radiance=3+directional:direction=0/0/1");
@@ -120,7 +121,7 @@ TEST(EnvironmentLight, TurnedIsTheSameLightElsewhere) {
         1e-9);
 }
 
-// Only a delta: nothing to sample, and its SH when band limited.
+// A light that is only a delta has nothing to sample. Band limited it is its SH.
 TEST(EnvironmentLight, DirectionalLightAloneHasNoSamples) {
     const EnvironmentLight light = analytic("directional:direction=0/0/1,irradiance=2");
     EXPECT_EQ(light.sample(0.3, 0.7).density, 0);

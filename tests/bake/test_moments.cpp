@@ -27,8 +27,7 @@ std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>& points
     return b;
 }
 
-// --- Closed forms
-// -----------------------------------------------------------------------------------------------------
+// --- Closed forms ---------------------------------------------------------------------------------------------------
 
 std::vector<double> goldenMoments(const std::string& name) {
     std::ifstream in(PENUMBRA_SOURCE_DIR "/tests/golden/visibility_cases.json");
@@ -43,7 +42,8 @@ Vec3d wallNormal(double azimuth, double elevation) {
     return {-std::sin(e) * std::cos(a), -std::sin(e) * std::sin(a), std::cos(e)};
 }
 
-// Relative error of a point at the origin against the closed form; `turn` takes the frame of the cases to the model.
+// Returns the relative error of a point at the origin against the closed form. `turn` takes the frame of the cases to
+// the model.
 double errorOfCase(const std::string& name, const Shape& occluder, const Mat3d& turn, int order, int rays) {
     Shape shape = occluder;
     shapes::append(shape, {{{0, 0, -0.1f}, {1e-3f, 0, -0.1f}, {0, 1e-3f, -0.1f}}, {{0, 1, 2}}});
@@ -74,14 +74,15 @@ const Mat3d kTurned = fromRows(Vec3d{0.36, 0.48, -0.8}, Vec3d{-0.8, 0.6, 0}, Vec
 
 }  // namespace
 
-// 1024 directions at order 4, in the frame of the cases: measured 0.2% to 0.8%.
+// Uses 1024 directions at order 4, in the frame of the cases. Measured: 0.2% to 0.8%.
 TEST(Moments, MatchClosedFormsWithDefaultRays) {
     for (const auto& [name, occluder] : closedForms())
         EXPECT_LT(errorOfCase(name, occluder, {}, 4, 1024), 0.01) << name;
 }
 
-// Any orientation and order: 4096 directions; measured 0.05% to 0.97%. (1024 directions reach 2.8% in the worst of
-// these cases, a wall along a spiral of the set, and stay below 1.7% elsewhere: the noise falls as N^-3/4.)
+// Any orientation and order will do, with 4096 directions; measured 0.05% to 0.97%. (1024 directions reach 2.8% in
+// the worst of these cases, a wall along a spiral of the set, and stay below 1.7% elsewhere: the noise falls as
+// N^-3/4.)
 TEST(Moments, MatchClosedFormsInAnyOrientation) {
     for (const auto& [name, occluder] : closedForms())
         for (const Mat3d& turn : {Mat3d{}, kTurned})
@@ -89,11 +90,10 @@ TEST(Moments, MatchClosedFormsInAnyOrientation) {
                 EXPECT_LT(errorOfCase(name, occluder, turn, order, 4096), 0.01) << name << " order " << order;
 }
 
-// --- Invariants
-// -------------------------------------------------------------------------------------------------------
+// --- Invariants -----------------------------------------------------------------------------------------------------
 
-// A convex mesh blocks no ray of its own hemispheres, at any vertex and any scale: not one speckle. Equality is exact,
-// because the same directions are summed in the same order.
+// A convex mesh blocks no ray of its own hemispheres, at any vertex and any scale. Equality is exact, because the
+// same directions are summed in the same order.
 TEST(Moments, ConvexMeshIsUnoccludedEverywhere) {
     const RayDirections directions = makeRayDirections(256, 1, 5);
     std::vector<LaneWeights> above(directions.packets.size());
@@ -112,8 +112,8 @@ TEST(Moments, ConvexMeshIsUnoccludedEverywhere) {
     }
 }
 
-// 1 mm, 1 m and 1 km copies, away from the origin too: the same rays up to float rounding of the input. Measured
-// 2e-4; the bound is the project's.
+// Copies of 1 mm, 1 m and 1 km, away from the origin too, trace the same rays up to float rounding of the input.
+// Measured 2e-4; the bound is the project's.
 TEST(Moments, DoNotDependOnScaleOrPlace) {
     const Shape shape = shapes::clutter(24);
     const std::vector<Vec3> normals = vertexNormals(shape.triangles, shape.positions);
@@ -171,14 +171,13 @@ TEST(Moments, DegenerateTrianglesDoNoHarm) {
     EXPECT_EQ(b, std::vector<float>(b.size(), 0.0f));
 }
 
-// --- Brute force
-// ------------------------------------------------------------------------------------------------------
+// --- Brute force ----------------------------------------------------------------------------------------------------
 
 namespace {
 
-// Every `step`-th vertex against plain loops over all triangles in double precision. With the same 2 x 1024 directions
-// only hits within float rounding of an edge differ: measured 0 to 0.03%, bound 0.2%. With another set of as many the
-// noise of both adds up: measured 1.6% to 1.8%; the bound is the project's 2%.
+// Compares every `step`-th vertex with plain loops over all triangles in double precision. With the same 2 x 1024
+// directions only hits within float rounding of an edge differ: measured 0 to 0.03%, bound 0.2%. With another set of
+// as many directions the noise of both adds up: measured 1.6% to 1.8%; the bound is the project's 2%.
 void expectBruteForce(const Shape& shape, const std::vector<Vec3>& normals, double diagonal, std::size_t step,
                       const std::string& what) {
     std::vector<Vec3> points, chosen_normals;

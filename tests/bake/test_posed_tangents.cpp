@@ -11,7 +11,7 @@
 namespace penumbra {
 namespace {
 
-// A square in the plane z = 0 of two clusters, each with a joint of its own; rest tangents x and y.
+// A square in the plane z = 0 of two clusters, each with a joint of its own. Rest tangents are x and y.
 struct TwoClusters {
     Model model;
     VisibilityFrame frame;
@@ -32,8 +32,8 @@ struct TwoClusters {
     PosedTangents tangents() const { return posedTangents(model, model.mesh, frame, "x.model.h5"); }
 };
 
-// Joint b turns by 90 degrees about z and stretches; joint a by 0.1 about x, which tilts its tangent out of the plane
-// of no normal, so that projection brings it back.
+// Joint b turns by 90 degrees about z and stretches. Joint a turns by 0.1 about x, which tilts its tangent out of the
+// tangent plane, so that projection must bring it back.
 TEST(PosedTangents, FollowTheJointsRotationAndStayInTheTangentPlane) {
     TwoClusters scene;
     const float c = std::cos(0.1f), s = std::sin(0.1f);
@@ -60,7 +60,7 @@ TEST(PosedTangents, ModelOfAnotherMeshOrSkinIsRefused) {
     EXPECT_THROW(scene.tangents(), InvalidInput);
 }
 
-// A sheet without a skeleton that turns as a whole: the tangents of both its sides turn with it.
+// A sheet without a skeleton turns as a whole, and the tangents of both its sides turn with it.
 TEST(PosedTangents, SheetsCarryTheirTangents) {
     const Model model = synthetic::clothModel();
     const Mat3 turn = nearestRotation({{0.3f, -0.8f, 0.5f, 0.9f, 0.4f, 0.1f, -0.2f, 0.5f, 0.8f}});
@@ -75,7 +75,7 @@ TEST(PosedTangents, SheetsCarryTheirTangents) {
         EXPECT_LT(length(posed.tangents[v] - turn * model.rest_tangents[v]), 3e-5f) << v;
 }
 
-// A bake of a rig knows the bones of its joints, not those that stand for inputs.
+// A bake of a rig knows the bones of its joints, but not those that stand for inputs.
 TEST(PosedTangents, InputsOfARigAreNoJointsOfItsFrames) {
     TwoClusters scene;
     scene.model.skin.joint_names.push_back("ball");
@@ -83,8 +83,8 @@ TEST(PosedTangents, InputsOfARigAreNoJointsOfItsFrames) {
     EXPECT_EQ(scene.tangents().tangents, scene.model.rest_tangents);
 }
 
-// The square from above, a light from the side: brushed along x and along y are different to look at, and each half of
-// the picture, which is nearest to the corners of one cluster, shows its own.
+// The square is seen from above, with a light from the side. Brushed along x it looks different from brushed along y,
+// and each half of the picture, which is nearest to the corners of one cluster, shows its own.
 TEST(PosedTangents, PictureShowsTheTangentsOfTheNearestCornersCluster) {
     const TwoClusters scene;
     const PosedTangents posed = scene.tangents();
@@ -98,7 +98,7 @@ TEST(PosedTangents, PictureShowsTheTangentsOfTheNearestCornersCluster) {
         return renderReference({scene.model.mesh, scene.frame, false, {}, tangents}, camera, light, options, 2,
                                ProgressStyle::kNone);
     };
-    // The stand-in tangent of this normal is x, so exchanging ax and ay is turning by 90 degrees.
+    // The stand-in tangent of this normal is x, so exchanging ax and ay turns by 90 degrees.
     const Image both = render("ward-gmd:ax=0.1,ay=0.6", &posed), along_x = render("ward-gmd:ax=0.1,ay=0.6", nullptr),
                 along_y = render("ward-gmd:ax=0.6,ay=0.1", nullptr);
     const std::size_t left = 16 * 8 + 5, right = 16 * 8 + 10;
@@ -108,7 +108,7 @@ TEST(PosedTangents, PictureShowsTheTangentsOfTheNearestCornersCluster) {
     EXPECT_GT(std::abs(along_y.pixels[right].x / along_x.pixels[right].x - 1), 0.2);
 }
 
-// One material a vertex: the picture's halves have their own colours.
+// Each vertex has a material, so the picture's halves have their own colours.
 TEST(Reference, EachVertexHasItsMaterial) {
     const TwoClusters scene;
     const Camera camera = makeCamera("", scene.frame.positions, 1);

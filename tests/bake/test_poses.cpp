@@ -1,4 +1,4 @@
-// Sampling poses within joint limits; lists of poses through files and bakes.
+// Tests the sampling of poses within joint limits, and lists of poses through files and bakes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -38,7 +38,7 @@ TEST(Halton, PlainPointsAreTheRadicalInverses) {
     EXPECT_DOUBLE_EQ(prime.value(98), 1. / 97 + 1. / (97 * 97));
 }
 
-// Whatever the permutations: b^2 consecutive points have one in every interval of length 1 / b^2.
+// Whatever the permutations, b^2 consecutive points have one in every interval of length 1 / b^2.
 TEST(Halton, PermutedPointsFillEveryInterval) {
     for (const std::uint64_t seed : {1, 2, 77})
         for (const std::size_t dimension : {0u, 1u, 4u, 30u}) {
@@ -57,8 +57,8 @@ TEST(Halton, PermutedPointsFillEveryInterval) {
     EXPECT_NE(HaltonDimension(5, 1).value(3), HaltonDimension(5, 2).value(3));
 }
 
-// Plain Halton points of neighbouring large primes rise together (correlation 0.8 for the 60th and 61st); the permuted
-// ones do not: 100 independent pairs have a correlation of 0.1 in the rms.
+// Plain Halton points of neighbouring large primes rise together (correlation 0.8 for the 60th and 61st); the
+// permuted ones do not. 100 independent pairs have a correlation of 0.1 in the rms.
 TEST(Halton, PermutedDimensionsAreUncorrelated) {
     double largest = 0;
     for (std::size_t dimension = 0; dimension < 90; ++dimension) {
@@ -75,7 +75,7 @@ Rig rigWithAngles(const std::vector<float>& angles) {
     Rig rig = readRig({sample("bend.glb")});
     std::vector<float> rotations(angles.size() * 6);
     for (std::size_t p = 0; p < angles.size(); ++p) {
-        rotations[6 * p] = 0.5f * angles[p];  // of the root: not sampled
+        rotations[6 * p] = 0.5f * angles[p];  // the root's, which is not sampled
         rotations[6 * p + 3] = angles[p];
     }
     rig.clips = {clipOfRotations(rig, rotations, "known")};
@@ -88,7 +88,7 @@ TEST(JointLimits, ArePercentilesSoThatOneBadKeyDoesNotWidenThem) {
     angles[7] = -3;
     const Rig rig = rigWithAngles(angles);
     const JointLimits limits = limitsOfFrames(rig, rigFrames(rig, sampleFrames(rig, {}, 0)), 2);
-    // Sorted: -3, 0, 0.005 ... without 0.035; the percentiles are the entries 2 and 198.
+    // Sorted these are -3, 0, 0.005 ... without 0.035. The percentiles are the entries 2 and 198.
     EXPECT_NEAR(limits.low[3], 0.005, 1e-6);
     EXPECT_NEAR(limits.high[3], 0.99, 1e-6);
     for (const std::size_t c : {0u, 1u, 2u, 4u, 5u})
@@ -188,7 +188,7 @@ TEST(PoseList, NoHeldOutClipIsChosenNorGivesLimits) {
     EXPECT_THROW(planPoses({sample("capsule_man.glb")}, options), UsageError);
 }
 
-// Chosen and sampled poses go through the file into a bake, and through a rig; the poses are those of the source.
+// Chosen and sampled poses go through the file into a bake, and through a rig. The poses are those of the source.
 TEST_F(PoseFiles, BakesOfTheListAndOfTheRigHaveThePosesOfTheSource) {
     const PoseOptions options{.fps = 5, .choose = 6, .sample = 3};
     const PosePlan plan = planPoses({sample("capsule_man.glb")}, options);

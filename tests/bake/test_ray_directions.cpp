@@ -29,7 +29,7 @@ TEST(RayDirections, SeedTurnsTheSetAndNothingElseDoes) {
     EXPECT_NE(first(1), first(2));
 }
 
-// The mean of 2048 turned Fibonacci directions and of their squares: 1/3 each and 0. Measured 2e-7; bound 1e-5.
+// The means of 2048 turned Fibonacci directions and of their squares are 0 and 1/3 each. Measured 2e-7; bound 1e-5.
 TEST(RayDirections, StayUniformWhenTurned) {
     const RayDirections set = makeRayDirections(1024, 7, 3);
     Vec3d mean, squares;
@@ -44,8 +44,8 @@ TEST(RayDirections, StayUniformWhenTurned) {
 }
 
 TEST(RayDirections, PacketsAreNarrow) {
-    // Eight neighbours of 2048 directions cover 8/2048 of the sphere: a cap of 0.125 radians. Morton order is not
-    // perfect; the mean over packets of the widest angle to the first lane is measured at 0.42 (random order: 2.4).
+    // Eight neighbours of 2048 directions cover 8/2048 of the sphere, a cap of 0.125 radians. Morton order is not
+    // perfect: the mean over packets of the widest angle to the first lane is 0.42 measured (random order: 2.4).
     const RayDirections set = makeRayDirections(1024, 1, 1);
     double sum = 0;
     for (const DirectionPacket& p : set.packets) {
@@ -58,8 +58,8 @@ TEST(RayDirections, PacketsAreNarrow) {
     EXPECT_LT(sum / double(set.packets.size()), 0.5);
 }
 
-// The packet kernel of every order against the double-precision reference, on random subsets. Measured 4e-7 relative
-// to the largest coefficient.
+// Compares the packet kernel of every order with the double-precision reference, on random subsets. Measured 4e-7
+// relative to the largest coefficient.
 TEST(AccumulateMoments, MatchesReferenceAtEveryOrder) {
     std::mt19937 random(5);
     for (int order = 1; order <= kMaxOrder; ++order) {

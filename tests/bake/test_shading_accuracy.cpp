@@ -1,6 +1,6 @@
-// Baked moments, convention D5, times a reflectance slice and an SH light, against brute-force integrals of the same
-// band-limited light with a shadow ray for every direction: the whole chain of approximations that a picture goes
-// through, without the model of the pose (formulas: sh/reflectance.h).
+// Compares baked moments of convention D5, times a reflectance slice and an SH light, with brute-force integrals of
+// the same band-limited light with a shadow ray for every direction. This is the whole chain of approximations that a
+// picture goes through, without the model of the pose (formulas: sh/reflectance.h).
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -21,10 +21,9 @@ namespace {
 
 constexpr int kLightOrder = 4;
 
-// --- The short way
-// ----------------------------------------------------------------------------------------------------
+// --- The short way --------------------------------------------------------------------------------------------------
 
-// Solves A X = B in place by Gauss-Jordan elimination; A symmetric positive definite [n, n], B [n, m].
+// Solves A X = B in place by Gauss-Jordan elimination, for a symmetric positive definite A [n, n] and B [n, m].
 void solve(std::vector<double>& a, std::vector<double>& b, std::size_t n) {
     const std::size_t m = b.size() / n;
     for (std::size_t p = 0; p < n; ++p)
@@ -38,7 +37,7 @@ void solve(std::vector<double>& a, std::vector<double>& b, std::size_t n) {
         for (std::size_t c = 0; c < m; ++c) b[r * m + c] /= a[r * n + r];
 }
 
-// C = argmin sum_o w_o z_o |F(o) - C y_even(o)|^2 with F_i(o) = integral of f cos y_i; [J^2, E].
+// Returns C = argmin sum_o w_o z_o |F(o) - C y_even(o)|^2 with F_i(o) = integral of f cos y_i; [J^2, E].
 std::vector<float> slicesOf(const BrdfSpec& brdf) {
     const std::vector<WeightedDirection> grid = gaussHemisphere(24, 48);
     const std::vector<int> even = evenIndices(kSliceViewOrder);
@@ -67,7 +66,7 @@ std::vector<float> slicesOf(const BrdfSpec& brdf) {
     return c;
 }
 
-// L = l . (f x v), all in the local frame.
+// Returns L = l . (f x v), all in the local frame.
 double shadeBySh(std::span<const float> slices, std::span<const double> light, std::span<const double> visibility,
                  Vec3d wo) {
     std::array<float, kSliceOrder * kSliceOrder> slice;
@@ -80,8 +79,7 @@ double shadeBySh(std::span<const float> slices, std::span<const double> light, s
     return sum;
 }
 
-// --- The scene
-// --------------------------------------------------------------------------------------------------------
+// --- The scene ------------------------------------------------------------------------------------------------------
 
 // Suns with skies, two area lights, and smooth noise, with the mild window of an author who avoids ringing.
 std::vector<std::vector<double>> lights() {
@@ -116,7 +114,7 @@ std::vector<std::vector<double>> lights() {
 }
 
 struct Scene {
-    std::vector<Vec3> positions, normals;  // of the points that are shaded
+    std::vector<Vec3> positions, normals;  // of the shaded points
     SceneScale scale;
     OcclusionScene occluders;
 };
@@ -140,7 +138,7 @@ Scene middleFrame(const std::filesystem::path& path, std::size_t points) {
     return {some_positions, some_normals, scale, OcclusionScene(scaled, rig.mesh.triangles)};
 }
 
-// D5 visibility of point v as SH coefficients in the local frame.
+// Returns the D5 visibility of point v as SH coefficients in the local frame.
 std::vector<double> mirroredVisibility(std::span<const float> moments, const Mat3d& frame) {
     std::array<float, 25> in, local, mirrored;
     std::copy(moments.begin(), moments.end(), in.begin());
@@ -154,7 +152,7 @@ std::vector<double> mirroredVisibility(std::span<const float> moments, const Mat
     return {mirrored.begin(), mirrored.end()};
 }
 
-// Everything that does not depend on the point.
+// Holds everything that does not depend on the point.
 struct Chain {
     std::vector<float> slices;
     std::vector<WeightedDirection> grid = gaussHemisphere(48, 96);
@@ -200,7 +198,7 @@ void addPoint(const Scene& scene, const Chain& chain, std::size_t v, std::span<c
     }
 }
 
-// Relative RMSE of outgoing radiance over lights, views and points (design, "shading error").
+// Returns the relative RMSE of outgoing radiance over lights, views and points (docs/formulas.md, "shading error").
 double shadingError(const Scene& scene, const char* brdf, int rays) {
     const Chain chain(parseBrdf(brdf));
     const RayDirections directions = makeRayDirections(rays, 1, 5);
@@ -213,9 +211,10 @@ double shadingError(const Scene& scene, const char* brdf, int rays) {
     return std::sqrt(error.difference / error.size);
 }
 
-// The bounds are the table's for D5, J = 5. It was made with exact visibility; with 1024 directions the noise of the
-// bake adds to Lambert's small error (square root of the sum of squares), so that has a bound of its own. Measured:
-// synthetic .0044 and .0394, mh_male .0059 and .0423, mannequin .0049 and .0375; Lambert at 1024 .0055 to .0069.
+// The bounds are the table's for D5, J = 5. The table was made with exact visibility. With 1024 directions the noise
+// of the bake adds to Lambert's small error (square root of the sum of squares), so that has a bound of its own.
+// Measured: synthetic .0044 and .0394, mh_male .0059 and .0423, mannequin .0049 and .0375; Lambert at 1024 .0055 to
+// .0069.
 void expectAccuracy(const std::filesystem::path& path, std::size_t points) {
     const Scene scene = middleFrame(path, points);
     const double lambert = shadingError(scene, "lambert", 4096),

@@ -1,4 +1,4 @@
-// Thin sheets: either side has moments of its own, and no light leaks through what lies on them.
+// Tests thin sheets: either side has moments of its own, and no light leaks through what lies on them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ Sheet sheetOf(const Shape& shape) {
     return sheet;
 }
 
-// Moments of fronts, then of backs.
+// Returns the moments of fronts, then those of backs.
 std::vector<float> momentsOf(const Shape& shape, const Shape& occluder, int rays = 1024, bool ground = false) {
     const Sheet sheet = sheetOf(shape);
     Blockers blockers;
@@ -58,9 +58,9 @@ std::vector<float> momentsOf(const Shape& shape, const Shape& occluder, int rays
 
 std::span<const float> at(const std::vector<float>& b, std::size_t v) { return std::span(b).subspan(v * kSize, kSize); }
 
-// Of a cap of half-angle `blocked` around the normal that is blocked (0: an open hemisphere): zonal about it, with
-// b_l = 2 pi sqrt((2l+1)/4pi) times the integral of P_l from 0 to cos(blocked), which is (P_(l+1) - P_(l-1)) / (2l+1)
-// between the two ends.
+// Returns the moments of a hemisphere from which a cap of half-angle `blocked` around the normal is blocked (0: it is
+// open). They are zonal about the normal, with b_l = 2 pi sqrt((2l+1)/4pi) times the integral of P_l from 0 to
+// cos(blocked), which is (P_(l+1) - P_(l-1)) / (2l+1) between the two ends.
 std::vector<double> capMoments(Vec3d normal, double blocked) {
     const double top = std::cos(blocked);
     const auto integral = [&](unsigned l) {
@@ -81,7 +81,7 @@ double size(std::span<const float> b) {
     return std::sqrt(sum);
 }
 
-// Distance of `b` from the closed form in units of the open hemisphere's.
+// Returns the distance of `b` from the closed form in units of the open hemisphere's norm.
 double errorOf(std::span<const float> b, const std::vector<double>& expected) {
     double sum = 0;
     for (std::size_t i = 0; i < b.size(); ++i) sum += std::pow(double(b[i]) - expected[i], 2);
@@ -90,7 +90,7 @@ double errorOf(std::span<const float> b, const std::vector<double>& expected) {
     return std::sqrt(sum / open);
 }
 
-// A grid of side x side vertices of size 2 about the y axis at height `height`, fronts up.
+// Makes a grid of side x side vertices of size 2 about the y axis at height `height`, with fronts up.
 Shape grid(int side, double height) {
     Shape s;
     for (int i = 0; i < side; ++i)
@@ -105,7 +105,7 @@ Shape grid(int side, double height) {
     return s;
 }
 
-// A fan around the y axis, fronts up.
+// Makes a fan around the y axis, with fronts up.
 Shape disc(double radius, double height) {
     constexpr std::uint32_t kSides = 512;
     Shape s;
@@ -118,7 +118,7 @@ Shape disc(double radius, double height) {
     return s;
 }
 
-// Closed, fronts out.
+// Makes a closed box, with fronts outside.
 Shape box(Vec3d low, Vec3d high) {
     Shape s;
     for (int i = 0; i < 8; ++i)
@@ -130,9 +130,9 @@ Shape box(Vec3d low, Vec3d high) {
 
 // --- A sheet on a body ----------------------------------------------------------------------------------------------
 
-// 1024 directions integrate an open hemisphere to 0.29% here. Edges of the sheet are 0.25, the bias is 2.8e-4: heights
-// far above both, far below both, and contact. The front sees the open sky; of the back's rays only those within h /
-// 2000 of the horizon pass the body's edge: none of the set.
+// 1024 directions integrate an open hemisphere to 0.29% here. Edges of the sheet are 0.25 long and the bias is
+// 2.8e-4: heights are far above both, far below both, and contact. The front sees the open sky. Of the back's rays
+// only those within h / 2000 of the horizon pass the body's edge, which no ray of the set does.
 TEST(Sheets, SheetOverAPlaneIsOpenAboveAndBlackBelow) {
     for (const double h : {0.5, 0.02, 1e-3, 2.8e-4, 1e-4, 1e-5, 4e-6, 1e-7, 0.0}) {
         const Shape sheet = grid(9, h);
@@ -145,8 +145,9 @@ TEST(Sheets, SheetOverAPlaneIsOpenAboveAndBlackBelow) {
     }
 }
 
-// The body below sees a disc of radius 1 at distance h: a cap of half-angle atan(1 / h). The body is the mesh of the
-// bake, the sheet its occluder. Measured 0.2% to 0.9% of the open hemisphere with 1024 rays; the bound is 1.5%.
+// The body below sees a disc of radius 1 at distance h, a cap of half-angle atan(1 / h). The body is the mesh of the
+// bake, and the sheet is its occluder. Measured 0.2% to 0.9% of the open hemisphere with 1024 rays; the bound is
+// 1.5%.
 TEST(Sheets, PlaneUnderASheetSeesTheDisc) {
     const Shape body = grid(3, 0);  // vertex 4 is in the middle
     for (const double h : {3.0, 1.0, 0.5, 0.1, 0.01, 1e-3, 1e-4, 1e-5}) {
@@ -156,7 +157,7 @@ TEST(Sheets, PlaneUnderASheetSeesTheDisc) {
     }
 }
 
-// Two sheets of one mesh, one on the other: between them it is dark, outside it is open.
+// Two sheets of one mesh lie on each other. Between them it is dark, and outside it is open.
 TEST(Sheets, LayersShadeEachOther) {
     for (const double h : {0.01, 1e-4, 1e-5}) {
         Shape both = grid(9, 0);
@@ -174,8 +175,8 @@ TEST(Sheets, LayersShadeEachOther) {
 
 // --- Sunk in --------------------------------------------------------------------------------------------------------
 
-// Below the surface of a closed body by up to kSunkIn (0.01 of the sheet's diagonal of 2.83): the front is lit as if it
-// lay on the body, the back is black. Deeper, it is inside and both are black.
+// The sheet lies below the surface of a closed body by up to kSunkIn (0.01 of the sheet's diagonal of 2.83). Its
+// front is lit as if it lay on the body, and its back is black. Deeper it is inside, and both are black.
 TEST(Sheets, SheetSunkIntoABodyIsLitAsOnIt) {
     const Shape body = box({-50, -100, -50}, {50, 0, 50});
     for (const double depth : {1e-7, 1e-5, 1e-3, 0.02, 0.04}) {
@@ -196,7 +197,7 @@ TEST(Sheets, SheetSunkIntoABodyIsLitAsOnIt) {
     EXPECT_EQ(momentsOf(grid(5, -1e-3), inside_out), momentsOf(grid(5, -1e-3), body));
 }
 
-// A plate thinner than kSunkIn: the sheet comes out at the side that is nearer, not at both.
+// From a plate thinner than kSunkIn the sheet comes out at the side that is nearer, not at both.
 TEST(Sheets, SheetSunkIntoAThinPlateComesOutOnce) {
     for (const bool near_top : {true, false}) {
         const double y = near_top ? -1e-3 : -9e-3;
@@ -208,7 +209,7 @@ TEST(Sheets, SheetSunkIntoAThinPlateComesOutOnce) {
     }
 }
 
-// An open surface has no inside: what is behind it stays dark, however near.
+// An open surface has no inside, so that what is behind it stays dark, however near it is.
 TEST(Sheets, OpenSurfaceIsNotLeft) {
     const std::vector<float> b = momentsOf(grid(5, -1e-3), shapes::square({0, 0, 0}, {0, 1, 0}, 2000));
     for (std::size_t v = 0; v < 25; ++v) EXPECT_EQ(size(at(b, v)), 0) << v;
@@ -216,8 +217,8 @@ TEST(Sheets, OpenSurfaceIsNotLeft) {
 
 // --- Occluders and ground -------------------------------------------------------------------------------------------
 
-// A ball of radius r at height d over the middle: a cap of half-angle asin(r / d). Facets lose 1 - cos(pi / 256) of the
-// radius. Measured 0.3% to 0.8% of the open hemisphere; the bound is 1.5%.
+// A ball of radius r at height d over the middle hides a cap of half-angle asin(r / d). Facets lose 1 - cos(pi / 256)
+// of the radius. Measured 0.3% to 0.8% of the open hemisphere; the bound is 1.5%.
 TEST(Sheets, BallOverASheetIsACap) {
     for (const auto& [r, d] : {std::pair(0.5, 1.0), {0.2, 2.0}, {0.9, 1.0}, {0.999, 1.0}}) {
         const std::vector<float> b = momentsOf(grid(3, 0), shapes::sphere({0, d, 0}, r, 128));
@@ -226,13 +227,13 @@ TEST(Sheets, BallOverASheetIsACap) {
     }
 }
 
-// The floor blocks what points down, wherever the sheet is: one that has sunk below it is shaded as if it lay on it.
+// The floor blocks what points down, wherever the sheet is. One that has sunk below it is shaded as if it lay on it.
 TEST(Sheets, GroundBlocksWhatPointsDown) {
     const std::vector<float> b = momentsOf(grid(3, 0), {}, 1024, true);
     EXPECT_LT(errorOf(at(b, 4), capMoments({0, 1, 0}, 0)), 5e-3);
     EXPECT_EQ(size(at(b, 9 + 4)), 0);
     Shape wall = grid(3, 0);
-    for (Vec3& p : wall.positions) p = {p.y, p.x, p.z};  // front -x: the turn changes hands
+    for (Vec3& p : wall.positions) p = {p.y, p.x, p.z};  // the front faces -x, because the turn changes hands
     const std::vector<float> upright = momentsOf(wall, {}, 4096, true);
     for (const std::size_t v : {std::size_t(4), std::size_t(13)})  // half of the hemisphere is left
         EXPECT_NEAR(upright[v * kSize], std::sqrt(std::numbers::pi) / 2, 2e-3);
@@ -240,9 +241,9 @@ TEST(Sheets, GroundBlocksWhatPointsDown) {
 
 // --- Creases --------------------------------------------------------------------------------------------------------
 
-// A valley of 60 degrees along z. The left slope has most of the area at the crease, so that the normal there, nearly
-// the left slope's, points behind the right slope. The back sees the 60 degrees between the slopes, the front all of
-// its hemisphere: neither sees what is behind the sheet.
+// The valley of 60 degrees runs along z. The left slope has most of the area at the crease, so that the normal there
+// is nearly the left slope's and points behind the right slope. The back sees the 60 degrees between the slopes, and
+// the front sees its whole hemisphere. Neither sees what is behind the sheet.
 TEST(Sheets, NormalBehindATriangleDoesNotLeak) {
     const double r = 1000, c = std::cos(std::numbers::pi / 3), s = std::sin(std::numbers::pi / 3);
     Shape valley;
@@ -259,7 +260,7 @@ TEST(Sheets, NormalBehindATriangleDoesNotLeak) {
 
 // --- Brute force ----------------------------------------------------------------------------------------------------
 
-// Moments by 64 x 64 jittered directions of the hemisphere in double, without an acceleration structure.
+// Computes moments by 64 x 64 jittered directions of the hemisphere in double, without an acceleration structure.
 std::vector<double> bruteForce(const Shape& scene, Vec3d start, Vec3d normal, std::mt19937& random) {
     constexpr int kSteps = 64;
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -278,7 +279,7 @@ std::vector<double> bruteForce(const Shape& scene, Vec3d start, Vec3d normal, st
     return b;
 }
 
-// Relative error of both sides of every `step`-th vertex from `first` on.
+// Returns the relative error of both sides of every `step`-th vertex from `first` on.
 double errorAgainstBruteForce(const Shape& shape, const Shape& occluder, std::size_t step, std::size_t first = 0) {
     const Sheet sheet = sheetOf(shape);
     const std::vector<float> b = momentsOf(shape, occluder);
@@ -301,7 +302,7 @@ double errorAgainstBruteForce(const Shape& shape, const Shape& occluder, std::si
     return std::sqrt(difference / sum);
 }
 
-// A handkerchief crumpled by two waves: slopes of up to 37 and 66 degrees.
+// A handkerchief is crumpled by two waves, with slopes of up to 37 and 66 degrees.
 TEST(Sheets, CrumpledSheetMatchesBruteForce) {
     for (const double height : {0.05, 0.15}) {
         Shape sheet = grid(21, 0);
@@ -319,8 +320,8 @@ TEST(Sheets, CrumpledSheetMatchesBruteForce) {
 
 constexpr std::array kFromFold{0.0, 1e-3, 1e-2, 0.1, 1.0};
 
-// A sheet of 2 x 2 that is folded along z, `wedge` radians between its halves; fronts inside. Vertex 3 k + 1 of a half
-// is in its middle, kFromFold[k] from the fold.
+// A sheet of 2 x 2 that is folded along z with `wedge` radians between its halves, fronts inside. Vertex 3 k + 1 of a
+// half lies in its middle, kFromFold[k] from the fold.
 Shape foldedSheet(double wedge) {
     Shape s;
     const auto columns = std::uint32_t(kFromFold.size());
@@ -342,7 +343,7 @@ Shape foldedSheet(double wedge) {
     return s;
 }
 
-// Of the lune of azimuths [0, wedge] about z, by 512 x 512 midpoints.
+// Returns the moments of the lune of azimuths [0, wedge] about z, by 512 x 512 midpoints.
 std::vector<double> luneMoments(double wedge) {
     constexpr int kSteps = 512;
     std::vector<double> y(kSize), b(kSize);
@@ -355,10 +356,10 @@ std::vector<double> luneMoments(double wedge) {
     return b;
 }
 
-// Of two wide half planes a point inside sees the lune between the directions of the two, at whatever distance from the
-// fold: a ray that rises more steeply than the other half meets it. Outside, everything is open. At 1e-3 from a fold of
-// 170 degrees the other half is nearer than the bias. Of the open hemisphere measured inside 0.65% (120), 0.38% (150)
-// and 0.17% (170) with 4096 rays, outside 0.12% at most; the bounds are 1% and 0.5%.
+// Inside two wide half planes a point sees the lune between the directions of the two, at whatever distance from the
+// fold: a ray that rises more steeply than the other half meets it. Outside, everything is open. At 1e-3 from a fold
+// of 170 degrees the other half is nearer than the bias. Of the open hemisphere 0.65% (120), 0.38% (150) and 0.17%
+// (170) were measured inside with 4096 rays, and 0.12% at most outside; the bounds are 1% and 0.5%.
 TEST(Sheets, SharpFoldsSeeAWedgeInsideAndEverythingOutside) {
     for (const double fold : {120.0, 150.0, 170.0}) {
         const double wedge = (180 - fold) * std::numbers::pi / 180;
@@ -377,10 +378,10 @@ TEST(Sheets, SharpFoldsSeeAWedgeInsideAndEverythingOutside) {
     }
 }
 
-// From the fold to the rim along its middle, so that both halves end in sight. Measured 0.73% to 0.78%; the bound is
-// 2%. Not at the two rims across the fold: there, where the other half is nearer than the bias and ends as well, the
-// search ray passes it, and rays start beyond it (0.97 of the hemisphere instead of 0.53, 1e-3 from a fold of 170
-// degrees).
+// Goes from the fold to the rim along the middle, so that both halves end in sight. Measured 0.73% to 0.78%; the
+// bound is 2%. The two rims across the fold are left out. There the other half is nearer than the bias and ends as
+// well, so that the search ray passes it and rays start beyond it (0.97 of the hemisphere instead of 0.53, 1e-3 from
+// a fold of 170 degrees).
 TEST(Sheets, SharpFoldsMatchBruteForce) {
     for (const double fold : {120.0, 150.0, 170.0}) {
         const double error = errorAgainstBruteForce(foldedSheet((180 - fold) * std::numbers::pi / 180), {}, 3, 1);
@@ -402,7 +403,7 @@ Shape shapeOf(const std::vector<double>& positions, const std::vector<double>& f
     return s;
 }
 
-// A simulated cloth on its ball.
+// A simulated cloth lies on its ball.
 TEST(Sheets, DrapedClothMatchesBruteForce) {
     const char* data = std::getenv("PENUMBRA_DATA");
     const std::filesystem::path path = std::filesystem::path(data ? data : "") / "cloth" / "drape_A.npz";

@@ -29,7 +29,7 @@ using namespace penumbra;
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::size_t kBlock = 64;  // vertices a task, as in the bake
+constexpr std::size_t kBlock = 64;  // vertices of a task, as in the bake
 
 struct Settings {
     int rays = 1024, threads = 0, runs = 5;
@@ -103,7 +103,7 @@ struct Bare {
 
 float cosine(const DirectionPacket& d, std::size_t k, Vec3 n) { return d.x[k] * n.x + d.y[k] * n.y + d.z[k] * n.z; }
 
-// Rays that escape from vertices [begin, end).
+// Counts the rays that escape from vertices [begin, end).
 using Loop = std::function<std::size_t(std::size_t begin, std::size_t end)>;
 
 Loop packets(const Case& c, const Bare& bare, const RayDirections& directions, bool coherent) {
@@ -184,8 +184,8 @@ struct Row {
     double wall = kInfinity, cpu = kInfinity;  // seconds
 };
 
-// Interleaved, so that a slow minute of the machine hits every row; the least time of all runs counts. CPU time is
-// what to compare by where other work shares the cores.
+// Interleaves the rows, so that a slow minute of the machine hits every row. The least time of all runs counts.
+// Compare by CPU time where other work shares the cores.
 void measure(std::vector<Row>& rows, int runs) {
     for (int run = 0; run < runs; ++run)
         for (Row& row : rows) {
@@ -246,7 +246,7 @@ void benchKernel(const Case& c, const Settings& settings) {
                 counts[1], counts[2], counts[3]);
 }
 
-// Four frames around the middle of the animation: pose, build, trace, accumulate, compress and write.
+// Runs four frames around the middle of the animation: pose, build, trace, accumulate, compress and write.
 void benchWhole(const std::filesystem::path& rig, const Settings& settings) {
     BakeOptions options;
     options.rays = settings.rays;

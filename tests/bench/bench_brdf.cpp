@@ -63,7 +63,7 @@ Vertices someVertices() {
     return v;
 }
 
-// ns a vertex on the fastest path of this processor.
+// Returns the ns a vertex on the fastest path of this processor.
 double timeOf(const BrdfFile& brdf, Reflectance reflectance, const Convention& convention, Vertices& v) {
     const std::vector<BrdfFile> materials = {brdf};
     const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};

@@ -44,7 +44,8 @@ void scaleToUnit(Matrix& m) {
     for (double& v : m.values) v /= std::sqrt(square);
 }
 
-// Inputs and scores of cluster c of a linear fit, which shares everything with the neural one but the regression.
+// Reads inputs and scores of cluster c of a linear fit, which shares everything with the neural one except the
+// regression.
 Cluster readCluster(const VisibilityReader& reader, const PoseTable& poses, const Model& model, std::size_t c) {
     const ClusterModel& cluster = model.clusters[c];
     const FeatureRecipe recipe = recipeOf(model);

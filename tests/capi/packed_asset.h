@@ -85,7 +85,7 @@ inline penumbra_asset_info infoOf(const Asset& asset) {
     return info;
 }
 
-// The arrays of a frame, and all calls of one frame in `pieces` pieces; every status is or-ed into the result.
+// The arrays of a frame, and all calls of one frame in `pieces` pieces. Every status is or-ed into the result.
 struct Frame {
     std::vector<float> positions, normals, tangents, numbers, ambient, radiance;
     const float eye[3] = {0.5f, 1, 3};

@@ -1,4 +1,5 @@
-// Characters whose vertices the engine gives: the same as the C++ classes, errors, and no allocation.
+// Tests characters whose vertices the engine gives: results equal those of the C++ classes, errors, and no
+// allocation.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +38,7 @@ struct Cloth {
         const std::size_t count = model.mesh.frontVertexCount();
         return std::span(model.positions).subspan(frame * count, count);
     }
-    // Of the source: the cloth's are backwards.
+    // Positions in the order of the source, in which the cloth's are backwards.
     std::vector<float> source(std::size_t frame) const {
         std::vector<float> out;
         for (std::uint32_t v : model.mesh.source_vertex) {

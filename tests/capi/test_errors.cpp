@@ -16,7 +16,7 @@ namespace {
 using namespace capi_test;
 using testing::HasSubstr;
 
-// What a call says: "STATUS: message".
+// Holds what a call says, as "STATUS: message".
 class Said {
 public:
     penumbra_error error{PENUMBRA_FAILED, "not written"};
@@ -79,7 +79,7 @@ TEST(CApiErrors, Opening) {
     std::filesystem::remove_all(folder);
 }
 
-// At once: to open a pipe would wait for its writer, and a device has no end.
+// These are refused at once: opening a pipe would wait for its writer, and a device has no end.
 TEST(CApiErrors, OpeningWhatIsNoFile) {
     const std::filesystem::path folder = testing::TempDir() + "capi_opening_no_file";
     std::filesystem::remove_all(folder);
@@ -375,7 +375,7 @@ TEST(CApiErrors, ShadingArrays) {
     EXPECT_EQ(shade(&good, 30, 0), PENUMBRA_OK);
 }
 
-// Handles given back in any order; the asset first.
+// Handles are given back in any order, even the asset first.
 TEST(CApiErrors, AnyOrderOfGivingBack) {
     Whole x;
     x.asset.reset();

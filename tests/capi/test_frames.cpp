@@ -1,4 +1,4 @@
-// What an engine does all day: frames without allocation, from several threads, of many characters.
+// Tests what an engine does all day: frames without allocation, from several threads, of many characters.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -80,7 +80,7 @@ TEST(CApiFrames, RotationsAloneMakeTheSamePose) {
     }
 }
 
-// `root` moves the character as a whole: shadows stay, positions turn with it.
+// `root` moves the character as a whole. Shadows stay, and positions turn with it.
 TEST(CApiFrames, RootMovesTheWholeCharacter) {
     const std::vector<std::byte> bytes = packed();
     const Asset asset = open(bytes);
@@ -101,7 +101,7 @@ TEST(CApiFrames, RootMovesTheWholeCharacter) {
     }
 }
 
-// A hundred characters of one asset: each costs little beside the asset's own decoding.
+// Each of a hundred characters of one asset costs little beside the asset's own decoding.
 TEST(CApiFrames, CharactersShareTheDecodedModel) {
     const std::vector<std::byte> bytes = packed({.tube = {.joints = 12, .clusters = 8, .inputs = 16}});
     const Asset asset = open(bytes);
@@ -113,7 +113,7 @@ TEST(CApiFrames, CharactersShareTheDecodedModel) {
     EXPECT_LT(10 * shared, decoded) << decoded << " allocations for the first, " << shared << " for the second";
 }
 
-// One frame split over threads is the frame of one thread; characters of one asset move at the same time.
+// A frame that is split over threads equals the frame of one thread. Characters of one asset move at the same time.
 TEST(CApiFrames, ThreadsSplitFramesAndShareAssets) {
     Recipe recipe{.tube = {.rings = 40, .segments = 30, .clusters = 16}};
     const std::vector<std::byte> bytes = packed(recipe);

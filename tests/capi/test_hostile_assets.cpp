@@ -1,4 +1,4 @@
-// Bytes that are no asset, or no sound one: a status and a sentence, never a crash and never a hang.
+// Bytes that are no asset, or no sound one, give a status and a sentence, and never a crash or a hang.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -27,7 +27,7 @@ TEST(CApiHostile, EveryTruncationIsRefused) {
     }
 }
 
-// 1 to 4 bytes changed, each a flipped bit or a new byte.
+// Changes 1 to 4 bytes, each by a flipped bit or to a new byte.
 std::vector<std::byte> mutated(std::vector<std::byte> bytes, std::mt19937& random) {
     const int changes = 1 + int(random() % 4);
     for (int i = 0; i < changes; ++i) {
@@ -40,8 +40,8 @@ std::vector<std::byte> mutated(std::vector<std::byte> bytes, std::mt19937& rando
     return bytes;
 }
 
-// With the hash as it was: it catches every one. With the hash put right: what the checks behind it let through must be
-// usable. The slowest case took 17 ms on a busy machine; 1 s is for AddressSanitizer.
+// With the hash as it was, the hash catches every mutation. With the hash put right, what the checks behind it let
+// through must be usable. The slowest case took 17 ms on a busy machine; 1 s leaves room for AddressSanitizer.
 TEST(CApiHostile, TenThousandMutations) {
     int refused = 0, used = 0;
     double slowest = 0;
@@ -69,8 +69,8 @@ TEST(CApiHostile, TenThousandMutations) {
     std::printf("%d refused, %d used; slowest %.1f ms\n", refused, used, 1e3 * slowest);
 }
 
-// Sizes that a few bytes can ask for without having them in the file: a pose of 2^32 rotations (once 37 s and 16 GB),
-// the squares of more inputs than there are features.
+// A few bytes can ask for sizes that the file does not hold: a pose of 2^32 rotations (37 s and 16 GB without the
+// check), or the squares of more inputs than there are features.
 TEST(CApiHostile, SizesThatTheFileDoesNotHold) {
     for (const FeatureKind features : synthetic::kSkinnedFeatures) {
         Recipe recipe;

@@ -1,4 +1,4 @@
-// Rigs that were baked with --inputs: joints that stand for the inputs come after the rig's own.
+// Tests rigs that were baked with --inputs: joints that stand for the inputs come after the rig's own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 constexpr std::size_t kTubeJoints = 3, kJoints = kTubeJoints + 2, kBall = kTubeJoints, kWind = kTubeJoints + 1;
 
-// As the fit writes them: "wind", then the point "ball", in the pose and as joints that move no vertex.
+// Adds "wind", then the point "ball", to the pose and as joints that move no vertex, as the fit writes them.
 void addInputsToFrames(Model& model) {
     std::vector<Affine> bones;
     std::vector<float> pose;
@@ -79,7 +79,7 @@ struct Rig {
         EXPECT_EQ(penumbra_asset_get_frame(asset.get(), number, &stored), PENUMBRA_OK);
         return stored;
     }
-    // Of a frame whose matrices may have been changed.
+    // Evaluates a frame whose matrices may have been changed.
     Frame evaluated(const std::vector<float>& matrices, const float* rotations) {
         EXPECT_EQ(penumbra_character_set_pose(character.get(), PENUMBRA_ROWS_3X4, matrices.data(), kJoints, rotations,
                                               info.rotation_count, &error),
@@ -109,7 +109,7 @@ TEST(CApiRigInputs, AreJointsBehindTheRigsOwn) {
     EXPECT_EQ(Rig(FeatureKind::kJointAngles).info.rotation_count, 3 * kTubeJoints + 4);
 }
 
-// set_frame(), set_pose() with what the frame holds, and the C++ class.
+// Compares set_frame(), set_pose() with what the frame holds, and the C++ class.
 TEST(CApiRigInputs, SameNumbersAsTheClasses) {
     for (const FeatureKind features : synthetic::kSkinnedFeatures)
         for (const ModelKind kind : kModelKinds) {
@@ -133,7 +133,7 @@ TEST(CApiRigInputs, SameNumbersAsTheClasses) {
         }
 }
 
-// From the inputs of a frame: its matrices of their joints, in either layout, and nothing else is touched.
+// From the inputs of a frame come its matrices of their joints, in either layout. Nothing else is touched.
 TEST(CApiRigInputs, MatricesOfInputsAreThoseOfTheFrame) {
     const Rig rig(FeatureKind::kRelativeBones);
     for (std::size_t f = 0; f < rig.info.frame_count; ++f) {
@@ -155,7 +155,7 @@ TEST(CApiRigInputs, MatricesOfInputsAreThoseOfTheFrame) {
     }
 }
 
-// Each input changes what is seen, and no vertex.
+// Each input changes what is seen, and moves no vertex.
 TEST(CApiRigInputs, MoveShadowsAndNoVertex) {
     Rig rig(FeatureKind::kRelativeBones);
     const penumbra_frame stored = rig.frame(1);

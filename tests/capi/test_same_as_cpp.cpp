@@ -20,7 +20,7 @@ std::vector<float> floatsOf(const std::vector<Vec3>& vectors) {
     return out;
 }
 
-// What the C++ classes say of one frame.
+// The results that the C++ classes compute for one frame.
 struct Expected {
     std::vector<Vec3> positions, normals, tangents, radiance;
     std::vector<float> numbers, e;
@@ -150,8 +150,8 @@ TEST(CApi, SwitchesAsTheClassesDo) {
     expectNow("one material for all");
 }
 
-// A light of the asset given by the caller as coefficients is that light, also turned, and of a lower order than there
-// is room for.
+// When the caller gives a light of the asset as coefficients, it is that light, also turned, and also when its order
+// is lower than there is room for.
 TEST(CApi, ALightOfTheCallerIsALightLikeAnother) {
     const std::vector<std::byte> bytes = packed();
     const Asset asset = open(bytes);
@@ -200,7 +200,8 @@ TEST(CApi, MaterialsAndLightsOfOtherFiles) {
     EXPECT_EQ(frame.radiance, expected);
 }
 
-// What a GPU computes from the queries: mean + sum of score * scale * basis, before the ambient term is clamped.
+// Computes what a GPU computes from the queries: mean + sum of score * scale * basis, before the ambient term is
+// clamped.
 TEST(CApi, ClustersAndScoresAreAllThatTheNumbersNeed) {
     const std::vector<std::byte> bytes = packed({.precision = AssetPrecision::kF32});
     const Asset asset = open(bytes);
@@ -273,7 +274,7 @@ TEST(CApi, EveryLayoutOfMatricesIsTheSamePose) {
                                                                nullptr)));
 }
 
-// A character starts in the rest pose: positions are those of the asset.
+// A character starts in the rest pose, so positions are those of the asset.
 TEST(CApi, StartsInTheRestPose) {
     const std::vector<std::byte> bytes = packed();
     const Asset asset = open(bytes);
@@ -287,7 +288,7 @@ TEST(CApi, StartsInTheRestPose) {
     }
 }
 
-// A turn of angle a about a unit axis has the log a * axis; rest, then the turn in the joint's own frame.
+// A turn of angle a about a unit axis has the log a * axis. Rest comes first, then the turn in the joint's own frame.
 TEST(CApi, RotationVectorsAreLogsRelativeToRest) {
     const float half = float(0.5 * std::sqrt(2.0)), rest[4] = {0, half, 0, half};
     float out[3];
@@ -295,7 +296,7 @@ TEST(CApi, RotationVectorsAreLogsRelativeToRest) {
     for (const float v : out) EXPECT_EQ(v, 0);
     for (const double angle : {1e-4, 0.5, 3.1}) {
         const double s = std::sin(angle / 2), c = std::cos(angle / 2);
-        // (0, h, 0, h) * (s, 0, 0, c)
+        // This is (0, h, 0, h) * (s, 0, 0, c).
         const float now[4] = {float(half * s), float(half * c), float(-half * s), float(half * c)};
         const float opposite[4] = {-now[0], -now[1], -now[2], -now[3]};
         for (const float* q : {now, opposite}) {

@@ -3,8 +3,8 @@
 
 namespace penumbra::capi_test {
 
-// What an engine does with bytes that somebody sent: everything that the C interface offers, every form once. Returns
-// the status of opening them. For tests on hostile bytes.
+// Does what an engine does with bytes that somebody sent: everything that the C interface offers, once in every form.
+// Returns the status of opening them. It serves tests on hostile bytes.
 inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_error* error) {
     penumbra_asset* opened = nullptr;
     const penumbra_status status = penumbra_asset_open_memory(bytes, size, PENUMBRA_COPY, &opened, error);

@@ -42,7 +42,7 @@ inline Vec3d direction(double theta, double phi) {
     return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-// Every pair of the given polar angles and azimuth differences, three wavelengths.
+// Every pair of the given polar angles and azimuth differences, at three wavelengths.
 inline std::string scatteredFile(const RgbBrdf& brdf, int thetas, int phis) {
     std::string text = "# a made-up paint\n3\n450 550 650\n";
     const double right_angle = std::numbers::pi / 2;

@@ -17,7 +17,7 @@ namespace penumbra::samples {
 constexpr std::size_t kSheetColumns = 7, kSheetRows = 5, kSheetFrames = 13, kSheetVertices = 45, kSheetPoints = 40;
 constexpr std::size_t kSeamColumn = 3, kSlitColumn = 5;
 
-// Column and row of a source vertex; the last ten are the doubles of the seam and of the slit.
+// Returns column and row of a source vertex. The last ten are the doubles of the seam and of the slit.
 inline std::pair<std::size_t, std::size_t> sheetPlace(std::size_t vertex) {
     const std::size_t grid = kSheetColumns * kSheetRows;
     if (vertex < grid) return {vertex % kSheetColumns, vertex / kSheetColumns};
@@ -62,7 +62,7 @@ std::string bytesOf(const std::vector<T>& values) {
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-// "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }" and the data.
+// Returns a header such as "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }" and the data.
 inline std::string npy(const std::string& header, const std::string& data) {
     return std::string("\x93NUMPY\x01\x00", 8) + bytesOf(std::uint16_t(header.size())) + header + data;
 }

@@ -49,7 +49,7 @@ struct EditableGlb {
                u32(data.size()) + std::string("BIN\0", 4) + data;
     }
 
-    // Where the bytes of an accessor start in `binary`.
+    // Returns where the bytes of an accessor start in `binary`.
     std::size_t offsetOf(int accessor) const {
         const auto& a = json["accessors"][std::size_t(accessor)];
         const auto& view = json["bufferViews"][a["bufferView"].get<std::size_t>()];

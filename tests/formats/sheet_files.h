@@ -14,7 +14,7 @@
 
 namespace penumbra::samples {
 
-// Rounding of a float of about 1: 6e-8.
+// A float of about 1 is rounded by 6e-8.
 constexpr double kFloat = 2e-7;
 
 inline double distanceToSheet(const PointCache& cache, const std::vector<Vec3>& positions, double frame) {
@@ -26,7 +26,7 @@ inline double distanceToSheet(const PointCache& cache, const std::vector<Vec3>& 
     return worst;
 }
 
-// One clip of 13 frames, the sheet's faces, and every position within `tolerance`.
+// Expects one clip of 13 frames, the sheet's faces, and every position within `tolerance`.
 inline void expectSheet(const PointCache& cache, double tolerance) {
     ASSERT_EQ(cache.clips.size(), 1u);
     ASSERT_EQ(cache.clips[0].times.size(), kSheetFrames);
@@ -87,7 +87,7 @@ inline std::string sheetFloats(std::endian order) {
     return bytes;
 }
 
-// Frame f at (1 + f)/8 s.
+// Frame f stands at (1 + f)/8 s.
 inline std::string sheetMdd() {
     std::string bytes =
         ordered(std::int32_t(kSheetFrames), std::endian::big) + ordered(std::int32_t(kSheetVertices), std::endian::big);
@@ -101,7 +101,7 @@ inline std::string sheetPc2(float start, float step) {
            little(start) + little(step) + little(std::int32_t(kSheetFrames)) + sheetFloats(std::endian::little);
 }
 
-// BEFORE0000AFTER, BEFORE0001AFTER, ... in `folder`.
+// Writes BEFORE0000AFTER, BEFORE0001AFTER, ... in `folder`.
 template <class TextOfFrame>
 void writeSheets(const std::filesystem::path& folder, const std::string& before, const std::string& after,
                  const TextOfFrame& text) {

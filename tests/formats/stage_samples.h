@@ -1,5 +1,5 @@
 #pragma once
-// Small files to test with: a bent strip of quads with two joints, a few frames, numbers from a counter.
+// Small files to test with: a bent strip of quads with two joints, a few frames, and numbers from a counter.
 #include <unistd.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@
 
 namespace penumbra::samples {
 
-// A folder of its own for one test; removed at the end.
+// A folder of its own for one test, which is removed at the end.
 struct Folder {
     std::filesystem::path path;
     explicit Folder(const std::string& name)
@@ -40,7 +40,7 @@ inline std::string bytesOf(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// Smooth, different everywhere, within [-1, 1].
+// Returns numbers that are smooth, different everywhere, and within [-1, 1].
 inline std::vector<float> numbers(std::size_t count, double phase) {
     std::vector<float> values(count);
     for (std::size_t i = 0; i < count; ++i) values[i] = float(std::sin(phase + 0.37 * double(i)));
@@ -116,7 +116,7 @@ inline VisibilityHeader visibilityHeader(std::uint32_t quads, std::size_t frames
     return header;
 }
 
-// A sheet: no skin, either side of every vertex, dihedral angles and two inputs.
+// Makes a sheet without a skin, with either side of every vertex, dihedral angles and two inputs.
 inline VisibilityHeader sheetHeader(std::uint32_t quads, std::size_t frames) {
     VisibilityHeader header = visibilityHeader(quads, frames);
     header.skin.reset();
@@ -144,7 +144,7 @@ inline void writeVisibility(const std::filesystem::path& path, const VisibilityH
     writer.finish();
 }
 
-// Five chosen frames of two clips, two sampled poses of two joints.
+// Makes a list of five chosen frames of two clips, and two sampled poses of two joints.
 inline PoseFile poseFile() {
     PoseFile out;
     out.frames = {{"walk", "run", kSampledClip}, {0, 0, 0, 1, 1, 2, 2}, {0, 0.5, 2, 0.25, 1, 0, 1}};
@@ -156,7 +156,7 @@ inline PoseFile poseFile() {
     return out;
 }
 
-// Two clusters, the second without components (visibility that never changes).
+// Makes a model of two clusters, the second of which has no components (visibility that never changes).
 inline Model model(FeatureKind features) {
     Model out;
     const VisibilityHeader header = visibilityHeader(5, 4);
@@ -206,7 +206,7 @@ inline Model model(FeatureKind features) {
     return out;
 }
 
-// Of a strip in two parts with fronts and backs, a ball's centre and a number; two edges.
+// Makes a model of a strip in two parts with fronts and backs, a ball's centre and a number as inputs, and two edges.
 inline Model deformingModel(FeatureKind features) {
     Model out = model(features == FeatureKind::kDihedrals ? FeatureKind::kJointAngles : features);
     const auto fronts = std::uint32_t(out.mesh.vertexCount()), triangles = std::uint32_t(out.mesh.triangles.size());

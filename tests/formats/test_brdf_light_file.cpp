@@ -54,7 +54,7 @@ TEST(BrdfFile, OperatorsRoundTrip) {
     EXPECT_EQ(readBrdf(path).operators, brdf.operators);
 }
 
-// Written by our own writer with one thing wrong at a time.
+// Our own writer writes files with one thing wrong at a time.
 TEST(BrdfFile, WrongOperatorsAreRefused) {
     const Folder folder("wrong_operators");
     const auto path = folder.path / "m.brdf.h5";
@@ -136,7 +136,7 @@ TEST(LightFile, BadLobesAreRefused) {
     expectRefused(lobes, "residual");
 }
 
-// Every prefix of a file: HDF5 itself notices most, because the root says how long the file is.
+// Tries every prefix of a file. HDF5 itself notices most of them, because the root says how long the file is.
 template <class Read>
 void expectEveryTruncationFails(const std::filesystem::path& whole_path, const Read& read) {
     const std::string whole = bytesOf(whole_path);

@@ -37,7 +37,7 @@ std::vector<Vec3d> upperDirections(int n) {
     return upper;
 }
 
-// Largest |f - expected| relative to the largest expected value.
+// Returns the largest |f - expected| relative to the largest expected value.
 double largestDifference(const RgbBrdf& brdf, const RgbBrdf& expected, const std::vector<Vec3d>& directions) {
     double difference = 0, largest = 0;
     for (Vec3d a : directions)
@@ -89,8 +89,8 @@ protected:
     }
 };
 
-// 90 x 90 x 180 cells resolve this lobe to 1.1% of its height (at the horizon, where cells have no neighbour above it,
-// it is 4 times as much; the directions here stay 3 degrees above).
+// 90 x 90 x 180 cells resolve this lobe to 1.1% of its height. (At the horizon, where cells have no neighbour above
+// it, the error is 4 times as much; the directions here stay 3 degrees above.)
 TEST_F(Merl, ValuesAreThoseThatWereMeasured) {
     const BrdfReading reading = decodeMerl(file(), "x");
     EXPECT_EQ(reading.brdf.symmetry, BrdfSymmetry::kIsotropic);
@@ -100,7 +100,8 @@ TEST_F(Merl, ValuesAreThoseThatWereMeasured) {
     EXPECT_EQ(reading.brdf.eval({0, 0, 1}, {0, 0.6, -0.8}), Vec3d{});
 }
 
-// A constant stays exactly that with a third of its cells gone; the mirror image of a missing cell stands in for it.
+// A constant stays exactly that with a third of its cells gone, as the mirror image of a missing cell stands in for
+// it.
 TEST_F(Merl, CellsWithoutMeasurementAreFilledFromTheirNeighbours) {
     std::string bytes = samples::merlFile(brdfOf("lambert"));
     for (std::size_t cell = 0; cell < samples::kMerlCells; ++cell)
@@ -135,7 +136,7 @@ TEST_F(Merl, BadFilesAreRefusedWithTheFieldThatIsWrong) {
 
 // --- Scattered measurements -----------------------------------------------------------------------------------------
 
-// A grey paint keeps its value everywhere, whatever the spectral weights: regression reproduces constants.
+// A grey paint keeps its value everywhere, whatever the spectral weights are: regression reproduces constants.
 TEST(Scattered, AConstantGreyIsExact) {
     const RgbBrdf lambert = brdfOf("lambert");
     const BrdfReading reading = decodeScattered(samples::scatteredFile(lambert, 6, 7), "x", 1);
@@ -144,7 +145,8 @@ TEST(Scattered, AConstantGreyIsExact) {
     EXPECT_LT(largestDifference(reading.brdf, lambert, upperDirections(40)), 2e-6);  // six digits in the file
 }
 
-// A glossy grey paint seen in 3,888 places: relative rms error, weighted by both cosines, measured 0.108.
+// A glossy grey paint is seen in 3,888 places. The relative rms error, weighted by both cosines, was measured as
+// 0.108.
 TEST(Scattered, AGlossyPaintIsFollowed) {
     const RgbBrdf paint = brdfOf("ggx:alpha=0.4,f0=0.5");
     const RgbBrdf read = decodeScattered(samples::scatteredFile(paint, 18, 12), "x", 0).brdf;
@@ -168,7 +170,8 @@ TEST(Scattered, SameTableForAnyThreadCount) {
     }
 }
 
-// Reflects around 520 nm only: more saturated than Rec.709's green, so that red and blue would be negative.
+// The paint reflects only around 520 nm. It is more saturated than Rec.709's green, so that red and blue would be
+// negative.
 TEST(Scattered, ColoursOutsideRec709AreClampedAndCounted) {
     std::string text = "5\n400 510 520 530 700\n";
     for (int k = 0; k < 20; ++k) text += "0.1 0 0." + std::to_string(k + 10) + " 0 0 0 0.3 0 0\n";
@@ -213,8 +216,8 @@ constexpr const char* kFits =
     "matte,0.5,0.25,0.125,0,0,0,1,1,1.5\r\n"
     "shiny,0,0,0,3,2,1,100,1.5,1.5\n";
 
-// kD / pi alone; then normal incidence, where the lobe is at its height A, nothing is shadowed and F = 0.04; then a
-// half vector at 0.2 rad, by hand.
+// Tests kD / pi alone; then normal incidence, where the lobe is at its height A, nothing is shadowed and F = 0.04;
+// then a half vector at 0.2 rad, computed by hand.
 TEST(Fits, ValuesAreThoseOfTheFormula) {
     const RgbBrdf matte = decodeFits(kFits, "x", "matte").brdf, shiny = decodeFits(kFits, "x", "shiny").brdf;
     const double pi = std::numbers::pi;
@@ -246,7 +249,8 @@ TEST(Fits, BadFilesAndNamesAreRefused) {
 // --- Our own table --------------------------------------------------------------------------------------------------
 
 TEST(BrdfTable, ValuesAreThoseThatWereWritten) {
-    // 24 x 24 x 25 nodes, 12 x 10 x 12 x 36 and 12 x 24 x 12 x 24; bounds are what linear interpolation leaves.
+    // There are 24 x 24 x 25, 12 x 10 x 12 x 36 and 12 x 24 x 12 x 24 nodes. The bounds are what linear interpolation
+    // leaves.
     const RgbBrdf gloss = brdfOf("phong:exponent=6,color=1/0.5/0.25"), brushed = brdfOf("ward-gmd:ax=0.6,ay=0.9");
     const BrdfReading iso = decodeBrdfTable(samples::isotropicTable(gloss, 24, 25), "x"),
                       ortho = decodeBrdfTable(samples::anisotropicTable(brushed, "orthotropic", 12, 10, 36), "x"),
@@ -263,7 +267,8 @@ TEST(BrdfTable, ValuesAreThoseThatWereWritten) {
     EXPECT_EQ(iso.brdf.eval({0, 0, 1}, {0, 0.6, -0.8}), Vec3d{});
 }
 
-// Linear in every angle, so multilinear interpolation is exact between the outermost nodes, over the seam at 2 pi too.
+// The function is linear in every angle, so multilinear interpolation is exact between the outermost nodes, and over
+// the seam at 2 pi.
 TEST(BrdfTable, InterpolationIsExactForAFunctionThatIsLinearInTheAngles) {
     const RgbBrdf linear{"", BrdfSymmetry::kIsotropic, [](Vec3d wi, Vec3d wo) {
                              const double cosine =
@@ -280,7 +285,7 @@ TEST(BrdfTable, InterpolationIsExactForAFunctionThatIsLinearInTheAngles) {
     }
 }
 
-// |phi| is linear between nodes at 0 and pi: exact over the seam, for both azimuths.
+// phi| is linear between nodes at 0 and pi, so it is exact over the seam, for both azimuths.
 TEST(BrdfTable, AzimuthsCloseTheCircle) {
     const auto azimuth = [](Vec3d w) { return std::abs(std::atan2(w.y, w.x)); };
     const RgbBrdf tent{"", BrdfSymmetry::kGeneral, [&](Vec3d wi, Vec3d wo) {

@@ -1,4 +1,4 @@
-// Errors, whole-file writes, hashes, provenance, parallel loops, halves and skinning.
+// Tests errors, whole-file writes, hashes, provenance, parallel loops, halves and skinning.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ namespace {
 
 std::string hashOf(std::string_view text) { return sha256Hex(std::as_bytes(std::span(text))); }
 
-// FIPS 180-4 examples (one block, two blocks, a million letters) and the empty message.
+// These are FIPS 180-4 examples (one block, two blocks, a million letters) and the empty message.
 TEST(Sha256, StandardVectors) {
     EXPECT_EQ(hashOf(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
     EXPECT_EQ(hashOf("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -121,7 +121,8 @@ TEST(PartialFile, SweepsWhatAKilledWriterLeft) {
     ASSERT_EQ(::waitpid(child, &status, 0), child);
     ASSERT_TRUE(WIFSIGNALED(status));
     EXPECT_EQ(folder.entries(), 1u);
-    // Not ours to sweep: another target's, a living process', a name that only looks like one.
+    // These files are not ours to sweep: another target's, a living process', and one whose name only looks like a
+    // partial file.
     for (const std::string& name :
          {"other.part" + std::to_string(child), "out.part" + std::to_string(::getppid()), std::string("out.partial")})
         writeWholeFile(folder.path / name, "x");
@@ -130,7 +131,7 @@ TEST(PartialFile, SweepsWhatAKilledWriterLeft) {
     EXPECT_FALSE(std::filesystem::exists(target.string() + ".part" + std::to_string(child)));
 }
 
-// A child that waits in `work` gets SIGTERM; returns its exit status and the seconds it took to end.
+// Sends SIGTERM to a child that waits in `work`. Returns its exit status and the seconds that it took to end.
 template <class Work>
 std::pair<int, double> terminate(const Work& work) {
     const pid_t child = ::fork();
@@ -324,7 +325,7 @@ TEST(Fp16, ValuesByDefinition) {
     EXPECT_EQ(floatToHalf(std::nextafter(0x1p-25f, 1.0f)), 0x0001);
 }
 
-// Between any two neighbouring halves: the middle goes to the even one, its float neighbours to either side.
+// Between any two neighbouring halves the middle goes to the even one, and its float neighbours go to either side.
 TEST(Fp16, RoundsToNearestEven) {
     for (std::uint16_t bits = 0; bits < 0x7bff; ++bits) {
         const float low = halfToFloat(bits), high = halfToFloat(std::uint16_t(bits + 1)), middle = (low + high) / 2;
@@ -356,7 +357,8 @@ TEST(Mesh, BoxDiagonal) {
     EXPECT_DOUBLE_EQ(boxDiagonal({{1, 0, 0}, {0, 2, 0}, {0, 0, -2}, {0.5f, 0.5f, -1}}), 3);
 }
 
-// sum_k w_k (M_k p) in double; the normal by n' ~ det(A) A^-T n, found from two tangents: A t1 x A t2.
+// The expected values are sum_k w_k (M_k p) in double, and for the normal n' ~ det(A) A^-T n, found from two
+// tangents: A t1 x A t2.
 TEST(Mesh, SkinVerticesMatchesAPlainLoop) {
     Mesh mesh = samples::strip(20);
     mesh.rest_positions = samples::vectors(mesh.vertexCount(), 0.3);
@@ -397,7 +399,8 @@ TEST(Mesh, SkinVerticesKeepsRestUnderIdentity) {
     EXPECT_EQ(normals, std::vector<Vec3>(mesh.vertexCount(), Vec3{0, 0, 1}));
 }
 
-// A corner of a cube: three right triangles of equal area meet, the normal is the diagonal. Any scale gives the same.
+// At the corner of a cube three right triangles of equal area meet, and the normal is the diagonal. Any scale gives
+// the same.
 TEST(Mesh, VertexNormalsAreAreaWeightedAtAnyScale) {
     for (float scale : {1e-6f, 1e-3f, 1.0f, 1e6f}) {
         const std::vector<Vec3> corner{{0, 0, 0}, {scale, 0, 0}, {0, scale, 0}, {0, 0, scale}, {9 * scale, 0, 0}};

@@ -1,5 +1,5 @@
-// Files as an enemy, a full disk or a bad cable would leave them: cut short, or with bytes changed. A reader says
-// InvalidInput, IoError or Unsupported and names the file; nothing else may come out, least of all a crash.
+// Files as an enemy, a full disk or a bad cable would leave them: cut short, or with bytes changed. A reader throws
+// InvalidInput, IoError or Unsupported and names the file. Nothing else may happen, least of all a crash.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -64,7 +64,7 @@ const std::vector<Victim>& victims() {
     return all;
 }
 
-// True when the reader took the file, false when it refused it properly.
+// Returns true when the reader took the file, and false when it refused it properly.
 bool accepted(const Victim& victim, const std::filesystem::path& path) {
     try {
         victim.read(path);
@@ -85,7 +85,7 @@ TEST(HostileFiles, EveryTruncationIsRefused) {
         victim.write(folder.path / "whole");
         const std::string whole = samples::bytesOf(folder.path / "whole");
         ASSERT_TRUE(accepted(victim, folder.path / "whole"));
-        // Every length near both ends, and every 97th between.
+        // The lengths are every one near both ends, and every 97th between.
         for (std::size_t n = 0; n < whole.size(); n += (n < 256 || n + 256 > whole.size()) ? 1 : 97) {
             std::ofstream(folder.path / "cut", std::ios::binary) << whole.substr(0, n);
             EXPECT_FALSE(accepted(victim, folder.path / "cut")) << victim.name << ", first " << n << " bytes";
@@ -108,13 +108,13 @@ TEST(HostileFiles, ChangedBytesNeverCrash) {
             std::ofstream(folder.path / "changed", std::ios::binary) << changed;
             refused += !accepted(victim, folder.path / "changed");
         }
-        // Bits of stored numbers may change unnoticed; HDF5's own structures, about half of these small files, are
-        // under checksums.
+        // Bits of stored numbers may change unnoticed. HDF5's own structures, about half of these small files, have
+        // checksums.
         EXPECT_GT(refused, kTrials * victim.structure) << victim.name;
     }
 }
 
-// Edits one object of a good file with HDF5 itself and expects a refusal that names it.
+// Edits one object of a good file by HDF5 itself, and expects a refusal that names it.
 void expectRefused(const std::function<void(hid_t)>& edit, const std::string& named,
                    const VisibilityHeader& good = samples::visibilityHeader(3, 2)) {
     const samples::Folder folder("edited");
@@ -171,7 +171,8 @@ TEST(HostileFiles, OtherFilesAreOutOfReach) {
         path);
 }
 
-// 2^50 vertices in a file of some kilobytes: refused before anything is allocated. Chunks that nobody wrote likewise.
+// 2^50 vertices in a file of some kilobytes are refused before anything is allocated, and so are chunks that nobody
+// wrote.
 TEST(HostileFiles, SizesAreHeldToTheFilesLength) {
     for (const hsize_t vertices : {hsize_t(1) << 50, hsize_t(8)})
         expectRefused(
@@ -205,7 +206,7 @@ TEST(HostileFiles, WrongTypesAndShapesAreNamed) {
     expectRefused(replaced("/mesh", H5T_STD_I32LE, {2}), "/mesh");
 }
 
-// Fronts and backs that do not pair, edges and inputs that do not go with the pose.
+// Refuses fronts and backs that do not pair, and edges and inputs that do not fit the pose.
 TEST(HostileFiles, SheetsAreChecked) {
     const VisibilityHeader sheet = samples::sheetHeader(3, 2);
     const auto with = [&](const std::function<void(VisibilityHeader&)>& spoil) {

@@ -35,7 +35,7 @@ std::vector<std::byte> bytesOf(const std::string& text) {
     return bytes;
 }
 
-// Values that half floats hold exactly.
+// Makes values that half floats hold exactly.
 Image ramp(int width, int height, bool alpha) {
     Image image;
     image.width = width;
@@ -93,14 +93,14 @@ std::string hdrFile(const std::string& resolution, const std::string& data, cons
 }
 
 TEST(ImageFile, HdrFlatPixels) {
-    // c 2^(e-136): 128 at exponent 129 is 1; exponent 0 is black whatever the mantissa.
+    // c 2^(e-136): 128 at exponent 129 is 1, and exponent 0 is black whatever the mantissa is.
     const Image image =
         decodeImage(bytesOf(hdrFile("-Y 1 +X 2", std::string("\x80\x40\x00\x81\x80\x80\x80\x00", 8))), "flat");
     EXPECT_EQ(image.pixels, (std::vector<Vec3>{{1, 0.5f, 0}, {0, 0, 0}}));
 }
 
 TEST(ImageFile, HdrOldRunsCountInBytes) {
-    // One pixel, then 1 1 1 3 (3 more), 1 1 1 1 directly after it (256 more).
+    // The data are one pixel, then 1 1 1 3 (3 more), and 1 1 1 1 directly after it (256 more).
     const std::string data("\x80\x40\x20\x81\x01\x01\x01\x03\x01\x01\x01\x01", 12);
     const Image image = decodeImage(bytesOf(hdrFile("-Y 1 +X 260", data)), "old");
     ASSERT_EQ(image.pixels.size(), 260u);
@@ -175,8 +175,8 @@ TEST(ImageFile, PngHasTheSrgbCurve) {
     std::vector<int> values;
     std::vector<png_byte> bytes(PNG_IMAGE_SIZE(png));
     ASSERT_TRUE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr));
-    // exposure 2, colours divided by alpha: 0.003 is on the linear piece (12.92 x = 9.9), 0.5 is 188, 0.2 is 124; alpha
-    // is not encoded.
+    // The exposure is 2, and colours are divided by alpha: 0.003 is on the linear piece (12.92 x = 9.9), 0.5 is 188,
+    // 0.2 is 124. Alpha is not encoded.
     EXPECT_THAT(bytes, testing::ElementsAre(0, 255, 255, 255, 10, 188, 255, 128, 0, 124, 0, 0));
 }
 
@@ -194,7 +194,7 @@ TEST(ImageFile, LatLongIsSeenFromInside) {
         }
 }
 
-// Real lights: DWAB and ZIP OpenEXR and run-length coded Radiance files.
+// Reads real lights: DWAB and ZIP OpenEXR and run-length coded Radiance files.
 TEST(ImageFile, ReadsRealLights) {
     const char* data = std::getenv("PENUMBRA_DATA");
     if (!data) GTEST_SKIP() << "PENUMBRA_DATA is not set";

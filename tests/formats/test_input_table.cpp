@@ -39,7 +39,7 @@ TEST(InputTable, FramesAndPoints) {
     EXPECT_TRUE(table.clips.empty());
 }
 
-// As spreadsheets write it: byte order mark, CRLF, quotes, blanks, no end of the last line.
+// Spreadsheets write a byte order mark, CRLF, quotes, blanks, and no end of the last line.
 TEST(InputTable, WhatSpreadsheetsWrite) {
     const InputTable table =
         tableOf("\xef\xbb\xbf\"time\", clip ,\"wind, \"\"gusts\"\"\"\r\n0.5,\"a,b\",2\r\n1,c d, 3 ");

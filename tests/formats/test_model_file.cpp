@@ -67,7 +67,7 @@ TEST(ModelFile, RoundTrip) {
     }
 }
 
-// The sample's 3 inputs and 2 components as a model of another kind.
+// Makes a model of another kind from the sample's 3 inputs and 2 components.
 Model modelOf(ModelKind kind) {
     Model model = samples::model(FeatureKind::kRelativeBones);
     model.kind = kind;
@@ -111,7 +111,7 @@ TEST(ModelFile, RoundTripOfADeformingMesh) {
     }
 }
 
-// Programs that know no deforming meshes go on reading the models of characters.
+// Programs that do not know deforming meshes go on reading the models of characters.
 TEST(ModelFile, VersionIsThatOfWhatIsThere) {
     const samples::Folder folder("model_version");
     writeModel(folder.path / "skinned", samples::model(FeatureKind::kRelativeBones));
@@ -127,7 +127,7 @@ TEST(ModelFile, SameBytesOnARerun) {
     EXPECT_EQ(samples::bytesOf(folder.path / "a"), samples::bytesOf(folder.path / "b"));
 }
 
-// What a reader of the arrays would trip over later is refused at once, with the field's name.
+// A reader of the arrays would trip over this later; it must be refused at once, with the field's name.
 void expectRefused(const Model& model, const std::string& field) {
     const samples::Folder folder("model_refused");
     writeModel(folder.path / "x.model.h5", model);

@@ -1,4 +1,5 @@
-// Point caches: every format gives the flapping sheet of scripts/samples/flapping_sheet.py, known by formula.
+// Every format of point caches gives the flapping sheet of scripts/samples/flapping_sheet.py, which is known by
+// formula.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,7 +49,7 @@ TEST(PointCacheNumpy, BigEndianStoredDoublesWithARest) {
     EXPECT_DOUBLE_EQ(cache.clips[0].times[12], 12 / kCacheFps);
 }
 
-// The step is 1.5/65535: half of it, by three coordinates, is 2e-5.
+// The step is 1.5/65535. Half of it, in three coordinates, is 2e-5.
 TEST(PointCacheNumpy, QuantisedWithUnevenTimes) {
     const PointCache cache = readPointCache({sample("sheet_q.npz")}, {});
     expectSheet(cache, 2.1e-5);
@@ -66,7 +67,8 @@ TEST(PointCacheNumpy, UnitsAndUpOfAnArrayWithFacesBeside) {
     }
 }
 
-// Without the seam's double of each of five rows there are 40 points; the slit's are two places in all but the first.
+// Without the seam's double of each of five rows there are 40 points. The slit's are at two places in all frames but
+// the first.
 TEST(PointCache, WeldsWhatNeverParts) {
     const PointCache cache = readPointCache({sample("sheet.npz")}, {});
     EXPECT_EQ(cache.mesh.vertexCount(), samples::kSheetPoints);
@@ -105,7 +107,7 @@ TEST(PointCache, FramesAreTheKeysOrResampled) {
     }
 }
 
-// The seam parts in no clip, the slit in both.
+// The seam parts in no clip, and the slit in both.
 TEST(PointCache, SeveralFilesAreClipsOfOneMesh) {
     const PointCache cache = readPointCache({sample("sheet.npz"), sample("sheet.npz")}, {});
     EXPECT_EQ(cache.mesh.vertexCount(), samples::kSheetPoints);
@@ -124,7 +126,7 @@ TEST(PointCache, OptionsAreCheckedByName) {
     EXPECT_THROW(readPointCache({}, {}), UsageError);
 }
 
-// 8 MB of noise, so that the index has several checkpoints: any thread reads any place as if alone.
+// 8 MB of noise give the index several checkpoints. Any thread reads any place as if it were alone.
 TEST(ZipArchive, ManyThreadsReadOneDeflatedMember) {
     std::mt19937 random(5);
     std::string data(8 << 20, '\0');
@@ -147,7 +149,7 @@ TEST(ZipArchive, SizesOf64Bits) {
     expectSheet(readPointCache({scratch("zip64.npz")}, {}), kFloat);
 }
 
-// Numbers by numpy: d = np.load(...); d['q_lo'] + d['verts_q'][599, 5040] * d['q_step'].
+// NumPy gives these numbers: d = np.load(...); d['q_lo'] + d['verts_q'][599, 5040] * d['q_step'].
 TEST(PointCacheNumpy, CurtainOfTheDataFolder) {
     const char* data = std::getenv("PENUMBRA_DATA");
     if (!data) GTEST_SKIP() << "PENUMBRA_DATA is not set";

@@ -1,4 +1,4 @@
-// Sequences of mesh files, MDD and PC2 caches and glTF morph targets: the same sheet as of NumPy
+// Sequences of mesh files, MDD and PC2 caches and glTF morph targets give the same sheet as NumPy's files
 // (test_point_cache.cpp).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-// A new folder of its own.
+// Makes a new folder.
 std::filesystem::path folder(const std::string& name) {
     const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / ("penumbra_sequence_" + name);
     std::filesystem::remove_all(path);
@@ -63,7 +63,7 @@ TEST(PointCacheSequence, PlyInEveryEncoding) {
     }
 }
 
-// Numbers without leading zeros, from 8 on: 8, 9, 10, ... is their order, not that of the names.
+// The numbers have no leading zeros and start at 8. 8, 9, 10, ... is their order, not that of the names.
 TEST(PointCacheSequence, NumbersAreOrderedAsNumbers) {
     const std::filesystem::path place = folder("numbers");
     for (std::size_t f = 0; f < kSheetFrames; ++f)
@@ -104,7 +104,7 @@ TEST(PointCacheSequence, MissingAndDoubleNumbersAreNamed) {
     EXPECT_THROW(readPointCache({place / "frame_0099.obj"}, {}), IoError);
 }
 
-// Every fifth number, exported with a step: each file is a key. Two files do not tell a step from a gap.
+// Every fifth number is there, exported with a step, and each file is a key. Two files do not tell a step from a gap.
 TEST(PointCacheSequence, StepsOfNumbersAreFramesWithANote) {
     const std::filesystem::path place = folder("steps");
     for (const unsigned f : {5u, 10u}) writeText(place / samples::format("s_%04u.obj", f), sheetObj(f));
@@ -158,7 +158,8 @@ TEST(MeshFile, ObjFacesAndParts) {
     EXPECT_TRUE(parseObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "text").slots.empty());
 }
 
-// Three faces at one edge, and two with the same direction of it: a half-edge mesh has no room for them.
+// Three faces meet at one edge, and two of them run through it in the same direction. A half-edge mesh has no room
+// for them.
 TEST(MeshFile, FacesThatAreNoManifoldAreKept) {
     const MeshFile mesh = parseObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 2 1 4\nf 1 2 5\n", "text");
     EXPECT_EQ(mesh.positions.size(), 5u);
@@ -234,7 +235,7 @@ TEST(MeshFile, WrongPlyIsRefused) {
 TEST(MeshFile, EveryTruncationOfAPly) {
     for (const char* format : {"ascii", "binary_big_endian"}) {
         const std::string whole = sheetPly(3, format);
-        // Without its line end, or with fewer digits of the last number, an ASCII file is still one.
+        // Without its line end, or with fewer digits of the last number, an ASCII file is still whole.
         for (std::size_t n = 0; n + 3 < whole.size(); ++n)
             EXPECT_THROW(parsePly(whole.substr(0, n), "x.ply"), InvalidInput) << n << " bytes of " << format;
     }
@@ -311,7 +312,7 @@ TEST(PointCacheGltf, MorphTargetsOfANodeThatIsTurned) {
     EXPECT_LE(samples::distanceToSheet(cache, cache.mesh.rest_positions, 0), 5e-7);
 }
 
-// A flat cubic is at 5/32 after a quarter of the way: 3/16 - 2/64; the node, linear, at 1/4.
+// A flat cubic is at 5/32 after a quarter of the way: 3/16 - 2/64. The node is linear, so it is at 1/4.
 TEST(PointCacheGltf, BetweenKeysAsTheFileSays) {
     const PointCache cache = readPointCache({morphSample()}, {});
     EXPECT_THAT(cache.clips[1].times, ElementsAre(0, 1));
@@ -345,7 +346,8 @@ TEST(PointCacheGltf, WrongMorphsAreRefused) {
                 HasSubstr("has no animation of morph targets"));
 }
 
-// The files that npz_to_obj.py of the data folder writes hold six digits: half of the last of numbers below 10 is 5e-6.
+// The files that npz_to_obj.py of the data folder writes hold six digits. Half of the last digit of numbers below 10
+// is 5e-6.
 TEST(PointCacheSequence, CurtainAsNpzAndAsObj) {
     const char* data = std::getenv("PENUMBRA_DATA");
     if (!data) GTEST_SKIP() << "PENUMBRA_DATA is not set";

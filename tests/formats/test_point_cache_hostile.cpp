@@ -1,4 +1,5 @@
-// Wrong and damaged point caches: each is refused with the file's name and the field or frame, and none crashes.
+// Each wrong or damaged point cache is refused with the file's name and the field or frame, and none crashes the
+// reader.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +30,8 @@ void readEverything(const std::vector<std::filesystem::path>& paths) {
         for (std::size_t k = 0; k < cache.clips[c].times.size(); ++k) readFrame(cache, c, k);
 }
 
-// What reading all frames says; fails the test where they are read, or refused with something else than Error.
+// Returns what reading all frames says. The test fails where they are read, or refused with something else than
+// Error.
 template <class Error = InvalidInput>
 std::string refusal(const std::vector<std::filesystem::path>& paths) {
     try {
@@ -66,7 +68,7 @@ TEST(PointCacheHostile, EveryTruncationOfAnNpz) {
     }
 }
 
-// A checksum covers every member: a changed byte is refused, or is one that says nothing (a date, a version).
+// A checksum covers every member. A changed byte is refused, unless it says nothing (a date, a version).
 TEST(PointCacheHostile, EveryChangedByteOfAnNpz) {
     std::string bytes =
         samples::zipOf({{.name = "verts.npy", .data = sheetVerts(1), .compress = true}, array("faces", sheetFaces())});

@@ -20,14 +20,14 @@ struct Layout {
     const char* name;
     int width, height;
 };
-// Several sizes, so that every number of quadrature nodes is used.
+// Several sizes make sure that every number of quadrature nodes is used.
 const std::vector<Layout> kLayouts = {
     {"latlong", 8, 4}, {"latlong", 128, 64}, {"cube", 6, 8},        {"cube", 8, 6},
     {"cube", 48, 64},  {"cube", 256, 192},   {"cube", 384, 512},    {"cube", 1024, 768},
     {"angular", 4, 4}, {"angular", 5, 5},    {"angular", 100, 100}, {"angular", 301, 301},
     {"ball", 4, 4},    {"ball", 5, 5},       {"ball", 100, 100},    {"ball", 301, 301}};
 
-// `outside` is what pixels get whose centre is outside of the light.
+// Pixels whose centre is outside of the light get `outside`.
 EnvironmentMap makeMap(const Layout& layout, const std::function<Vec3(Vec3d)>& radiance, Vec3 outside = {}) {
     Image image{layout.width, layout.height, {}, {}};
     image.pixels.resize(std::size_t(layout.width) * std::size_t(layout.height));
@@ -41,8 +41,8 @@ EnvironmentMap makeMap(const Layout& layout, const std::function<Vec3(Vec3d)>& r
     return map;
 }
 
-// The picture's colour everywhere, off the light another one: band 0 is exact and nothing else is there. Measured: at
-// most 2e-9 (cube of 2 x 2 texels a face; 1e-12 for lat-long pictures and discs of any size).
+// The picture has its colour everywhere on the light, and another one off it. Band 0 is exact and nothing else is
+// there. Measured: at most 2e-9 (cube of 2 x 2 texels a face; 1e-12 for lat-long pictures and discs of any size).
 TEST(ProjectMap, UniformPictureHasBandZeroOnly) {
     for (const Layout& layout : kLayouts) {
         EnvironmentMap map = makeMap(layout, [](Vec3d) { return Vec3{1, 2, 0.5f}; });
@@ -66,7 +66,7 @@ TEST(ProjectMap, UniformPictureHasBandZeroOnly) {
     }
 }
 
-// What is off the disc or the cross does not count, however bright.
+// What is off the disc or the cross does not count, however bright it is.
 TEST(ProjectMap, IgnoresWhatIsOffTheLight) {
     for (const Layout& layout : kLayouts) {
         const auto radiance = [](Vec3d d) { return Vec3{float(1 + d.x), float(1 + d.y), float(1 + d.z)}; };
@@ -86,9 +86,9 @@ TEST(ProjectMap, IgnoresWhatIsOffTheLight) {
     }
 }
 
-// L = 0.2 + 0.5 max(d.z, 0) + 20 exp(60 (d.s - 1)) of the golden file. A lobe of 10 degrees: pixels of h radians take
-// about l (l+1) h^2 / 24 of band l and as much of the lobe. Measured with 128 pixels a face or half a disc: cube 1e-4,
-// lat-long 3e-4, angular 3e-4, ball 4e-4.
+// The golden file has L = 0.2 + 0.5 max(d.z, 0) + 20 exp(60 (d.s - 1)), a lobe of 10 degrees. Pixels of h radians
+// take about l (l+1) h^2 / 24 of band l and as much of the lobe. Measured with 128 pixels a face or half a disc: cube
+// 1e-4, lat-long 3e-4, angular 3e-4, ball 4e-4.
 TEST(ProjectMap, EveryLayoutMatchesGolden) {
     const nlohmann::json golden = readGolden("light.json");
     const std::vector<double> expected = doubles(golden.at("sh6"));
@@ -102,7 +102,7 @@ TEST(ProjectMap, EveryLayoutMatchesGolden) {
             const float value = float(radiance(d));
             return Vec3{value, value, value};
         });
-        // Rim pixels whose centre is off the disc: what the rim shows.
+        // Rim pixels whose centre is off the disc get what the rim shows.
         const Vec3d back{-1, 0, 0};
         for (Vec3& p : map.image.pixels)
             if (layout.width == layout.height && p == Vec3{}) p = Vec3{1, 1, 1} * float(radiance(back));
@@ -114,7 +114,7 @@ TEST(ProjectMap, EveryLayoutMatchesGolden) {
     }
 }
 
-// I_lm against Gauss quadrature of its definition, and one pixel's integral against 200 x 200 points.
+// Compares I_lm with Gauss quadrature of its definition, and one pixel's integral with 200 x 200 points.
 TEST(ProjectMap, OnePixelIsItsPatchOfTheSphere) {
     for (const Layout& layout : {Layout{"angular", 9, 9}, Layout{"ball", 9, 9}, Layout{"cube", 9, 12},
                                  Layout{"cube", 12, 9}, Layout{"latlong", 16, 8}}) {
@@ -152,8 +152,7 @@ TEST(ProjectMap, SameNumbersForAnyThreadCount) {
     }
 }
 
-// --- Geometry
-// ---------------------------------------------------------------------------------------------------------
+// --- Geometry -------------------------------------------------------------------------------------------------------
 
 TEST(EnvironmentMap, PixelsAndDirectionsAgree) {
     for (const Layout& layout : kLayouts) {
@@ -175,8 +174,7 @@ TEST(EnvironmentMap, PixelsAndDirectionsAgree) {
     }
 }
 
-// Right of the middle is +z for who looks along +x from inside with +y up; in a mirror ball left and right change
-// places.
+// Seen from inside along +x with +y up, +z is right of the middle. In a mirror ball left and right change places.
 TEST(EnvironmentMap, CentresLookAlongXAndAreUpright) {
     for (const Layout& layout : {Layout{"latlong", 400, 200}, Layout{"angular", 200, 200}, Layout{"ball", 200, 200},
                                  Layout{"cube", 300, 400}, Layout{"cube", 400, 300}}) {
@@ -190,7 +188,7 @@ TEST(EnvironmentMap, CentresLookAlongXAndAreUpright) {
     }
 }
 
-// Where faces of the folded cross meet, so do directions.
+// Where faces of the folded cross meet, directions meet too.
 TEST(EnvironmentMap, CubeFacesTouchAsFolded) {
     const MapShape vertical{MapLayout::kVerticalCross, 300, 400}, horizontal{MapLayout::kHorizontalCross, 400, 300};
     const auto expectSame = [](Vec3d a, Vec3d b) { EXPECT_NEAR(length(a - b), 0, 1e-6); };
@@ -227,8 +225,7 @@ TEST(EnvironmentMap, TexelsOfACubeAddUpToTheSphere) {
     EXPECT_NEAR(sum, 4 * pi, 1e-14);
 }
 
-// --- Choice of the layout, bad pictures
-// --------------------------------------------------------------------------------
+// --- Choice of the layout, bad pictures -----------------------------------------------------------------------------
 
 std::string refusal(const Image& image, std::string_view layout) {
     try {
@@ -271,7 +268,7 @@ TEST(EnvironmentMap, NegativeRadianceIsNamed) {
     EXPECT_THAT(refusal(plain(8, 4, {-1, 0, 0}), ""), testing::HasSubstr("(0, 0)"));
 }
 
-// Rings beside a sun: nothing stays below 0, and every channel keeps its flux.
+// There are rings beside a sun. Nothing stays below 0, and every channel keeps its flux.
 TEST(EnvironmentMap, RingingKeepsItsFlux) {
     Image image = plain(64, 32, {0.5f, 1, 2});
     for (int x = 18; x < 24; ++x) image.pixels[std::size_t(64 * 12 + x)] = {-20, -30, 0.1f};

@@ -1,4 +1,4 @@
-// The same rig and clip as glTF, DirectX .x (left-handed), Collada and FBX (z up, centimetres).
+// Reads the same rig and clip as glTF, DirectX .x (left-handed), Collada and FBX (z up, centimetres).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ Pose posed(const Rig& rig, double time) {
     return pose;
 }
 
-// Largest distance from a point of `a` to the nearest of `b`, positions and normals together.
+// Returns the largest distance from a point of `a` to the nearest of `b`, positions and normals together.
 double farthest(const Pose& a, const Pose& b) {
     double worst = 0;
     for (std::size_t i = 0; i < a.positions.size(); ++i) {
@@ -40,7 +40,8 @@ double farthest(const Pose& a, const Pose& b) {
 
 class RigExchange : public testing::TestWithParam<std::string> {};
 
-// 5e-7 measured; text with 9 digits and assimp's floats. Normals tell that the outside is outside in every format.
+// 5e-7 was measured, as text has 9 digits and assimp uses floats. Normals tell that the outside is outside in every
+// format.
 TEST_P(RigExchange, GivesTheSamePosesAsGltf) {
     const Rig gltf = samples::readSample("swing");
     const Rig other = readRig({samples::samplePath("swing").replace_filename(GetParam())});
@@ -75,7 +76,7 @@ TEST(RigFiles, LaterFilesBringTheirClipsByName) {
     EXPECT_THROW(readRig({glb, samples::samplePath("capsule_man")}), InvalidInput);
 }
 
-// A part for each node and material; what has no material, or one without a name, is called so.
+// There is a part for each node and material. What has no material, or one without a name, is named so.
 TEST(RigFiles, SlotsAreNamedAfterNodeAndMaterial) {
     samples::EditableGlb glb = samples::EditableGlb::of("swing");
     auto& primitives = glb.json["meshes"][0]["primitives"];

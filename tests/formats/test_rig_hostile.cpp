@@ -1,4 +1,4 @@
-// Wrong and damaged rigs: each is refused with the file's name and the node or field, and none crashes the reader.
+// Each wrong or damaged rig is refused with the file's name and the node or field, and none crashes the reader.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,8 @@ std::filesystem::path scratch(const std::string& name) {
     return std::filesystem::path(testing::TempDir()) / ("penumbra_rig_" + name);
 }
 
-// What reading `bytes` as NAME.glb says; fails the test where it is read, or refused with something else than Error.
+// Returns what reading `bytes` as NAME.glb says. The test fails where it is read, or refused with something else than
+// Error.
 template <class Error = InvalidInput>
 std::string refusal(const std::string& bytes, const std::string& name) {
     const std::filesystem::path path = scratch(name + ".glb");
@@ -54,7 +55,7 @@ json& positions(EditableGlb& glb) { return glb.json["accessors"][glb.attributes(
 int samplerInput(const EditableGlb& glb) { return glb.json["animations"][0]["samplers"][0]["input"]; }
 int samplerOutput(const EditableGlb& glb) { return glb.json["animations"][0]["samplers"][0]["output"]; }
 
-// The sample is a tube (nodes "lower", "upper", "tube") with one clip, "swing": weights as normalised ushorts.
+// The sample is a tube (nodes "lower", "upper", "tube") with one clip, "swing", and weights as normalised ushorts.
 const std::vector<Case> kMeshCases = {
     {"nan_position",
      [](EditableGlb& g) { store(g, g.attributes()["POSITION"], 4, std::numeric_limits<float>::quiet_NaN()); },
@@ -216,7 +217,7 @@ TEST(RigHostile, RequiredExtensionsThatWeLackAreNamed) {
 TEST(RigHostile, EveryTruncationIsRefused) {
     const std::string whole = samples::readText(samples::samplePath("weights_u16"));
     for (std::size_t n = 0; n < whole.size(); n += n < 64 ? 1 : 37) refusal(whole.substr(0, n), "cut");
-    // The same with a header that claims the cut length: the chunks do not fit then, or the buffer is short.
+    // Now the header claims the cut length, so that the chunks do not fit, or the buffer is short.
     for (std::size_t n = 20; n < whole.size(); n += 53) {
         std::string cut = whole.substr(0, n);
         const std::uint32_t length = std::uint32_t(n);
@@ -248,7 +249,7 @@ TEST(RigHostile, ZeroAreaTrianglesAreDroppedAndTheRestIsKept) {
     EXPECT_EQ(rig.mesh.vertexCount(), 74u);
 }
 
-// A .gltf with its buffer beside it, in a name with a blank, and in a data URI.
+// The buffer of a .gltf stands beside it, in a name with a blank, and in a data URI.
 TEST(RigGltf, BuffersBesideTheFileAndInside) {
     EditableGlb glb = EditableGlb::of("weights_u16");
     const Rig expected = samples::readSample("weights_u16");

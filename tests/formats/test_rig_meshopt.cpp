@@ -1,4 +1,4 @@
-// EXT_meshopt_compression: samples compressed here with meshoptimizer's own encoders read as the plain ones do.
+// Samples that meshoptimizer's own encoders compress here (EXT_meshopt_compression) read as the plain ones do.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
@@ -45,7 +45,7 @@ struct Encoded {
     const char *mode, *filter;
 };
 
-// Adds the encoded bytes at the end of the buffer and points buffer view `view` at them.
+// Adds the encoded bytes at the end of the buffer, and points buffer view `view` at them.
 void compress(EditableGlb& glb, std::size_t view, const Encoded& encoded) {
     glb.binary.resize((glb.binary.size() + 3) / 4 * 4);
     json& target = glb.json["bufferViews"][view];
@@ -107,7 +107,7 @@ TEST(RigMeshopt, AttributesAndBothKindsOfIndicesReadAsWithoutCompression) {
     }
 }
 
-// Rotation keys as 16-bit quaternions, positions as 24-bit mantissas with a shared exponent.
+// Rotation keys are 16-bit quaternions, and positions are 24-bit mantissas with a shared exponent.
 TEST(RigMeshopt, QuaternionAndExponentialFiltersAreUndone) {
     const Rig plain = samples::readSample("weights_u16");
     EditableGlb glb = EditableGlb::of("weights_u16");

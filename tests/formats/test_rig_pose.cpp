@@ -1,4 +1,4 @@
-// Poses, frames and the joints of rigid things, on the synthetic rigs: every expected number is a closed form.
+// Tests poses, frames and the joints of rigid things on the synthetic rigs. Every expected number is a closed form.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ TEST(RigPose, RestPoseOfTheTubeIsTheFile) {
     EXPECT_THAT(rig.skin.parents, ElementsAre(-1, 0));
     EXPECT_EQ(rig.skin.influences, 2);
     EXPECT_EQ(posed(rig, -1, 0), rig.mesh.rest_positions);
-    // A prism over a regular 24-gon of radius r and height h: 12 r^2 sin(15 degrees) h.
+    // The volume of a prism over a regular 24-gon of radius r and height h is 12 r^2 sin(15 degrees) h.
     EXPECT_NEAR(volume(rig.mesh, rig.mesh.rest_positions), 12 * 0.01 * std::sin(std::numbers::pi / 12), 1e-6);
 }
 
@@ -58,7 +58,7 @@ TEST(RigPose, BentTubeTurnsItsEndAboutTheJoint) {
     EXPECT_THAT(pose.pose, testing::Pointwise(testing::FloatNear(1e-6f), std::vector<float>{0, 0, 0, 0, 0, float(a)}));
 }
 
-// What every reader of the rest transforms relies on: their product along the chain and the inverse bind matrices are
+// Every reader of the rest transforms relies on this: their product along the chain and the inverse bind matrices are
 // the skinning matrices of the rest pose.
 TEST(RigPose, RestTransformsMakeTheRestPose) {
     for (const char* name : {"bend", "capsule_man", "interpolation", "matrix_nodes", "props"}) {
@@ -90,7 +90,7 @@ TEST(RigPose, RotationVectorsAreRelativeToRestAndAtMostPi) {
     }
 }
 
-// Between keys at 0.5 s (value 1) and 1.0 s (value 2): STEP stays, times outside clamp.
+// Between keys at 0.5 s (value 1) and 1.0 s (value 2), STEP keeps its value, and times outside are clamped.
 TEST(RigPose, StepHoldsAndTimesClamp) {
     const Rig rig = readSample("interpolation");
     const auto x = [&](double t) { return evaluatePose(rig, 0, t).bones[0].translation().x; };
@@ -106,25 +106,26 @@ TEST(RigPose, SplineGoesThroughItsKeys) {
     const Rig rig = readSample("interpolation");
     EXPECT_NEAR(evaluatePose(rig, 1, 0.5).bones[0].translation().x, 0.1, 1e-6);
     EXPECT_NEAR(evaluatePose(rig, 1, 1.0).bones[0].translation().y, 0.2, 1e-6);
-    // Half way from 0.25 s to 0.5 s: (v0 + v1) / 2 + d (b0 - a1) / 8, where b0 = -0.9 v1 and a1 = -0.9 v0 = 0.
+    // This is half way from 0.25 s to 0.5 s: (v0 + v1) / 2 + d (b0 - a1) / 8, where b0 = -0.9 v1 and a1 = -0.9 v0 =
+    // 0.
     EXPECT_NEAR(evaluatePose(rig, 1, 0.375).bones[0].translation().x, 0.05 - 0.25 * 0.9 * 0.1 / 8, 1e-6);
 }
 
-// Each closed body of the props file keeps its volume, and so its outside: the mirrored shield too.
+// Each closed body of the props file keeps its volume, and so its outside, even the mirrored shield.
 TEST(RigJoints, RigidThingsMoveWithTheirJointOrTheirOwn) {
     const Rig rig = readSample("props");
     EXPECT_THAT(rig.skin.joint_names, testing::UnorderedElementsAre("lower", "upper", "flag", "bird", "scene"));
     EXPECT_EQ(rig.skin.parents[std::size_t(indexOf(rig.skin.joint_names, "flag"))],
               indexOf(rig.skin.joint_names, "upper"));
     EXPECT_EQ(rig.skin.parents[std::size_t(indexOf(rig.skin.joint_names, "bird"))], -1);
-    // tube (octagonal prism), sword, shield, flag, tassel, body, ground
+    // The bodies are tube (octagonal prism), sword, shield, flag, tassel, body and ground.
     const double sword = 0.05 * 0.6 * 0.02 * 0.75, shield = 0.3 * 0.4 * 0.04, flag = 0.2 * 0.1 * 0.01;
     const double expected = 4 * 0.01 * std::sin(std::numbers::pi / 4) + sword + shield + flag + 0.02 * 0.1 * 0.02 +
                             0.1 * 0.1 * 0.2 + 2 * 0.02 * 2;
     EXPECT_NEAR(volume(rig.mesh, posed(rig, -1, 0)), expected, 1e-6);
 }
 
-// A strip and a fan in the node's xy plane, mirrored by their node, under a matrix that turns z to y.
+// A strip and a fan lie in the node's xy plane, mirrored by their node, under a matrix that turns z to y.
 TEST(RigJoints, StripsFansAndMirrorsFaceOutside) {
     const Rig rig = readSample("matrix_nodes");
     ASSERT_EQ(rig.mesh.source_vertex.size(), 82u);
@@ -134,7 +135,7 @@ TEST(RigJoints, StripsFansAndMirrorsFaceOutside) {
     for (std::size_t v = 74; v < 82; ++v) EXPECT_NEAR(normals[rig.mesh.source_vertex[v]].y, 1, 1e-6) << v;
 }
 
-// Two meshes whose bind spaces differ by one transform share their joints; the rest mesh is then in one space.
+// Two meshes whose bind spaces differ by one transform share their joints. The rest mesh is then in one space.
 TEST(RigJoints, SkinsThatDifferByASpaceShareTheirJoints) {
     const Rig rig = readSample("two_skins");
     EXPECT_THAT(rig.skin.joint_names, ElementsAre("lower", "upper"));

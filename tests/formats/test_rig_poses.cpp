@@ -1,4 +1,4 @@
-// Poses as clips, and the glTF writer: what is written is read back as the same rig.
+// Tests poses as clips, and the glTF writer: what is written is read back as the same rig.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ std::vector<Vec3> positionsOf(const Rig& rig, int clip, double time) {
     return positions;
 }
 
-// In diagonals of the first.
+// Returns the largest distance in diagonals of the first.
 double largestDistance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
     double worst = a.size() == b.size() ? 0 : INFINITY;
     for (std::size_t v = 0; v < a.size() && v < b.size(); ++v) worst = std::max(worst, double(length(a[v] - b[v])));
@@ -50,7 +50,7 @@ TEST(RigPoses, ClipOfFramesHasTheFramesAtWholeSeconds) {
         ASSERT_EQ(keys.frameCount(), frames.size()) << name;
         for (std::size_t f = 0; f < frames.size(); ++f) {
             EXPECT_EQ(keys.time[f], double(f));
-            // STEP: the pose stays until the next key. 2.7e-7 measured: keys are floats.
+            // With STEP the pose stays until the next key. 2.7e-7 was measured, as keys are floats.
             for (const double later : {0.0, 0.9})
                 EXPECT_LT(largestDistance(positionsOf(rig, frames[f].clip, frames[f].time),
                                           positionsOf(rig, poses, double(f) + later)),
@@ -92,7 +92,7 @@ void expectSameRig(const Rig& a, const Rig& b, const std::string& name) {
     EXPECT_EQ(a.skin.parents, b.skin.parents) << name;
     EXPECT_EQ(a.skin.joints, b.skin.joints) << name;
     ASSERT_EQ(a.skin.weights.size(), b.skin.weights.size()) << name;
-    // Weights are normalised again: one unit in the last place.
+    // Weights are normalised again, which may change one unit in the last place.
     for (std::size_t i = 0; i < a.skin.weights.size(); ++i)
         EXPECT_NEAR(a.skin.weights[i], b.skin.weights[i], 1.2e-7) << name;
 }
@@ -110,7 +110,7 @@ TEST(RigPoses, GlbIsReadBackAsTheSameRig) {
         EXPECT_EQ(back.clips[0].name, "poses");
         EXPECT_EQ(back.clips[0].duration, rig.clips[0].duration);
         for (double t = 0; t <= rig.clips[0].duration; ++t) {
-            // 3.0e-7 measured: inverse bind matrices become floats.
+            // 3.0e-7 was measured, as inverse bind matrices become floats.
             EXPECT_LT(largestDistance(positionsOf(rig, 0, t), positionsOf(back, 0, t)), 1e-6) << name << ' ' << t;
             const std::vector<float> a = evaluatePose(rig, 0, t).pose, b = evaluatePose(back, 0, t).pose;
             ASSERT_EQ(a.size(), b.size());
@@ -119,7 +119,7 @@ TEST(RigPoses, GlbIsReadBackAsTheSameRig) {
     }
 }
 
-// A node that two joints share is written twice, since glTF has a node only once in a skin.
+// A node that two joints share is written twice, since glTF allows a node only once in a skin.
 TEST(RigPoses, JointsOfOneNodeStayTwoJoints) {
     const samples::Folder folder("shared");
     Rig rig = readAny("bend.glb");
@@ -141,7 +141,7 @@ TEST(RigPoses, JointsOfOneNodeStayTwoJoints) {
         EXPECT_LT(largestDistance(positionsOf(rig, 0, t), positionsOf(back, 0, t)), 1e-6) << t;
 }
 
-// Reading turns triangles on joints that mirror at rest: the writer must turn them first.
+// Reading turns triangles on joints that mirror at rest, so the writer must turn them first.
 TEST(RigPoses, MirroredJointsKeepTheOutside) {
     const samples::Folder folder("mirror");
     Rig rig = readAny("bend.glb");

@@ -1,4 +1,4 @@
-// Shading points, influences and names.
+// Tests shading points, influences and names.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,8 @@ TEST(RigWeld, SamePlaceAndWeightsIsOnePoint) {
     EXPECT_THAT(skin.weights, ElementsAre(1, 0, .5f, .5f, .75f, .25f));
 }
 
-// Pairs half the tolerance apart along a line weld wherever the grid's cells end; pairs three times it apart do not.
+// Pairs that are half the tolerance apart along a line weld wherever the grid's cells end. Pairs three times as far
+// do not.
 TEST(RigWeld, ToleranceDoesNotDependOnWhereAPointLies) {
     for (const auto& [gap, expected] : {std::pair(0.5e-6f, 1001u), std::pair(3e-6f, 2001u)}) {
         std::vector<Vec3> positions{{0, 1, 0}};
@@ -72,7 +73,7 @@ TEST(RigWeld, TrianglesFollowAndThoseThatCollapseGo) {
     EXPECT_THAT(mesh.triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{0, 1, 2}));
 }
 
-// One part whose 12 influences come unsorted, not normalised and with a joint named twice.
+// One part has 12 influences that come unsorted, not normalised and with a joint named twice.
 TEST(RigWeld, KeepsTheEightLargestInfluencesOfSumOne) {
     RigSource source;
     source.file = "f.glb";
@@ -136,7 +137,7 @@ TEST(RigMatrix, InverseAndDecompositionUndoComposition) {
     EXPECT_FALSE(decompose(sheared).exact);
 }
 
-// Every rotation matrix, from each of Shepperd's four branches.
+// Tests every rotation matrix by half turns, from each of Shepperd's four branches.
 TEST(RigMatrix, DecompositionFindsRotationsByHalfTurns) {
     for (const Quaternion& q :
          {Quaternion{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}, {0.7, 0.7, 0.1, 0.05}}) {

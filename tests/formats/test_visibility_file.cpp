@@ -55,7 +55,7 @@ void expectSame(const VisibilityFrame& a, const VisibilityFrame& b) {
     EXPECT_EQ(a.coefficients, b.coefficients);
 }
 
-// 150 frames and 202 vertices: two whole blocks of frames and a rest, four columns of chunks.
+// 150 frames and 202 vertices are two whole blocks of frames and a rest, and four columns of chunks.
 TEST(VisibilityFile, RoundTripInFloat32) {
     const samples::Folder folder("vis_f32");
     const VisibilityHeader header = samples::visibilityHeader(100, 150);
@@ -160,8 +160,8 @@ TEST(VisibilityFile, UnfinishedWriterLeavesNothingAndKeepsTheOldFile) {
     EXPECT_EQ(samples::bytesOf(folder.path / "x.vis.h5"), before);
 }
 
-// One bit of every 17th byte in turn: refused, or of no consequence. Text attributes lie in HDF5's global heap, which
-// has no checksums; of them only those that take any text can change unnoticed.
+// Flips one bit of every 17th byte in turn: the file is refused, or the bit is of no consequence. Text attributes lie
+// in HDF5's global heap, which has no checksums; only those of them that take any text can change unnoticed.
 TEST(VisibilityFile, AFlippedBitIsFound) {
     const samples::Folder folder("vis_flipped");
     for (Precision precision : {Precision::kFloat32, Precision::kFloat16}) {

@@ -1,4 +1,4 @@
-// Virtual x.vis.h5: the frames of other files, refused unless each is there and is what it was.
+// Tests virtual x.vis.h5: the frames of other files, refused unless each file is there and is what it was.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// Three files of 4 frames in shards/, an index of their 12 frames in turn in out/.
+// Three files of 4 frames in shards/, and an index of their 12 frames in turn in out/.
 struct Index {
     samples::Folder folder;
     VisibilityHeader whole = samples::visibilityHeader(20, 12);
@@ -110,13 +110,13 @@ TEST(VisibilityVirtual, RefusesAListThatDoesNotFit) {
     index.sources.files[2] = "../out/x.vis.h5";  // itself
     rewrite();
     EXPECT_THAT(refusal<InvalidInput>(index.path), HasSubstr("has changed"));
-    // A file of other vertices.
+    // This file has other vertices.
     samples::writeVisibility(index.shardPath(2), samples::visibilityHeader(9, 4), Precision::kFloat32);
     index.sources = good;
     index.sources.sha256[2] = sha256OfFile(index.shardPath(2));
     rewrite();
     EXPECT_THAT(refusal<InvalidInput>(index.path), HasSubstr("2.vis.h5: /frames/positions"));
-    // One of fewer frames than the list wants.
+    // This one has fewer frames than the list wants.
     samples::writeVisibility(index.shardPath(2), samples::visibilityHeader(20, 3), Precision::kFloat32);
     index.sources.sha256[2] = sha256OfFile(index.shardPath(2));
     rewrite();

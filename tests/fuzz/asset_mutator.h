@@ -1,6 +1,6 @@
 #pragma once
-// What the targets that read assets share: their corpus, made by the packer, and a mutator that falls back to it.
-// Include once a target.
+// The targets that read assets share this: their corpus, made by the packer, and a mutator that falls back to it.
+// Include this once in a target.
 #include <cstdint>
 #include <cstring>
 
@@ -11,7 +11,7 @@ extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, st
 
 namespace penumbra {
 
-// Tiny assets, one for each kind of model and of features.
+// Makes tiny assets, one for each kind of model and of features.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -45,7 +45,7 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
 
 }  // namespace penumbra
 
-// An input too short for an asset is replaced by a tiny valid one, so that a run needs no corpus.
+// Replaces an input that is too short for an asset by a tiny valid one, so that a run needs no corpus.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                                unsigned int seed) {
     const auto& assets = penumbra::tinyAssets();

@@ -1,5 +1,5 @@
-// Any bytes are an asset that the run time can use, or InvalidInput. The content hash is put right first: it would stop
-// nearly every input before the checks that are to be tested.
+// Any bytes are an asset that the run time can use, or give InvalidInput. The content hash is put right first, as it
+// would stop nearly every input before the checks under test.
 #include "formats/common/errors.h"
 #include "tests/fuzz/asset_mutator.h"
 #include "tests/use_asset.h"

@@ -1,5 +1,5 @@
-// Journals of killed bakes. The first byte says how far a good one reaches before the bytes of the case begin, so that
-// they meet the key, the records and their checksums, not only the magic.
+// Feeds journals of killed bakes. The first byte tells how far a good one reaches before the bytes of the case begin.
+// So these meet the key, the records and their checksums, and not only the magic.
 #include "bake/bake_journal.h"
 #include "formats/common/errors.h"
 #include "tests/formats/stage_samples.h"

@@ -1,4 +1,4 @@
-// penumbra.brdf files, with operators; see fuzz_visibility_file.cpp.
+// Feeds penumbra.brdf files with operators; see fuzz_visibility_file.cpp.
 #include "formats/common/errors.h"
 #include "formats/stage/brdf_file.h"
 #include "tests/fuzz/memory_file.h"

@@ -1,4 +1,4 @@
-// BRDF tables, fits and scattered measurements: any bytes give a material whose values are finite, or InvalidInput.
+// Any bytes as a BRDF table, fits or scattered measurements give a material whose values are finite, or InvalidInput.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

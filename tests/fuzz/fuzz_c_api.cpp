@@ -1,5 +1,5 @@
-// Any bytes are an asset that every function of the C interface can use, or PENUMBRA_INVALID_ASSET with a sentence. The
-// content hash is put right first: it would stop nearly every input before the checks that are to be tested.
+// Any bytes are an asset that every function of the C interface can use, or give PENUMBRA_INVALID_ASSET with a
+// sentence. The content hash is put right first, as it would stop nearly every input before the checks under test.
 #include <cstdlib>
 
 #include "tests/capi/use_c_api.h"

@@ -1,4 +1,4 @@
-// CSV of inputs; see fuzz_visibility_file.cpp.
+// Feeds CSV of inputs; see fuzz_visibility_file.cpp.
 #include "formats/common/errors.h"
 #include "formats/stage/input_table.h"
 #include "tests/fuzz/memory_file.h"

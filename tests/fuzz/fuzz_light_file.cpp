@@ -1,4 +1,4 @@
-// penumbra.light files, with lobes and window; see fuzz_visibility_file.cpp.
+// Feeds penumbra.light files with lobes and a window; see fuzz_visibility_file.cpp.
 #include "formats/common/errors.h"
 #include "formats/stage/light_file.h"
 #include "tests/fuzz/memory_file.h"

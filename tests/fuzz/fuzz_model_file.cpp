@@ -1,5 +1,5 @@
-// penumbra.model files; see fuzz_visibility_file.cpp. Run with -max_len=200000: the models that it starts from are as
-// large.
+// Feeds penumbra.model files; see fuzz_visibility_file.cpp. Run it with -max_len=200000, because the models that it
+// starts from are as large.
 #include <cstring>
 
 #include "formats/common/errors.h"
@@ -21,7 +21,7 @@ std::string bytesOf(const Model& model) {
     return bytes;
 }
 
-// A rig, and cloth of both kinds of features: two sides, inputs.
+// A rig, and cloth of both kinds of features with two sides and inputs.
 const std::vector<std::string>& seeds() {
     static const std::vector<std::string> all = {
         bytesOf(synthetic::tubeModel({.rings = 2, .segments = 3, .frames = 2})),
@@ -31,7 +31,7 @@ const std::vector<std::string>& seeds() {
 }
 }  // namespace
 
-// An input too short for a model is replaced by a valid one, so that a run needs no corpus.
+// Replaces an input that is too short for a model by a valid one, so that a run needs no corpus.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                                unsigned int seed) {
     const std::string& valid = seeds()[seed % seeds().size()];

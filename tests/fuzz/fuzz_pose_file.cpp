@@ -1,4 +1,4 @@
-// penumbra.poses files; see fuzz_visibility_file.cpp.
+// Feeds penumbra.poses files; see fuzz_visibility_file.cpp.
 #include "formats/common/errors.h"
 #include "formats/stage/pose_file.h"
 #include "tests/fuzz/memory_file.h"

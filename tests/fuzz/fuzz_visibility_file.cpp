@@ -1,4 +1,4 @@
-// penumbra.visibility files. HDF5 reads files, not memory: the bytes go through one in /dev/shm.
+// Feeds penumbra.visibility files. HDF5 reads files instead of memory, so the bytes go through one in /dev/shm.
 #include "formats/common/errors.h"
 #include "formats/stage/visibility_file.h"
 #include "tests/fuzz/memory_file.h"

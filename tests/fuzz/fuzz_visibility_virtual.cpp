@@ -1,5 +1,5 @@
-// Virtual penumbra.visibility files: the lists of files, hashes and frames are the case's, the rest is good, since
-// HDF5's checksums would refuse nearly every other change.
+// Feeds virtual penumbra.visibility files. The lists of files, hashes and frames are the case's. The rest is good,
+// since HDF5's checksums would refuse nearly every other change.
 #include "formats/common/errors.h"
 #include "formats/common/sha256.h"
 #include "formats/stage/visibility_check.h"
@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 struct Place {
     fs::path folder = "/dev/shm/penumbra_fuzz_virtual" + std::to_string(::getpid());
-    std::vector<std::string> names, sums;  // good shards, one of other vertices, one that is virtual, strange ones
+    std::vector<std::string> names, sums;  // good shards, one with other vertices, one that is virtual, strange ones
     Place() {
         fs::create_directories(folder);
         for (std::uint32_t quads : {3u, 3u, 5u}) {
@@ -29,7 +29,7 @@ struct Place {
     }
 };
 
-// Bytes of the case, then zeros.
+// The bytes of the case, then zeros.
 struct Bytes {
     const std::uint8_t *at, *end;
     std::uint8_t next() { return at < end ? *at++ : 0; }

@@ -45,7 +45,7 @@ TEST(AssetFile, RejectsEveryChangedByteByItsHash) {
     EXPECT_EQ(accepted, 0u);
 }
 
-// The hash is put right after every mutation, so that the checks behind it are what is tested.
+// The hash is put right after every mutation, so that the checks behind it are tested.
 TEST(AssetFile, MutationsAreRefusedOrHarmless) {
     const std::vector<std::byte> whole = tinyAsset();
     std::mt19937 random(5);
@@ -73,7 +73,7 @@ TEST(AssetFile, MutationsAreRefusedOrHarmless) {
     EXPECT_GT(used, 500);
 }
 
-// Changes one field through the generated accessors and puts the hash right.
+// Changes one field through the generated accessors, and puts the hash right.
 template <class Change>
 std::string refusalAfter(Change change) {
     std::vector<std::byte> bytes = tinyAsset(AssetPrecision::kF32);
@@ -139,7 +139,7 @@ TEST(AssetFile, NamesTheFieldThatIsWrong) {
     expect(refusalAfter([&](Asset& a) { material(a)->mutable_slices()->Mutate(31, nan); }), "materials[0].slices");
 }
 
-// Compact slices unfold to more than the file has: one material that is listed a million times must not fill the
+// Compact slices unfold to more than the file has. One material that is listed a million times must not fill the
 // memory.
 TEST(AssetFile, RefusesMoreMaterialsThanThereMayBe) {
     const auto openWith = [](std::size_t count) {

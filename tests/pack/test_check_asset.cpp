@@ -29,7 +29,7 @@ Model livelyTube() {
     return model;
 }
 
-// A bake whose visibility is what the model says, plus noise: convention B's numbers are the moments themselves.
+// A bake whose visibility is what the model says, plus noise. Convention B's numbers are the moments themselves.
 struct SyntheticBake {
     Model model;
     Packed packed;
@@ -97,7 +97,7 @@ struct SyntheticBake {
 
 const auto kNoProgress = [](std::size_t) {};
 
-// Measured: 2e-6, single-precision rotations there and back.
+// Measured: 2e-6, from single-precision rotations there and back.
 TEST(CheckAsset, AModelThatMadeTheTruthHasNoError) {
     const SyntheticBake bake(0);
     const VisibilityReader truth(bake.path);
@@ -115,7 +115,8 @@ TEST(CheckAsset, AModelThatMadeTheTruthHasNoError) {
     }
 }
 
-// Sum over a clip's frames of (y - mean)^2, mean over the first clip's (the training) frames; y = model + noise.
+// Returns the sum over a clip's frames of (y - mean)^2, with the mean over the first (the training) clip's frames; y
+// = model + noise.
 double variationOf(const SyntheticBake& bake, std::size_t clip) {
     Evaluator evaluator(bake.asset);
     const std::size_t count = evaluator.vertexCount() * 16;
@@ -164,7 +165,7 @@ TEST(CheckAsset, FiguresAreThoseOfTheNoise) {
     }
 }
 
-// Two bakes of one truth: their difference / sqrt 2 is the root mean square of the noise of both.
+// The difference of two bakes of one truth, / sqrt 2, is the root mean square of the noise of both.
 TEST(CheckAsset, BakeNoiseIsTheDifferenceOfTwoBakes) {
     const SyntheticBake bake(0.1f), other(0.1f, 10);
     const VisibilityReader truth(bake.path), second(other.path);
@@ -185,7 +186,8 @@ TEST(CheckAsset, BakeNoiseIsTheDifferenceOfTwoBakes) {
     EXPECT_THROW(checkAsset(bake.asset, truth, {.second_bake = &other_pose}, 1, kNoProgress), InvalidInput);
 }
 
-// Noise that grows with the distance makes the order of both the same; a frame nearer than it is bad turns it around.
+// Noise that grows with the distance gives both the same order. A frame that is nearer than it is bad turns the order
+// around.
 TEST(CheckAsset, ErrorThatGrowsWithTheDistanceHasRankCorrelationOne) {
     SyntheticBake bake(0.1f);
     for (ClusterModel& cluster : bake.model.clusters)  // what the frames of "twist" reach beyond
@@ -226,15 +228,15 @@ TEST(RankCorrelation, KnownOrders) {
     const std::vector<double> a = {3, 1, 4, 1.5, 9}, b = {30, 1, 31, 2, 1e6}, reversed = {-3, -1, -4, -1.5, -9};
     EXPECT_NEAR(rankCorrelation(a, b), 1, 1e-12);
     EXPECT_NEAR(rankCorrelation(a, reversed), -1, 1e-12);
-    // Ranks 1 2.5 2.5 4 and 1 2 3 4, less 2.5: (2.25 + 0 + 0 + 2.25) / sqrt(4.5 * 5).
+    // Ranks are 1 2.5 2.5 4 and 1 2 3 4, less 2.5: (2.25 + 0 + 0 + 2.25) / sqrt(4.5 * 5).
     EXPECT_NEAR(rankCorrelation(std::vector<double>{1, 2, 2, 3}, std::vector<double>{1, 2, 3, 4}),
                 4.5 / std::sqrt(22.5), 1e-12);
     EXPECT_TRUE(std::isnan(rankCorrelation(std::vector<double>{1, 1, 1}, std::vector<double>{1, 2, 3})));
     EXPECT_TRUE(std::isnan(rankCorrelation({}, {})));
 }
 
-// Fewer components, and rounded: the span and the error of the model are those of the model, whatever is packed,
-// and all parts make the total up to the correlation of the last two.
+// With fewer, rounded components, the span and the error of the model stay those of the model, whatever is packed.
+// All parts make the total up to the correlation of the last two.
 TEST(CheckAsset, BudgetSplitsTheErrorOfAPackedModel) {
     const SyntheticBake bake(0.1f);
     const VisibilityReader truth(bake.path);
@@ -247,7 +249,7 @@ TEST(CheckAsset, BudgetSplitsTheErrorOfAPackedModel) {
     EXPECT_NEAR(packed.unpacked_error, exact.relative_error, 1e-9);
     EXPECT_NEAR(packed.unpacked_truncation, exact.truncation, 1e-9);
     EXPECT_GT(packed.truncation, exact.truncation);
-    // The packer's measure over the same frames; measured: 1e-9.
+    // The packer's own measure over these frames must agree; measured: 1e-9.
     const double difference = comparePacked(asset, bake.asset, 1).difference;
     EXPECT_NEAR(packed.packing, std::sqrt(difference / variationOf(bake, 0)), 1e-6);
     EXPECT_GT(packed.packing, 0.005);

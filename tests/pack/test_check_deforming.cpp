@@ -1,4 +1,4 @@
-// Truth and check of a deforming, two-sided mesh: the asset is posed by the bake's positions.
+// Tests truth and check of a deforming, two-sided mesh, where the bake's positions pose the asset.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -23,7 +23,8 @@ Model modelOf(synthetic::ClothOptions options) {
     return synthetic::clothModel(options);
 }
 
-// A bake whose visibility is what the model says of its positions: convention B's numbers are the moments themselves.
+// A bake whose visibility is what the model says for its positions. Convention B's numbers are the moments
+// themselves.
 struct ClothBake {
     Model model;
     std::vector<std::byte> bytes;
@@ -86,7 +87,7 @@ struct ClothBake {
     }
 };
 
-// Measured: 3e-6, single-precision rotations there and back.
+// Measured: 3e-6, from single-precision rotations there and back.
 TEST(CheckDeforming, AModelThatMadeTheTruthHasNoError) {
     for (const FeatureKind features : {FeatureKind::kRelativeBones, FeatureKind::kDihedrals}) {
         const ClothBake bake({.features = features});

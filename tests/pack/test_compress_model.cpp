@@ -117,8 +117,8 @@ TEST(CompressModel, ComponentsThatRepeatOthersAreGone) {
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(after[i], before[i], 1e-5);
 }
 
-// Dropping costs the energies of what is dropped, and no other rank-3 model of these predictions costs less than the
-// first axes do: certainly not the first components as they were.
+// Dropping costs the energies of what is dropped. No other rank-3 model of these predictions costs less than the
+// first axes do, and certainly not the first components as they were.
 TEST(CompressModel, DroppingCostsTheEnergyThatWasPredicted) {
     Example example(6), plain(6);
     const std::vector<double> before = example.numbers(example.cluster);
@@ -175,14 +175,14 @@ TEST(PackWithin, MeetsTheBytesAskedForAndUsesThem) {
     for (double share : {1.01, 0.9, 0.75}) {
         const Packed packed = packAsset(model, {}, {}, {.max_bytes_per_vertex = share * bytes}, "{}", 2);
         EXPECT_LE(bytesPerVertex(packed), share * bytes);
-        // A component is 16 bytes a vertex of its cluster, of four.
+        // A component is 16 bytes a vertex of its cluster, which is one of four.
         if (packed.components < packed.all_components) {
             EXPECT_GT(bytesPerVertex(packed), share * bytes - 8);
         }
         EXPECT_GE(packed.quantization_error, error);
         error = packed.quantization_error;
         EXPECT_FLOAT_EQ(openAsset(packed.bytes).model.quantization_error, float(error));
-        // What was predicted for dropping is nearly all of the error; rounding adds the rest.
+        // What was predicted for dropping is nearly all of the error, and rounding adds the rest.
         EXPECT_LE(packed.dropped_error, packed.quantization_error * 1.01);
         if (share < 0.8) {
             EXPECT_GT(packed.dropped_error, 0.9 * packed.quantization_error);
@@ -220,7 +220,7 @@ TEST(PackWithin, RefusesBoundsThatCannotBeMet) {
     EXPECT_NE(both.find("within --max-bytes-per-vertex"), std::string::npos) << both;
 }
 
-// Asked for nothing, packing loses what does not matter; asked for a precision, no component.
+// Without a bound, packing drops what does not matter; with a precision alone it drops no component.
 TEST(PackWithin, DropsByDefaultWhatHardlyCounts) {
     Model model = livelyTube();
     for (ClusterModel& cluster : model.clusters)  // the last component of each cluster is next to nothing

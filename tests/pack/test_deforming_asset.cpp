@@ -1,4 +1,4 @@
-// Deforming and two-sided meshes, inputs: what is packed, and that nothing wrong gets past the reader.
+// Tests deforming and two-sided meshes and inputs: what is packed, and that nothing wrong gets past the reader.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +58,7 @@ TEST(DeformingAsset, HoldsFrontsBacksInputsAndPlayback) {
     }
 }
 
-// Half a step in each direction, and the rounding of floats.
+// The bound is half a step in each direction, and the rounding of floats.
 TEST(DeformingAsset, PlaybackIsAsNearAsItSays) {
     const Model model = synthetic::clothModel();
     const std::vector<std::byte> bytes = packedCloth();

@@ -76,8 +76,8 @@ TEST(PackAsset, MakesEveryClusterAContiguousRange) {
         EXPECT_EQ(asset.mesh.shading_point[asset.mesh.source_vertex[r]], model.mesh.source_vertex[r]);
 }
 
-// |error of a number| <= |error of its mean| + sum_k |y_k| scale_k / 2, whatever the pose; and the stored error is the
-// one that the evaluator shows.
+// error of a number| <= |error of its mean| + sum_k |y_k| scale_k / 2, whatever the pose. The stored error is the one
+// that the evaluator shows.
 TEST(PackAsset, QuantisationErrorIsBoundedAndMeasured) {
     const Model model = tubeModel({.rings = 12, .segments = 9, .components = 6, .frames = 8});
     const PackOptions f32{.precision = AssetPrecision::kF32};
@@ -242,7 +242,7 @@ TEST(PackAsset, SlotsFollowTheirVerticesAndGetTheirMaterials) {
     EXPECT_THROW(chosen({{"body", "phong"}}), UsageError);
 }
 
-// A material whose three channels differ, of random numbers of one form.
+// Makes a material whose three channels differ, from random numbers of one form.
 BrdfFile materialOfForm(SliceForm form) {
     BrdfFile brdf = synthetic::lambert();
     brdf.name = nameOf(form);
@@ -281,7 +281,7 @@ TEST(PackAsset, StoresSlicesInTheirMostCompactForm) {
     check(materialOfForm(SliceForm::kGeneral), SliceForm::kGeneral, 3, 3 * 1500);
 }
 
-// The entries that the run time reads belong to the view, not to the file: they outlive moves and copies of it.
+// The entries that the run time reads belong to the view, not to the file. They outlive moves and copies of it.
 TEST(PackAsset, UnfoldedSlicesSurviveCopiesOfTheView) {
     const BrdfFile brdf = materialOfForm(SliceForm::kOrthotropic);
     const std::vector<std::byte> bytes =
@@ -300,7 +300,7 @@ TEST(PackAsset, UnfoldedSlicesSurviveCopiesOfTheView) {
     for (std::size_t i = 0; i < 375; ++i) EXPECT_EQ(alone.slices[i], float(brdf.slices[3 * i]));
 }
 
-// slice_form is not stored where it is 0, so a general material is laid out as in version 2.
+// slice_form is not stored where it is 0, so that a general material is laid out as in version 2.
 TEST(PackAsset, FilesOfVersion2AreRead) {
     const BrdfFile brdf = materialOfForm(SliceForm::kGeneral);
     std::vector<std::byte> bytes = packAsset(tubeModel(), std::vector<BrdfFile>{brdf}, {}, {}, "{}", 1).bytes;
@@ -338,7 +338,7 @@ TEST(PackAsset, SectionSizesAddUpToTheFile) {
     EXPECT_EQ(sum, packed.bytes.size());
 }
 
-// Teeth, say: visibility that never changes has components of zeros and, in an additive model, no unit.
+// For teeth, say, visibility never changes. It has components of zeros and, in an additive model, no unit.
 TEST(PackAsset, AClusterThatNeverChanges) {
     for (ModelKind kind : kModelKinds) {
         Model model = synthetic::tubeModel({.kind = kind});

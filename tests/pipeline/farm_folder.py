@@ -25,7 +25,7 @@ pictures: {{frames: 1, size: 32}}
 
 
 def make_farm(folder, bins, shards=1):
-    """FOLDER/farm.yaml and its rigs; the programs of `bins` are used."""
+    """Makes FOLDER/farm.yaml and its rigs. The programs of `bins` are used."""
     os.environ["PENUMBRA_BIN"] = os.path.abspath(bins)
     os.makedirs(folder, exist_ok=True)
     for rig in ("bend.glb", "capsule_man.glb"):
@@ -46,7 +46,7 @@ def replace(path, old, new):
 
 
 def snakemake(folder, *words, code=0, env=None):
-    """All that Snakemake printed."""
+    """Runs Snakemake and returns all that it printed."""
     command = ["snakemake", *words, "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml"]
     if "--profile" not in words:
         command.append("-c2")
@@ -115,7 +115,7 @@ def snakemake_here(command, folder, env, output):
 
 
 def outputs_made(text):
-    """The outputs of the jobs that Snakemake ran, or would run."""
+    """Returns the outputs of the jobs that Snakemake ran, or would run."""
     return set(re.findall(r"^    output: (\S+)", text, re.M))
 
 

@@ -46,7 +46,7 @@ class Glb:
         return values
 
     def drawn(self):
-        """Nodes of the default scene, in the order of the file."""
+        """Returns the nodes of the default scene, in the order of the file."""
         if "scenes" not in self.json:
             return range(len(self.nodes))
         seen, stack = set(), list(self.json["scenes"][self.json.get("scene", 0)].get("nodes", []))
@@ -72,7 +72,7 @@ def matrix_of(t, q, s):
 
 
 def interpolate(times, values, mode, time, rotation):
-    """values: [keys, n], or [keys, 3, n] for CUBICSPLINE."""
+    """Interpolates values [keys, n], or [keys, 3, n] for CUBICSPLINE."""
     values = values.reshape((len(times), 3, -1)) if mode == "CUBICSPLINE" else values
     key = lambda k: values[k][1] if mode == "CUBICSPLINE" else values[k]
     if time <= times[0]:
@@ -164,7 +164,7 @@ class Evaluator:
         return [world(n) for n in range(len(local))]
 
     def positions(self, clip, time):
-        """Model-space positions of all source vertices: [R, 3]."""
+        """Returns the model-space positions of all source vertices: [R, 3]."""
         world = self.globals(clip, time)
         out = []
         for node, skin, p, joints, weights in self.parts:

@@ -6,7 +6,8 @@ import numpy as np
 
 
 def bake_file(path, clips=3, frames=12):
-    """Two bones of a ribbon that bends; visibility of order 3 that follows the angle, with a little noise."""
+    """Makes a bake of two bones of a ribbon that bends. Its visibility of order 3 follows the angle, with a little
+    noise."""
     random = np.random.default_rng(4)
     rows = 20
     y = np.repeat(np.linspace(0, 1, rows), 2)
@@ -27,7 +28,7 @@ def bake_file(path, clips=3, frames=12):
     normal = np.array([0, 0, 1.0])
     normals = moved[..., :3] @ normal
     moments = random.normal(size=(1, len(rest), 9)) + s[:, None, None] * random.normal(size=(1, len(rest), 9))
-    moments *= 0.05  # about E = 1/2, so that E stays in (0, 1): half of an open hemisphere's first two bands
+    moments *= 0.05  # about E = 1/2, so that E stays in (0, 1): half of the first two bands of an open hemisphere
     moments[..., 0] += 0.5 * np.sqrt(np.pi)
     moments[..., 1:4] += 0.5 * np.sqrt(3 * np.pi) / 2 * normals[..., [1, 2, 0]] * [-1, 1, -1]
     with h5py.File(path, "w") as f:

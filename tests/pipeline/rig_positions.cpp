@@ -1,6 +1,6 @@
-// rig_positions RIG... FPS: every frame's skinned source vertices, for a comparison with an independent evaluation.
-// stdout: one line of JSON {"clips":[..],"frames":[[clip, seconds],..],"vertices":R}, then F x R x 3 little-endian
-// floats.
+// rig_positions RIG... FPS writes every frame's skinned source vertices, for a comparison with an independent
+// evaluation. Its stdout is a line of JSON {"clips":[..],"frames":[[clip, seconds],..],"vertices":R}, then F x R x 3
+// little-endian floats.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 

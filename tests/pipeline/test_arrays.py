@@ -47,7 +47,7 @@ def wait_for(path, seconds):
 
 
 def check_task():
-    """Lines of 200 KB, codes of commands, and SIGTERM as Slurm sends it, to all processes."""
+    """Tries lines of 200 KB, exit codes of commands, and SIGTERM as Slurm sends it, to all processes."""
     words = [f"shard-{i:06}.vis.h5" for i in range(10000)]
     count = start_task(sys.executable, "-c", "import sys; print(len(sys.argv), 'words'); sys.exit(3)", *words)
     text = count.communicate()[0]
@@ -69,7 +69,8 @@ def bake_array(*words, code, **environment):
 
 
 def check_bake_array():
-    """What is no number of shards; an sbatch that takes some arrays and refuses the next; a folder with %."""
+    """Refuses what is no number of shards. An sbatch takes some arrays and refuses the next. A folder's name has a
+    %."""
     os.mkdir("programs")
     program("programs/penumbra-bake", "#!/bin/sh\necho 9 frames\n")
     program("programs/squeue", "#!/bin/sh\n")
@@ -90,7 +91,7 @@ def check_bake_array():
 
 
 def check_colons(top):
-    """Single files and folders may lie in a folder with a colon; what is split at colons may not."""
+    """Single files and folders may lie in a folder with a colon, but what is split at colons may not."""
     folder = os.path.join(top, "a:b")
     os.makedirs(os.path.join(folder, "frames"))
     for place in (folder, top):

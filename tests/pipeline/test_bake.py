@@ -47,7 +47,7 @@ def write_glb(path, scene, binary):
 
 
 def write_triangles(path, positions, indices):
-    """A rigid mesh without animation."""
+    """Makes a rigid mesh without animation."""
     binary = np.asarray(positions, "<f4").tobytes() + np.asarray(indices, "<u2").tobytes()
     low, high = np.min(positions, 0).tolist(), np.max(positions, 0).tolist()
     views = [
@@ -84,10 +84,11 @@ def check_file(folder):
         assert provenance["inputs"][0]["name"] == "capsule_man.glb", provenance
         b, n = f["visibility/coefficients"][:], f["frames/normals"][:]
         assert b.shape == (14, n.shape[1], 16)
-        # Ambient visibility from band 1: y_1 = sqrt(3/4pi) (-y, z, -x), so integral V s ds = sqrt(4pi/3) (-b3, -b1, b2).
+        # Ambient visibility comes from band 1: y_1 = sqrt(3/4pi) (-y, z, -x), so the integral of V s ds = sqrt(4pi/3)
+        # (-b3, -b1, b2).
         moment = np.sqrt(4 * np.pi / 3) * np.stack([-b[..., 3], -b[..., 1], b[..., 2]], -1)
         ambient = (moment * n).sum(-1) / np.pi
-        # 256 rays: 1 to within the noise of the set, about 1%.
+        # With 256 rays it is 1 to within the noise of the set, about 1%.
         assert ambient.min() > -1e-6 and 0.98 < ambient.max() < 1.02, (ambient.min(), ambient.max())
         assert 0.5 < ambient.mean() < 0.95, ambient.mean()
     figures = json.load(open(report))["figures"]
@@ -122,7 +123,8 @@ def check_dry_run(folder):
 
 
 def check_failures(folder):
-    """Exit code, one line on stderr that names what is wrong, no file left, an old output kept."""
+    """Each error has its exit code and one line on stderr that names what is wrong. No file is left, and an old
+    output stays."""
     place = lambda name: os.path.join(folder, name)
     open(place("empty.glb"), "wb").close()
     whole = open(MAN, "rb").read()
@@ -184,7 +186,7 @@ def check_failures(folder):
 
 
 def check_full_disk(folder):
-    """A file size limit with SIGXFSZ ignored fails writes as a full disk does."""
+    """A file size limit with SIGXFSZ ignored makes writes fail as a full disk does."""
     import resource
 
     def limit():
@@ -214,7 +216,7 @@ def check_signals(folder):
         _, errors = process.communicate(timeout=60)
         seconds = time.monotonic() - start
         assert process.returncode == 4 and len(errors.splitlines()) == 1, (process.returncode, errors)
-        # The promise is a second; a loaded machine gets three.
+        # The promise is a second. A loaded machine gets three.
         assert seconds < 3, seconds
         assert not [name for name in os.listdir(folder) if name.startswith("stopped")], os.listdir(folder)
         print(f"signal {int(number)}: stopped after {seconds:.2f} s")

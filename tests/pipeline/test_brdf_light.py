@@ -17,7 +17,7 @@ def run(folder, *arguments):
 
 
 def write_hdr(path, rgbe):
-    """A flat Radiance file of [height, width, 4] bytes."""
+    """Writes a flat Radiance file of [height, width, 4] bytes."""
     height, width, _ = rgbe.shape
     header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
     path.write_bytes(header + rgbe.astype(np.uint8).tobytes())
@@ -45,7 +45,7 @@ def check_brdf(folder):
 
 
 def check_operators(folder):
-    """Sizes, what is stored, and that two ways to the same radiance agree as far as their errors say."""
+    """Checks sizes, what is stored, and that two ways to the same radiance agree as far as their errors say."""
     spec = "ward-gmd:ax=0.2,ay=0.5,color=1/0.5/0"
     for source, asked in (("slices", "8"), ("table", "8"), ("literal", "8"), ("slices", "16")):
         code, out, err = run(folder, "brdf", "--analytic", spec, "-o", "o.brdf.h5", "--operators", asked, "--operators-from",
@@ -81,7 +81,7 @@ def check_operators(folder):
 
 
 def check_orders(folder):
-    """Slices of any order up to 8; the more bands of the view, the nearer the fit."""
+    """Slices may have any order up to 8. The more bands the view has, the nearer the fit is."""
     fits = []
     for bands in (1, 3, 6, 8):
         code, out, err = run(folder, "brdf", "--analytic", "ggx:alpha=0.2", "--slice-order", str(bands), "--view-order", str(bands),
@@ -114,7 +114,7 @@ def check_names(folder):
 
 
 def check_light(folder):
-    # Radiance (1, 2, 0.5) everywhere: c 2^(e-136).
+    # Radiance is (1, 2, 0.5) everywhere, as a byte c stands for c 2^(e-136).
     write_hdr(folder / "sky.hdr", np.broadcast_to(np.array([64, 128, 32, 130]), (4, 8, 4)))
     code, out, err = run(folder, "light", "sky.hdr", "-o", "e.light.h5", "--order", "3")
     assert code == 0 and err == "", (code, err)

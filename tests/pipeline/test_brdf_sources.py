@@ -27,7 +27,7 @@ def run(folder, tool, *arguments):
 
 
 def merl(red):
-    """A MERL file that is Lambertian, `red` in its first channel's cell (0, 0, 0)."""
+    """Writes a MERL file that is Lambertian, with `red` in its first channel's cell (0, 0, 0)."""
     cells = 90 * 90 * 180
     planes = [np.full(cells, f * 1500 / scale / np.pi) for f, scale in ((0.5, 1), (0.25, 1.15), (0.125, 1.66))]
     planes[0][0] = red

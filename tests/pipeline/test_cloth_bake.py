@@ -38,7 +38,7 @@ def digest(path):
 
 
 def sheet(side, frames):
-    """A square sheet that is rolled up, more than once round at the end: positions [F,V,3] and faces."""
+    """Makes a square sheet that is rolled up, more than once round at the end: positions [F,V,3] and faces."""
     u, v = np.meshgrid(np.linspace(0, 1, side), np.linspace(0, 1, side), indexing="ij")
     turn = np.linspace(1e-3, 9, frames)[:, None, None]
     positions = np.stack(
@@ -65,7 +65,7 @@ def ball(centre, radius, rings=12):
 
 
 def angles_of(positions, edges):
-    """Signed dihedral angles in double, unwrapped by numpy."""
+    """Returns signed dihedral angles in double, unwrapped by numpy."""
     a, b, c, d = (positions[:, edges[:, k]].astype("f8") for k in range(4))
     n1, n2 = np.cross(b - a, c - a), np.cross(d - a, b - a)
     sine = np.sum(np.cross(n1, n2) * (b - a), -1)
@@ -73,7 +73,7 @@ def angles_of(positions, edges):
 
 
 def check_cache(folder, cache):
-    """Frames are the cache's, the pose is its dihedral angles, normals are those of the triangles."""
+    """Frames are those of the cache, the pose is its dihedral angles, and normals are those of the triangles."""
     positions, faces = sheet(SIDE, FRAMES)
     out = os.path.join(folder, "x.vis.h5")
     assert "estimate from a probe" in run("visibility", cache, "-o", out, *SMALL, "--dry-run").stdout
@@ -100,7 +100,7 @@ def check_cache(folder, cache):
 
 
 def check_blocks(folder, cache):
-    """--blocks: the frames of the whole, in five clips whose times go on; the angles do not see the cuts."""
+    """With --blocks the frames of the whole stand in five clips whose times go on. The angles do not see the cuts."""
     whole, blocks, part = (os.path.join(folder, name + ".vis.h5") for name in ("whole", "blocks", "part"))
     run("visibility", cache, "-o", whole, *SMALL)
     run("visibility", cache, "-o", blocks, *SMALL, "--blocks", "3")
@@ -116,7 +116,7 @@ def check_blocks(folder, cache):
 
 
 def check_shards(folder, words):
-    """Any split into shards, any number of threads, killed or not: one file."""
+    """Any split into shards and any number of threads, killed or not, gives one file."""
     whole, sums = os.path.join(folder, "whole.vis.h5"), set()
     bake = lambda out, *more: run("visibility", *words, "-o", out, "-q", *more)
     bake(whole)
@@ -154,7 +154,7 @@ def coefficients(path):
 
 
 def check_two_sided(folder, cache):
-    """Backs behind fronts; fronts as without them; a cape of a rig has them too."""
+    """Backs stand behind fronts, which are as without them. A cape of a rig has backs too."""
     one, two = os.path.join(folder, "one.vis.h5"), os.path.join(folder, "two.vis.h5")
     run("visibility", cache, "-o", one, *SMALL)
     run("visibility", cache, "-o", two, *SMALL, "--two-sided")
@@ -169,7 +169,7 @@ def check_two_sided(folder, cache):
         assert np.array_equal(b["mesh/triangles"], np.concatenate([triangles, triangles[:, [0, 2, 1]] + count]))
         for name in ("mesh/source_vertex", "mesh/edges", "frames/pose"):
             assert np.array_equal(a[name], b[name]), name
-        # Rolled up to a scroll: the inside is darker than the outside.
+        # The sheet is rolled up to a scroll, so its inside is darker than its outside.
         share = b["visibility/coefficients"][-1, :, 0] / np.sqrt(np.pi)
         assert share[:count].mean() + 0.3 < share[count:].mean() or share[count:].mean() + 0.3 < share[:count].mean()
     rig = os.path.join(BIN, "..", "samples", "bend.glb")
@@ -181,7 +181,8 @@ def check_two_sided(folder, cache):
 
 
 def check_occluders(folder, cache):
-    """A ball that moves: each frame is that of a bake with the ball standing there; it brings no vertex of its own."""
+    """A ball moves. Each frame equals that of a bake with the ball standing there, and the ball brings no vertex of
+    its own."""
     positions, faces = ball((0, 0, 0), 0.2)
     path = np.stack([np.linspace(-1, 1, FRAMES), np.full(FRAMES, 0.3), np.full(FRAMES, 0.5)], -1)
     moving = save(os.path.join(folder, "ball.npz"), positions + path[:, None].astype("f4"), faces)
@@ -199,10 +200,10 @@ def check_occluders(folder, cache):
         there = save(os.path.join(folder, "there.npz"), positions[None] + path[frame].astype("f4"), faces)
         run("visibility", cache, "-o", still, *words, "--occluder", there, "--frames", f"{frame}:{frame + 1}")
         assert np.array_equal(coefficients(still)[0], b[frame]), frame
-    # In blocks, and two of them.
+    # This bakes in blocks, and with two occluders.
     run("visibility", cache, "-o", still, *words, "--occluder", moving, "--occluder", there, "--blocks", "2")
     assert np.all(coefficients(still)[:, :, 0] <= b[:, :, 0] + 1e-6)
-    # It must last as long, and have a clip that goes with the mesh's.
+    # An occluder must last as long as the mesh, and have a clip that goes with the mesh's.
     short = save(os.path.join(folder, "short.npz"), positions[None] + path[:5, None].astype("f4"), faces)
     refused(3, "short.npz", "ends at", words=["visibility", cache, "-o", still, "--occluder", short])
     refused(2, "nowhere", words=["visibility", cache, "-o", still, "--occluder", os.path.join(folder, "nowhere.npz")])
@@ -221,7 +222,7 @@ def check_reference(folder, baked, moving, other):
 
 
 def check_paired_occluder(folder, cache, positions, faces, expected):
-    """MESH:CACHE blocks as one file that holds both, in a bake and in a picture of it."""
+    """MESH:CACHE blocks as one file that holds both does, in a bake and in a picture of it."""
     mesh, mdd, out = (os.path.join(folder, name) for name in ("ball.obj", "ball.mdd", "pair.vis.h5"))
     with open(mesh, "w") as f:
         f.writelines("v %.9g %.9g %.9g\n" % tuple(p) for p in positions[0])
@@ -247,7 +248,7 @@ def check_paired_occluder(folder, cache, positions, faces, expected):
 
 
 def check_steps(folder, cache):
-    """Files numbered 0, 5, 10, ...: each is a frame, and one line of warning says so."""
+    """Files are numbered 0, 5, 10, ...: each is a frame, and one line of warning says so."""
     positions, faces = sheet(SIDE, FRAMES)
     for f in range(4):
         with open(os.path.join(folder, f"s.{5 * f:04}.obj"), "w") as file:
@@ -263,7 +264,7 @@ def check_steps(folder, cache):
 
 
 def check_inputs(folder, cache):
-    """Columns join the pose, of any clip and rate; a frame without a line is an error that names it."""
+    """Columns join the pose of any clip and rate. A frame without a line is an error that names it."""
     out, table = os.path.join(folder, "x.vis.h5"), os.path.join(folder, "inputs.csv")
 
     def write(text):
@@ -306,7 +307,7 @@ def check_inputs(folder, cache):
 
 
 def check_tangents(folder, cache):
-    """Pictures of an anisotropic sheet follow a model's tangents; without them they have others."""
+    """Pictures of an anisotropic sheet follow a model's tangents; without a model they have others."""
     at = lambda name: os.path.join(folder, name)
     run("visibility", cache, "-o", at("x.vis.h5"), *SMALL, "--two-sided")
     fit = [os.path.join(BIN, "penumbra-fit"), "visibility", at("x.vis.h5"), "-o", at("x.model.h5"), "-q"]
@@ -323,7 +324,7 @@ def check_tangents(folder, cache):
 
 
 def check_ground(folder, cache):
-    """--ground as a flag and with a height; the height is written and moves nothing else."""
+    """--ground may be a flag or have a height. The height is written, and moves nothing else."""
     out = os.path.join(folder, "x.vis.h5")
     results = []
     for words, height in (

@@ -26,7 +26,7 @@ def good(tool, *words):
 
 
 def write_sheet(path, upright):
-    """2 x 2 m, flat at rest, then with waves of 5 cm; upright: hung up by an edge."""
+    """Makes a sheet of 2 x 2 m, flat at rest, then with waves of 5 cm; upright, it hangs by an edge."""
     u, v = np.meshgrid(np.linspace(-1, 1, SIDE), np.linspace(-1, 1, SIDE), indexing="ij")
     time = np.arange(FRAMES)[:, None, None]
     wave = 0.05 * np.sin(4 * u + 2 * v + 0.5 * time) * (time > 0)
@@ -53,7 +53,7 @@ def read(path):
 
 
 def pictures(name, *camera):
-    """The first held-out frame's normals, of the player and of the reference."""
+    """Returns the first held-out frame's normals, of the player and of the reference."""
     look = ["--size", "96x96", "--channel", "normals", *camera]
     good("player", "render", name + ".pnb", "-o", "p.png", "--clip", name + "#3", "--frame", 0, *look)
     good("bake", "reference", name + ".vis.h5", "-o", "r.png", "--frame", 2 * FRAMES // 3, *look)
@@ -61,7 +61,8 @@ def pictures(name, *camera):
 
 
 def check_cameras():
-    """A sheet of 2 x 2 in a sphere of radius sqrt 2, from 35 degrees above: 4 sin 35 of 8.8 m2, 26% of the picture; upright 45%."""
+    """A sheet of 2 x 2 in a sphere of radius sqrt 2, seen from 35 degrees above, covers 4 sin 35 of 8.8 m2, 26% of
+    the picture; upright it covers 45%."""
     level = ["--camera", "pitch=0"]
     for name, camera, least, most in (("flat", [], 0.22, 0.32), ("flat", level, 0, 0.06), ("hung", [], 0.42, 0.5),
                                       ("hung", level, 0.42, 0.5)):
@@ -76,7 +77,7 @@ def check_cameras():
 
 
 def check_sequence():
-    """One camera of a sequence, from above too; the mean error is that of the check."""
+    """A sequence has one camera, also from above. Its mean error is that of the check."""
     good("player", "render", "flat.pnb", "--truth", "flat.truth.pnb", "-o", "s_%02d.png", "--size", "64x64",
          "--csv", "s.csv", "--clip", "flat#3")
     masks = [read(name)[..., 3] > 127 for name in sorted(os.listdir(".")) if name.startswith("s_")]
@@ -88,7 +89,7 @@ def check_sequence():
         figures = json.load(file)["figures"]
     clip = next(c for c in figures["clips"] if c["name"] == "flat#3")
     mean = np.mean([float(row["ambient_error_mean"]) for row in rows])
-    # The player's frames are those of the asset, positions of 16 bits; measured 2.2e-5.
+    # The player's frames are those of the asset, whose positions have 16 bits; measured 2.2e-5.
     assert abs(mean - clip["ambient_error"]) < 1e-4, (mean, clip)
 
 

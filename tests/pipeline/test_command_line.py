@@ -55,7 +55,8 @@ def entries(folder):
 
 
 def expect_error(result, code, what, *words):
-    """Exit code, one line on stderr that starts with the program's name and holds the words, nothing on stdout."""
+    """Checks the exit code, one line on stderr that starts with the program's name and holds the words, and an empty
+    stdout."""
     lines = result.stderr.splitlines()
     check(result.returncode == code, f"{what}: exit code {result.returncode}, not {code}: {result.stderr.strip()}")
     check(len(lines) == 1 and lines[0].startswith("penumbra-"), f"{what}: not one line: {result.stderr!r}")
@@ -137,7 +138,7 @@ def test_report_of_a_failure(folder):
 
 
 def test_names_of_files(folder):
-    """What a run writes: each under a name of its own, which is no input's. What it reads: regular files."""
+    """What a run writes has a name of its own each, which is no input's. What it reads are regular files."""
     source, old = folder / "in.glb", b"rubbish that stays"
     source.write_bytes(old)
     (folder / "linked").symlink_to(".")
@@ -154,13 +155,13 @@ def test_names_of_files(folder):
     expect_error(run(good + ["--report", "x", "--depfile", "./x"], folder), 1, "report as depfile", "different files")
     check(source.read_bytes() == old and (folder / "old.json").read_text() == "old", "names: a file was replaced")
     check(entries(folder) == before, f"names: left {entries(folder)}")
-    # The report's own name is right here, so it tells of the failure.
+    # Here the report's own name is right, so the report tells of the failure.
     result = run(good[:-1] + ["in.glb", "--report", "r.json"], folder)
     expect_error(result, 1, "output onto the input, with a report", "is input and output")
     check(json.loads((folder / "r.json").read_text())["exit_code"] == 1, "names: report of a usage error")
     os.mkfifo(folder / "pipe")
     (folder / "link").symlink_to("pipe")
-    # What a file names is no better than what the command line names.
+    # What a file names is treated as what the command line names.
     (folder / "named.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "pipe", "byteLength": 4}]}')
     expect_error(run([BIN / "penumbra-bake", "visibility", "named.gltf", "-o", "out.vis.h5"], folder), 2, "a buffer that is a pipe",
                  "pipe: not a regular file")
@@ -175,7 +176,7 @@ def bake(rig, output, *more):
 
 
 def test_bake(folder, rig):
-    """A whole run: report, depfile, dry run, info; then a full disk and a signal."""
+    """Does a whole run with report, depfile, dry run and info; then one with a full disk and one with a signal."""
     small = ["--fps", "2", "--rays", "16"]
     result = run(bake(rig, "dry.vis.h5", "--dry-run", "--report", "dry.json", *small), folder)
     check(result.returncode == 0 and entries(folder) == [], f"--dry-run wrote {entries(folder)}: {result.stderr}")
@@ -208,7 +209,7 @@ def test_bake(folder, rig):
 
 
 def test_full_disk(folder, rig):
-    """A limit on the size of files, at several sizes, is to a program what a full disk is."""
+    """To a program, a limit on the size of files is what a full disk is. Several sizes are tried."""
     (folder / "sky.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n" + bytes([90, 99, 120, 128]) * 128)
     stages = [
         ("bake", "visibility", "f.vis.h5", [rig, "--order", "5", "--fps", "2", "--rays", "16"]),

@@ -17,7 +17,7 @@ PLOTS = """models-error models-ambient clusters-held-out clusters-train variance
 cosine-error cosine-ambient frames-error frames-bytes conventions-error conventions-ambient eigenvalues-inputs
 eigenvalues-outputs cost-bytes cost-fit cost-evaluate""".split()
 
-# Added to a copy of the page: what was laid out, and every error.
+# This is added to a copy of the page, and tells what was laid out, and every error.
 PROBE = """<script>
 const errors = [];
 addEventListener('error', e => errors.push(String(e.message || e.target)), true);
@@ -47,7 +47,7 @@ def run(*arguments, code=0, says=""):
 
 
 def browse(page, *options):
-    """The DOM after loading, and the console's messages."""
+    """Returns the DOM after loading, and the console's messages."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     assert chromium, "chromium is not installed (scripts/setup installs it)"
     with tempfile.TemporaryDirectory() as profile:
@@ -80,7 +80,7 @@ def check_browser(folder, page, data):
     for name, plot in laid_out.items():
         assert plot["width"] > 200 and plot["height"] > 100, plot
         points = [sum(y is not None for y in series["y"]) for series in expected[name]["series"]]
-        # Every point is a mark, but those of the long curves, which are lines alone.
+        # Every point is a mark, except on the long curves, which are lines alone.
         curves = name.startswith("plot-eigenvalues") or name == "plot-joint"
         assert points and min(points) > 0, (name, points)
         assert len(plot["marks"]) == sum(points) or curves and len(plot["lines"]) > 0, (name, points, plot)
@@ -88,7 +88,7 @@ def check_browser(folder, page, data):
             assert 0 <= x and x + width <= 560 and 0 <= y and y + height <= 340 and width > 0, (name, x, y, width)
         assert all(length > 0 for length in plot["lines"]), plot
 
-    # What the checks above rest on: a page with an error is seen as one.
+    # The checks above rest on this: a page with an error is seen as one.
     broken = folder / "broken.html"
     broken.write_text(text.replace(policy, PROBE).replace("</main>", "<script>nothing.there</script></main>"))
     dom, console = browse(broken)
@@ -119,7 +119,7 @@ def check_compare(folder):
 
 
 def without_times(data):
-    """The cost figure is about time; of the rest only the fits' own times differ between runs."""
+    """The cost figure is about time. In the rest only the fits' own times differ between runs."""
     fits = [{k: v for k, v in fit.items() if k not in ("fit_seconds", "evaluate_milliseconds")} for fit in data["fits"]]
     return fits, [figure for figure in data["figures"] if figure["id"] != "cost"], data["provenance"]
 
@@ -131,7 +131,8 @@ def check_same_for_any_thread_count(folder, command, data):
 
 
 def check_cloth(folder):
-    """Cloth: both kinds of features, a figure of every model, none of a joint, and the features of joint angles refused."""
+    """Cloth has both kinds of features, and a figure of every model but none of a joint. Features of joint angles are
+    refused."""
     bake, page = folder / "c.vis.h5", folder / "c.html"
     sheet = BIN / ".." / "samples" / "sheet.npz"
     subprocess.run([BIN / "penumbra-bake", "visibility", sheet, "--two-sided", "--rays", "32", "--order", "3", "--blocks", "3",
@@ -184,7 +185,7 @@ def check_errors(folder, command):
 
 
 def check_interrupt(folder):
-    """SIGINT in the middle: nothing is left, exit code 4, within a second or so."""
+    """SIGINT comes in the middle. Nothing is left, the exit code is 4, and it takes a second or so."""
     bake, page = folder / "long.vis.h5", folder / "i.html"
     bake_file(bake, clips=8, frames=60)
     run_ = subprocess.Popen([BIN / "penumbra-fit", "compare", bake, "--holdout", "clip1", "--clusters",

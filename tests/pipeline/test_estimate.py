@@ -1,5 +1,6 @@
-"""What --dry-run says of a bake against the bake itself: frames, rays and the journal exactly, the file closely, the seconds roughly.
-The seconds are held against the processor time of the bake, which hardly depends on what else runs on the machine.
+"""Compares what --dry-run says of a bake with the bake itself: frames, rays and the journal exactly, the file
+closely, the seconds roughly. The seconds are held against the processor time of the bake, which hardly depends on
+what else runs on the machine.
 
 usage: test_estimate.py BIN
 """

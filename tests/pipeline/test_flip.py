@@ -16,11 +16,11 @@ random = np.random.default_rng(3).random((48, 48, 3))
 brighter = np.clip(random + 0.05, 0, 1)
 assert flip.flip_map(random, random).max() == 0
 assert np.array_equal(flip.flip_map(random, brighter), flip.flip_map(brighter, random))
-# Green against blue is what the scale ends at; between flat pictures there are no features, so it is colour alone.
+# The scale ends at green against blue. Between flat pictures there are no features, so it is colour alone.
 assert np.allclose(flip.flip_map(flat(0, 1, 0), flat(0, 0, 1)), 1)
 steps = [flip.flip_map(flat(0.5, 0.5, 0.5), flat(g, g, g)).mean() for g in (0.5, 0.52, 0.6, 0.8, 1)]
 assert steps[0] == 0 and all(a < b for a, b in zip(steps, steps[1:])), steps
-# A flat pair in closed form: |L1 - L2|^0.7 on the lower piece of the scale (grey has no chroma).
+# A flat pair has a closed form: |L1 - L2|^0.7 on the lower piece of the scale (grey has no chroma).
 lightness = [116 * np.cbrt(flip.linear(np.array(g))) - 16 for g in (0.5, 0.52)]
 largest = flip.hyab(flip.hunt_lab(np.array([0, 1.0, 0])), flip.hunt_lab(np.array([0, 0, 1.0]))) ** 0.7
 assert np.isclose(steps[1], abs(lightness[1] - lightness[0]) ** 0.7 * 0.95 / (0.4 * largest), rtol=1e-6)

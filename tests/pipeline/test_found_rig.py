@@ -11,7 +11,7 @@ from sample_rig import check_sample
 
 
 def sample():
-    """What sample.env says: source, clips to train on, clip to hold out, files of the rig."""
+    """Returns what sample.env says: source, clips to train on, clip to hold out, files of the rig."""
     script = 'source "$0"; printf "%s\\n" "$SAMPLE_SOURCE" "$TRAIN_CLIPS" "$HOLDOUT_CLIP" "${RIG[@]}"'
     lines = subprocess.run(["bash", "-c", script, os.environ["PENUMBRA_SAMPLE_ENV"]], check=True, capture_output=True,
                            text=True).stdout.splitlines()

@@ -32,7 +32,7 @@ def make_asset():
 
 
 def check_installs_and_moves():
-    """What is installed, and that the tree can be moved as a whole."""
+    """Checks what is installed, and that the tree can be moved as a whole."""
     run("cmake", "--install", BUILD, "--prefix", os.path.abspath("first"), "--component", "library")
     shutil.move("first", "tree")
     for part in ("include/penumbra.h", "lib/libpenumbra.so", "lib/libpenumbra.so.0", "lib/libpenumbra.a",
@@ -52,7 +52,7 @@ def check_installs_and_moves():
 
 
 def check_header():
-    """Alone, as C99 and as C++, without a warning."""
+    """The header compiles alone, as C99 and as C++, without a warning."""
     open("header.c", "w").write("#include <penumbra.h>\nint main(void) { return penumbra_version()[0] == 0; }\n")
     for compiler, language, standard in (("cc", "c", "c99"), ("cc", "c", "c11"), ("c++", "c++", "c++98"), ("c++", "c++", "c++20")):
         warnings = [] if standard == "c++98" else ["-Wpedantic"]  # <stdint.h> itself is newer than C++98

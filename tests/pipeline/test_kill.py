@@ -22,7 +22,7 @@ def digest(path):
 
 
 def check(verb, folder, output, words, seconds, expected, random_moment, again=()):
-    """Kills the program KILLS times before it would end by itself; then it runs to its end, `again` added."""
+    """Kills the program KILLS times before it would end by itself. Then it runs to its end, with `again` added."""
     before = set(os.listdir(folder)) - {output}
     killed, most = 0, seconds
     for _ in range(10 * KILLS):

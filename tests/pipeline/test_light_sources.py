@@ -21,7 +21,7 @@ def run(folder, *arguments, program="penumbra-fit"):
 
 
 def write_exr(path, pixels):
-    """A scanline OpenEXR file of floats without compression; pixels [height, width, 3]."""
+    """Writes a scanline OpenEXR file of floats without compression; pixels [height, width, 3]."""
     height, width, _ = pixels.shape
 
     def attribute(name, kind, value):
@@ -42,7 +42,7 @@ def write_exr(path, pixels):
 
 
 def basis(order, d):
-    """Real orthonormal SH with the Condon-Shortley sign, [directions, order^2]."""
+    """Returns real orthonormal SH with the Condon-Shortley sign, [directions, order^2]."""
     x, y, z = d.T
     out = np.empty((len(d), order * order))
     for m in range(order):
@@ -126,7 +126,7 @@ def check_lobes(folder):
     assert code == 0 and "lobes" in out and "fixed" in out, out
     assert run(folder, "light", "noise.exr", "-o", "l.light.h5", "--lobes", 0)[0] == 0
     assert read(folder / "l.light.h5")[2] == {}
-    # Band 0 only, and black: lobes of nothing, no NaN.
+    # A light has band 0 only, or is black: then it has lobes of nothing, and no NaN.
     for value in (0, 2.5):
         write_exr(folder / "flat.exr", np.full((4, 8, 3), value))
         code, out, err = run(folder, "light", "flat.exr", "-o", "f.light.h5")
@@ -142,7 +142,7 @@ def check_lobes(folder):
 
 
 def check_sun(folder):
-    """One pixel of 1e5: the default leaves no radiance below -1% of the mean, and says what it did."""
+    """With one pixel of 1e5, the default leaves no radiance below -1% of the mean, and says what it did."""
     directions = fibonacci(20000)
     for sky in (0, 0.3, 5):
         pixels = np.full((64, 128, 3), float(sky))
@@ -169,7 +169,7 @@ def check_sun(folder):
 
 
 def check_warnings(folder):
-    """What shows in pictures is said on stderr, also with -q; what does not is not."""
+    """What shows in pictures is said on stderr, also with -q. What does not show is not said."""
     spot = np.full((64, 128, 3), 1.0)
     spot[20:23, 37:40] = 1e4  # too large for the window of a hot pixel
     write_exr(folder / "spot.exr", spot)
@@ -185,7 +185,7 @@ def check_warnings(folder):
     ):
         code, out, err = run(folder, "light", *arguments, "-q", "-o", "w.light.h5")
         assert code == 0 and out == "" and err.count("\n") == (warning != "") and warning in err, (arguments, out, err)
-    # One pixel after resampling, and 2 x 2: sharp spots that no lens makes.
+    # One pixel after resampling, and 2 x 2, are sharp spots that no lens makes.
     for kernel in (np.ones((2, 2)), np.outer([.2, 1, .2], [.2, 1, .2]), np.outer([.3, .7], [.6, .4])):
         pixels = np.full((64, 128, 3), 1.0)
         rows, columns = np.ix_(range(20, 20 + len(kernel)), (126 + np.arange(kernel.shape[1])) % 128)  # across the seam
@@ -252,7 +252,7 @@ def check_failures(folder):
 
 
 def check_reference(folder):
-    """Ray-traced pictures take the same lights: a picture of any layout, analytic lights; bad ones are named."""
+    """Ray-traced pictures take the same lights: a picture of any layout, and analytic lights. Bad ones are named."""
     rig = BIN.parent / "samples" / "bend.glb"
     code, _, err = run(folder, "visibility", rig, "-o", "b.vis.h5", "--frames", "0:1", "--rays", 64, program="penumbra-bake")
     assert code == 0, err
@@ -274,7 +274,7 @@ def check_reference(folder):
 
 
 def check_probe(folder):
-    """One light probe as angular map and as lat-long picture: the same SH, without any rotation between them."""
+    """One light probe as angular map and as lat-long picture gives the same SH, without any rotation between them."""
     if "PENUMBRA_DATA" not in os.environ:
         print("PENUMBRA_DATA is not set: no light probe")
         return

@@ -12,7 +12,7 @@ RIG = BIN / ".." / "samples" / "capsule_man.glb"
 
 
 def bake(folder, fps):
-    """(frames, peak resident bytes, bytes of the output)."""
+    """Returns (frames, peak resident bytes, bytes of the output)."""
     out, report = folder / "m.vis.h5", folder / "m.json"
     subprocess.run([BIN / "penumbra-bake", "visibility", RIG, "-o", out, "--fps", str(fps), "--rays", "16", "--order", "3",
                     "-q", "--report", report], check=True)
@@ -25,5 +25,5 @@ with tempfile.TemporaryDirectory() as name:
     for frames, peak, size in (few, many):
         print(f"{frames} frames: {peak / 1e6:.0f} MB of memory, {size / 1e6:.1f} MB written")
         assert peak < size + 500e6
-    # Up to 64 frames wait for their chunk; measured: no growth from there on but the pose arrays'.
+    # Up to 64 frames wait for their chunk. From there on only the pose arrays grow (measured).
     assert many[0] > 8 * few[0] and many[1] < few[1] + 40e6, "memory grows with the frames"

@@ -54,7 +54,8 @@ def refused(words, *parts, code=3):
 
 
 def check_splits(folder):
-    """1, 2 and 7 shards, in consecutive ranges and every S-th frame, on 1 and 2 threads, given in any order."""
+    """Merges 1, 2 and 7 shards, in consecutive ranges and every S-th frame, on 1 and 2 threads, given in any
+    order."""
     place = lambda name: os.path.join(folder, name)
     whole = bake(place("whole.vis.h5"))
     with h5py.File(whole) as f:
@@ -74,7 +75,8 @@ def check_splits(folder):
 
 
 def check_choices(folder):
-    """By clip, half precision, a floor, a bake that chose clips or frames itself, lists of poses; merging in steps."""
+    """Merges by clip, in half precision, with a floor, from a bake that chose clips or frames itself, from lists of
+    poses, and in steps."""
     place = lambda name: os.path.join(folder, name)
     merged = place("merged.vis.h5")
     whole = bake(place("whole.vis.h5"))
@@ -92,14 +94,14 @@ def check_choices(folder):
     parts = [bake(place(f"h{i}.vis.h5"), *more, "--frames", r) for i, r in enumerate(("0:3", "3:4", "4:" + str(count_frames(half))))]
     good("merge", *parts, "-o", merged)
     assert digest(merged) == digest(half)
-    # Every second frame, split; then its first half, as a step on the way.
+    # Every second frame is baked, split; then its first half is merged, as a step on the way.
     coarse = bake(place("coarse.vis.h5"), "--frames", "1:13:2")
     parts = [bake(place(f"c{i}.vis.h5"), "--frames", r) for i, r in enumerate(("1:5:2", "5:9:2", "9:13:2"))]
     good("merge", *parts[:2], "-o", place("step.vis.h5"), "--frames", "1:9:2")
     assert digest(place("step.vis.h5")) == digest(bake(place("direct.vis.h5"), "--frames", "1:9:2"))
     good("merge", place("step.vis.h5"), parts[2], "-o", merged, "--frames", "1:13:2")
     assert digest(merged) == digest(coarse)
-    # Poses, and a copy of the rig under another name: contents count, the first shard gives the names.
+    # These are poses, and a copy of the rig under another name: contents count, and the first shard gives the names.
     poses = place("p.poses.h5")
     good("poses", MAN, "-o", poses, "--choose", 6, "--sample", 3, "--fps", 2, "--holdout", clips[2])
     listed = bake(place("listed.vis.h5"), "--poses", poses, "--clips", clips[2])
@@ -137,12 +139,12 @@ def check_refusals(folder):
     refused([a, b, "-o", out, "--frames", "0:4"], "beyond the whole")
     refused([a, c, "-o", out, "--clips", "moonwalk"], "moonwalk", code=1)
     refused([MAN, a, "-o", out], "capsule_man.glb")
-    # A clip that nobody baked.
+    # Nobody baked this clip.
     walk = bake(place("walk.vis.h5"), "--clips", clips[0])
     wave = bake(place("wave.vis.h5"), "--clips", clips[1])
     before |= {"walk.vis.h5", "wave.vis.h5"}
     refused([walk, wave, "-o", out], f"missing frames: '{clips[2]}' 0:{counts[2]}")
-    # Other options, another rig, another version of the program; the report lists everything.
+    # Shards have other options, another rig, another version of the program. The report lists everything.
     for words, part in ((["--rays", "32"], "rays 32, not 16"), (["--seed", "2"], "seed 2, not 1"),
                         (["--bias", "1e-3"], "bias 0.001, not 0.0001"), (["--ground"], "ground true, not false"),
                         (["--precision", "f16"], 'precision "f16", not "f32"'), (["--order", "3"], "order 3, not 2")):
@@ -160,7 +162,7 @@ def check_refusals(folder):
     with h5py.File(place("odd.vis.h5"), "r+") as f:
         f.attrs["provenance"] = f.attrs["provenance"].replace('"version":"', '"version":"9')
     refused([a, place("odd.vis.h5"), "-o", out], "version 9")
-    # Edited files: a mesh that is not the others', places that are none.
+    # Somebody edited these files: a mesh is not the others', and places are none.
     edits = [
         ("mesh/rest_positions", lambda x: x + 1, "another mesh"),
         ("shard/frame_in_clip", lambda x: x[::-1], "/shard/frame_in_clip"),
@@ -180,7 +182,7 @@ def check_refusals(folder):
 
 
 def same_numbers(a, b):
-    """Every dataset as h5py shows it; the virtual file has /virtual besides."""
+    """Compares every dataset as h5py shows it. The virtual file has /virtual besides."""
     with h5py.File(a) as f, h5py.File(b) as g:
         names = []
         f.visit(names.append)
@@ -191,13 +193,15 @@ def same_numbers(a, b):
 
 
 def check_virtual(folder):
-    """An index of shards: the same numbers for h5py and for our readers; a shard that is gone or changed is refused."""
+    """An index of shards gives the same numbers to h5py and to our readers. A shard that is gone or has changed is
+    refused."""
     place = lambda name: os.path.join(folder, name)
     os.makedirs(place("shards/100%b"))
     os.makedirs(place("out"))
     whole = bake(place("whole.vis.h5"), "--precision", "f16")
     frames = count_frames(whole)
-    # Every 4th frame, so that the list of sources is longer than HDF5's smallest heap; one name that HDF5 would expand.
+    # Each shard has every 4th frame, so that the list of sources is longer than HDF5's smallest heap. One name is
+    # such that HDF5 would expand it.
     shards = [bake(place(f"shards/100%b/s{i}.vis.h5"), "--precision", "f16", "--frames", f"{i}:{frames}:4") for i in range(4)]
     index = place("out/index.vis.h5")
     good("merge", *shards, "-o", "index.vis.h5", "--virtual", "--quiet", cwd=place("out"))
@@ -208,7 +212,7 @@ def check_virtual(folder):
     a, b = report(whole), report(index)
     assert b["virtual"] is True and "virtual" not in a
     assert all(a[key] == b[key] for key in a if key not in ("file", "bytes")), (a, b)
-    # Merging the index gives the whole; an index of an index is refused.
+    # Merging the index gives the whole, and an index of an index is refused.
     good("merge", index, "-o", place("again.vis.h5"))
     assert digest(place("again.vis.h5")) == digest(whole)
     refused([index, "-o", place("x.vis.h5"), "--virtual"], "--virtual", code=1)
@@ -216,7 +220,7 @@ def check_virtual(folder):
         good(name, index, "--frame", 3, "--size", "16x12", "--samples", 4, "-o", place("a.png"))
         good(name, whole, "--frame", 3, "--size", "16x12", "--samples", 4, "-o", place("b.png"))
         assert digest(place("a.png")) == digest(place("b.png"))
-    # Moved together: still whole.
+    # Moved together, index and shards are still whole.
     os.rename(place("shards"), place("moved"))
     result = run("info", index)
     assert result.returncode == 2 and "s0.vis.h5" in result.stderr and "missing" in result.stderr, result
@@ -232,11 +236,12 @@ def check_virtual(folder):
     os.remove(shards[2])
     result = run("merge", index, "-o", place("x.vis.h5"))
     assert result.returncode == 2 and "s2.vis.h5" in result.stderr and not os.path.exists(place("x.vis.h5")), result
-    # The same index from the same shards.
+    # These shards give that index again.
     bake(shards[2], "--precision", "f16", "--frames", f"2:{frames}:4")
     good("merge", *shards, "-o", index, "--virtual", "-q")
     assert digest(index) == first
-    # A shard with a flipped bit, in what all share and in what its frames hold, is refused by name before there is an index.
+    # A shard with a flipped bit, in what all share or in what its frames hold, is refused by name before there is an
+    # index.
     good_shard = open(shards[1], "rb").read()
     with h5py.File(shards[1]) as f:
         places = {name: f[name].id.get_chunk_info(0).byte_offset for name in
@@ -247,7 +252,7 @@ def check_virtual(folder):
             refused([*shards, "-o", place("x.vis.h5"), *words], f"s1.vis.h5: /{name}: damaged")
             assert not os.path.exists(place("x.vis.h5"))
     write_bytes(shards[1], good_shard)
-    # An index that somebody edited.
+    # Somebody edited this index.
     for name, value in (("virtual/frame_in_file", 10**6), ("virtual/file_of_frame", 9)):
         shutil.copy(index, place("out/odd.vis.h5"))
         with h5py.File(place("out/odd.vis.h5"), "r+") as f:
@@ -265,7 +270,8 @@ def flip_bit(path, dataset):
 
 
 def check_all_named(folder):
-    """One run names all that must be baked again: files that are not there, cut short or damaged, and frames that nobody has."""
+    """One run names all that must be baked again: files that are not there, cut short or damaged, and frames that
+    nobody has."""
     place = lambda name: os.path.join(folder, name)
     out, report = place("out.vis.h5"), place("r.json")
     frames = 15
@@ -281,17 +287,17 @@ def check_all_named(folder):
     named = lambda kind: [sentence.partition(": ")[0] for sentence in figures[kind]]
     assert figures["shards"] == 4 and named("unusable") == shards[1:3] and named("unreadable") == [shards[3]], figures
     assert len(figures["missing"]) == 9 and not figures["twice"] + figures["different"], figures  # of s1, s3 and s4
-    # Files that cannot be read are worth another try; nothing is known without one that can.
+    # Files that cannot be read are worth another try. Nothing is known without one that can.
     write_bytes(shards[1], kept[1])
     write_bytes(shards[2], kept[2])
     refused([*shards, *whole], "cannot be read: ", "s3.vis.h5", "; missing frames: ", code=2)
     refused([shards[3], *whole], "s3.vis.h5", code=2)
-    # Of another version of the format: named like the others, and a matter of the program.
+    # A shard of another version of the format is named like the others. That is a matter of the program.
     with h5py.File(shards[1], "r+") as f:
         f.attrs.modify("format_version", 99)
     refused([*shards, *whole], "not supported: ", "s1.vis.h5", "cannot be read: ", "s3.vis.h5", "; missing frames: ", code=5)
     write_bytes(shards[1], kept[1])
-    # Damage that the merge comes upon while it writes.
+    # The merge comes upon this damage while it writes.
     write_bytes(shards[3], kept[3])
     for i in (1, 4):
         flip_bit(shards[i], "visibility/coefficients")

@@ -17,7 +17,8 @@ BAKE = os.path.join(BIN, "penumbra-bake")
 RIG = os.path.join(BIN, "..", "samples", "bend.glb")
 TEMPLATE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "farm", "openjd.yaml")
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
-# Object -> (keys that must be there, keys that may be), from "Template Schemas [Version: 2023-09]", without extensions.
+# Object -> (keys that must be there, keys that may be), from "Template Schemas [Version: 2023-09]", without
+# extensions.
 KEYS = {
     "template": ({"specificationVersion", "name", "steps"}, {"$schema", "description", "parameterDefinitions", "jobEnvironments"}),
     "STRING": ({"name", "type"}, {"description", "default", "allowedValues", "minLength", "maxLength", "userInterface"}),
@@ -93,7 +94,7 @@ def resolve(text, values):
 
 
 def run_step(step, values, folder, code=0):
-    """All tasks of a step, in order; what they print."""
+    """Runs all tasks of a step, in order, and returns what they print."""
     tasks = [{}]
     for parameter in step.get("parameterSpace", {}).get("taskParameterDefinitions", []):
         first, last = map(int, resolve(parameter["range"], values).split("-"))
@@ -116,7 +117,8 @@ def run_step(step, values, folder, code=0):
 
 
 def check_run(template, folder):
-    """Eight shards of a rig whose folder has every character that means something to a shell; progress as the specification's regular expressions want it."""
+    """Bakes eight shards of a rig whose folder has every character that means something to a shell. Progress matches
+    the specification's regular expressions."""
     rig = shutil.copy(RIG, folder)
     given = {"Rig": rig, "Output": os.path.join(folder, "out put.vis.h5"), "Shards": 8, "KeepShards": "yes",
              "Options": '--fps "6" --rays 64', "Bake": BAKE}

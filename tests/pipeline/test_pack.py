@@ -53,7 +53,7 @@ def make_inputs():
 
 
 def check_agrees_with_the_fit():
-    """The run-time evaluator in single precision is what penumbra-fit predicts, up to rounding."""
+    """The run-time evaluator in single precision computes what penumbra-fit predicts, up to rounding."""
     worst = 0.0
     for name in ("D5r", "D5j", "A4r", "A4j"):
         good("pack", "asset", name + ".model.h5", "-o", "f32.pnb", "--precision", "f32")
@@ -94,7 +94,8 @@ def check_precisions():
     assert rows["f32"][2] > 1.8 * rows["f16"][2] > 1.8 * 1.5 * rows["i8"][2], rows
     exact = rows["f32"][1]["held_out"]["relative_error"]
     assert abs(rows["i8"][1]["held_out"]["relative_error"] - exact) < 0.01 * exact
-    # Of a linear model the components' rounding is nearly all of it (i8: 1%, f16: 0.1%); of an additive one the units'.
+    # For a linear model the components' rounding is nearly all of it (i8: 1%, f16: 0.1%); for an additive one the
+    # units' is.
     good("pack", "asset", "linear.model.h5", "-o", "bound.pnb", "--precision", "i8", "--report", "r.json")
     good("pack", "asset", "linear.model.h5", "-o", "bound.pnb", "--max-error", figures("r.json")["quantization_error"] / 2,
          "--report", "r.json")
@@ -108,7 +109,7 @@ def pack(*words):
 
 
 def check_compression():
-    """Bounds are met and used, what was dropped is told, and a precision alone drops nothing."""
+    """Bounds are met and used, the packer tells what it dropped, and a precision alone drops nothing."""
     whole = pack("--precision", "i8")
     assert whole["components"] == whole["model_components"] and whole["dropped_error"] == 0, whole
     default = pack()
@@ -118,7 +119,7 @@ def check_compression():
         bound = share * whole["model_bytes_per_vertex"]
         f = pack("--max-bytes-per-vertex", bound)
         assert bound - 8 < f["model_bytes_per_vertex"] <= bound, (f, bound)
-        # Keeping E in [0, 1] takes a little of what was predicted away: 0.1434 against 0.1397 was measured.
+        # Keeping E in [0, 1] takes away a little of what was predicted: 0.1434 against 0.1397 was measured.
         assert 0.9 * f["dropped_error"] < f["quantization_error"], f
         last = f
     for bound in (0.05, 0.1):
@@ -134,7 +135,7 @@ def check_compression():
 
 
 def check_error_budget():
-    """One table; without the second bake and the model it says which option measures what is missing."""
+    """Prints one table. Without the second bake and the model it says which option measures what is missing."""
     pack("--max-error", 0.1)
     text = good("pack", "check", "c.pnb", "x.vis.h5", "--report", "r.json").stdout
     assert "not measured" in text and "--second-bake" in text and "--model" in text, text

@@ -54,7 +54,7 @@ def rmse(a, b):
 
 
 def write_sky(path):
-    """A lat-long Radiance picture: sky above, ground below, a soft sun at the upper left."""
+    """Makes a lat-long Radiance picture: sky above, ground below, and a soft sun at the upper left."""
     height, width = 32, 64
     polar, azimuth = np.meshgrid((np.arange(height) + 0.5) / height * np.pi,
                                  ((np.arange(width) + 0.5) / width - 0.5) * 2 * np.pi, indexing="ij")
@@ -69,7 +69,7 @@ def write_sky(path):
 
 
 def split_slots(path):
-    """The sample has one material; here its upper and its lower half have one each."""
+    """The sample has one material. Here its upper and its lower half have one each."""
     with h5py.File(path, "r+") as f:
         height = f["mesh/rest_positions"][:, 1]
         del f["mesh/slots"]
@@ -93,7 +93,7 @@ def make_assets():
 
 
 def check_paths_agree():
-    """The picture of the evaluating shader is the CPU evaluator's: the bound is an RMSE of 0.5 in 255."""
+    """The picture of the evaluating shader is the CPU evaluator's. The bound is an RMSE of 0.5 in 255."""
     worst = 0.0
     for asset in ("f16.pnb", "i8.pnb"):
         for channel in ("shaded", "ao", "error", "clusters", "normals"):
@@ -121,7 +121,7 @@ def good_picture(asset, path):
 
 
 def check_ways_to_shade():
-    """Operators, the forms of a light and its rotation, on both paths; materials of slots."""
+    """Draws operators, the forms of a light and its rotation, on both paths, and materials of slots."""
     exact = draw("a.png", "--brdf", "ggx")
     assert (draw("b.png", "--brdf", "ggx", "--light-form", "rotation") == exact).all(), "rotation is the default"
     for form, bound in (("fixed", 0.1), ("lobes", 3)):
@@ -158,7 +158,7 @@ def check_ways_to_shade():
 
 
 def frame_number():
-    """Index of FRAME in x.vis.h5."""
+    """Returns the index of FRAME in x.vis.h5."""
     with h5py.File("x.vis.h5") as f:
         names = [n.decode() if isinstance(n, bytes) else n for n in f["clips/names"][:]]
         return int(np.flatnonzero(f["frames/clip"][:] == names.index(FRAME[1]))[0]) + FRAME[3]
@@ -214,7 +214,7 @@ def check_report_and_bytes():
 
 
 def check_alpha_and_numbers():
-    """Normals are n/2 + 1/2 in the bytes of a PNG; what the mesh does not cover is transparent."""
+    """In the bytes of a PNG normals are n/2 + 1/2. What the mesh does not cover is transparent."""
     good("player", "render", "i8.pnb", *FRAME, "--size", "64x64", "--channel", "normals", "-o", "n.png")
     picture = read_png("n.png")
     assert picture.shape == (64, 64, 4) and picture[0, 0, 3] == 0

@@ -80,7 +80,7 @@ def check_list(folder):
 
 
 def check_limits(folder):
-    """A joint that the table holds still stays still; another turns as far as the table says."""
+    """A joint that the table holds still stays still. Another turns as far as the table says."""
     table = os.path.join(folder, "limits.csv")
     with h5py.File(os.path.join(folder, "man.poses.h5")) as f:
         joints = [name.decode() for name in f["skin/joint_names"][:]]
@@ -121,13 +121,13 @@ def check_bakes(folder, listed):
             assert np.abs(expected - shown[of_rig["mesh/source_vertex"][:]]).max() < 1e-5 * diagonal, row
         again = written.positions(0, f)
         assert np.abs(again - shown[of_rig["mesh/source_vertex"][:]]).max() < 1e-5 * diagonal, row
-    # Sampled poses: the rotation vectors come out again.
+    # Sampled poses give their rotation vectors back.
     with h5py.File(listed) as f:
         assert np.abs(of_list["frames/pose"][12:] - f["sampled/pose"][:]).max() < 1e-5
 
 
 def check_formats(folder):
-    """Whatever assimp reads as well."""
+    """Poses come from whatever assimp reads as well."""
     for name in ("swing.fbx", "swing.dae", "swing.x"):
         rig = os.path.join(SAMPLES, name)
         for extension in ("poses.h5", "glb"):
@@ -141,7 +141,7 @@ def check_formats(folder):
 
 
 def check_training(folder):
-    """penumbra-fit trains on listed frames alone; clips keep their names, so that hold-outs work."""
+    """penumbra-fit trains on listed frames alone. Clips keep their names, so that hold-outs work."""
     listed, all_frames = os.path.join(folder, "train.poses.h5"), os.path.join(folder, "all.vis.h5")
     poses(listed, "--fps", 5, "--choose", 14, "--holdout", "squat")
     bake(all_frames, MAN, "--fps", 5).close()
@@ -153,7 +153,7 @@ def check_training(folder):
     assert (figures["train_frames"], figures["held_out_frames"]) == (14, 16), figures
     with h5py.File(model) as f:
         assert [i["name"] for i in json.loads(f.attrs["provenance"])["inputs"]] == ["all.vis.h5", "train.poses.h5"]
-    # The same training frames from a bake of nothing else, with the held-out clip in full: the same model.
+    # A bake of nothing but these training frames, with the held-out clip in full, gives the same model.
     both = os.path.join(folder, "both.vis.h5")
     bake(both, MAN, "--poses", listed, "--clips", "squat", "--fps", 5).close()
     result = run(FIT, "visibility", both, "-o", os.path.join(folder, "n.model.h5"), "--convention", "A1",

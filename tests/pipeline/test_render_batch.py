@@ -81,7 +81,7 @@ def clip_lengths():
 
 
 def check_sequence(lengths):
-    """Half-open slices of the chosen clips in order; whatever is drawn with it, a frame is the same bytes."""
+    """Draws half-open slices of the chosen clips in order. Whatever is drawn with it, a frame has the same bytes."""
     total = sum(lengths.values())
     first = list(lengths)[0]
     render("-o", "a.%03d.png", "--frames", f"1:{total}:3", *SMALL, "--report", "r.json", "--depfile", "d.d")
@@ -104,7 +104,7 @@ def check_sequence(lengths):
         before = [read("c.%d.exr" % n) for n in range(3)]
         render("-o", "c.%d.exr", "--frames", "0:3", *SMALL, "--path", path)
         assert before == [read("c.%d.exr" % n) for n in range(3)], path
-    # A frame alone, with the sequence's camera and with its own.
+    # A frame is drawn alone, with the sequence's camera and with its own.
     render("-o", "one.png", "--clip", first, "--frame", 4, "--framing", "frame", *SMALL)
     render("-o", "e.%d.png", "--clip", first, "--frames", "4:5", "--framing", "frame", *SMALL)
     assert read("one.png") == read("e.4.png")
@@ -124,7 +124,7 @@ def covered_box(path):
 
 
 def check_framing():
-    """The camera stands still: what it sees moves by what the character moves, and nothing is cut off."""
+    """The camera stands still: what it sees moves as far as the character moves, and nothing is cut off."""
     render("-o", "w.%d.png", "--clip", "walk", *SMALL, "--channel", "ao")
     for name in sorted(f for f in os.listdir(".") if f.startswith("w.")):
         ys, xs = covered_box(name)
@@ -137,7 +137,7 @@ def check_framing():
 
 
 def check_figures(lengths):
-    """Per frame and per clip the same numbers as penumbra-pack check, which reads the bake itself."""
+    """Per frame and per clip, figures are those of penumbra-pack check, which reads the bake itself."""
     render(*TRUTH, "--csv", "e.csv", "--report", "r.json")
     good("pack", "check", "x.pnb", "x.vis.h5", "--report", "check.json")
     ours, check = figures("r.json"), figures("check.json")
@@ -157,7 +157,7 @@ def check_figures(lengths):
         assert (a["name"], a["frames"], a["frames_with_truth"]) == (b["name"], b["frames"], b["frames"]), (a, b)
         for key, theirs in (("relative_error", "relative_error"), ("rms_v", "rms_v"), ("ambient_error_mean", "ambient_error")):
             worst = max(worst, abs(a[key] / b[theirs] - 1))
-    # Measured: 7e-14 (sums in another order); the bound leaves room for another compiler's rounding.
+    # Measured: 7e-14 (sums in another order). The bound leaves room for another compiler's rounding.
     assert worst < 1e-9, worst
     print("penumbra-pack check against --csv and --report: largest difference %.1e" % worst)
     for key in ("ambient_error_mean", "ambient_error_max"):
@@ -184,7 +184,7 @@ def check_selection():
 
 
 def check_image_errors():
-    """RMSE and FLIP of the CSV against the two PNGs, and FLIP by scripts/flip.py."""
+    """Compares RMSE and FLIP of the CSV with those of the two PNGs, and FLIP with scripts/flip.py."""
     for look in (["--channel", "shaded", "--exposure", 0.3], ["--channel", "ao"]):
         chosen = ["--clip", "squat", "--frames", "2:6:3", *SMALL, *look]
         render("-o", "m.%d.png", *TRUTH, *chosen, "--flip", "--csv", "i.csv", "--report", "r.json")
@@ -225,10 +225,10 @@ def check_sheet(lengths):
         found = [y for y in range(sheet.shape[0] - 119) if (sheet[y:y + 120, 8:128] == tile).all()]
         row = (sheet.shape[0] - 60) / squat
         assert any(abs(y - 52 - n * row) < 12 for y in found), (n, found)  # clip and its mirror image in time look alike
-    # Shrunk by averaging, and one panel alone.
+    # Tiles are shrunk by averaging, and one panel stands alone.
     render(*TRUTH, *chosen, *background, "--sheet", "half.png", "--columns", 1, "--shrink", 2, "--panels", "truth")
     assert Image.open("half.png").width == 60 + 16
-    # What fails is in red.
+    # What fails is red.
     rest = ["--sheet", "red.png", *TRUTH, *chosen]
     result = run("player", "render", "x.pnb", *rest, "--fail-above", 0, "--report", "r.json", "--csv", "f.csv")
     assert result.returncode == 4, result.stderr
@@ -360,7 +360,7 @@ def check_clobber_and_dry_run():
 
 
 def check_signal():
-    """SIGTERM in the middle: gone within a second, whole files only."""
+    """SIGTERM comes in the middle: the run is gone within a second, and leaves whole files only."""
     os.mkdir("stopped")
     process = subprocess.Popen([os.path.join(BIN, "penumbra-player"), "render", "x.pnb", "-o", "stopped/a.%d.png", "--size", "1500x1500",
                                 *TRUTH, "--flip", "--csv", "stopped/e.csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -24,7 +24,7 @@ OF_MAN = {"man/man.vis.h5", "man/man.model.h5", "man/man.pnb", "man/man.truth.pn
 
 
 def kept(text):
-    """The outputs of the jobs that Snakemake ran or would run, without shards."""
+    """Returns the outputs of the jobs that Snakemake ran or would run, without shards."""
     return {output for output in outputs_made(text) if "/shards/" not in output}
 
 
@@ -115,7 +115,7 @@ def check_buffers(folder):
 
 
 def check_exit_codes(folder):
-    """2 cannot read, 3 not what it should be, as the programs."""
+    """Exit code 2 means that a file cannot be read, 3 that it is not what it should be, as in the programs."""
     write(os.path.join(folder, "bad.yaml"), "output: [")
     for script in ("farm_ninja", "slurm/farm_array"):
         for name, code in (("nobody.yaml", 2), ("bad.yaml", 3)):
@@ -124,7 +124,7 @@ def check_exit_codes(folder):
 
 
 def check_cluster_status(folder):
-    """A controller that does not answer says nothing about the job; one that does not know the job does."""
+    """A controller that does not answer says nothing about the job. One that does not know the job does."""
     fake = os.path.join(folder, "fake bin")
     os.makedirs(fake)
     write(os.path.join(fake, "sacct"), "#!/bin/sh\nexit 1\n")
@@ -188,7 +188,8 @@ def check_shard_count(folder):
 
 
 def check_new_program(folder):
-    """A program built from other sources: what it makes, and what follows. One that was built again from the same: nothing."""
+    """A program built from other sources makes its outputs anew, and what follows. One built again from the same
+    sources does not."""
     programs = folder + " programs"
     os.mkdir(programs)
     for name in ("bake", "fit", "pack", "player"):
@@ -216,7 +217,7 @@ def check_new_program(folder):
 
 
 def check_predict(folder):
-    """`predict: true`: the predictions, and the check that reads them."""
+    """`predict: true` adds the predictions, and the check that reads them."""
     yaml = os.path.join(folder, "farm.yaml")
     replace(yaml, "holdout: [walk],", "holdout: [walk], predict: true,")
     ran = kept(snakemake(folder))
@@ -226,7 +227,7 @@ def check_predict(folder):
 
 
 def check_vanished_reports(folder):
-    """Of shards that no plan knows any more."""
+    """A run deletes reports and stamps of shards that no plan knows any more."""
     out = os.path.join(folder, "out")
     old = ["reports/man.shards.000000-000099.vis.h5.json", "man/shards/000000-000099.vis.h5.stamp"]
     for name in old:
@@ -238,7 +239,7 @@ def check_vanished_reports(folder):
 
 
 def check_changes(folder):
-    """A changed material, fit option, rig file."""
+    """Changes a material, a fit option and a rig file."""
     yaml, man = os.path.join(folder, "farm.yaml"), os.path.join(folder, "capsule_man.glb")
     replace(yaml, "alpha=0.4", "alpha=0.5")
     expect(folder, OF_GOLD, "a BRDF changed")
@@ -260,7 +261,8 @@ def check_changes(folder):
 
 
 def check_foreign(folder):
-    """A file that is not what was made here stops the run and is named; deleted, it is made again, the same bytes."""
+    """A file that is not what was made here stops the run and is named. When it is deleted, the run makes the same
+    bytes again."""
     vis = os.path.join(folder, "out", "man", "man.vis.h5")
     whole = open(vis, "rb").read()
     subprocess.run([os.path.join(BIN, "penumbra-bake"), "visibility", os.path.join(folder, "capsule_man.glb"), "-o", vis, "-q",
@@ -280,7 +282,7 @@ def check_foreign(folder):
 
 
 def check_options():
-    """Every key that goes to a program is an option that it has."""
+    """Every key that goes to a program is an option that the program has."""
     for program, verb, keys in (("bake", "visibility", config.BAKE), ("fit", "visibility", config.FIT), ("pack", "asset", config.PACK),
                                 ("fit", "brdf", config.MATERIAL), ("fit", "light", config.LIGHT)):
         help_text = subprocess.run([os.path.join(BIN, f"penumbra-{program}"), verb, "--help"], capture_output=True, text=True).stdout
@@ -334,7 +336,7 @@ def check_config_errors(folder):
 
 
 def check_same_words(folder):
-    """What the farm says of cameras and conventions by itself is what the programs say."""
+    """What the farm itself says of cameras and conventions is what the programs say."""
     run = lambda program, *words: subprocess.run([os.path.join(BIN, f"penumbra-{program}"), *words], cwd=folder, capture_output=True,
                                                  text=True)
     for text in ("yow=3", "yaw", "yaw=", "=3", "yaw=1,,", "yaw=1,yaw=2", "yaw=400", "yaw=+4", "yaw= 4", "yaw=nan", "pitch=89.5", "fov=0",

@@ -41,7 +41,7 @@ def report(path):
 
 
 def stop(out, number, size, *words):
-    """Bakes until the journal has `size` bytes, then sends the signal; the exit code."""
+    """Bakes until the journal has `size` bytes, then sends the signal. Returns the exit code."""
     process = subprocess.Popen(command(out, *words), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     journal = out + ".journal"
     while process.poll() is None and not (os.path.exists(journal) and os.path.getsize(journal) >= size):
@@ -51,7 +51,7 @@ def stop(out, number, size, *words):
 
 
 def check_killed(folder, expected):
-    """kill -9 again and again; each run goes on where the one before stopped, on 1 or 2 threads."""
+    """kill -9 comes again and again. Each run goes on where the one before stopped, on 1 or 2 threads."""
     out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
     kept = []
     for part in (0.2, 0.5, 0.8):
@@ -63,7 +63,7 @@ def check_killed(folder, expected):
     assert kept[0] < kept[1] < kept[2] and abs(figures["frames_resumed"] - kept[2]) <= 1, (kept, figures)
     assert "went on after" in result.stdout and digest(out) == expected
     assert sorted(os.listdir(folder)) == ["a.vis.h5", "r.json"], os.listdir(folder)
-    # The journal of a bake without --resume serves as well; one whose end is torn loses that frame only.
+    # The journal of a bake without --resume serves as well. One whose end is torn loses only that frame.
     os.remove(out)
     stop(out, signal.SIGKILL, 0.5 * 100 * FRAME)
     with open(journal, "r+b") as f:
@@ -74,7 +74,7 @@ def check_killed(folder, expected):
     before = os.stat(out)
     assert "whole" in run(out, "--resume").stdout
     assert os.stat(out).st_mtime_ns == before.st_mtime_ns and os.stat(out).st_ino == before.st_ino
-    # One with the right provenance and a flipped bit is none.
+    # An output with the right provenance and a flipped bit is not whole.
     with h5py.File(out) as f:
         places = [f[name].id.get_chunk_info(0).byte_offset for name in ("skin/weights", "frames/normals", "visibility/coefficients")]
     for at in places:
@@ -87,7 +87,7 @@ def check_killed(folder, expected):
 
 
 def check_damage(folder, expected):
-    """A changed bit anywhere in the journal costs frames, never a wrong byte."""
+    """A changed bit anywhere in the journal costs frames, but never gives a wrong byte."""
     out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
     stop(out, signal.SIGKILL, 0.3 * 100 * FRAME)
     whole = open(journal, "rb").read()
@@ -105,7 +105,7 @@ def check_damage(folder, expected):
 
 
 def check_foreign(folder, expected):
-    """Other options: named, and nothing is taken over. Without --resume the leftover goes."""
+    """Other options are named, and nothing is taken over. Without --resume the leftover goes."""
     out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
     assert stop(out, signal.SIGKILL, 10 * FRAME, "--seed", "2") == -9
     result = run(out, "--resume", "--report", os.path.join(folder, "r.json"))
@@ -118,7 +118,7 @@ def check_foreign(folder, expected):
 
 
 def check_signals(folder, expected):
-    """SIGTERM and SIGINT: with --resume the journal stays, without it nothing does."""
+    """After SIGTERM and SIGINT the journal stays with --resume, and nothing stays without it."""
     out, journal = os.path.join(folder, "a.vis.h5"), os.path.join(folder, "a.vis.h5.journal")
     for number in (signal.SIGTERM, signal.SIGINT):
         assert stop(out, number, 20 * FRAME) == 4 and os.listdir(folder) == []
@@ -129,7 +129,7 @@ def check_signals(folder, expected):
 
 
 def killed_and_resumed(folder, out, *words):
-    """A bake that was killed after its second frame and went on from there."""
+    """Makes a bake that was killed after its second frame and went on from there."""
     for _ in range(10):
         if stop(out, signal.SIGKILL, 2 * FRAME, "--resume", *words) == -9 and os.path.exists(out + ".journal"):
             break
@@ -139,7 +139,7 @@ def killed_and_resumed(folder, out, *words):
 
 
 def check_splits(folder, expected):
-    """1, 2 and 7 shards, 1 and 2 threads, resumed or not: one SHA-256."""
+    """1, 2 and 7 shards on 1 and 2 threads, resumed or not, give one SHA-256."""
     merged = os.path.join(folder, "merged.vis.h5")
     for count in (1, 2, 7):
         edges = [FRAMES * i // count for i in range(count + 1)]
@@ -155,7 +155,7 @@ def check_splits(folder, expected):
 
 
 def check_two_at_once(folder, expected):
-    """Two bakes of one output: both end well, the file is whole; --resume does not share a journal."""
+    """Two bakes write one output: both end well, and the file is whole. --resume does not share a journal."""
     out = os.path.join(folder, "a.vis.h5")
     first = subprocess.Popen(command(out, "-q"))
     while not (os.path.exists(out + ".journal") and os.path.getsize(out + ".journal") >= FRAME):

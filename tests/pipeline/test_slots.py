@@ -52,7 +52,7 @@ def main(folder):
     assert np.array_equal(mixed, render("plain.pnb", "same.png", "--slot", f"{chosen}=phong"))
     glsl = render("slots.pnb", "glsl.png", "--path", "glsl")
     assert np.abs(glsl - mixed).max() <= 2, np.abs(glsl - mixed).max()
-    # Every pixel is as in one of the two pictures of one material; both occur.
+    # Every pixel is as in one of the two pictures of one material, and both occur.
     from_red, from_blue = (np.abs(mixed - p).max(-1) <= 1 for p in (red, blue))
     covered = mixed[..., 3] > 254
     assert (from_red & ~from_blue & covered).sum() > 100 and (from_blue & ~from_red & covered).sum() > 20

@@ -22,7 +22,7 @@ SLURM = os.path.join(SCRIPTS, "slurm")
 
 
 def make_slow_farm(folder):
-    """As make_farm, with bakes long enough to be killed in the middle: about a second a shard."""
+    """Does what make_farm does, with bakes long enough to be killed in the middle: about a second a shard."""
     make_farm(folder, BIN)
     replace(os.path.join(folder, "farm.yaml"), "holdout: [walk],", f"holdout: [walk], shards: {SHARDS}, bake: {{rays: {RAYS}}},")
     return folder
@@ -35,7 +35,7 @@ def run(*words, cwd, code=0):
 
 
 def bakes_under(folder):
-    """Process ids of the slow rig's bakes that run there."""
+    """Returns the process ids of the slow rig's bakes that run there."""
     found = []
     for place in glob.glob("/proc/[0-9]*"):
         try:
@@ -51,7 +51,8 @@ def bakes_under(folder):
 
 
 def wait_for(condition, what, pause=0.05):
-    """What the condition gives as soon as it gives something; it is asked again and again, for three minutes at most."""
+    """Returns what the condition gives as soon as it gives something. It asks again and again, for three minutes at
+    most."""
     deadline = time.monotonic() + 180
     while not (result := condition()):
         assert time.monotonic() < deadline, "waited in vain for " + what
@@ -74,13 +75,13 @@ def queue_is_empty():
 
 
 def digests(out):
-    """SHA-256 of every file that a farm keeps and that holds no times."""
+    """Returns the SHA-256 of every file that a farm keeps and that holds no times."""
     files = [name for kind in ("h5", "pnb", "png") for name in glob.glob(f"**/*.{kind}", root_dir=out, recursive=True)]
     return {name: hashlib.sha256(open(os.path.join(out, name), "rb").read()).hexdigest() for name in files if "shards/" not in name}
 
 
 def check_snakemake(folder, wanted):
-    """A job of Snakemake's is killed: submitted again."""
+    """A job of Snakemake's is killed and submitted again."""
     make_slow_farm(folder)
     log = open(os.path.join(folder, "log"), "w+")
     process = subprocess.Popen(["snakemake", "-s", os.path.join(SCRIPTS, "Snakefile"), "--configfile", "farm.yaml", "--profile",

@@ -23,7 +23,7 @@ def run(*words, cwd=".", code=0):
 
 
 def copy(*flags, command=("sh", "-c", "cp in.txt out.txt; echo ran >>log"), code=0):
-    """Runs a stamped copy; whether the command itself ran."""
+    """Runs a stamped copy. Returns whether the command itself ran."""
     before = os.path.getsize("log") if os.path.exists("log") else 0
     text = run(STAMP, "out.txt", "-i", "in.txt", *flags, "--", *command, code=code)
     return os.path.getsize("log") > before if os.path.exists("log") else False, text
@@ -60,7 +60,8 @@ def check_stamp():
 
 
 def check_killed():
-    """Killed between the output's new name and its stamp: made again, neither foreign nor current."""
+    """An output that was killed between its new name and its stamp is made again. It is neither foreign nor
+    current."""
     write("in.txt", "four")
     assert copy()[0]
     write("in.txt", "five")
@@ -72,7 +73,8 @@ def check_killed():
 
 
 def check_failed_report():
-    """What a failed command wrote to its output (the report of a check) is deleted; the output of an earlier run stays."""
+    """What a failed command wrote to its output (the report of a check) is deleted. The output of an earlier run
+    stays."""
     fail = ("sh", "-c", "echo failed >out.txt; exit 3")
     copy(command=fail, code=3)
     assert not os.path.exists("out.txt") and not os.path.exists("out.txt.stamp")
@@ -94,7 +96,8 @@ def check_memory():
 
 
 def check_order():
-    """Inputs in another order are other inputs, also where their names are the same; folders are not part of a name."""
+    """Inputs in another order are other inputs, even where their names are the same. Folders are no part of a
+    name."""
     for folder in ("first", "second"):
         os.mkdir(folder)
         write(f"{folder}/x.txt", folder)
@@ -112,7 +115,7 @@ def check_order():
 
 
 def check_depfile():
-    """What only the command knows that it read counts from the second run on; blanks and $ in names are kept."""
+    """What only the command knows that it read counts from the second run on. Blanks and $ in names are kept."""
     write("a b$.txt", "one")
     write("rule.sh", 'cp "a b\\$.txt" dep.txt; printf "dep.txt: a\\\\ b\\$\\$.txt\\n" >dep.d; echo ran >>log2')
     words = [STAMP, "dep.txt", "--depfile", "dep.d", "--", "sh", "rule.sh"]
@@ -127,7 +130,7 @@ def check_depfile():
 
 
 def reports(folder):
-    """Report -> time of writing: which programs ran."""
+    """Returns report -> time of writing, which tells the programs that ran."""
     top = os.path.join(folder, "out", "reports")
     return {name: os.stat(os.path.join(top, name)).st_mtime_ns for name in os.listdir(top)}
 
@@ -145,7 +148,8 @@ def touch_all(folder):
 
 
 def check_build(folder, flags, build, idle):
-    """The whole farm, nothing again, nothing after touching everything, and only what a material changes."""
+    """Makes the whole farm, then nothing, nothing after touching everything, and only what a changed material
+    changes."""
     make_farm(folder, BIN, shards=2)
     generate = [os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", *flags]
     run(*generate, cwd=folder)
@@ -166,7 +170,8 @@ def check_build(folder, flags, build, idle):
 
 
 def check_needs(folder, program):
-    """Threads and memory of `jobs:` reach the commands, and ninja's pools; the changed YAML file is read without being told."""
+    """Threads and memory of `jobs:` reach the commands and ninja's pools. The changed YAML file is read without being
+    told."""
     replace(os.path.join(folder, "farm.yaml"), "pictures:", "jobs: {fit: {threads: 3, memory_mb: 100000000}}\npictures:")
     plan = "Makefile" if program == "make" else "build.ninja"
     run(program, "-C", "out", plan, cwd=folder)
@@ -180,7 +185,7 @@ def check_needs(folder, program):
 
 
 def check_lists(folder):
-    """Every line of every list, in order, each in a shell of its own: the whole farm, and then nothing."""
+    """Runs every line of every list in order, each in a shell of its own: first the whole farm, and then nothing."""
     make_farm(folder, BIN, shards=2)
     run(os.path.join(SCRIPTS, "farm_ninja"), "farm.yaml", "--lists", cwd=folder)
     lists = os.path.join(folder, "out", "lists")
@@ -192,7 +197,7 @@ def check_lists(folder):
     assert os.path.exists(os.path.join(folder, "out", "index.html")) and shards, shards
     assert not [name for name in shards if name.endswith(".vis.h5")], shards
     assert "nothing to do" in run(os.path.join(SCRIPTS, "slurm", "farm_array"), "farm.yaml", cwd=folder)
-    # All lines again: nothing runs. Without the merged file its shards are wanted again.
+    # All lines run again do nothing. Without the merged file its shards are wanted again.
     ran, _ = ran_by(folder, "sh", "-c", "set -e\n" + "".join(f"({line.strip()})\n" for line in lines))
     assert ran == set() and not any(name.endswith(".vis.h5") for name in os.listdir(os.path.join(folder, "out", "man", "shards"))), ran
     os.remove(os.path.join(folder, "out", "man", "man.vis.h5"))

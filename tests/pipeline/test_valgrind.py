@@ -22,7 +22,7 @@ def run(*words, **more):
 def make_asset():
     run(BIN + "/penumbra-bake", "visibility", BIN + "/../samples/two_skins.glb", "-o", "x.vis.h5", "--fps", 4, "--rays", 64)
     run(BIN + "/penumbra-fit", "visibility", "x.vis.h5", "-o", "x.model.h5", "--clusters", 3)
-    # A material of every slice form; the table has no symmetry, as phi_i alone changes it.
+    # There is a material of every slice form. The table has no symmetry, as phi_i alone changes it.
     with open("skew.table", "w") as f:
         f.write("penumbra-brdf-table 1\nsymmetry general\ntheta_i 2\nphi_i 8\ntheta_o 2\nphi_o 8\n")
         f.writelines(f"{0.01 + 0.04 * (i // 16 % 8)} 0.2 0.1\n" for i in range(256))

@@ -50,7 +50,7 @@ def check_smooth(view, first):
 
 
 def check_strips(view, first):
-    """The strips of the timeline: filled, found by a click, and the worst frames by a key."""
+    """The strips of the timeline are filled. A click finds a frame, and a key finds the worst ones."""
     time.sleep(1)  # they are computed while nothing else is to do
     shown = view.shot(panels=True).whole
     strips = []
@@ -102,7 +102,8 @@ def check_shading(view, first):
 
 
 def check_forms(view, first):
-    """The light's forms and the reflectance's: fixed lobes are the exact light again, three fitted lobes nearly."""
+    """Switches the light's forms and the reflectance's: fixed lobes are the exact light again, and three fitted lobes
+    nearly."""
     fitted, fixed = view.shot("v"), view.shot("v")
     assert "light form lobes" in fitted.said and "light form fixed" in fixed.said, (fitted.said, fixed.said)
     assert np.abs(fixed.picture - first.picture).max() <= 2, "the same light"
@@ -175,7 +176,7 @@ def check_camera(view, first):
 
 
 def check_overlays(view):
-    """The picked vertex' lobe and figures, lines of normals, PCA components."""
+    """Shows the picked vertex' lobe and figures, lines of normals, and PCA components."""
     plain, panel = view.shot(), view.shot(panels=True)
     y, x = (int(c) for c in center(plain.mask()))
     view.move(PANEL + x, y)
@@ -197,14 +198,15 @@ def check_overlays(view):
 
 
 def rows_of(color, pixels):
-    """The first row of every run of rows that have the colour in the side panel, and the columns there."""
+    """Returns the first row of every run of rows that have the colour in the side panel, and the columns there."""
     near = np.abs(pixels[:, :PANEL] - color).max(-1) < 12
     rows = np.flatnonzero(near.sum(1) > 20)
     return [(int(r), np.flatnonzero(near[r])) for r in rows if r - 1 not in rows]
 
 
 def check_components(view):
-    """A score under its slider: the cluster of the picked vertex changes and nothing else; Z takes it back."""
+    """A score moves under its slider: the cluster of the picked vertex changes and nothing else does. Z takes it
+    back."""
     plain = view.shot("2")
     y, x = (int(c) for c in center(plain.mask()))
     view.move(PANEL + x, y)
@@ -232,7 +234,8 @@ def check_components(view):
 
 
 def check_heat_map(view):
-    """The scale's end moves by keys, clusters have names, frames have three axes, held-out clips another colour."""
+    """Keys move the scale's end, clusters have names, frames have three axes, and held-out clips have another
+    colour."""
     wide, narrow = view.shot("3"), view.shot("bracketleft", "bracketleft", "bracketleft", "bracketleft")
     assert narrow.picture[narrow.mask()].mean() > wide.picture[wide.mask()].mean() + 1, "smaller errors are brighter"
     legend = view.shot(panels=True)
@@ -250,7 +253,7 @@ def check_heat_map(view):
 
 
 def check_paths_agree():
-    """The GLSL path's window is the CPU path's; it is the default on a GPU."""
+    """The GLSL path's window is the CPU path's. It is the default on a GPU."""
     shots = []
     for path in ("cpu", "glsl"):
         view = View("x.pnb", "--truth", "x.truth.pnb", "--path", path)

@@ -17,7 +17,7 @@ from x11_events import DragSource, another_window
 
 
 def check_drops(view):
-    """Files that a file manager drops: materials and a light, a picture, and one that is nothing of the kind."""
+    """A file manager drops files: materials and a light, a picture, and one that is nothing of the kind."""
     material, light = (view.shot().said.split(word)[1].split(", ")[0] for word in ("material ", "light "))
     for name, wrong in (("library.pnb", False), ("rays.hdr", False), ("broken.pnb", True)):
         if name == "rays.hdr":
@@ -50,7 +50,7 @@ def check_window(view):
     view.keys("Tab")
     assert view.shot().picture.shape == (view_window.HEIGHT, view_window.WIDTH, 3), "the picture takes the panels' place"
     assert view.shot("Tab").picture.shape == shown.picture.shape
-    # Background and ground: the sky is brighter than what lies under the horizon, the ground is chequered.
+    # The sky is brighter than what lies under the horizon, and the ground is chequered.
     sky = view.shot("b")
     assert sky.picture[20].mean() > shown.picture[20].mean() + 20, "the light behind the figure"
     assert difference(view.shot("b", "g"), shown) > 2, "ground"
@@ -61,7 +61,7 @@ def check_window(view):
 
 
 def check_idle(view):
-    """Nothing moves: nothing is computed or drawn."""
+    """Nothing moves, so nothing is computed or drawn."""
     time.sleep(2)  # strips are finished then
     before = cpu_seconds(view)
     time.sleep(3)
@@ -71,7 +71,8 @@ def check_idle(view):
 
 
 def check_managed():
-    """Under a window manager: sizes, iconify and restore, another window in focus, the place that is remembered."""
+    """Runs under a window manager: sizes, iconify and restore, another window in focus, and the place that is
+    remembered."""
     manager = subprocess.Popen(["openbox", "--sm-disable"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     time.sleep(1)
     view = View("x.pnb", size="800x600")
@@ -134,7 +135,7 @@ def check_resize(view):
 
 
 def check_high_density():
-    """A display of 192 dots an inch: everything has twice as many pixels, the pointer still finds it."""
+    """On a display of 192 dots an inch everything has twice as many pixels, and the pointer still finds it."""
     subprocess.run(["xprop", "-root", "-f", "RESOURCE_MANAGER", "8s", "-set", "RESOURCE_MANAGER", "Xft.dpi: 192"],
                    check=True)
     view = View("x.pnb", "--no-settings", size="700x500")
@@ -154,7 +155,7 @@ def check_sequence(view):
 
 
 def check_settings():
-    """What the run before left: its exposure, no background, its window's size."""
+    """The window starts with what the run before left: its exposure, no background, its size."""
     with open("penumbra/view.json") as file:
         kept = json.load(file)
     assert (kept["window"]["width"], kept["background"]) == (640, False), kept
@@ -180,7 +181,7 @@ def check_settings():
 
 
 def check_several():
-    """The same file twice, a picture as a light beside the asset's own."""
+    """Opens the same file twice, and a picture as a light beside the asset's own."""
     with open("red.hdr", "wb") as file:
         file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + bytes([128, 64, 64, 129]) * 32)
     said = run("player", "view", "x.pnb", "x.pnb", "red.hdr", "--dry-run").stdout
@@ -199,7 +200,7 @@ def check_several():
 
 
 def check_cloth():
-    """A sheet with two sides: it plays, truth beside it looks alike, and from behind its back is seen."""
+    """A sheet with two sides plays, truth beside it looks alike, and from behind its back is seen."""
     sheet = os.path.join(BIN, "..", "samples", "sheet.npz")
     good("bake", "visibility", sheet, "-o", "sheet.vis.h5", "--two-sided", "--rays", 64)
     good("fit", "visibility", "sheet.vis.h5", "-o", "sheet.model.h5", "--parts", 4, "--model", "linear")

@@ -1,4 +1,4 @@
-"""What the tests of penumbra-player view share: an X server, assets, a running window and its screenshots."""
+"""The tests of penumbra-player view share this: an X server, assets, a running window and its screenshots."""
 import contextlib
 import os
 import subprocess
@@ -90,7 +90,8 @@ class View:
         time.sleep(0.15)
 
     def shot(self, *names, panels=False):
-        """Presses keys and takes a screenshot: the picture without panels, and the line that says what is on."""
+        """Presses keys and takes a screenshot. Returns the picture without panels, and the line that says what is
+        on."""
         self.keys(*names)
         self.keys("F12" if panels else "shift+F12")
         line = self.process.stdout.readline()
@@ -114,7 +115,8 @@ class Shot:
         return float(self.said.split("frame ")[1].split(",")[0])
 
     def mask(self):
-        """The figure: whatever differs from the background, the colour of the upper right corner."""
+        """Returns the figure: whatever differs from the background, which has the colour of the upper right
+        corner."""
         return np.abs(self.picture - self.picture[20, -1]).max(-1) > 12
 
 
@@ -133,7 +135,7 @@ def cpu_seconds(view):
 
 @contextlib.contextmanager
 def prepared():
-    """A folder with the assets, its own settings, and an X server."""
+    """Makes a folder with the assets, its own settings, and an X server."""
     with tempfile.TemporaryDirectory() as folder, Display():
         os.chdir(folder)
         os.environ["XDG_CONFIG_HOME"] = folder
@@ -144,7 +146,8 @@ def prepared():
 
 @contextlib.contextmanager
 def opened():
-    """The window of the character and its truth, and its first picture without the light's background."""
+    """Opens the window of the character and its truth. Returns it with its first picture, without the light's
+    background."""
     window = View("x.pnb", "--truth", "x.truth.pnb", "--report", "r.json", size="800x600")
     window.keys("b")
     start = window.shot()

@@ -1,4 +1,4 @@
-"""What xdotool cannot do: files dragged onto a window (the XDND protocol, version 5), a window beside ours."""
+"""Does what xdotool cannot do: files dragged onto a window (the XDND protocol, version 5), a window beside ours."""
 import time
 import urllib.parse
 
@@ -58,7 +58,7 @@ class DragSource:
 
 
 def another_window():
-    """A mapped window of somebody else; close() its display to be rid of it."""
+    """Makes a mapped window of somebody else. Close its display() to be rid of it."""
     connection = display.Display()
     window = connection.screen().root.create_window(900, 700, 200, 100, 0, X.CopyFromParent)
     window.set_wm_name("other")

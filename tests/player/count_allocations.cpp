@@ -1,5 +1,5 @@
-// In a file of its own, so that no caller sees through operator new and delete. The nothrow form is here too: under
-// AddressSanitizer it would not come to ours, but what it gives would still go to our delete.
+// This stands in a file of its own, so that no caller sees through operator new and delete. The nothrow form is here
+// too: under AddressSanitizer it would not come to ours, but what it gives would still go to our delete.
 #include "tests/player/count_allocations.h"
 
 #include <atomic>

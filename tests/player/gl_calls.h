@@ -1,6 +1,6 @@
 #pragma once
-// Stands in for the GL functions that compile or allocate as long as it lives, and counts their calls and the bytes of
-// buffers.
+// Stands in for the GL functions that compile or allocate for as long as it lives. Counts their calls and the bytes
+// of buffers.
 #include "player/gl/gl_loader.h"
 
 namespace penumbra::player_test {

@@ -24,7 +24,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kJoints = 3, kClusters = 5, kComponents = 6, kInputs = 3, kTruthOrder = 5;
 
-// Hemisphere moments of an unoccluded vertex, local frame.
+// Returns the hemisphere moments of an unoccluded vertex in the local frame.
 std::vector<float> openMoments(int order) {
     std::vector<double> moments(std::size_t(coefficientCount(order)));
     project(
@@ -165,7 +165,7 @@ NumbersView byteNumbers(const std::vector<float>& numbers, std::size_t row_lengt
 
 }  // namespace
 
-// The regression of one cluster: made-up numbers of ordinary size.
+// Fills in the regression of one cluster with made-up numbers of ordinary size.
 void SyntheticAsset::fillRegression(ClusterData& data, std::mt19937& random) {
     std::uniform_real_distribution<float> uniform(-1, 1);
     const auto fill = [&](std::vector<float>& values, std::size_t count, float size) {
@@ -283,7 +283,7 @@ void SyntheticAsset::makeLights(const AssetRecipe& recipe) {
     asset.lights = {{"sky", recipe.light_order, sky_}, {"even", 2, even_}};
 }
 
-// u^b the column of C that belongs to view function b, w^b that view function: sum over b is C y_even.
+// u^b is the column of C that belongs to view function b, and w^b is that view function. The sum over b is C y_even.
 void SyntheticAsset::addOperators() {
     constexpr std::size_t kCount = coefficientCount(kSliceOrder), kEven = kSliceViewOrder * (kSliceViewOrder + 1) / 2;
     operators_.resize(2 * asset.materials.size());
@@ -299,7 +299,7 @@ void SyntheticAsset::addOperators() {
     }
 }
 
-// z = g sqrt((2l+1)/4pi)
+// z = g sqrt((2l+1)/4pi).
 void SyntheticAsset::addLobes() {
     lobes_.resize(asset.lights.size());
     lobe_numbers_.resize(asset.lights.size());

@@ -1,6 +1,7 @@
 #pragma once
-// A small asset in memory: a bumpy-weighted sphere on three joints, with a model whose numbers are made up but of
-// plausible size, a truth of unoccluded vertices, fitted materials and a light. No file, no packer.
+// A small asset in memory: a sphere on three joints with bumpy weights. Its model has numbers that are made up but of
+// plausible size. It has a truth of unoccluded vertices, fitted materials and a light, and needs neither a file nor
+// the packer.
 #include <random>
 #include <span>
 #include <string>
@@ -12,8 +13,8 @@
 
 namespace penumbra::player_test {
 
-// Slices of one analytic BRDF, [J^2, E] (docs/formulas.md section 3), by quadrature and cosine-weighted least squares,
-// on `grid` heights times 2 grid azimuths of the view.
+// Returns the slices of one analytic BRDF, [J^2, E] (docs/formulas.md, section 3), by quadrature and cosine-weighted
+// least squares, on `grid` heights times 2 grid azimuths of the view.
 std::vector<float> fitSlices(const BrdfSpec& spec, int grid = 10);
 
 struct AssetRecipe {
@@ -31,9 +32,9 @@ struct AssetRecipe {
                                    // than its neighbours
 };
 
-// Owns what `asset` and `truth` look at. Clips "swing" (3 frames) and "still" (1 frame); materials "lambert", "ggx"
-// and "tinted" (three channels), each also as operators that are the slices exactly; lights "sky" and "even" (order 2,
-// radiance 1 from everywhere), each also as lobes that are the light exactly.
+// Owns what `asset` and `truth` look at. The clips are "swing" (3 frames) and "still" (1 frame). The materials are
+// "lambert", "ggx" and "tinted" (three channels), each also as operators that are the slices exactly. The lights are
+// "sky" and "even" (order 2, radiance 1 from everywhere), each also as lobes that are the light exactly.
 class SyntheticAsset {
 public:
     explicit SyntheticAsset(const AssetRecipe& recipe = {});

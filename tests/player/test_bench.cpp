@@ -45,7 +45,7 @@ TEST(Bench, DrawsAmbientWhereThereIsNoMaterial) {
     EXPECT_GT(result.gl.draw_model, 0);
 }
 
-// Results of a character: 3 Vec3, 16 numbers and the radiance a vertex. Its evaluator comes on top.
+// A character has as results 3 Vec3, 16 numbers and the radiance for each vertex. Its evaluator comes on top.
 TEST(Bench, CharactersShareTheModel) {
     const player_test::SyntheticAsset data({.precision = AssetPrecision::kI8});
     const BenchResult result = benchAsset(smallPicture(), data.asset, 1, 2, {7, 7});
@@ -67,7 +67,7 @@ TEST(Bench, CharactersShareTheModel) {
     EXPECT_EQ(result.characters[1].count, 7);
 }
 
-// D5 has 15 numbers padded to 16; the mean is in halves, the 6 components in bytes, the results in floats.
+// D5 has 15 numbers padded to 16. The mean is in halves, the 6 components are in bytes, and the results are floats.
 TEST(StageWork, EvaluationReadsTheModelOnceAndWritesTheNumbers) {
     const player_test::SyntheticAsset data({.precision = AssetPrecision::kI8, .rings = 8});
     const std::size_t vertices = data.asset.mesh.positions.size(), clusters = data.asset.model.clusters.size();
@@ -86,7 +86,7 @@ TEST(Roofline, LowerOfPeakAndBandwidth) {
     EXPECT_EQ(attainable(roofline, memory, 8), 100);
 }
 
-// Whatever else runs: no processor of today does less.
+// Whatever else runs, no processor of today does less.
 TEST(Roofline, MeasuresEveryWorkingSetForAnyThreadCount) {
     for (int threads : {1, 2, 5}) {
         const Roofline roofline = measureRoofline(threads, {100000, 1 << 20});

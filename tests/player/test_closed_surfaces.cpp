@@ -15,7 +15,7 @@ namespace {
 
 using Indices = std::vector<std::uint32_t>;
 
-// A tetrahedron, its outside outside, on four vertices from `first` on.
+// Makes a tetrahedron, its outside outside, on four vertices from `first` on.
 Indices tetrahedron(std::uint32_t first) {
     Indices t = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
     for (std::uint32_t& v : t) v += first;
@@ -57,8 +57,8 @@ TEST(ClosedSurfaces, OneInsideOutSpoilsThePose) {
     EXPECT_FALSE(allOutward(surfaces, positions));
 }
 
-// What is left out of a sphere is hidden. At the silhouette front and back meet at one depth, and which is drawn first
-// stays: measured 2 pixels of 16384.
+// What is left out of a sphere is hidden. At the silhouette front and back meet at one depth, and which is drawn
+// first stays: measured 2 pixels of 16384.
 TEST(ClosedSurfaces, PictureIsTheSameWithoutWhatIsHidden) {
     const player_test::SyntheticAsset data;
     RenderOptions options;

@@ -1,4 +1,4 @@
-// Captions, the layout of contact sheets, and what is where on them.
+// Tests captions, the layout of contact sheets, and what is where on them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ Image black(int width, int height) {
     return {width, height, std::vector<Vec3>(std::size_t(width) * std::size_t(height)), {}};
 }
 
-// A letter a row of '#' and '.', so that a failure can be read.
+// Returns each row of the letter as '#' and '.', so that a failure can be read.
 std::vector<std::string> rowsOf(const Image& image) {
     std::vector<std::string> rows;
     for (int y = 0; y < image.height; ++y) {
@@ -181,7 +181,7 @@ TEST(ContactSheet, PanelsAndCaptionsAreWhereTheLayoutSays) {
     EXPECT_EQ(ink(1, false), 0);
 }
 
-// The table of viridis at its ends and middle, as sRGB bytes; the polynomial is within 0.02 of it.
+// Compares with the table of viridis at its ends and middle, as sRGB bytes; the polynomial is within 0.02 of it.
 TEST(ContactSheet, ErrorColorsAreViridis) {
     const std::pair<float, Vec3> known[] = {{0, {68 / 255.0f, 1 / 255.0f, 84 / 255.0f}},
                                             {0.5f, {33 / 255.0f, 145 / 255.0f, 140 / 255.0f}},

@@ -1,4 +1,4 @@
-// Characters whose vertices are given: what the model reads of them, and what the vertices get.
+// Tests characters whose vertices are given: what the model reads of them, and what the vertices get.
 #include <gtest/gtest.h>
 
 #include "pack/pack_asset.h"
@@ -91,8 +91,8 @@ TEST(Deformation, NormalsAreOfTheFrontsAndBacksAreTheirOpposites) {
     }
 }
 
-// Parts, ball and sheet moved together as one rigid body: nothing that a cluster sees of them changes. The number is
-// not of space and stays.
+// Parts, ball and sheet move together as one rigid body, so that nothing changes that a cluster sees of them. The
+// number is no place in space, and stays.
 TEST(Deformation, ARigidMotionOfEverythingChangesNoNumber) {
     const PackedCloth cloth;
     Evaluator still(cloth.asset), moved(cloth.asset);

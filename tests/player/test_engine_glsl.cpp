@@ -1,6 +1,6 @@
-// An engine's own shader around penumbra.glsl and the text of penumbra_shading_get_glsl(): skinning, the model's
-// numbers from the asset's packed words, shading; everything that it reads comes out of the C interface. It gives what
-// the CPU gives.
+// Tests an engine's own shader around penumbra.glsl and the text of penumbra_shading_get_glsl(): skinning, the
+// model's numbers from the asset's packed words, and shading. Everything that it reads comes out of the C interface.
+// It gives what the CPU gives.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -81,8 +81,8 @@ void main() {
 }
 )";
 
-// Every cluster's packed arrays one after the other, the [V, 3] texels that lead a vertex to them, and the scores with
-// their scale.
+// Every cluster's packed arrays one after the other, the [V, 3] texels that lead a vertex to them, and the scores
+// with their scale.
 struct Model {
     std::vector<std::uint32_t> words, clusters;
     std::vector<float> scores, rotations;
@@ -136,7 +136,7 @@ private:
     std::vector<TextureBuffer> buffers_;
 };
 
-// Radiance and ambient term of every vertex, by the shader.
+// Returns the radiance and the ambient term of every vertex, computed by the shader.
 Image drawn(const std::string& source, const Asset& asset, const Character& character, const Shading& shading,
             const penumbra_asset_info& info, std::size_t frame, const float* eye) {
     const auto context = createGlContext(GlBackend::kOsMesa);
@@ -177,8 +177,8 @@ Image drawn(const std::string& source, const Asset& asset, const Character& char
     return target.read();
 }
 
-// Measured: 5.4e-7 of radiance about 1 and of the ambient term (the processor rounds the weights of bytes to 16 bits,
-// the shader does not); 2 and 3 times as much is allowed.
+// Measured: 5.4e-7 of radiance about 1 and of the ambient term, because the processor rounds the weights of bytes to
+// 16 bits and the shader does not. 2 and 3 times as much is allowed.
 TEST(EngineGlsl, GivesWhatTheCpuGives) {
     const float turn[9] = {0.6f, 0, 0.8f, 0, 1, 0, -0.8f, 0, 0.6f};
     for (const char* convention : {"D5", "A4", "B3"})

@@ -1,4 +1,4 @@
-// Errors of frames against closed forms, the CSV, and the gate.
+// Tests errors of frames against closed forms, the CSV, and the gate.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,9 +25,10 @@ ErrorSums errorsAt(const SyntheticAsset& data, std::size_t frame, const TruthMea
     return errorsOf(posed, mean);
 }
 
-// The truth is unoccluded. Mirrored (D5) that is 1 on the whole sphere, y = sqrt(4 pi) in band 0 alone; the model has
-// it times 0.6 + 0.4 cos v, v counted in each cluster. Then |y' - y|^2 / 4 pi is the square of what is lacking, and
-// |E(y') - E(y)| what is lacking. Measured: 2e-10 and 5e-8.
+// The truth is unoccluded. Mirrored (D5) that is 1 on the whole sphere, y = sqrt(4 pi) in band 0 alone. The model has
+// it times 0.6 + 0.4 cos v, where v counts in each cluster. Then |y' - y|^2 / 4 pi is the square of what is lacking,
+// and
+// E(y') - E(y)| is what is lacking. Measured: 2e-10 and 5e-8.
 TEST(FrameErrors, AModelDarkenedByAKnownFactor) {
     const SyntheticAsset data({.basis_size = 0});
     const ErrorSums sums = errorsAt(data, 1, nullptr);
@@ -55,7 +56,7 @@ TEST(FrameErrors, RelativeErrorIsAgainstTheGivenMean) {
 }
 
 // Every frame's truth is the same, so the mean over training frames is that truth and nothing varies (measured:
-// 9e-12); the stored mean is what a model without components evaluates to (2.4e-7).
+// 9e-12). The stored mean is what a model without components evaluates to (2.4e-7).
 TEST(FrameErrors, TheMeanIsOfTrainingFramesOfTheTruth) {
     SyntheticAsset data({.basis_size = 0});
     Shot look;
@@ -91,7 +92,7 @@ Image flat(int size, float value, float alpha) {
 }
 
 TEST(ImageError, IsInStepsOfEightBitsOverPixelsThatBothCover) {
-    // Linear values of the bytes 100 and 110.
+    // These are the linear values of the bytes 100 and 110.
     Image a = flat(4, linearFromSrgb(100 / 255.0f), 1), b = flat(4, linearFromSrgb(110 / 255.0f), 1);
     EXPECT_DOUBLE_EQ(imageError(a, b, 1, false, 1).rmse(), 10);
     EXPECT_TRUE(std::isnan(imageError(a, b, 1, false, 1).flip()));
@@ -139,7 +140,7 @@ AnimationView animation() {
     return view;
 }
 
-// Ambient errors of the five frames; negative: no truth.
+// Makes records with the ambient errors of the five frames; a negative one has no truth.
 std::vector<FrameRecord> records(const std::vector<double>& errors) {
     std::vector<FrameRecord> list;
     for (std::size_t i = 0; i < errors.size(); ++i) {

@@ -1,4 +1,4 @@
-// Which frames a run takes, and what their files are called.
+// Tests which frames a run takes, and what their files are called.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Clips of 3, 2 and 4 frames.
+// Makes clips of 3, 2 and 4 frames.
 AssetView threeClips() {
     AssetView asset;
     asset.animation.clips = {{"walk", 0, 3, false}, {"squat", 3, 2, true}, {"wave", 5, 4, false}};

@@ -1,5 +1,5 @@
-// Characters of one asset on the GPU: many in one draw are as many draws of one; what they share is there once; a frame
-// allocates nothing.
+// Tests characters of one asset on the GPU. Many in one draw equal as many draws of one; what they share is there
+// once; a frame allocates nothing.
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -28,8 +28,8 @@ Mat3 aboutY(float angle) {
     return {{c, 0, s, 0, 1, 0, -s, 0, c}};
 }
 
-// Characters side by side and behind one another, each with a pose, materials, a light and its rotation of its own;
-// every third one has given numbers.
+// Characters side by side and behind one another, each with a pose, materials, a light and its rotation of its own.
+// Every third one has given numbers.
 struct Crowd {
     const SyntheticAsset data;
     std::unique_ptr<GlContext> context = createGlContext(GlBackend::kAuto);
@@ -76,7 +76,7 @@ struct Crowd {
         painter.draw(view);
         return target.read();
     }
-    // Each by a painter and an upload of its own.
+    // Draws each by a painter and an upload of its own.
     Image drawOneByOne(Channel channel) {
         target.begin();
         for (const PosedCharacter& character : characters) {
@@ -127,7 +127,7 @@ TEST(ModelPainter, ManyAreWhatTheCpuGives) {
     EXPECT_GT(covered, std::size_t(kSize * kSize / 4));
 }
 
-// Fewer than there is room for, in another order, drawn twice from two sides.
+// Draws fewer than there is room for, in another order, and twice from two sides.
 TEST(ModelPainter, DrawsWhatWasEvaluatedLast) {
     Crowd crowd(4);
     ModelPainter painter(crowd.asset, 9);
@@ -150,7 +150,7 @@ TEST(ModelPainter, DrawsWhatWasEvaluatedLast) {
     EXPECT_EQ(crowd.target.read().pixels, std::vector<Vec3>(kSize * kSize)) << "no character";
 }
 
-// Buffer storage taken away, as an OpenGL 4.3 without the extension has it.
+// Takes buffer storage away, as in an OpenGL 4.3 without the extension.
 class WithoutBufferStorage {
 public:
     WithoutBufferStorage() { gl::BufferStorage = nullptr; }
@@ -169,7 +169,7 @@ TEST(ModelPainter, Gives43WhatItGivesWithBufferStorage) {
     EXPECT_EQ(crowd.drawTogether(Channel::kShaded).pixels, stored.pixels);
 }
 
-// Poses, materials and lights change every frame; the first frames compile.
+// Poses, materials and lights change every frame. The first frames compile.
 TEST(ModelPainter, NothingIsAllocatedInAThousandFrames) {
     for (const bool storage : {true, false}) {
         Crowd crowd(3, {.precision = AssetPrecision::kI8, .rings = 4, .slots = 3});
@@ -203,7 +203,7 @@ TEST(ModelPainter, NothingIsAllocatedInAThousandFrames) {
     }
 }
 
-// What is there for N characters: the asset once, and what each of them has of its own.
+// For N characters there is the asset once, and what each of them has of its own.
 TEST(ModelPainter, CharactersShareTheAsset) {
     Crowd crowd(1, {.precision = AssetPrecision::kF16, .rings = 24, .slots = 3});
     std::size_t arrays = 0;

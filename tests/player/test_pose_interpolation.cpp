@@ -1,4 +1,4 @@
-// Poses between sampled frames: a chain of joints whose true motion is known.
+// Tests poses between sampled frames on a chain of joints whose true motion is known.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -14,7 +14,8 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kJoints = 4, kFrames = 24;
-// Rest places of the joints: hips, spine above, an elbow, and a prop that is bound to the elbow without moving itself.
+// The joints' rest places: hips, the spine above, an elbow, and a prop that is bound to the elbow and does not move
+// itself.
 constexpr std::array<Vec3d, kJoints> kRest = {{{0, 1, 0}, {0, 1.4, 0}, {0.5, 1.5, 0.1}, {0.9, 1.5, 0.1}}};
 
 struct Place {
@@ -24,13 +25,13 @@ struct Place {
 
 Place after(const Place& a, const Place& b) { return {a.turn * b.turn, a.turn * b.at + a.at}; }
 
-// The joint turned about its rest place, from its parent's rest frame.
+// Turns the joint about its rest place, from its parent's rest frame.
 Place turned(std::size_t joint, const Quaternion& q) {
     const Mat3d r = matrixOf(q);
     return {r, kRest[joint] - r * kRest[joint]};
 }
 
-// Turns of spine (a ball joint) and elbow (a hinge) in a frame.
+// Returns the turns of spine (a ball joint) and elbow (a hinge) in a frame.
 Quaternion turnOf(std::size_t joint, std::size_t frame) {
     const double t = double(frame);
     if (joint == 1) return rotationOf(Vec3d{0.5 * std::sin(t), 0.7 * std::cos(1.7 * t), 0.4 * std::sin(2.3 * t)});
@@ -38,7 +39,8 @@ Quaternion turnOf(std::size_t joint, std::size_t frame) {
     return {0, 0, 0, 1};
 }
 
-// Of hips that turn and walk, then of their children; `part` of the way to the next frame, every joint by itself.
+// Returns the places of hips that turn and walk, then of their children, `part` of the way to the next frame, joint
+// by joint.
 std::array<Place, kJoints> truePose(std::size_t frame, double part) {
     const auto hips = [](double t) { return rotationOf(Vec3d{0, 0.3 * t, 0}); };
     const auto way = [](double t) { return Vec3d{0.4 * t, 0.05 * std::sin(t), 0}; };
@@ -128,8 +130,8 @@ TEST(PoseInterpolation, GoesToSampledFramesWithoutAStep) {
     }
 }
 
-// A ball joint's pivot is where it is bound, a hinge's on its axis. The weight of the centre moves them by 1e-4 / (the
-// mean square of what the turn changes): 0.4 mm of 0.23 m measured.
+// A ball joint's pivot is where it is bound, and a hinge's is on its axis. The weight of the centre moves them by
+// 1e-4 / (the mean square of what the turn changes): 0.4 mm of 0.23 m measured.
 TEST(PoseInterpolation, FindsWhereJointsTurn) {
     const Chain chain;
     const PoseInterpolation between(chain.asset);
@@ -139,8 +141,8 @@ TEST(PoseInterpolation, FindsWhereJointsTurn) {
     EXPECT_NEAR(between.pivot(2).z, double(chain.positions[2].z), 1e-3) << "on the axis, nearest to what it moves";
 }
 
-// Between frames every joint turns about its pivot by a share of its turn: the motion that the frames were sampled
-// from. Measured: 6e-5 m of a character of 2 m, from the pivots' 0.4 mm.
+// Between frames every joint turns about its pivot by a share of its turn, which is the motion that the frames were
+// sampled from. Measured: 6e-5 m of a character of 2 m, from the pivots' 0.4 mm.
 TEST(PoseInterpolation, IsTheMotionOfTheJoints) {
     const Chain chain;
     PoseInterpolation between(chain.asset);
@@ -148,7 +150,8 @@ TEST(PoseInterpolation, IsTheMotionOfTheJoints) {
     for (std::size_t f = 0; f + 1 < kFrames; ++f)
         for (const double part : {0.25, 0.5, 0.9}) {
             between.evaluate(f, f + 1, part);
-            // The hips turn about the centre of what they move here, not about their joint: only what hangs on them.
+            // The hips turn about the centre of what they move here, not about their joint; only what hangs on them
+            // matters.
             const std::array<Place, kJoints> truth = truePose(f, part);
             const auto seen = [&](std::size_t j, Vec3d p) {
                 const Mat3d back = transposed(toDouble(between.bones()[0].linear()));
@@ -194,7 +197,7 @@ TEST(PoseInterpolation, RotationVectorsTakeTheShortWay) {
     EXPECT_NEAR(std::abs(between.pose()[0]), 3 + (2 * 3.14159265 - 6) / 4, 1e-5);
 }
 
-// A joint below one that is scaled to nothing moves by itself; nothing becomes infinite.
+// A joint below one that is scaled to nothing moves by itself, and nothing becomes infinite.
 TEST(PoseInterpolation, JointsOfNoSizeAreNoParents) {
     Chain chain;
     for (std::size_t e = 0; e < 12; ++e) chain.bones[3 * kJoints + 1].m[e] = 0;

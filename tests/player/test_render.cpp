@@ -1,4 +1,4 @@
-// Whole pictures from a synthetic asset: parity of the two paths, orientation, closed forms, determinism.
+// Tests whole pictures of a synthetic asset: parity of the two paths, orientation, closed forms, determinism.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,7 +35,8 @@ ErrorSums errorsOfFrame(const RenderOptions& options, const SyntheticAsset& data
     return errorsOf(frame, nullptr);
 }
 
-// RMSE over all pixels and colours of the 8-bit pictures before rounding, in units of 1/255: linear, clamped to 0..1.
+// Returns the RMSE over all pixels and colours of the 8-bit pictures before rounding, in 1/255: linear, clamped to
+// 0..1.
 double difference255(const Image& a, const Image& b) {
     double sum = 0;
     for (std::size_t i = 0; i < a.pixels.size(); ++i)
@@ -103,14 +104,15 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"D5", AssetPrecision::kI8, "ggx", 4, {Reflectance::kOperators, LightForm::kRotation}},
                     Case{"A4", AssetPrecision::kF32, "tinted", 4, {Reflectance::kOperators, LightForm::kLobes}},
                     Case{"A4", AssetPrecision::kI8, "", 4, {Reflectance::kOperators, LightForm::kRotation}},
-                    // 10 and 9 numbers a vertex: rows of 12, which are no whole number of 16 bytes for i8 and f16
+                    // 10 and 9 numbers a vertex make rows of 12, which are no whole number of 16 bytes for i8 and
+                    // f16.
                     Case{"D4", AssetPrecision::kI8, "", 4, {Reflectance::kSlices, LightForm::kLobes}},
                     Case{"D4", AssetPrecision::kF16, "ggx"}, Case{"A3", AssetPrecision::kI8, "tinted"},
                     Case{"D5", AssetPrecision::kF32, "", 4, {}, true},
                     Case{"D4", AssetPrecision::kF32, "tinted", 5, {}, true},
                     Case{"A4", AssetPrecision::kF32, "ggx", 4, {Reflectance::kOperators, LightForm::kFixed}, true}));
 
-// Operators whose w^b or u^b is nothing: all of a material's, or one of them that another material has.
+// Some w^b or u^b are nothing: all of a material's, or one of them that another material has.
 TEST(Render, OperatorsThatAreNothingAreLeftOut) {
     SyntheticAsset data({.slots = 3});
     std::vector<float> w(data.asset.materials[1].operators.w.begin(), data.asset.materials[1].operators.w.end());
@@ -152,7 +154,7 @@ TEST(Render, EveryChannelIsTheSameFromCpuAndShader) {
         }
 }
 
-// Light from the upper left and a little from the front: the picture's upper left is the bright part.
+// Light comes from the upper left and a little from the front, so the picture's upper left is bright.
 TEST(Render, LightFromTheUpperLeftBrightensTheUpperLeft) {
     const SyntheticAsset data({.basis_size = 0, .open = true, .light_from = {-1, 1, 0.5f}, .light_ambient = 0});
     RenderOptions options = smallPicture();
@@ -172,8 +174,8 @@ TEST(Render, LightFromTheUpperLeftBrightensTheUpperLeft) {
     EXPECT_NEAR(x, y, 0.02 * std::abs(x)) << "the sphere and the light are symmetric about that diagonal";
 }
 
-// A white Lambert surface without occlusion under radiance 1 from everywhere reflects 1, and E = 1. Vertices are exact
-// to 1e-7; llvmpipe's interpolation at centroids errs by up to 2.2e-4 (none without multisampling).
+// A white Lambert surface without occlusion under radiance 1 from everywhere reflects 1, and E = 1. Vertices are
+// exact to 1e-7; llvmpipe's interpolation at centroids errs by up to 2.2e-4 (none without multisampling).
 TEST(Render, OpenWhiteSurfaceUnderEvenLightIsWhite) {
     for (const char* convention : {"D5", "A4"}) {
         const SyntheticAsset data({.convention = convention, .basis_size = 0, .open = true});
@@ -190,7 +192,7 @@ TEST(Render, OpenWhiteSurfaceUnderEvenLightIsWhite) {
     }
 }
 
-// The truth is unoccluded, so that E(truth) = 1 and the error of a model with E = 1 is 0, whatever the pose.
+// The truth is unoccluded. So E(truth) = 1, and the error of a model with E = 1 is 0, whatever the pose is.
 TEST(Render, TruthFindsItsVerticesAndTheErrorOfAPerfectModelIsZero) {
     const SyntheticAsset data({.basis_size = 0, .open = true});
     RenderOptions options = smallPicture();
@@ -208,7 +210,7 @@ TEST(Render, TruthFindsItsVerticesAndTheErrorOfAPerfectModelIsZero) {
     EXPECT_NEAR(image.pixels[48 * 96 + 48].x, 1, 5e-4);
 }
 
-// Seen from +z with an unturned sphere: +x is right, +y up, and the middle looks at the eye.
+// Seen from +z with an unturned sphere, +x is right and +y is up, and the middle looks at the eye.
 TEST(Render, NormalsAreInTheModelFrame) {
     const SyntheticAsset data;
     RenderOptions options = smallPicture();
@@ -248,7 +250,7 @@ TEST(Render, NegativeRadianceIsBlack) {
     }
 }
 
-// In software EGL and OSMesa are one rasteriser; a GPU may round otherwise.
+// In software EGL and OSMesa are one rasteriser. A GPU may round otherwise.
 TEST(Render, SamePictureFromEglAndOsMesa) {
     const SyntheticAsset data;
     for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl}) {
@@ -292,7 +294,7 @@ TEST(Render, SizeAndCameraAreKept) {
     EXPECT_LE(covered, 4);
 }
 
-// The light at the upper left turned by half a turn about the axis of view is at the lower right.
+// The light at the upper left, turned by half a turn about the axis of view, is at the lower right.
 TEST(Render, ATurnedLightBrightensTheOtherSide) {
     const SyntheticAsset data({.basis_size = 0, .open = true, .light_from = {-1, 1, 0.5f}, .light_ambient = 0});
     RenderOptions options = smallPicture();

@@ -1,4 +1,5 @@
-// Many frames in one run: the pictures of frames alone, made by one context, with nothing compiled after the first.
+// Tests many frames in one run: the pictures equal those of frames alone, one context makes them, and nothing is
+// compiled after the first.
 #include <gtest/gtest.h>
 
 #include "formats/common/errors.h"
@@ -33,7 +34,7 @@ BatchPlan planOf(const SyntheticAsset& data, const RenderOptions& options) {
     return plan;
 }
 
-// What is compiled from now on.
+// Counts what is compiled from now on.
 int compiled = 0;
 PFNGLCREATEPROGRAMPROC create_program = nullptr;
 PFNGLCOMPILESHADERPROC compile_shader = nullptr;

@@ -1,4 +1,4 @@
-// What cannot be drawn: unknown names, missing data, limits of OpenGL; and how names are found.
+// Tests what cannot be drawn (unknown names, missing data, limits of OpenGL), and how names are found.
 #include <gtest/gtest.h>
 
 #include "formats/common/errors.h"

@@ -20,8 +20,7 @@ Packed pack(const Model& model, AssetPrecision precision) {
     return packAsset(model, {}, {}, {.precision = precision, .max_error = {}}, "{}", 1);
 }
 
-// --- The formulas of formats/stage/model_file.h in double precision, plainly
-// ----------------------------------------------
+// --- The formulas of formats/stage/model_file.h in double precision, plainly -----------------------------------------
 
 std::vector<double> referenceFeatures(const Model& model, std::size_t frame, int joint) {
     const std::size_t joints = model.skin.jointCount();
@@ -65,7 +64,7 @@ std::vector<double> referenceInputs(const ClusterModel& cluster, const std::vect
     return x;
 }
 
-// Inputs of group g before they are clamped.
+// Returns the inputs of group g before they are clamped.
 std::vector<double> referenceGroup(const Model& model, const ClusterModel& cluster, std::size_t g,
                                    const std::vector<double>& raw) {
     const std::size_t j = cluster.groups[g];
@@ -84,7 +83,7 @@ std::vector<double> referenceGroup(const Model& model, const ClusterModel& clust
     return x;
 }
 
-// Units of an additive model; adds to `out_of_range` what the ranges cut off, squared.
+// Returns the units of an additive model. Adds to `out_of_range` what the ranges cut off, squared.
 std::vector<double> referenceUnits(const Model& model, const ClusterModel& cluster, const std::vector<double>& raw,
                                    double& out_of_range) {
     std::vector<std::vector<double>> groups;
@@ -173,7 +172,7 @@ double largestDifference(const std::vector<float>& a, const std::vector<float>& 
 
 // --- Tests ----------------------------------------------------------------------------------------------------------
 
-// The largest difference of a number and of the measure of range, over the frames.
+// Returns the largest difference of a number and of the measure of range, over the frames.
 std::pair<double, double> differenceToReference(const Model& model) {
     const Packed packed = pack(model, AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
@@ -213,7 +212,7 @@ TEST(Evaluator, MatchesTheFormulasInDoublePrecision) {
     EXPECT_LT(range, 2e-7);
 }
 
-// However wild the pose: E of every vertex stays in [0, 1] and scores stay those of poses at the edge of training.
+// However wild the pose is, E of every vertex stays in [0, 1] and scores stay those of poses at the edge of training.
 TEST(Evaluator, NoPoseMakesItExplode) {
     for (ModelKind kind : kModelKinds) {
         const Packed packed = pack(tubeModel({.joints = 5, .kind = kind}), AssetPrecision::kI8);
@@ -234,7 +233,8 @@ TEST(Evaluator, NoPoseMakesItExplode) {
     }
 }
 
-// Also clusters whose count of numbers is no multiple of a register or of a tile. Measured: 2.4e-7 (fused or not).
+// Includes clusters whose count of numbers is no multiple of a register or of a tile. Measured: 2.4e-7 (fused or
+// not).
 TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
     for (int segments : {1, 3, 7, 37})
         for (AssetPrecision precision : {AssetPrecision::kF32, AssetPrecision::kF16, AssetPrecision::kI8}) {
@@ -257,8 +257,8 @@ TEST(Evaluator, EveryPathAgreesWithThePortableOne) {
         }
 }
 
-// Weights of bytes are rounded to 16 bits: at most half a unit, the largest weight / 32767, times 127 a component, and
-// what floats round. An odd count of components, and clusters that end within a tile.
+// Weights of bytes are rounded to 16 bits: at most half a unit, the largest weight / 32767, times 127 for each
+// component, plus what floats round. The cases have an odd count of components, and clusters that end within a tile.
 TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
     const Packed packed =
         pack(tubeModel({.rings = 9, .segments = 7, .clusters = 4, .components = 9}), AssetPrecision::kI8);
@@ -296,7 +296,7 @@ TEST(Evaluator, BytesAreWeighedWithinSixteenBits) {
     }
 }
 
-// Whatever the weights, sums of 127 times them stay within 32 bits.
+// Whatever the weights are, sums of 127 times them stay within 32 bits.
 TEST(PackWeights, KeepsSumsWithin32Bits) {
     for (std::size_t components : {1u, 2u, 7u, 500u, 5000u}) {
         std::vector<float> weights(components);
@@ -351,7 +351,7 @@ TEST(Evaluator, SameNumbersForAnyThreadCount) {
     }
 }
 
-// The evaluator blends in the same precision and order as skinVertices. Measured: 1.2e-7; positions are about 1.
+// The evaluator blends in the precision and order of skinVertices(). Measured: 1.2e-7; positions are about 1.
 TEST(Evaluator, SkinsAsTheBakeDoes) {
     const Model model = tubeModel({.clusters = 3});
     const Packed packed = pack(model, AssetPrecision::kF32);
@@ -397,7 +397,7 @@ TEST(Evaluator, TangentAlongTheNormalBecomesSomeOrthogonalOne) {
     }
 }
 
-// A bone scaled to nothing has no inverse: the numbers are what they are, but finite.
+// A bone scaled to nothing has no inverse. The numbers then mean little, but they are finite.
 TEST(Evaluator, SingularBoneGivesFiniteNumbers) {
     Model model = tubeModel();
     for (std::size_t j = 0; j < model.skin.jointCount(); ++j) model.bones[j].m.fill(0);

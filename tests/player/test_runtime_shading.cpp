@@ -56,7 +56,7 @@ Mat3 someRotation(float a, float b) {
     return Mat3{{c, -s, 0, s, c, 0, 0, 0, 1}} * Mat3{{1, 0, 0, 0, d, -t, 0, t, d}};
 }
 
-// Numbers of a visibility function given in the local frame, through its hemisphere moments.
+// Returns the numbers of a visibility function given in the local frame, through its hemisphere moments.
 template <class Visible>
 std::vector<float> numbersOf(const Convention& convention, Visible visible) {
     std::vector<double> moments(std::size_t(coefficientCount(convention.order)));
@@ -82,7 +82,7 @@ Vec3d toModel(const Mat3& q, Vec3d local) {
            Vec3d{q(2, 0), q(2, 1), q(2, 2)} * local.z;
 }
 
-// V = 1 over the hemisphere is exact in A and D; so is the product. Measured: 6e-8.
+// V = 1 over the hemisphere is exact in A and D, and so is the product. Measured: 6e-8.
 TEST(VertexShader, OpenLambertUnderUniformLightIsItsAlbedo) {
     for (const char* name : {"A4", "A5", "D4", "D5", "D6"}) {
         Scene scene;
@@ -97,7 +97,7 @@ TEST(VertexShader, OpenLambertUnderUniformLightIsItsAlbedo) {
     }
 }
 
-// Lambert under an order-4 light = integral of light cos / pi. Exact, as bands 0..3 of the cosine are.
+// Lambert under an order-4 light is the integral of light cos / pi. It is exact, as bands 0..3 of the cosine are.
 // Measured: 5.1e-7.
 TEST(VertexShader, OpenLambertIsTheCosineIntegralOfTheLight) {
     Scene scene;
@@ -119,8 +119,8 @@ TEST(VertexShader, OpenLambertIsTheCosineIntegralOfTheLight) {
     }
 }
 
-// A wall hides all directions with x < 0. D5 keeps the hemisphere's best fit; docs/formulas.md section 3 has 0.5% for
-// Lambert with D5 over many occluders. Measured here: 0.286%.
+// A wall hides all directions with x < 0. D5 keeps the hemisphere's best fit; docs/formulas.md, section 3, has 0.5%
+// for Lambert with D5 over many occluders. Measured here: 0.286%.
 TEST(VertexShader, LambertBesideAWallIsTheIntegralOverWhatIsOpen) {
     Scene scene;
     const LightFile light = synthetic::light(4, 0.5);
@@ -147,7 +147,7 @@ TEST(VertexShader, LambertBesideAWallIsTheIntegralOverWhatIsOpen) {
     EXPECT_LT(std::sqrt(error / squares), 0.006);
 }
 
-// Noise for every table: any slices, numbers and light. The expectation is a quadrature of the product of the three
+// Every table is noise: slices, numbers and light. The expectation is a quadrature of the product of the three
 // functions that the coefficients stand for. Radiances reach 20. Measured: 1.1e-6.
 TEST(VertexShader, IsTheIntegralOfTheThreeFunctions) {
     for (const char* name : {"A4", "B3", "D5", "D4"}) {
@@ -209,7 +209,7 @@ Scene noiseScene(int vertices, int light_order, int channels) {
     return scene;
 }
 
-// Counts that are no multiple of 8 too. Radiances reach 20. Measured: 4.6e-6 (order 8).
+// Includes counts that are no multiple of 8. Radiances reach 20. Measured: 4.6e-6 (order 8).
 TEST(VertexShader, EveryPathAgreesWithThePortableOne) {
     for (int order : {1, 2, 4, 8})
         for (int vertices : {1, 7, 8, 29}) {
@@ -224,7 +224,7 @@ TEST(VertexShader, EveryPathAgreesWithThePortableOne) {
         }
 }
 
-// Normals, view and light turned together change nothing. Measured: 3.5e-6.
+// Turning normals, view and light together changes nothing. Measured: 3.5e-6.
 TEST(VertexShader, TurningEverythingLeavesTheRadiance) {
     const Scene scene = noiseScene(16, 4, 1);
     const std::vector<Vec3> expected = scene.shade();

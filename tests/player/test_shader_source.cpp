@@ -11,7 +11,7 @@
 namespace penumbra {
 namespace {
 
-// Worst of the 8 orders: 8e-6 of the light's size.
+// The worst of the 8 orders has 8e-6 of the light's size.
 TEST(LightLobes, SumToTheLight) {
     std::mt19937 random(3);
     std::normal_distribution<float> normal;
@@ -46,7 +46,7 @@ TEST(ShadingLayout, IsotropicSlicesCoupleEqualOrdersOnly) {
     player_test::SyntheticAsset data;
     data.asset.materials = {data.asset.materials[1]};
     const ShadingSet ggx(data.asset);
-    // Per m: 5 - |m| bands in, times the bands out with l+m even: 15 + 2 (8 + 6 + 2 + 1).
+    // For each m there are 5 - |m| bands in, times the bands out with l+m even: 15 + 2 (8 + 6 + 2 + 1).
     EXPECT_EQ(shadingLayout(ggx).views.size(), 49u);
     const player_test::SyntheticAsset other;
     data.asset.materials = {other.asset.materials[0]};
@@ -54,7 +54,8 @@ TEST(ShadingLayout, IsotropicSlicesCoupleEqualOrdersOnly) {
         EXPECT_EQ(view.e, 0) << "Lambert is the same from anywhere";
 }
 
-// One program for a whole asset: the union of its materials, the highest order and the most channels of all.
+// One program serves a whole asset: it has the union of its materials, and the highest order and the most channels of
+// all.
 TEST(ShadingLayout, HoldsEveryMaterialAndLight) {
     const player_test::SyntheticAsset data({.light_order = 6});
     for (const Reflectance reflectance : {Reflectance::kSlices, Reflectance::kOperators}) {

@@ -1,6 +1,6 @@
-// What a vertex is drawn with, held to brute force: the true BRDF, binary visibility and a band-limited light
-// integrated on a fine grid, over the kinds of occluders, views and lights of docs/formulas.md section 3 (own random
-// draws).
+// Compares what a vertex is drawn with to brute force: the true BRDF, binary visibility and a band-limited light,
+// integrated on a fine grid, over the kinds of occluders, views and lights of docs/formulas.md, section 3 (with
+// random draws of its own).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -65,7 +65,7 @@ Visible caps(Draws& draws) {
     return outsideCaps(axes, radii);
 }
 
-// Chains of eight caps along arcs: what arms and legs look like.
+// Chains of eight caps along arcs, which is what arms and legs look like.
 Visible limbs(Draws& draws) {
     std::vector<Vec3d> axes;
     std::vector<double> radii;
@@ -97,7 +97,8 @@ std::vector<Visible> makeOccluders(Draws& draws) {
     return occluders;
 }
 
-// Sun and sky; two area lights; smooth noise: one a colour channel, windowed against ringing. [n^2, 3]
+// Makes sun and sky, two area lights, and smooth noise: one for each colour channel, windowed against ringing. [n^2,
+// 3]
 std::vector<float> makeLight(Draws& draws) {
     const Vec3d up = draws.direction(-1), sun = draws.direction(-1), a = draws.direction(-1), b = draws.direction(-1);
     const auto sky = [&](Vec3d s) {
@@ -153,7 +154,7 @@ Place makePlace(const Convention& convention, const Visible& visible, const std:
     return place;
 }
 
-// Relative RMSE of radiance over lights, views and occluders.
+// Returns the relative RMSE of radiance over lights, views and occluders.
 double shadingError(const std::string& brdf, const Convention& convention) {
     Draws draws(11);
     const BrdfSpec spec = parseBrdf(brdf);
@@ -198,8 +199,8 @@ double shadingError(const std::string& brdf, const Convention& convention) {
     return std::sqrt(difference / size);
 }
 
-// The bounds are docs/formulas.md section 3; its table has .0049 and .044 for D5 and .0157 and .071 for A4, on
-// other draws of the same scenes.
+// The bounds are those of docs/formulas.md, section 3. Its table has .0049 and .044 for D5 and .0157 and .071 for A4,
+// on other draws of the same scenes.
 TEST(ShadingError, OfTruthAgainstBruteForceIsWithinTheTable) {
     const Convention d5 = parseConvention("D5"), a4 = parseConvention("A4");
     const double lambert = shadingError("lambert", d5), ggx = shadingError("ggx:alpha=0.3,f0=0.9", d5);

@@ -1,4 +1,5 @@
-// Materials of parts, lights and their rotation, switched on the CPU: the same as shading every vertex on its own.
+// Tests materials of parts, lights and their rotation, switched on the CPU: results equal shading every vertex on its
+// own.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -70,7 +71,7 @@ float largestDifference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) 
     return largest;
 }
 
-// Bit for bit, as each vertex sees the same operations in its lane; in pieces of any size.
+// Equality is bit for bit, in pieces of any size, as each vertex sees the same operations in its lane.
 TEST(ShadingSet, EveryPartHasItsMaterial) {
     for (const char* convention : {"D5", "A4"}) {
         const SyntheticAsset data({.convention = convention, .rings = 8, .slots = 3});
@@ -94,7 +95,7 @@ TEST(ShadingSet, EveryPartHasItsMaterial) {
     }
 }
 
-// Without anything set: the asset's own materials and first light; one part for a mesh without parts.
+// Without any setting the asset's own materials and first light are on. A mesh without parts has one part.
 TEST(ShadingSet, BeginsWithWhatTheAssetSays) {
     SyntheticAsset data({.rings = 6, .slots = 2});
     data.asset.slot_material = {2, 1};
@@ -107,8 +108,8 @@ TEST(ShadingSet, BeginsWithWhatTheAssetSays) {
     EXPECT_TRUE(ShadingSet(plain.asset).shadingOrder().empty()) << "one material: the arrays as they lie";
 }
 
-// The synthetic asset's fitted lobes are its light exactly and its operators its slices exactly, so that every way
-// gives the same radiance. Radiances reach 1.5. Measured: 3.2e-6 at order 8, whose fixed lobes have condition 47.
+// The synthetic asset's fitted lobes are its light exactly, and its operators are its slices exactly, so that every
+// way gives the same radiance. Radiances reach 1.5. Measured: 3.2e-6 at order 8, whose fixed lobes have condition 47.
 TEST(ShadingSet, EveryWayGivesTheSameRadiance) {
     for (const int order : {1, 2, 4, 8})
         for (const char* convention : {"D5", "A4"}) {
@@ -125,8 +126,8 @@ TEST(ShadingSet, EveryWayGivesTheSameRadiance) {
         }
 }
 
-// Frames whose normal is at or near the pole of the turns, where their first angle is ill defined, and everywhere else:
-// the exact rotation against the fixed lobes. Radiances reach 0.3. Measured: 2.7e-7.
+// The normals of some frames are at or near the pole of the turns, where the first angle is ill defined; others are
+// everywhere else. Compares the exact rotation with the fixed lobes. Radiances reach 0.3. Measured: 2.7e-7.
 TEST(ShadingSet, RotationIsExactAtThePoles) {
     const SyntheticAsset data({.rings = 6, .light_order = 6});
     const MaterialView& material = data.asset.materials[1];
@@ -153,8 +154,8 @@ TEST(ShadingSet, RotationIsExactAtThePoles) {
     EXPECT_LT(largestDifference(radiance[0], radiance[1]), 1e-6f);
 }
 
-// Lobes that are no light's exact ones, in the convention of the file (formulas.md section 1): what is shaded is the SH
-// light that they add up to. Measured: 3.0e-7.
+// The lobes are no light's exact ones, in the convention of the file (docs/formulas.md, section 1). What is shaded is
+// the SH light that they add up to. Measured: 3.0e-7.
 TEST(ShadingSet, FittedLobesAreTheLightThatTheyAddUpTo) {
     SyntheticAsset data({.rings = 8, .light_order = 4});
     const std::vector<Vec3> directions = {normalized(Vec3{1, 2, 3}), normalized(Vec3{-2, 0.3f, 1}), {0, 0, -1}};
@@ -182,7 +183,8 @@ TEST(ShadingSet, FittedLobesAreTheLightThatTheyAddUpTo) {
     }
 }
 
-// Every path, way and number of lanes that are left over. Radiances reach 0.9. Measured: 1.9e-7.
+// Goes through every path, every way and every number of lanes that are left over. Radiances reach 0.9. Measured:
+// 1.9e-7.
 TEST(ShadingSet, EveryPathAgreesWithThePortableOne) {
     for (const int order : {1, 3, 4, 8}) {
         const SyntheticAsset data({.rings = 6, .light_order = order, .slots = 3});
@@ -200,8 +202,8 @@ TEST(ShadingSet, EveryPathAgreesWithThePortableOne) {
     }
 }
 
-// A turned light is the light whose coefficients were turned beforehand; a second rotation replaces the first, and a
-// light switched on is turned as the one before. Radiances reach 1. Measured: 2.4e-7.
+// A turned light is the light whose coefficients were turned beforehand. A second rotation replaces the first, and a
+// light that is switched on is turned as the one before. Radiances reach 1. Measured: 2.4e-7.
 TEST(ShadingSet, TurnsTheLightAsItsCoefficientsTurn) {
     const SyntheticAsset data({.rings = 8});
     const Posed posed(data.asset);
@@ -262,9 +264,9 @@ TEST(ShadingSet, WhatLacksTheFormCannotBeOn) {
     EXPECT_TRUE(other.hasLight(1));
 }
 
-// Paper 000 eq 11, in double precision and written as it stands: L = sum_b (w^b . y_even(omega_o)) l^T M^b v with
-// M^b_ij = sum_k u^b_k Gamma_ijk, everything in the local frame. Random operators of several orders of u (truncated and
-// exact products) and counts. Radiances reach 5. Measured: 2.4e-6.
+// Writes eq 11 of paper 000 in double precision as it stands: L = sum_b (w^b . y_even(omega_o)) l^T M^b v with M^b_ij
+// = sum_k u^b_k Gamma_ijk, everything in the local frame. Operators are random, with several orders of u (truncated
+// and exact products) and counts. Radiances reach 5. Measured: 2.4e-6.
 TEST(Operators, AreThePapersFormula) {
     std::uint32_t seed = 5;
     const auto noise = [&] { return float((seed = seed * 1664525u + 1013904223u) / 2147483648.0 - 1); };

@@ -1,4 +1,5 @@
-// Materials and lights switched while a GL painter lives: the picture of what is on, and nothing compiled or allocated.
+// Switches materials and lights while a GL painter lives: the picture shows what is on, and nothing is compiled or
+// allocated.
 #include <gtest/gtest.h>
 
 #include "formats/asset/asset_file.h"
@@ -64,8 +65,8 @@ struct Stage {
     }
 };
 
-// Lights of two orders, materials of one and of three channels, parts and rotations in turn. Colours reach 1; measured:
-// 2.6e-5, on llvmpipe.
+// Lights of two orders, materials of one and of three channels, parts and rotations take turns. Colours reach 1;
+// measured: 2.6e-5, on llvmpipe.
 TEST(Switching, DrawsWhatIsOnAndMakesNothing) {
     for (const ShadingChoice& choice : {ShadingChoice{Reflectance::kSlices, LightForm::kRotation},
                                         ShadingChoice{Reflectance::kSlices, LightForm::kFixed},

@@ -1,4 +1,4 @@
-// A thin sheet from both sides: each shows its own vertices, on both paths, and is what a click finds.
+// Tests a thin sheet from both sides: each side shows its own vertices, on both paths, and is what a click finds.
 #include <gtest/gtest.h>
 
 #include "formats/common/errors.h"
@@ -37,7 +37,7 @@ struct Sheet {
 constexpr const char* kAbove = "pitch=80";
 constexpr const char* kBelow = "pitch=-80";
 
-// The sheet is flat at y = 1 in frame 0; the normals channel is (n + 1) / 2.
+// The sheet is flat at y = 1 in frame 0. The normals channel is (n + 1) / 2.
 TEST(TwoSided, EachSideShowsItsOwnNormals) {
     const Sheet sheet;
     for (const EvaluationPath path : {EvaluationPath::kCpu, EvaluationPath::kGlsl})

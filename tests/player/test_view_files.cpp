@@ -1,4 +1,4 @@
-// The files of a scene: which of them is a character, what the others bring, what is recomputed.
+// Tests the files of a scene: which of them is a character, what the others bring, and what is computed again.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -23,10 +23,10 @@ BrdfFile named(const std::string& name, Vec3d color) {
     return brdf;
 }
 
-// A tube of its own material and light, and a file of one material and nothing else.
+// A tube with its own material and light, and a file with one material and nothing else.
 class ViewFiles : public testing::Test {
 protected:
-    // Of this process: tests of this suite run side by side.
+    // The folder belongs to this process, because tests of this suite run side by side.
     fs::path folder = fs::path(testing::TempDir()) / ("view_files_" + std::to_string(getpid()));
     fs::path tube = folder / "tube.pnb", library = folder / "library.pnb";
 
@@ -57,7 +57,7 @@ TEST_F(ViewFiles, AFileWithoutMeshAddsItsMaterials) {
     chooseMaterial(state, 1);
     updateScene(scene, state, {.values = true, .threads = 1}, cost);
     ASSERT_EQ(values.size(), grey.size());
-    for (std::size_t v = 0; v < grey.size(); ++v) {  // the same but for the colour: red as it was, green a fiftieth
+    for (std::size_t v = 0; v < grey.size(); ++v) {  // the colour alone differs: red as it was, green a fiftieth
         EXPECT_NEAR(values[v].x, grey[v].x, 1e-5f);
         EXPECT_NEAR(values[v].y, grey[v].y / 50, 1e-5f);
     }
@@ -75,7 +75,8 @@ TEST_F(ViewFiles, ACharacterKeepsItsMaterialsWhateverTheOrder) {
     EXPECT_LT(scene.characters[0]->offset.x, scene.characters[1]->offset.x);
 }
 
-// A model that brings no materials and no light shows the scene's first, with slots and without, wherever it is named.
+// A model that brings no materials and no light shows the scene's first ones, with slots and without, wherever it is
+// named.
 TEST_F(ViewFiles, AModelWithoutMaterialsShowsTheFirst) {
     Model model = synthetic::tubeModel();
     const fs::path bare = folder / "bare.pnb", slots = folder / "slots.pnb";
@@ -100,7 +101,7 @@ TEST_F(ViewFiles, AModelWithoutMaterialsShowsTheFirst) {
             EXPECT_EQ(character.values[std::size_t(Shown::kModel)].size(), character.asset.mesh.positions.size());
         }
     }
-    // By drop: after it was shown alone.
+    // A file may also come by drop, after the scene was shown without it.
     const std::array one = {tube};
     const std::array two = {tube, slots};
     const ViewState before = stateFor(openScene(one, 1), {});
@@ -137,7 +138,7 @@ TEST_F(ViewFiles, WhatWasChosenStaysWhenAFileIsAdded) {
     EXPECT_EQ(after.compare, Compare::kModel);
 }
 
-// Sliders add to what the pose gives; other clusters, and the scores once they are taken back, are the pose's.
+// Sliders add to what the pose gives. Other clusters, and the scores once they are taken back, are the pose's.
 TEST_F(ViewFiles, ChangedScoresChangeTheirClusterOnly) {
     const std::array files = {tube};
     Scene scene = openScene(files, 1);
@@ -169,7 +170,8 @@ TEST_F(ViewFiles, ChangedScoresChangeTheirClusterOnly) {
     EXPECT_EQ(character.vertices.numbers, numbers);
 }
 
-// The least and largest score over training frames, and shares that sum to 1, larger for components that move more.
+// The range holds the least and the largest score over training frames. Shares sum to 1, and are larger for
+// components that move more.
 TEST_F(ViewFiles, ComponentsHaveTheirTrainingRange) {
     const std::array files = {tube};
     Scene scene = openScene(files, 1);
@@ -196,7 +198,7 @@ TEST_F(ViewFiles, ComponentsHaveTheirTrainingRange) {
     }
 }
 
-// Forms that the light or a material has none of are not used; where they are, every ShadingSet is made anew, once.
+// Forms that the light or a material lacks are not used. Where all have a form, every ShadingSet is made anew, once.
 TEST_F(ViewFiles, ShadingFormsAreUsedWhereTheyExist) {
     const std::array files = {tube, tube};
     Scene scene = openScene(files, 1);
@@ -222,7 +224,7 @@ TEST_F(ViewFiles, FilesWithoutACharacterAreRefused) {
     EXPECT_THROW(openScene(missing, 1), IoError);
 }
 
-// A component is shown in the place of the channel, and without a material.
+// A component is shown instead of the channel, and without a material.
 TEST_F(ViewFiles, APictureIsDescribedByWhatIsOnIt) {
     const std::array files = {tube};
     const Scene scene = openScene(files, 1);

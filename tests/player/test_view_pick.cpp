@@ -1,4 +1,4 @@
-// The picked vertex, its lobe and the PCA components, against closed forms.
+// Compares the picked vertex, its lobe and the PCA components with closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ TEST(PickVertex, NearestCornerOfTheNearestTriangle) {
     EXPECT_EQ(from({0.2, 0.2, 5}, {1, 0, 0}), std::nullopt) << "along the plane";
 }
 
-// V = 1 everywhere above the horizon, mirrored: number (0,0) is sqrt(4 pi) and every other one 0.
+// V is 1 everywhere above the horizon, mirrored: number (0,0) is sqrt(4 pi), and every other one is 0.
 TEST(VisibilityLobe, UnoccludedIsAHalfSphere) {
     const Convention convention = parseConvention("D5");
     std::vector<float> numbers(std::size_t(convention.size()));
@@ -62,7 +62,7 @@ TEST(VisibilityLobe, ColoursAreFiniteAndWithinTheDisplay) {
         for (int i = 0; i < 3; ++i) EXPECT_TRUE(c[i] >= 0 && c[i] <= 1) << c[i];
 }
 
-// y_2,-2 ~ x y: the lobe leans where x y > 0 in the local frame, here turned to the model's y z.
+// y_2,-2 ~ x y: the lobe leans where x y > 0 in the local frame, which is turned to the model's y z here.
 TEST(VisibilityLobe, TurnsWithTheLocalFrame) {
     const Convention convention = parseConvention("D3");
     const std::vector<int> indices = convention.indices();
@@ -94,8 +94,8 @@ TEST(VertexFigures, AreTheDrawnNumbersOfTheVertex) {
     }
 }
 
-// E is linear in the scores: E of a pose is E of the means and the scores times the components'. The evaluator clamps E
-// to [0, 1], so an asset whose E stays inside: measured error 2e-7.
+// E is linear in the scores: E of a pose is E of the means plus the scores times the components'. The evaluator
+// clamps E to [0, 1], so this asset's E stays inside. The measured error is 2e-7.
 TEST(ComponentAmbient, AddsUpToThePosesAmbient) {
     const SyntheticAsset synthetic(player_test::AssetRecipe{.basis_size = 0.01f});
     const AssetView& asset = synthetic.asset;

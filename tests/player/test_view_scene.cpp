@@ -1,4 +1,4 @@
-// What the window shows beside the characters, and what it keeps.
+// Tests what the window shows beside the characters, and what it keeps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ TEST(ViewShapes, SphereIsClosedAndUnit) {
     EXPECT_NEAR(area, 4 * std::numbers::pi, 0.15);  // inscribed: 12.46 of 12.57
 }
 
-// L = 1 + y: bands 0 and 1. Its irradiance on a plane that faces +y is pi + 2 pi / 3.
+// L = 1 + y has bands 0 and 1. Its irradiance on a plane that faces +y is pi + 2 pi / 3.
 TEST(ViewShapes, LightIsSeenWhereItComesFrom) {
     std::array<float, 12> sh{};
     for (std::size_t c = 0; c < 3; ++c) {
@@ -75,7 +75,7 @@ TEST(ClipStrip, HasTheEvaluatorsMeasureOfEveryFrame) {
     EXPECT_EQ(strip.outOfRange().size(), synthetic.asset.animation.clips[1].frame_count) << "another clip: anew";
 }
 
-// Of a synthetic asset whose truth is open everywhere; one clip is not in the truth.
+// The synthetic asset's truth is open everywhere. One clip is not in the truth.
 TEST(ErrorStrip, IsTheErrorOfEveryFrame) {
     const SyntheticAsset synthetic;
     const AssetView& asset = synthetic.asset;
@@ -158,7 +158,7 @@ TEST(ViewSettings, AreReadAsTheyWereWritten) {
     std::filesystem::remove_all(folder);
 }
 
-// Left of the first monitor is a place. What is of no use is told, field by field, and the rest is used.
+// A place left of the first monitor is a place. What cannot be used is told field by field, and the rest is used.
 TEST(ViewSettings, EachFieldStandsForItself) {
     const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "each_field.json";
     std::string problem;

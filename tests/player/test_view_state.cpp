@@ -1,4 +1,4 @@
-// What keys and drags make of the viewer's state, without a window.
+// Tests what keys and drags make of the viewer's state, without a window.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -14,7 +14,8 @@
 namespace penumbra {
 namespace {
 
-// Clip "a" has frames at 0, 0.5, 1 s and clip "b" one at 7 s, as an animation's times run on from clip to clip or not.
+// Clip "a" has frames at 0, 0.5, 1 s and clip "b" one at 7 s, since an animation's times may run on from clip to
+// clip.
 struct Contents {
     std::array<double, 4> times = {0, 0.5, 1, 7};
     AnimationView animation;
@@ -106,7 +107,8 @@ TEST(ViewActions, WorstFramesAreFound) {
     EXPECT_EQ(c.state.playhead.time, 0);
 }
 
-// Asked for while figures are still missing: the worst so far, then the worst, unless the user has gone elsewhere.
+// The user asks while figures are still missing: first the worst so far is shown, then the worst, unless the user has
+// left.
 TEST(ViewActions, TheWorstFrameIsShownWhenAllAreKnown) {
     const std::array<FrameError, 3> errors = {{{0.1f, 0.5f, true}, {0.2f, 0.4f, true}, {0.3f, 0.9f, true}}};
     for (const bool goes_away : {false, true}) {
@@ -254,7 +256,7 @@ TEST(OrbitCamera, DragsAndTheirOppositesCancel) {
     EXPECT_NEAR(camera.pitch, 89 * std::numbers::pi / 180, 1e-12);
 }
 
-// A point at the target's depth moves with the pointer: the picture is 100 pixels high.
+// A point at the target's depth moves with the pointer. The picture is 100 pixels high.
 TEST(OrbitCamera, PanFollowsThePointer) {
     Camera camera{.target = {1, 2, 3}, .yaw = 0.7, .pitch = 0.4, .distance = 5};
     const Vec3d point = camera.target;
