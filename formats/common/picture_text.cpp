@@ -1,6 +1,7 @@
 #include "formats/common/picture_text.h"
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 
@@ -23,15 +24,11 @@ std::optional<PictureSize> parseSize(const std::string& text) {
 
 std::optional<Vec3> parseColor(const std::string& text) {
     Vec3 color;
-    const char* at = text.c_str();
-    for (int i = 0; i < 3; ++i) {
-        if (i > 0 && *at++ != '/') return std::nullopt;
-        char* end = nullptr;
-        color[i] = std::strtof(at, &end);
-        if (end == at || !std::isfinite(color[i]) || color[i] < 0) return std::nullopt;
-        at = end;
-    }
-    if (at != text.data() + text.size()) return std::nullopt;
+    int used = 0;
+    const int read = std::sscanf(text.c_str(), "%f/%f/%f%n", &color.x, &color.y, &color.z, &used);
+    if (read != 3 || std::size_t(used) != text.size()) return std::nullopt;
+    for (int i = 0; i < 3; ++i)
+        if (!std::isfinite(color[i]) || color[i] < 0) return std::nullopt;
     return color;
 }
 

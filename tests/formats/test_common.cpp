@@ -193,11 +193,12 @@ TEST(PictureText, SizesAreReadAsScanfAndFromCharsReadThem) {
 }
 
 TEST(PictureText, ColoursAreReadAsScanfAndFromCharsReadThem) {
-    for (const char* text : {"0.5/1/2e-1", " +.5/0x1p0/\n0.2", "5e-1/1./.2"})
+    for (const char* text : {"0.5/1/2e-1", " +.5/0x1p0/\n0.2", "5e-1/1./.2", "5e-1/1e/.2"})
         EXPECT_EQ(parseColor(text), (Vec3{0.5f, 1, 0.2f})) << text;
     EXPECT_EQ(parseColor("-0/0/1e-60"), Vec3{});
+    EXPECT_EQ(parseColor("3e38/3e38/3e38"), (Vec3{3e38f, 3e38f, 3e38f}));
     for (const char* text : {"", "1/1", "1/1/1/1", "1/1/1 ", "1 /1/1", "a/b/c", "-1/0/0", "0/0/nan", "nan/0/0",
-                             "inf/0/0", "1e50/0/0", "0x/0/0", "1e/0/0", "transparent"})
+                             "inf/0/0", "1e50/0/0", "transparent"})
         EXPECT_FALSE(parseColor(text)) << text;
 }
 
