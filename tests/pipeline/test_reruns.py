@@ -4,12 +4,12 @@ usage: test_reruns.py BIN
 """
 import os
 import re
-import resource
 import shutil
 import subprocess
 import sys
 import tempfile
 
+import processor_time
 from farm_folder import SCRIPTS, make_farm, outputs_made, replace, run_program, skip_without, snakemake, write
 
 sys.path.insert(0, SCRIPTS)
@@ -60,12 +60,11 @@ def check_first_run(folder):
 
 
 def processor_seconds(command, folder):
-    """Seconds of processor time that a command took, which others on the machine hardly change, and its output."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    """Seconds of processor time that a command took, and its output."""
+    before = processor_time.of_ended_children()
     code, text = run_program(command, folder, None)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     assert code == 0, (command, code, text)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, text
+    return processor_time.of_ended_children() - before, text
 
 
 def check_touch(folder):
