@@ -17,8 +17,11 @@ def of_running(pid):
 
 
 def stop(process, number):
-    """Sends a signal to a program and waits for its end: what it wrote to stderr, and the seconds that a machine with nothing else to
-    do would have needed at most, if the program kept all cores busy until its end."""
+    """Sends a signal to a program and waits for its end.
+
+    Returns what the program wrote to stderr and the processor time that it still took, divided by the number of cores. On a
+    machine with nothing else to do a program that keeps all cores busy ends after so many seconds.
+    """
     ended = of_ended_children()
     used = of_running(process.pid)
     process.send_signal(number)

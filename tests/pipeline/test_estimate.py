@@ -1,5 +1,5 @@
-"""What --dry-run says of a bake against the bake itself: frames, rays and the journal exactly, the file closely, the seconds roughly.
-The seconds are held against the processor time of the bake, which hardly depends on what else runs on the machine.
+"""The estimate of --dry-run against the bake itself: frames, rays and the journal exactly, the file closely, the seconds
+roughly. The seconds are held against the processor time of the bake, which hardly depends on what else runs here.
 
 usage: test_estimate.py BIN
 """
@@ -25,7 +25,8 @@ SAYS = re.compile(r"(\d+) frames x (\d+) vertices x (\d+) rays = ([\d.]+) Mray; 
 
 
 def run(folder, words, *more):
-    command = [BAKE, "visibility", os.path.join(SAMPLES, words[0]), *words[1:], "--threads", str(THREADS), "-o", os.path.join(folder, "x.vis.h5")]
+    command = [BAKE, "visibility", os.path.join(SAMPLES, words[0]), *words[1:], "--threads", str(THREADS),
+               "-o", os.path.join(folder, "x.vis.h5")]
     return subprocess.run([*command, *more], check=True, capture_output=True, text=True).stdout
 
 

@@ -133,7 +133,7 @@ def cpu_seconds(view):
 
 
 def wait_until(condition, what, seconds=20):
-    """What the condition gives as soon as it gives something; it is asked again and again until the deadline."""
+    """Asks again and again, up to a deadline, and returns the first answer that is true."""
     deadline = time.monotonic() + seconds
     while not (result := condition()):
         assert time.monotonic() < deadline, "waited in vain for " + what
