@@ -63,7 +63,7 @@ def run_program(command, folder, env):
 
 @functools.cache
 def imported_snakemake():
-    """Whether Snakemake's modules could be imported here. That takes most of the time of a run that finds nothing to do."""
+    """Whether Snakemake's modules could be imported here, which is most of what an idle run of it does."""
     try:
         import snakemake.workflow
         import smart_open  # the Snakefile's reader imports it late
@@ -88,8 +88,10 @@ def run_forked(command, folder, env):
 
 
 def snakemake_here(command, folder, env, output):
-    """Runs Snakemake in this process, which ends afterwards; its exit code. What the test imported of the farm is forgotten,
-    because the Snakefile of the command must import its own."""
+    """Runs Snakemake in this process, which ends afterwards, and returns its exit code.
+
+    It forgets what the test imported of the farm, because the Snakefile of the command must import its own.
+    """
     for descriptor in (1, 2):
         os.dup2(output, descriptor)
     os.close(output)

@@ -1,5 +1,6 @@
-"""The whole pipeline on one rig, coarsely: bake, both feature sets, predict, pack, check, and the picture of the packed truth beside
-brute force. What test_sample_rig.py and test_found_rig.py share."""
+"""The whole pipeline on one rig, coarsely, for test_sample_rig.py and test_found_rig.py: bake, both feature sets, predict, pack,
+check, and the picture of the packed truth beside brute force.
+"""
 import json
 import pathlib
 import subprocess
@@ -11,8 +12,8 @@ import numpy as np
 from PIL import Image
 
 BIN = pathlib.Path(sys.argv[1]).resolve()
-# Of the rig of scripts/make_samples.py and of the one that scripts/get_samples brings from npm, the largest errors measured are 0.373
-# and 0.0116 of the training frames, 0.706 and 0.0234 of the held-out ones. A model that always says the mean has a relative error of 1.
+# The largest errors measured on the two rigs are 0.374 and 0.0116 in the training frames, 0.706 and 0.0234 in the held-out
+# frames. A model that always says the mean has a relative error of 1.
 BOUNDS = {"training": {"relative_error": 0.45, "ambient_error": 0.014},
           "held_out": {"relative_error": 0.8, "ambient_error": 0.028}}
 CAMERA = ["--size", "200x200", "--camera", "yaw=35,pitch=12"]
@@ -71,6 +72,7 @@ def check_sample(files, clips, fps):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         vis = folder / "s.vis.h5"
-        run("penumbra-bake", "visibility", *files, "-o", vis, "--clips", ",".join(clips), "--fps", fps, "--blocks", 3, "--rays", 128)
+        run("penumbra-bake", "visibility", *files, "-o", vis, "--clips", ",".join(clips), "--fps", fps, "--blocks", 3,
+            "--rays", 128)
         asset = check_models(folder, vis, held_out)
         check_picture(folder, vis, asset, held_out)

@@ -1,6 +1,5 @@
-"""Every verb of the four programs once, on the smallest inputs, and a damaged file of every kind of input: exit codes are as
-documented, and no sanitizer has anything to say. scripts/test runs it with the programs of the sanitizer build; it takes seconds
-with those of a release build.
+"""Every verb of the four programs on the smallest inputs, and damaged files of every kind of input: the exit codes are as
+documented, and no sanitizer complains. scripts/test runs it with the programs of the sanitizer build.
 
 usage: smoke.py BIN
 """

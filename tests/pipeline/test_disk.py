@@ -35,7 +35,7 @@ def mounted(folder, options):
 
 
 def can_mount(*before):
-    """Whether a tmpfs can be mounted by a command that is put after these words. The mount is gone when the command ends."""
+    """Whether a command after these words can mount a tmpfs. The mount is gone when the command ends."""
     words = [*before, "unshare", "--mount", "mount", "-t", "tmpfs", "tmpfs", tempfile.gettempdir()]
     return subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
 

@@ -7,10 +7,11 @@ usage: test_estimate.py BIN
 import json
 import os
 import re
-import resource
 import subprocess
 import sys
 import tempfile
+
+import processor_time
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
@@ -25,14 +26,9 @@ SAYS = re.compile(r"(\d+) frames x (\d+) vertices x (\d+) rays = ([\d.]+) Mray; 
 
 
 def run(folder, words, *more):
-    command = [BAKE, "visibility", os.path.join(SAMPLES, words[0]), *words[1:], "--threads", str(THREADS), "-o", os.path.join(folder, "x.vis.h5")]
+    command = [BAKE, "visibility", os.path.join(SAMPLES, words[0]), *words[1:], "--threads", str(THREADS),
+               "-o", os.path.join(folder, "x.vis.h5")]
     return subprocess.run([*command, *more], check=True, capture_output=True, text=True).stdout
-
-
-def processor_seconds():
-    """Processor time of all programs that have ended."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 def compare(folder, words):
@@ -40,9 +36,9 @@ def compare(folder, words):
     assert SAYS.fullmatch(text) and os.listdir(folder) == [], (text, os.listdir(folder))
     frames, vertices, rays, mray, raw, probe, seconds, megabytes, memory, journal = map(float, SAYS.fullmatch(text).groups())
     report = os.path.join(folder, "r.json")
-    before = processor_seconds()
+    before = processor_time.of_ended_children()
     run(folder, words, "-q", "--report", report)
-    used = (processor_seconds() - before) / min(THREADS, os.cpu_count())
+    used = (processor_time.of_ended_children() - before) / min(THREADS, os.cpu_count())
     with open(report) as file:
         done = json.load(file)
     figures = done["figures"]

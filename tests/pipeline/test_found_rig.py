@@ -1,5 +1,5 @@
-"""The whole pipeline on the rig that scripts/get_samples brought from the network: the bounds are those of test_sample_rig.py. CTest
-skips it where there is no such rig ($PENUMBRA_SAMPLE_ENV names what get_samples wrote).
+"""The whole pipeline on the rig that scripts/get_samples brought from the network, with the bounds of test_sample_rig.py.
+CTest skips it where there is no such rig. $PENUMBRA_SAMPLE_ENV names the file that get_samples wrote.
 
 usage: test_found_rig.py BIN
 """

@@ -51,9 +51,8 @@ def bakes_under(folder):
 
 
 def wait_for(condition, what, pause=0.05):
-    """Returns what the condition gives as soon as it gives something. It asks again and again, for three minutes at
-    most."""
-    deadline = time.monotonic() + 180
+    """Asks again and again, for five minutes at most, and returns the first answer that is true."""
+    deadline = time.monotonic() + 300
     while not (result := condition()):
         assert time.monotonic() < deadline, "waited in vain for " + what
         time.sleep(pause)

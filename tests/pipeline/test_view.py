@@ -7,13 +7,13 @@ import time
 
 import numpy as np
 
-from view_window import HEIGHT, PANEL, TIMELINE, WIDTH, View, center, difference, opened, prepared
+from view_window import HEIGHT, PANEL, TIMELINE, WIDTH, View, center, difference, opened, prepared, wait_until
 
 
 def check_plays_and_scrubs(view, first):
     assert first.frame() == 0, first.said
     view.keys("space")
-    time.sleep(1.5)
+    wait_until(lambda: difference(view.shot(), first) > 0.2, "a moving figure")
     played = view.shot("space")
     assert played.frame() > 0 and difference(first, played) > 0.1, (played.said, difference(first, played))
     again = view.shot()
@@ -49,10 +49,19 @@ def check_smooth(view, first):
     assert difference(view.shot("Home"), first) == 0
 
 
+def finished_strips(view):
+    """The picture with its panels if the strips of the timeline are there and stay as they are."""
+    before = view.shot(panels=True)
+    time.sleep(0.3)
+    after = view.shot(panels=True)
+    timeline = after.whole[HEIGHT - 70:HEIGHT - 20, PANEL:]
+    there = all((np.abs(timeline - color).max(-1) < 12).any() for color in ((235, 140, 40), (214, 72, 96)))
+    return after if there and np.array_equal(timeline, before.whole[HEIGHT - 70:HEIGHT - 20, PANEL:]) else None
+
+
 def check_strips(view, first):
     """The strips of the timeline are filled. A click finds a frame, and a key finds the worst ones."""
-    time.sleep(1)  # they are computed while nothing else is to do
-    shown = view.shot(panels=True).whole
+    shown = wait_until(lambda: finished_strips(view), "the strips, which are computed while nothing else is to do").whole
     strips = []
     for row, color in ((HEIGHT - 56, (235, 140, 40)), (HEIGHT - 33, (214, 72, 96))):
         strip = shown[row - 9:row + 11, PANEL + 8:WIDTH - 8]
@@ -171,7 +180,7 @@ def check_camera(view, first):
     assert np.abs(center(framed.mask()) - center(orbited.mask())).max() < 3
     before = view.shot()
     view.keys("r")
-    time.sleep(1)
+    wait_until(lambda: difference(view.shot(), before) > 0.5, "the turntable")
     assert difference(view.shot("r"), before) > 0.5, "turntable"
 
 
@@ -213,7 +222,7 @@ def check_components(view):
     view.tool("click", 1)
     time.sleep(1)
     view.move(PANEL // 2, 300)
-    view.tool("click", "--repeat", 30, 5)
+    view.tool("click", "--repeat", 30, "--delay", 30, 5)
     time.sleep(0.5)
     shown = view.shot(panels=True)
     ranges = rows_of((120, 200, 120), shown.whole)

@@ -9,6 +9,8 @@ import time
 import numpy as np
 from PIL import Image
 
+import processor_time
+
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 290, 120  # of the panels: player/view/view_layout.h
@@ -129,8 +131,16 @@ def center(mask):
 
 
 def cpu_seconds(view):
-    fields = open("/proc/%d/stat" % view.process.pid).read().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return processor_time.of_running(view.process.pid)
+
+
+def wait_until(condition, what, seconds=20):
+    """Asks again and again, up to a deadline, and returns the first answer that is true."""
+    deadline = time.monotonic() + seconds
+    while not (result := condition()):
+        assert time.monotonic() < deadline, "waited in vain for " + what
+        time.sleep(0.05)
+    return result
 
 
 @contextlib.contextmanager
