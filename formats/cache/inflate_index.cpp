@@ -1,10 +1,11 @@
-// A deflate stream can be entered at any block's start, given its bit offset and the 32 KB of output before it.
+// Random access into a deflate stream by copies of the decoder: zlib copies all that it needs to go on from a place.
 #include "formats/cache/inflate_index.h"
 
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <memory>
 #include <mutex>
 
@@ -12,150 +13,103 @@
 
 namespace penumbra {
 
+namespace {
+
 constexpr std::uint64_t kCheckpointDistance = std::uint64_t(1) << 20;  // of output
-constexpr std::size_t kWindowSize = 32768;
 constexpr std::size_t kInputSize = 16384;
-constexpr std::size_t kIdleStreams = 16;
+constexpr std::size_t kMostResting = 16;
 constexpr int kRawDeflate = -15;
 
-namespace {
 // A decoder that stands at one place of the output.
-struct Stream {
+struct Decoder {
     z_stream z{};
-    std::uint64_t in = 0, out = 0;  // bytes consumed (buffered ones included), bytes produced
-    std::array<std::byte, kInputSize> input;
+    std::uint64_t in = 0, out = 0;  // bytes consumed, bytes produced
 
-    Stream() {
+    Decoder() {
         if (inflateInit2(&z, kRawDeflate) != Z_OK) throw std::bad_alloc();
     }
-    ~Stream() { inflateEnd(&z); }
-    Stream(const Stream&) = delete;
-    Stream& operator=(const Stream&) = delete;
-};
-
-struct Checkpoint {
-    std::uint64_t in = 0, out = 0;
-    int bits = 0;  // of the byte before `in` that belong to the next block
-    std::vector<std::byte> window;
+    Decoder(const Decoder& other) : in(other.in), out(other.out) {
+        if (inflateCopy(&z, const_cast<z_stream*>(&other.z)) != Z_OK) throw std::bad_alloc();
+    }
+    Decoder& operator=(const Decoder&) = delete;
+    ~Decoder() { inflateEnd(&z); }
 };
 
 struct Indexed {
     RandomBytes packed;
     std::uint64_t size = 0;
     std::string what;
-    std::vector<Checkpoint> checkpoints;  // ascending; the first one is the stream's start
+    std::vector<std::unique_ptr<Decoder>> checkpoints;  // ascending; the first one stands at the stream's start
     std::mutex lock;
-    std::vector<std::unique_ptr<Stream>> idle;
+    std::map<std::uint64_t, std::unique_ptr<Decoder>> resting;  // where earlier reads ended, by `out`
 
     [[noreturn]] void fail(const std::string& problem) const { throw InvalidInput(what + ": " + problem); }
 };
 
 Bytef* asZlib(std::byte* bytes) { return reinterpret_cast<Bytef*>(bytes); }
 
-// Runs the decoder into `out` until that is full, the stream ends or, with Z_BLOCK, a block ends. False at the end.
-bool step(const Indexed& index, Stream& stream, std::span<std::byte> out, int flush, std::size_t& produced) {
-    if (stream.z.avail_in == 0) {
-        const std::size_t more = std::size_t(std::min<std::uint64_t>(kInputSize, index.packed.size - stream.in));
-        index.packed.read(stream.in, std::span(stream.input).first(more));
-        stream.in += more;
-        stream.z.next_in = asZlib(stream.input.data());
-        stream.z.avail_in = uInt(more);
+// Fills `out`, unless the stream ends before; returns how many bytes were produced.
+std::size_t decode(const Indexed& index, Decoder& decoder, std::span<std::byte> out) {
+    std::array<std::byte, kInputSize> input;
+    decoder.z.next_out = asZlib(out.data());
+    decoder.z.avail_out = uInt(out.size());
+    for (int result = Z_OK; result != Z_STREAM_END && decoder.z.avail_out > 0;) {
+        const std::uint64_t rest = index.packed.size - decoder.in;
+        const std::span<std::byte> part =
+            std::span(input).first(std::size_t(std::min<std::uint64_t>(kInputSize, rest)));
+        index.packed.read(decoder.in, part);
+        decoder.z.next_in = asZlib(part.data());
+        decoder.z.avail_in = uInt(part.size());
+        result = inflate(&decoder.z, Z_NO_FLUSH);
+        decoder.in += part.size() - decoder.z.avail_in;
+        if (result == Z_MEM_ERROR) throw std::bad_alloc();
+        // Without input left, zlib says Z_BUF_ERROR where it cannot go on.
+        if (result != Z_OK && result != Z_STREAM_END) index.fail("its compressed data are damaged");
     }
-    stream.z.next_out = asZlib(out.data());
-    stream.z.avail_out = uInt(out.size());
-    const uInt before = stream.z.avail_in;
-    const int result = inflate(&stream.z, flush);
-    produced = out.size() - stream.z.avail_out;
-    stream.out += produced;
-    if (result == Z_STREAM_END) return false;
-    if (result == Z_MEM_ERROR) throw std::bad_alloc();
-    const bool stuck = produced == 0 && stream.z.avail_in == before && stream.in == index.packed.size;
-    if ((result != Z_OK && result != Z_BUF_ERROR) || stuck) index.fail("its compressed data are damaged");
-    return true;
-}
-
-Checkpoint checkpointOf(Stream& stream) {
-    Checkpoint point{stream.in - stream.z.avail_in, stream.out, stream.z.data_type & 7, {}};
-    point.window.resize(kWindowSize);
-    uInt filled = 0;
-    inflateGetDictionary(&stream.z, asZlib(point.window.data()), &filled);
-    point.window.resize(filled);
-    return point;
+    const std::size_t produced = out.size() - decoder.z.avail_out;
+    decoder.out += produced;
+    return produced;
 }
 
 void buildIndex(Indexed& index, std::uint32_t crc) {
-    Stream stream;
-    std::vector<std::byte> out(std::size_t(1) << 18);
+    Decoder decoder;
+    std::vector<std::byte> out(kCheckpointDistance);
     uLong sum = crc32(0, nullptr, 0);
-    index.checkpoints.push_back({});
-    for (bool more = true; more;) {
-        std::size_t produced = 0;
-        more = step(index, stream, out, Z_BLOCK, produced);
+    for (std::size_t produced = out.size(); produced == out.size();) {
+        index.checkpoints.push_back(std::make_unique<Decoder>(decoder));
+        produced = decode(index, decoder, out);
         sum = crc32(sum, asZlib(out.data()), uInt(produced));
-        if (stream.out > index.size) index.fail("its data are longer than stated");
-        const bool block_starts = (stream.z.data_type & 128) != 0 && (stream.z.data_type & 64) == 0;
-        if (more && block_starts && stream.out - index.checkpoints.back().out >= kCheckpointDistance)
-            index.checkpoints.push_back(checkpointOf(stream));
+        if (decoder.out > index.size) index.fail("its data are longer than stated");
     }
-    if (stream.out != index.size) index.fail("its data are shorter than stated");
+    if (decoder.out != index.size) index.fail("its data are shorter than stated");
     if (sum != crc) index.fail("its checksum is wrong");
 }
 
-std::unique_ptr<Stream> streamAt(const Indexed& index, const Checkpoint& point) {
-    auto stream = std::make_unique<Stream>();
-    stream->in = point.in;
-    stream->out = point.out;
-    if (point.bits != 0) {
-        std::byte last;
-        index.packed.read(point.in - 1, std::span(&last, 1));
-        inflatePrime(&stream->z, point.bits, int(last) >> (8 - point.bits));
-    }
-    if (!point.window.empty())
-        inflateSetDictionary(&stream->z, reinterpret_cast<const Bytef*>(point.window.data()),
-                             uInt(point.window.size()));
-    return stream;
-}
-
-// The idle decoder that has least to skip, or a new one at the last checkpoint before `offset`.
-std::unique_ptr<Stream> takeStream(Indexed& index, std::uint64_t offset) {
-    const auto after = std::upper_bound(index.checkpoints.begin(), index.checkpoints.end(), offset,
-                                        [](std::uint64_t o, const Checkpoint& p) { return o < p.out; });
-    const Checkpoint& point = *(after - 1);
+// The decoder that has least to skip: where an earlier read ended, or a copy of the last checkpoint before `offset`.
+std::unique_ptr<Decoder> takeDecoder(Indexed& index, std::uint64_t offset) {
+    const Decoder& checkpoint = *index.checkpoints[std::size_t(offset / kCheckpointDistance)];
     {
         const std::lock_guard lock(index.lock);
-        auto best = index.idle.end();
-        for (auto it = index.idle.begin(); it != index.idle.end(); ++it)
-            if ((*it)->out <= offset && (*it)->out >= point.out &&
-                (best == index.idle.end() || (*it)->out > (*best)->out))
-                best = it;
-        if (best != index.idle.end()) {
-            std::unique_ptr<Stream> stream = std::move(*best);
-            index.idle.erase(best);
-            return stream;
-        }
+        auto found = index.resting.upper_bound(offset);
+        if (found != index.resting.begin() && (--found)->first >= checkpoint.out)
+            return std::move(index.resting.extract(found).mapped());
     }
-    return streamAt(index, point);
+    return std::make_unique<Decoder>(checkpoint);
 }
 
 void readInflated(Indexed& index, std::uint64_t offset, std::span<std::byte> out) {
     if (out.empty()) return;
-    std::unique_ptr<Stream> stream = takeStream(index, offset);
-    std::vector<std::byte> skipped(std::size_t(std::min<std::uint64_t>(offset - stream->out, std::size_t(1) << 16)));
+    std::unique_ptr<Decoder> decoder = takeDecoder(index, offset);
+    std::vector<std::byte> skipped(std::size_t(offset - decoder->out));
+    if (decode(index, *decoder, skipped) != skipped.size()) index.fail("changed while it was read");
     while (!out.empty()) {
-        std::size_t produced = 0;
-        const std::uint64_t left = offset - std::min(offset, stream->out);
-        const bool skips = left > 0;
-        const std::span<std::byte> to =
-            skips ? std::span(skipped).first(std::size_t(std::min<std::uint64_t>(left, skipped.size())))
-                  : out.first(std::min<std::size_t>(out.size(), std::size_t(1) << 30));
-        const bool more = step(index, *stream, to, Z_NO_FLUSH, produced);
-        if (!skips) out = out.subspan(produced);
-        if (!more && !out.empty()) index.fail("changed while it was read");
-        if (!more) return;  // a decoder at the end cannot go on
+        const std::span<std::byte> part = out.first(std::min<std::size_t>(out.size(), std::size_t(1) << 30));
+        if (decode(index, *decoder, part) != part.size()) index.fail("changed while it was read");
+        out = out.subspan(part.size());
     }
     const std::lock_guard lock(index.lock);
-    if (index.idle.size() == kIdleStreams) index.idle.erase(index.idle.begin());
-    index.idle.push_back(std::move(stream));
+    index.resting[decoder->out] = std::move(decoder);
+    if (index.resting.size() > kMostResting) index.resting.erase(index.resting.begin());
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 
 namespace penumbra {
 
-// Decompresses `packed` once to check its size and CRC-32, and keeps the decoder's state (a window of 32 KB) every
-// megabyte of output, so that a read starts there and not at the beginning. Reads that follow one another go on where
-// the last one ended. InvalidInput "WHAT: ..." where the stream is damaged or gives another size or checksum.
+// Decompresses `packed` once to check its size and CRC-32, and keeps a copy of the decoder (40 KB) every megabyte of
+// output, so that a read starts there and not at the beginning. Reads that follow one another go on where the last one
+// ended. InvalidInput "WHAT: ..." where the stream is damaged or gives another size or checksum.
 RandomBytes inflateIndexed(const RandomBytes& packed, std::uint64_t size, std::uint32_t crc, const std::string& what);
 
 }  // namespace penumbra

@@ -1,4 +1,5 @@
 // Wavefront .obj: v, f, o, g and usemtl lines; all others (vt, vn, s, l, p, mtllib, ...) are passed over.
+// Why not assimp: it makes a vertex of every corner of a face and drops unused ones, so the file's numbering is lost.
 #include <algorithm>
 #include <charconv>
 

@@ -1,5 +1,6 @@
 // .ply 1.0, ASCII and binary: x, y, z of the element "vertex", the list vertex_indices (or vertex_index) of "face";
 // other elements and properties are passed over.
+// Why not assimp: it takes faces of vertices that are not there, and allocates what a header of 180 bytes asks for.
 #include <algorithm>
 #include <bit>
 #include <charconv>

@@ -4,17 +4,21 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <mutex>
+#include <optional>
 
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
 #include "formats/stage/hdf5_handle.h"
+#include "formats/stage/hdf5_storage.h"
 #include "formats/stage/hdf5_text.h"
 
 namespace penumbra {
@@ -35,7 +39,7 @@ std::shared_ptr<const std::byte> mapFile(const fs::path& path, std::uint64_t len
             [length](const std::byte* address) { ::munmap(const_cast<std::byte*>(address), length); }};
 }
 
-// Checks what checkGlobalHeaps() takes for granted.
+// Checks what GlobalHeaps and storedElsewhere() take for granted.
 void checkAddresses(const Hdf5Reader& in) {
     const Hdf5Handle creation(H5Fget_create_plist(in.file), H5Pclose, in.name);
     std::size_t address_bytes = 0, length_bytes = 0;
@@ -55,9 +59,7 @@ Hdf5Reader openHdf5(const fs::path& path) {
     if (error) throw IoError(path.string() + ": cannot read: " + error.message());
     if (length == 0) throw InvalidInput(path.string() + ": empty file");
     const std::shared_ptr<const std::byte> bytes = mapFile(path, length);
-    checkGlobalHeaps({bytes.get(), length}, path.string());
-    // That read every page; from now on a few are needed, and whoever counts our memory counts the others too.
-    ::madvise(const_cast<std::byte*>(bytes.get()), length, MADV_DONTNEED);
+    ::madvise(const_cast<std::byte*>(bytes.get()), length, MADV_RANDOM);  // a few pages are read, not their neighbours
     const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "HDF5 file access");
     H5Pset_file_locking(access, false, true);  // read-only folders and network file systems
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
@@ -80,19 +82,23 @@ Hdf5Handle fromFile(hid_t id, Hdf5Handle::Closer closer, const std::string& labe
     return Hdf5Handle(id, closer, label);
 }
 
+// The address of the object that the links of `path` lead to; nothing where one of them is missing.
+std::optional<haddr_t> addressOf(const Hdf5Reader& in, const std::string& path) {
+    for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+        const std::string part = path.substr(0, end);
+        if (H5Lexists(in.file, part.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
+        H5L_info_t link;
+        if (H5Lget_info(in.file, part.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD)
+            throw InvalidInput(in.name + ": " + part + ": is no plain link");
+        if (end == std::string::npos) return link.u.address;
+    }
+}
+
 }  // namespace
 
 bool exists(const Hdf5Reader& in, const std::string& path) {
     initHdf5();
-    for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
-        const std::string part = path.substr(0, end);
-        if (part == "/") return true;
-        if (H5Lexists(in.file, part.c_str(), H5P_DEFAULT) <= 0) return false;
-        H5L_info_t link;
-        if (H5Lget_info(in.file, part.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD)
-            throw InvalidInput(in.name + ": " + part + ": is no plain link");
-        if (end == std::string::npos) return true;
-    }
+    return path == "/" || addressOf(in, path).has_value();
 }
 
 // --- Datasets -------------------------------------------------------------------------------------------------------
@@ -175,7 +181,9 @@ void checkStorage(Hdf5Dataset& dataset, std::uint64_t item, std::uint64_t file_l
 Hdf5Dataset openDataset(const Hdf5Reader& in, const std::string& path) {
     initHdf5();
     const std::string label = in.name + ": " + path;
-    if (!exists(in, path)) throw InvalidInput(label + ": missing");
+    const std::optional<haddr_t> address = addressOf(in, path);
+    if (!address) throw InvalidInput(label + ": missing");
+    if (storedElsewhere(in.bytes(), *address, label)) throw InvalidInput(label + ": is stored outside of the file");
     return {fromFile(H5Dopen2(in.file, path.c_str(), H5P_DEFAULT), H5Dclose, label, "is no dataset"), label, {}, {}};
 }
 
@@ -311,6 +319,22 @@ std::vector<std::string> fixedStrings(const std::vector<char>& bytes, std::size_
     return strings;
 }
 
+// HDF5 gives no creation properties of such a dataset without reading its fill value, a text, from a global heap.
+std::vector<std::string> variableStrings(const Hdf5Reader& in, const Hdf5Dataset& dataset) {
+    const std::uint64_t bytes = checkedBytes(dataset.label, dataset.shape, kTextReferenceBytes, in.length);
+    if (bytes == 0) return {};
+    const hsize_t stored = H5Dget_storage_size(dataset.id);
+    const haddr_t begin = H5Dget_offset(dataset.id);  // only contiguous storage has one
+    if (stored > 0 && begin == HADDR_UNDEF) throw Unsupported(dataset.label + ": text of variable length in chunks");
+    if (stored < bytes) throw InvalidInput(dataset.label + ": was never written");
+    if (begin > in.length || bytes > in.length - begin) throw InvalidInput(dataset.label + ": damaged");
+    GlobalHeaps heaps(in.bytes(), dataset.label);
+    std::vector<std::string> strings;
+    for (std::size_t i = 0; i < dataset.count(); ++i)
+        strings.push_back(heaps.text(in.bytes().subspan(begin + i * kTextReferenceBytes).first<kTextReferenceBytes>()));
+    return strings;
+}
+
 }  // namespace
 
 std::vector<std::string> readStrings(const Hdf5Reader& in, const std::string& path) {
@@ -319,22 +343,13 @@ std::vector<std::string> readStrings(const Hdf5Reader& in, const std::string& pa
     if (H5Tget_class(type) != H5T_STRING) throw InvalidInput(dataset.label + ": is not of text");
     std::vector<hsize_t> any{0};
     readShape(dataset, any);
-    const bool variable = H5Tis_variable_str(type) > 0;
-    const std::size_t size = variable ? kTextReferenceBytes : H5Tget_size(type);
+    if (H5Tis_variable_str(type) > 0) return variableStrings(in, dataset);
+    const std::size_t size = H5Tget_size(type);
     checkStorage(dataset, size, in.length);
     if (dataset.count() == 0) return {};
-    if (!variable) {
-        std::vector<char> bytes(size * dataset.count());
-        readRaw(dataset, type, H5S_ALL, H5S_ALL, bytes.data());
-        return fixedStrings(bytes, size, dataset.count());
-    }
-    const haddr_t begin = H5Dget_offset(dataset.id);
-    if (!dataset.chunk.empty() || begin == HADDR_UNDEF)
-        throw Unsupported(dataset.label + ": text of variable length in chunks");
-    std::vector<std::string> strings;
-    for (std::size_t i = 0; i < dataset.count(); ++i)
-        strings.push_back(textOfReference(in.bytes(), begin + i * size, dataset.label));
-    return strings;
+    std::vector<char> bytes(size * dataset.count());
+    readRaw(dataset, type, H5S_ALL, H5S_ALL, bytes.data());
+    return fixedStrings(bytes, size, dataset.count());
 }
 
 namespace {
@@ -370,21 +385,30 @@ void readRawAttribute(const Attribute& attribute, hid_t type, void* out) {
     if (H5Aread(attribute.id, type, out) < 0) throw InvalidInput(attribute.label + ": damaged");
 }
 
-std::string variableText(const Hdf5Reader& in, const std::string& object, const std::string& name,
-                         const Attribute& attribute) {
-    H5O_info_t info;
-    if (H5Oget_info_by_name(in.file, object.c_str(), &info, H5P_DEFAULT) < 0)
-        throw InvalidInput(attribute.label + ": damaged");
-    if (const auto value = uncheckedAttribute(in.bytes(), info.addr, name, attribute.label))
-        return textOfReference(in.bytes(), *value, attribute.label);
-    const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 text type");
-    checkHdf5(H5Tset_size(type, H5T_VARIABLE), "HDF5 text type");
-    checkHdf5(H5Tset_cset(type, H5Tget_cset(attribute.type)), "HDF5 text type");
-    char* pointer = nullptr;
-    readRawAttribute(attribute, type, &pointer);
-    const std::string text = pointer ? pointer : "";
-    H5free_memory(pointer);
-    return text;
+// Our conversion from text of variable length to opaque bytes: it leaves the references as they stand in the file,
+// where HDF5's own conversion to text would follow them.
+herr_t keepReferences(hid_t from, hid_t, H5T_cdata_t* data, std::size_t, std::size_t, std::size_t, void*, void*,
+                      hid_t) {
+    if (data->command != H5T_CONV_INIT) return 0;
+    data->need_bkg = H5T_BKG_NO;
+    return H5Tget_size(from) == kTextReferenceBytes ? 0 : -1;
+}
+
+Hdf5Handle textReferenceType() {
+    Hdf5Handle opaque(H5Tcreate(H5T_OPAQUE, kTextReferenceBytes), H5Tclose, "HDF5 reference type");
+    static std::once_flag once;
+    std::call_once(once, [&] {
+        const Hdf5Handle text(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 text type");
+        checkHdf5(H5Tset_size(text, H5T_VARIABLE), "HDF5 text type");
+        checkHdf5(H5Tregister(H5T_PERS_SOFT, "references of text", text, opaque, keepReferences), "HDF5 conversion");
+    });
+    return opaque;
+}
+
+std::string variableText(const Hdf5Reader& in, const Attribute& attribute) {
+    std::array<std::byte, kTextReferenceBytes> reference;
+    readRawAttribute(attribute, textReferenceType(), reference.data());
+    return GlobalHeaps(in.bytes(), attribute.label).text(reference);
 }
 
 }  // namespace
@@ -392,7 +416,7 @@ std::string variableText(const Hdf5Reader& in, const std::string& object, const 
 std::string readTextAttribute(const Hdf5Reader& in, const std::string& object, const std::string& name) {
     const Attribute attribute = openAttribute(in, object, name);
     if (H5Tget_class(attribute.type) != H5T_STRING) throw InvalidInput(attribute.label + ": is not text");
-    if (H5Tis_variable_str(attribute.type) > 0) return variableText(in, object, name, attribute);
+    if (H5Tis_variable_str(attribute.type) > 0) return variableText(in, attribute);
     const std::size_t size = H5Tget_size(attribute.type);
     if (size > in.length) throw InvalidInput(attribute.label + ": larger than the file can hold");
     std::vector<char> bytes(size);

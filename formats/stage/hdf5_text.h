@@ -1,29 +1,39 @@
 #pragma once
 // Text of variable length in HDF5 files. HDF5 keeps it in "global heaps", the only structure of a file of HDF5 1.10
-// that has no checksum, and HDF5 1.10.8 trusts all sizes and indices in and of them: one changed bit makes it read and
-// write outside of its memory. So we walk through the heaps before HDF5 does, and follow references ourselves wherever
-// nothing vouches for them. (File format specification 3.0: III.E "Global Heap", IV.A "Data Object Headers".)
+// that has no checksum, and HDF5 1.10.8 trusts all sizes and indices in them and in the references to them: one changed
+// bit makes it read and write outside of its memory. So HDF5 hands us the references, and we read the heaps ourselves.
+// The rest of a file is never searched for heaps. (File format specification 3.0: III.E "Global Heap".)
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <map>
 #include <span>
 #include <string>
 
 namespace penumbra {
 
-// `file` in all of these: all bytes, addresses and lengths of 8 bytes, no user block. Messages start with `name`.
-
-// InvalidInput when an object of a heap does not lie inside of it, or when a reference to a large one gives another
-// length than the object has.
-void checkGlobalHeaps(std::span<const std::byte> file, const std::string& name);
-
+// What stands in the place of a text: its length (4 bytes), the address of its heap (8), its number in the heap (4).
 constexpr std::size_t kTextReferenceBytes = 16;
-// The text that the reference at `address` stands for; InvalidInput.
-std::string textOfReference(std::span<const std::byte> file, std::uint64_t address, const std::string& name);
 
-// The address of the value of an attribute in an object header of version 1, which has no checksum; nothing when the
-// header at `object` is of another version (those have). InvalidInput when the attribute is not found.
-std::optional<std::uint64_t> uncheckedAttribute(std::span<const std::byte> file, std::uint64_t object,
-                                                const std::string& attribute, const std::string& name);
+class GlobalHeaps {
+public:
+    // `file`: all bytes of a file with addresses and lengths of 8 bytes and without a user block. `name` starts
+    // messages.
+    GlobalHeaps(std::span<const std::byte> file, std::string name);
+
+    // InvalidInput when the heap is damaged, when it has no such text, or when the text has another length. Each heap
+    // is walked through once, and all of them together are no longer than the file, whatever the references say.
+    std::string text(std::span<const std::byte, kTextReferenceBytes> reference);
+
+    std::uint64_t bytesWalked() const { return bytes_walked_; }
+
+private:
+    using Objects = std::map<std::uint32_t, std::span<const std::byte>>;  // by their numbers
+    const Objects& heapAt(std::uint64_t address);
+
+    std::span<const std::byte> file_;
+    std::string name_;
+    std::map<std::uint64_t, Objects> heaps_;  // by their addresses
+    std::uint64_t bytes_walked_ = 0;
+};
 
 }  // namespace penumbra
