@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <bit>
-#include <cstdlib>
 #include <random>
 #include <thread>
 
@@ -21,6 +20,7 @@
 #include "formats/common/sha256.h"
 #include "formats/common/write_file.h"
 #include "tests/formats/stage_samples.h"
+#include "tests/no_simd.h"
 
 namespace penumbra {
 namespace {
@@ -362,16 +362,9 @@ TEST(Fp16, ArraysAgreeWithSingleValues) {
 }
 
 TEST(Fp16, NoSimdInTheEnvironmentLeavesThePortablePath) {
-    const char* before = std::getenv("PENUMBRA_NO_SIMD");
-    const std::string kept = before ? before : "";
-    ::setenv("PENUMBRA_NO_SIMD", "1", 1);
+    const NoSimd no_simd;
     ASSERT_EQ(halfPaths().size(), 1u);
     EXPECT_STREQ(halfPaths()[0].name, "portable");
-    if (before) {
-        ::setenv("PENUMBRA_NO_SIMD", kept.c_str(), 1);
-    } else {
-        ::unsetenv("PENUMBRA_NO_SIMD");
-    }
 }
 
 // --- Mesh -----------------------------------------------------------------------------------------------------------
