@@ -3,6 +3,8 @@
 #include <bit>
 #include <cassert>
 #include <cstddef>
+#include <cstdlib>
+#include <iterator>
 #ifdef __x86_64__
 #include <immintrin.h>
 #endif
@@ -32,57 +34,69 @@ float halfToFloat(std::uint16_t bits) {
     return std::bit_cast<float>(sign | std::bit_cast<std::uint32_t>(float(mantissa) * 0x1p-24f));
 }
 
-#ifdef __x86_64__
-
-__attribute__((target("avx,f16c"))) static std::size_t toHalfF16c(const float* in, std::uint16_t* out,
-                                                                  std::size_t count) {
-    std::size_t i = 0;
-    for (; i + 8 <= count; i += 8)
-        _mm_storeu_si128(reinterpret_cast<__m128i*>(out + i),
-                         _mm256_cvtps_ph(_mm256_loadu_ps(in + i), _MM_FROUND_TO_NEAREST_INT));
-    return i;
-}
-
-__attribute__((target("avx,f16c"))) static std::size_t toFloatF16c(const std::uint16_t* in, float* out,
-                                                                   std::size_t count) {
-    std::size_t i = 0;
-    for (; i + 8 <= count; i += 8)
-        _mm256_storeu_ps(out + i, _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(in + i))));
-    return i;
-}
-
 namespace {
 
-bool hasF16c() {
-    // clang 14 cannot ask for F16C; every processor with AVX2 has it.
-    static const bool has = __builtin_cpu_supports("avx2");
-    return has;
+void toHalfPortable(std::span<const float> in, std::span<std::uint16_t> out) {
+    for (std::size_t i = 0; i < in.size(); ++i) out[i] = floatToHalf(in[i]);
 }
 
-}  // namespace
+void toFloatPortable(std::span<const std::uint16_t> in, std::span<float> out) {
+    for (std::size_t i = 0; i < in.size(); ++i) out[i] = halfToFloat(in[i]);
+}
+
+#ifdef __x86_64__
+
+// Eight values an instruction; the last ones, fewer than eight, take the portable path.
+__attribute__((target("avx,f16c"))) void toHalfF16c(std::span<const float> in, std::span<std::uint16_t> out) {
+    std::size_t i = 0;
+    for (; i + 8 <= in.size(); i += 8)
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(out.data() + i),
+                         _mm256_cvtps_ph(_mm256_loadu_ps(in.data() + i), _MM_FROUND_TO_NEAREST_INT));
+    toHalfPortable(in.subspan(i), out.subspan(i));
+}
+
+__attribute__((target("avx,f16c"))) void toFloatF16c(std::span<const std::uint16_t> in, std::span<float> out) {
+    std::size_t i = 0;
+    for (; i + 8 <= in.size(); i += 8)
+        _mm256_storeu_ps(out.data() + i,
+                         _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(in.data() + i))));
+    toFloatPortable(in.subspan(i), out.subspan(i));
+}
+
+constexpr HalfPath kPaths[] = {{"portable", toHalfPortable, toFloatPortable}, {"f16c", toHalfF16c, toFloatF16c}};
+
+// clang 14 cannot ask for F16C; every processor with AVX2 has it.
+bool cpuHasF16c() { return __builtin_cpu_supports("avx2"); }
 
 #else
 
-namespace {
+constexpr HalfPath kPaths[] = {{"portable", toHalfPortable, toFloatPortable}};
 
-std::size_t toHalfF16c(const float*, std::uint16_t*, std::size_t) { return 0; }
-std::size_t toFloatF16c(const std::uint16_t*, float*, std::size_t) { return 0; }
-bool hasF16c() { return false; }
-
-}  // namespace
+bool cpuHasF16c() { return false; }
 
 #endif
 
+// The run time converts short rows in inner loops, so the environment is read only once.
+const HalfPath& fastestPath() {
+    static const HalfPath& fastest = halfPaths().back();
+    return fastest;
+}
+
+}  // namespace
+
+std::span<const HalfPath> halfPaths() {
+    const bool all = cpuHasF16c() && !std::getenv("PENUMBRA_NO_SIMD");
+    return std::span(kPaths).first(all ? std::size(kPaths) : 1);
+}
+
 void floatToHalf(std::span<const float> in, std::span<std::uint16_t> out) {
     assert(in.size() == out.size());
-    std::size_t i = hasF16c() ? toHalfF16c(in.data(), out.data(), in.size()) : 0;
-    for (; i < in.size(); ++i) out[i] = floatToHalf(in[i]);
+    fastestPath().to_half(in, out);
 }
 
 void halfToFloat(std::span<const std::uint16_t> in, std::span<float> out) {
     assert(in.size() == out.size());
-    std::size_t i = hasF16c() ? toFloatF16c(in.data(), out.data(), in.size()) : 0;
-    for (; i < in.size(); ++i) out[i] = halfToFloat(in[i]);
+    fastestPath().to_float(in, out);
 }
 
 }  // namespace penumbra

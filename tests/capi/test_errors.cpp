@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "tests/capi/packed_asset.h"
+#include "tests/no_simd.h"
 
 namespace penumbra {
 namespace {
@@ -274,12 +275,11 @@ TEST(CApiErrors, Simd) {
     EXPECT_EQ(penumbra_has_simd(PENUMBRA_SIMD_PORTABLE), 1);
     EXPECT_EQ(penumbra_has_simd(penumbra_simd(3)), 0);
     EXPECT_EQ(penumbra_character_set_simd(x.character.get(), penumbra_simd(3), &said.error), PENUMBRA_INVALID_ARGUMENT);
-    ::setenv("PENUMBRA_NO_SIMD", "1", 1);
+    const NoSimd no_simd;
     EXPECT_EQ(penumbra_has_simd(PENUMBRA_SIMD_AVX2), 0);
     EXPECT_EQ(penumbra_character_set_simd(x.character.get(), PENUMBRA_SIMD_AVX2, &said.error), PENUMBRA_UNSUPPORTED);
     EXPECT_EQ(penumbra_shading_set_simd(x.shading.get(), PENUMBRA_SIMD_AVX2, &said.error), PENUMBRA_UNSUPPORTED);
     EXPECT_THAT(said.error.message, HasSubstr("PENUMBRA_NO_SIMD"));
-    ::unsetenv("PENUMBRA_NO_SIMD");
     EXPECT_EQ(penumbra_shading_set_simd(nullptr, PENUMBRA_SIMD_BEST, nullptr), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(penumbra_character_set_simd(nullptr, PENUMBRA_SIMD_BEST, nullptr), PENUMBRA_INVALID_ARGUMENT);
 }

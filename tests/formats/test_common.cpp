@@ -20,6 +20,7 @@
 #include "formats/common/sha256.h"
 #include "formats/common/write_file.h"
 #include "tests/formats/stage_samples.h"
+#include "tests/no_simd.h"
 
 namespace penumbra {
 namespace {
@@ -336,18 +337,36 @@ TEST(Fp16, RoundsToNearestEven) {
     }
 }
 
+// Every path gives the bits of the single values, whatever the array's length: 100003 values, then fewer than eight.
 TEST(Fp16, ArraysAgreeWithSingleValues) {
     std::mt19937 random(1);
-    std::vector<float> values(100003);  // not a multiple of 8
-    for (float& value : values) value = std::bit_cast<float>(std::uint32_t(random()));
-    std::vector<std::uint16_t> halves(values.size());
-    floatToHalf(values, halves);
-    std::vector<float> back(values.size());
-    halfToFloat(halves, back);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        EXPECT_EQ(halves[i], floatToHalf(values[i])) << values[i];
-        EXPECT_EQ(std::bit_cast<std::uint32_t>(back[i]), std::bit_cast<std::uint32_t>(halfToFloat(halves[i])));
+    for (const std::size_t count : {std::size_t(100003), std::size_t(7), std::size_t(0)}) {
+        std::vector<float> values(count);
+        for (float& value : values) value = std::bit_cast<float>(std::uint32_t(random()));
+        std::vector<std::uint16_t> halves(values.size());
+        std::vector<float> back(values.size());
+        for (const HalfPath& path : halfPaths()) {
+            path.to_half(values, halves);
+            path.to_float(halves, back);
+            for (std::size_t i = 0; i < values.size(); ++i) {
+                EXPECT_EQ(halves[i], floatToHalf(values[i])) << path.name << ' ' << values[i];
+                EXPECT_EQ(std::bit_cast<std::uint32_t>(back[i]), std::bit_cast<std::uint32_t>(halfToFloat(halves[i])));
+            }
+        }
+        std::vector<std::uint16_t> by_name(values.size());
+        floatToHalf(values, by_name);
+        EXPECT_EQ(by_name, halves);
+        halfToFloat(halves, values);
+        EXPECT_TRUE(std::equal(values.begin(), values.end(), back.begin(), [](float a, float b) {
+            return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+        }));
     }
+}
+
+TEST(Fp16, NoSimdInTheEnvironmentLeavesThePortablePath) {
+    const NoSimd no_simd;
+    ASSERT_EQ(halfPaths().size(), 1u);
+    EXPECT_STREQ(halfPaths()[0].name, "portable");
 }
 
 // --- Mesh -----------------------------------------------------------------------------------------------------------

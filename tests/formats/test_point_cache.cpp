@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 
 #include "formats/cache/point_cache.h"
@@ -147,21 +146,6 @@ TEST(ZipArchive, SizesOf64Bits) {
     samples::ZipEntry faces{.name = "faces.npy", .data = samples::sheetFaces(), .zip64 = true};
     samples::writeText(scratch("zip64.npz"), samples::zipOf({verts, faces}, true));
     expectSheet(readPointCache({scratch("zip64.npz")}, {}), kFloat);
-}
-
-// NumPy gives these numbers: d = np.load(...); d['q_lo'] + d['verts_q'][599, 5040] * d['q_step'].
-TEST(PointCacheNumpy, CurtainOfTheDataFolder) {
-    const char* data = std::getenv("PENUMBRA_DATA");
-    if (!data) GTEST_SKIP() << "PENUMBRA_DATA is not set";
-    const PointCache cache = readPointCache({std::filesystem::path(data) / "cloth/curtain_A600.npz"}, {});
-    EXPECT_EQ(cache.mesh.vertexCount(), 5041u);
-    EXPECT_EQ(cache.mesh.triangles.size(), 9800u);
-    ASSERT_EQ(cache.clips[0].times.size(), 600u);
-    EXPECT_DOUBLE_EQ(cache.clips[0].times[599], 599.0 / 30);
-    const Vec3 last = readFrame(cache, 0, 599)[5040];
-    EXPECT_NEAR(last.x, 1.29998474, 1e-7);
-    EXPECT_NEAR(last.y, 0.00001197, 1e-7);
-    EXPECT_NEAR(last.z, 2.79999995, 1e-7);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cstdlib>
 
 #include "formats/cache/mesh_file.h"
 #include "formats/cache/point_cache.h"
@@ -344,32 +343,6 @@ TEST(PointCacheGltf, WrongMorphsAreRefused) {
                 HasSubstr("morph target 2"));
     EXPECT_THAT(said([](Glb& g) { g.json["meshes"][0]["primitives"][0].erase("targets"); }),
                 HasSubstr("has no animation of morph targets"));
-}
-
-// The files that npz_to_obj.py of the data folder writes hold six digits. Half of the last digit of numbers below 10
-// is 5e-6.
-TEST(PointCacheSequence, CurtainAsNpzAndAsObj) {
-    const char* data = std::getenv("PENUMBRA_DATA");
-    if (!data) GTEST_SKIP() << "PENUMBRA_DATA is not set";
-    const std::filesystem::path cloth = std::filesystem::path(data) / "cloth", place = folder("curtain");
-    const std::string command = "/usr/bin/python3 '" + (cloth / "npz_to_obj.py").string() + "' '" +
-                                (cloth / "curtain_A600.npz").string() + "' '" + place.string() + "' 50";
-    ASSERT_EQ(std::system(command.c_str()), 0);
-    for (std::size_t f = 0; f < 12; ++f) {  // every fiftieth frame becomes one of a sequence
-        std::string digits = std::to_string(50 * f);
-        digits.insert(0, 4 - digits.size(), '0');
-        std::filesystem::rename(place / ("frame_" + digits + ".obj"), place / ("part_" + std::to_string(f) + ".obj"));
-    }
-    const PointCache npz = readPointCache({cloth / "curtain_A600.npz"}, {.z_up = true});
-    const PointCache obj = readPointCache({place}, {.z_up = true});
-    EXPECT_EQ(obj.mesh.triangles, npz.mesh.triangles);
-    ASSERT_EQ(obj.clips[0].times.size(), 12u);
-    for (std::size_t f = 0; f < 12; ++f) {
-        const std::vector<Vec3> a = readFrame(npz, 0, 50 * f), b = readFrame(obj, 0, f);
-        ASSERT_EQ(a.size(), b.size());
-        for (std::size_t v = 0; v < a.size(); ++v)
-            for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(a[v][axis], b[v][axis], 5.3e-6);
-    }
 }
 
 }  // namespace

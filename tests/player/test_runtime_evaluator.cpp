@@ -1,12 +1,11 @@
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "formats/common/parallel_for.h"
 #include "pack/pack_asset.h"
 #include "pack/quantize.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/shading.h"
+#include "tests/no_simd.h"
 #include "tests/player/count_allocations.h"
 #include "tests/synthetic_model.h"
 
@@ -317,10 +316,9 @@ TEST(PackWeights, KeepsSumsWithin32Bits) {
 }
 
 TEST(Evaluator, NoSimdInTheEnvironmentLeavesThePortablePath) {
-    ::setenv("PENUMBRA_NO_SIMD", "1", 1);
+    const NoSimd no_simd;
     EXPECT_EQ(evaluatorPaths().size(), 1u);
     EXPECT_STREQ(evaluatorPaths()[0].name, "portable");
-    ::unsetenv("PENUMBRA_NO_SIMD");
 }
 
 TEST(Evaluator, AllocatesNothing) {

@@ -9,6 +9,7 @@
 #include "fit/reflectance/shading_error.h"
 #include "sh/brdf.h"
 #include "sh/slice_form.h"
+#include "tests/accuracy/extent.h"
 
 namespace penumbra {
 namespace {
@@ -38,19 +39,20 @@ RgbBrdf turnedWard() {
 struct Case {
     RgbBrdf brdf;
     SliceForm form;
+    bool always;  // the unit test has one case for each form
 };
 
 std::vector<Case> cases() {
     std::vector<Case> all;
-    for (const char* text : {"lambert", "phong:exponent=50", "ggx", "ggx:alpha=0.3,color=1/0.5/0.2"})
-        all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kIsotropic});
-    for (const char* text : {"ward-gmd", "ashikhmin-shirley"})
-        all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kOrthotropic});
-    all.push_back({turnedWard(), SliceForm::kGeneral});
+    for (const char* text : {"ggx:alpha=0.3,color=1/0.5/0.2", "lambert", "phong:exponent=50", "ggx"})
+        all.push_back({rgbBrdf(parseBrdf(text)), SliceForm::kIsotropic, all.empty()});
+    all.push_back({rgbBrdf(parseBrdf("ward-gmd")), SliceForm::kOrthotropic, true});
+    all.push_back({rgbBrdf(parseBrdf("ashikhmin-shirley")), SliceForm::kOrthotropic, false});
+    all.push_back({turnedWard(), SliceForm::kGeneral, true});
     // Only its values say that this BRDF is isotropic.
     RgbBrdf unsaid = rgbBrdf(parseBrdf("ggx"));
     unsaid.symmetry = BrdfSymmetry::kGeneral;
-    all.push_back({unsaid, SliceForm::kIsotropic});
+    all.push_back({unsaid, SliceForm::kIsotropic, false});
     return all;
 }
 
@@ -58,6 +60,7 @@ TEST(SliceForm, FittedMaterialsKeepTheirShadingError) {
     const ShadingTest test = makeShadingTest(referenceScenes(), 2);
     const Convention d5 = parseConvention("D5");
     for (const Case& each : cases()) {
+        if (!every_row && !each.always) continue;
         const BrdfFile brdf = fitBrdf(each.brdf, {}, 2);
         const int j = brdf.slice_order, view = brdf.view_order;
         const std::vector<float> slices = byChannel(brdf.slices);

@@ -1,0 +1,141 @@
+// Writes the seed corpora of the fuzz targets: small valid inputs, one folder a target, so that a short run starts
+// inside the formats instead of at their magic numbers. `scripts/fuzz --corpus` runs it.
+//   make_corpus SAMPLES OUT      SAMPLES: the rigs and sheets of scripts/make_samples.py
+#include <cstdio>
+
+#include "formats/image/image_file.h"
+#include "tests/formats/brdf_samples.h"
+#include "tests/formats/sheet_files.h"
+#include "tests/formats/stage_samples.h"
+#include "tests/fuzz/tiny_inputs.h"
+
+namespace {
+
+using namespace penumbra;
+namespace fs = std::filesystem;
+
+void write(const fs::path& path, const std::string& bytes) {
+    fs::create_directories(path.parent_path());
+    std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+fs::path inFolder(const fs::path& folder, const std::string& name) {
+    fs::create_directories(folder);
+    return folder / name;
+}
+
+std::string textOf(const std::vector<std::byte>& bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// The targets of assets share their inputs; each takes every second one.
+void writeAssets(const fs::path& out) {
+    const std::vector<std::vector<std::byte>>& assets = tinyAssets();
+    for (std::size_t i = 0; i < assets.size(); ++i)
+        write(out / (i % 2 ? "fuzz_c_api" : "fuzz_asset") / ("tiny" + std::to_string(i) + ".pnb"), textOf(assets[i]));
+}
+
+void writeStageFiles(const fs::path& out) {
+    BrdfFile brdf = samples::sampleBrdf();
+    brdf.operators = samples::sampleOperators();
+    writeBrdf(inFolder(out / "fuzz_brdf_file", "operators.brdf.h5"), brdf);
+    LightFile light = samples::sampleLight();
+    light.lobes = samples::sampleLobes();
+    light.window = {1, 0.5};
+    writeLight(inFolder(out / "fuzz_light_file", "lobes.light.h5"), light);
+    writePoseFile(inFolder(out / "fuzz_pose_file", "sampled.poses.h5"), samples::poseFile());
+    write(out / "fuzz_model_file" / "tube.model.h5", tinyModels()[0]);
+    samples::writeVisibility(inFolder(out / "fuzz_visibility_file", "strip.vis.h5"), samples::visibilityHeader(1, 2),
+                             Precision::kFloat16);
+    samples::writeVisibility(out / "fuzz_visibility_file" / "sheet.vis.h5", samples::sheetHeader(2, 2),
+                             Precision::kFloat32);
+}
+
+void writeTables(const fs::path& out) {
+    const RgbBrdf ggx = rgbBrdf(parseBrdf("ggx:color=1/0.5/0.25"));
+    const fs::path brdfs = out / "fuzz_brdf_source";
+    write(brdfs / "isotropic.txt", samples::isotropicTable(ggx, 2, 3));
+    write(brdfs / "orthotropic.txt", samples::anisotropicTable(ggx, "orthotropic", 2, 2, 4));
+    write(brdfs / "scattered.txt", samples::scatteredFile(ggx, 3, 3));
+    write(brdfs / "fits.txt", "name, diffuse_r, diffuse_g, diffuse_b\na, 0.1, 0.2, 0.3\n");
+    const fs::path inputs = out / "fuzz_input_table";
+    write(inputs / "seconds.csv", "seconds,wind,ball.x\n0,1,2\n0.5,1.5,2.5\n1,2,3e1\n");
+    write(inputs / "frames.csv", "clip,frame,wind\nwave,0,1\nwave,1,2\n\"gust\",0,-3\n");
+}
+
+void writeImages(const fs::path& out) {
+    Image image{4, 3, {}, {}};
+    for (int i = 0; i < 12; ++i) {
+        image.pixels.push_back({float(i) / 12, 0.5f, float(i % 4)});
+        image.alpha.push_back(float(i % 3) / 2);
+    }
+    writeExr(inFolder(out / "fuzz_image", "alpha.exr"), image);
+    writePng(out / "fuzz_image" / "alpha.png", image, 1);
+    image.alpha.clear();
+    writeExr(out / "fuzz_image" / "plain.exr", image);
+    std::string hdr = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 2 +X 3\n";
+    for (int i = 0; i < 6; ++i) hdr += {char(128 + i), char(64 * i), char(7), char(129)};
+    write(out / "fuzz_image" / "flat.hdr", hdr);
+}
+
+// A triangle that moves, in every format of positions.
+void writeCaches(const fs::path& out) {
+    const fs::path binary = out / "fuzz_point_cache_binary", numpy = out / "fuzz_point_cache_numpy";
+    using samples::ordered;
+    std::vector<float> numbers;
+    for (int i = 0; i < 2 * 3 * 3; ++i) numbers.push_back(float(i * i % 7) / 4);
+    std::string little, big;
+    for (const float number : numbers) {
+        little += ordered(number, std::endian::little);
+        big += ordered(number, std::endian::big);
+    }
+    const auto low = [](auto value) { return ordered(value, std::endian::little); };
+    const auto high = [](auto value) { return ordered(value, std::endian::big); };
+    write(binary / "triangle.pc2", std::string("POINTCACHE2\0", 12) + low(std::int32_t(1)) + low(std::int32_t(3)) +
+                                       low(0.0f) + low(1.0f) + low(std::int32_t(2)) + little);
+    write(binary / "triangle.mdd", high(std::int32_t(2)) + high(std::int32_t(3)) + high(0.0f) + high(0.5f) + big);
+    write(binary / "sheet.obj", samples::sheetObj(3));
+    write(binary / "ascii.ply", samples::sheetPly(3, "ascii"));
+    write(binary / "binary.ply", samples::sheetPly(3, "binary_little_endian"));
+    const std::string verts = samples::npy("<f4", "2, 3, 3", little),
+                      faces = samples::npy("<u4", "1, 3", samples::bytesOf(std::vector<std::uint32_t>{0, 1, 2}));
+    write(numpy / "triangle.npy", verts);
+    write(numpy / "stored.npz", samples::zipOf({{"verts.npy", verts}, {"faces.npy", faces}}));
+    write(numpy / "deflated.npz", samples::zipOf({{"verts.npy", verts, true}, {"faces.npy", faces, true}}, true));
+}
+
+void copyRigs(const fs::path& samples, const fs::path& out) {
+    for (const char* name : {"weights_u16.glb", "quantized.glb", "sparse.glb", "interpolation.glb", "swing.glb"})
+        write(out / "fuzz_rig" / name, samples::readText(samples / name));
+    write(out / "fuzz_point_cache_gltf" / "sheet_morph.glb", samples::readText(samples / "sheet_morph.glb"));
+}
+
+// Cases of the targets that make their files themselves.
+void writeRecipes(const fs::path& out) {
+    // The whole journal; half of it, then zeros; nothing but the case.
+    write(out / "fuzz_bake_journal" / "whole", "\xff");
+    write(out / "fuzz_bake_journal" / "half", std::string("\x80\0\0\0\0\0\0\0\0", 9));
+    write(out / "fuzz_bake_journal" / "none", std::string("\0penumbra", 9));
+    // Four frames of one good shard; of two shards; of a file that is virtual itself.
+    write(out / "fuzz_visibility_virtual" / "one", std::string("\3\1\0\1\1\0\0\0\0\1\1\0\1\2\3\1", 16));
+    write(out / "fuzz_visibility_virtual" / "two", std::string("\3\2\0\1\1\1\0\1\0\1\1\1\0\1\2\3\1", 17));
+    write(out / "fuzz_visibility_virtual" / "nested", std::string("\1\1\3\1\1\0\0\1\1\0\1\1", 12));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        std::fprintf(stderr, "usage: make_corpus SAMPLES OUT\n");
+        return 1;
+    }
+    const fs::path samples = argv[1], out = argv[2];
+    writeAssets(out);
+    writeStageFiles(out);
+    writeTables(out);
+    writeImages(out);
+    writeCaches(out);
+    copyRigs(samples, out);
+    writeRecipes(out);
+    return 0;
+}

@@ -1,0 +1,65 @@
+#pragma once
+// Tiny valid inputs for fuzz targets whose mutator falls back to them and for their corpora.
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "formats/stage/model_file.h"
+#include "pack/pack_asset.h"
+#include "tests/fuzz/memory_file.h"
+#include "tests/synthetic_cloth.h"
+
+namespace penumbra {
+
+// Tiny assets, one for each kind of model and of features.
+inline const std::vector<std::vector<std::byte>>& tinyAssets() {
+    static const std::vector<std::vector<std::byte>> all = [] {
+        std::vector<std::vector<std::byte>> made;
+        const std::vector<LightFile> lights = {synthetic::light(2, 0.3)};
+        BrdfFile brdf;
+        brdf.name = "plain";
+        brdf.slice_order = brdf.view_order = 1;
+        brdf.even_index = {0};
+        brdf.slices = {1, 1, 1};
+        for (const ModelKind kind : kModelKinds)
+            for (const FeatureKind features : synthetic::kSkinnedFeatures) {
+                const Model model = synthetic::tubeModel({.rings = 2,
+                                                          .segments = 3,
+                                                          .joints = 2,
+                                                          .clusters = 1,
+                                                          .components = 1,
+                                                          .inputs = 1,
+                                                          .frames = 2,
+                                                          .features = features,
+                                                          .kind = kind});
+                made.push_back(packAsset(model, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
+            }
+        for (const FeatureKind features : {FeatureKind::kRelativeBones, FeatureKind::kDihedrals}) {
+            const Model cloth = synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2, .features = features});
+            made.push_back(packAsset(cloth, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
+        }
+        return made;
+    }();
+    return all;
+}
+
+// Tiny model files: a rig, and cloth of both kinds of features, with two sides and inputs.
+inline const std::vector<std::string>& tinyModels() {
+    static const std::vector<std::string> all = [] {
+        std::vector<std::string> made;
+        for (const Model& model :
+             {synthetic::tubeModel({.rings = 2, .segments = 3, .frames = 2}),
+              synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2}),
+              synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2, .features = FeatureKind::kDihedrals})}) {
+            const std::filesystem::path path = memoryFile("seed", nullptr, 0);
+            writeModel(path, model);
+            std::ifstream in(path, std::ios::binary);
+            made.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+            std::filesystem::remove(path);
+        }
+        return made;
+    }();
+    return all;
+}
+
+}  // namespace penumbra
