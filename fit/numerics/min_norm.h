@@ -1,6 +1,6 @@
 #pragma once
 // Solves small least squares problems of any rank.
-// Eigen's SVD would do the same, but the search for directions amplifies its last bits: fits of 7 lobes find other lobes.
+// Eigen's SVD does the same, but the search for directions amplifies last bits: some fits would find other lobes.
 #include <array>
 
 namespace penumbra {
