@@ -1,7 +1,6 @@
 #include "fit/compare/compare_page.h"
 
 #include "fit/compare/page_html.h"
-
 #include "formats/common/joined.h"
 
 namespace penumbra {

@@ -11,11 +11,11 @@ namespace penumbra {
 
 namespace {
 
-using Json = nlohmann::json;
+using PageValue = nlohmann::json;
 
 // A value and its place in the file, for messages.
 struct Node {
-    const Json& value;
+    const PageValue& value;
     std::string file, path;
 
     [[noreturn]] void refuse(const std::string& what) const {
@@ -130,21 +130,21 @@ PageSection sectionOf(const Node& node, std::set<std::string>& known) {
     return section;
 }
 
-Json parsed(std::string_view json, const std::string& name) try {
+PageValue parsed(std::string_view json, const std::string& name) try {
     if (nestedTooDeep(json)) throw InvalidInput(name + ": nested too deep");
-    return Json::parse(json);
-} catch (const Json::exception& error) {
+    return PageValue::parse(json);
+} catch (const PageValue::exception& error) {
     throw InvalidInput(name + ": no JSON: " + error.what());
 }
 
 }  // namespace
 
 Page parsePage(std::string_view json, const std::string& name) {
-    const Json value = parsed(json, name);
+    const PageValue value = parsed(json, name);
     const Node root{value, name, ""};
     checkKeys(root, {"schema", "schema_version", "title", "facts", "sections"});
     if (textOf(root["schema"]) != "penumbra.page") root["schema"].refuse("is not penumbra.page");
-    if (root["schema_version"].value != Json(1)) root["schema_version"].refuse("is not 1");
+    if (root["schema_version"].value != PageValue(1)) root["schema_version"].refuse("is not 1");
     Page page;
     page.title = textOf(root["title"]);
     page.main_id = "_main";  // no section's id
