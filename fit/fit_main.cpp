@@ -6,5 +6,6 @@ int main(int argc, char** argv) {
     setSourceHash(kSourceHash);
     return runProgram("penumbra-fit", "Fit run-time models: visibility, materials and lights.",
                       "penumbra.visibility 1, penumbra.poses 1, penumbra.model 2..3, penumbra.brdf 1, penumbra.light 1",
-                      {visibilityVerb(), compareVerb(), predictVerb(), brdfVerb(), lightVerb()}, argc, argv);
+                      {visibilityVerb(), compareVerb(), predictVerb(), brdfVerb(), lightVerb(), pageVerb()}, argc,
+                      argv);
 }

@@ -9,5 +9,6 @@ Verb compareVerb();
 Verb predictVerb();
 Verb brdfVerb();
 Verb lightVerb();
+Verb pageVerb();
 
 }  // namespace penumbra

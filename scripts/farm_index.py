@@ -1,14 +1,17 @@
 #!/usr/bin/python3
 """One page of a farm's results: every rig with its figures and pictures, every job with its time (no network, no scripts).
 
-farm_index.py FARM.yaml -o index.html        run in the farm's output folder"""
+farm_index.py PENUMBRA-FIT FARM.yaml -o index.html        run in the farm's output folder
+
+`penumbra-fit page` writes the HTML; this script says what stands on the page."""
 import glob
 import json
 import os
 import pathlib
+import subprocess
 import sys
+import tempfile
 import time
-from html import escape
 from urllib.parse import quote
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -16,24 +19,6 @@ from farm.config import ConfigError, exit_code, read_config
 from farm.plan import make_plan, report_of
 from farm.stamps import remove, write_whole
 from usage import ArgumentParser
-
-STYLE = """
-:root { color-scheme: light dark; --paper: #fff; --ink: #1d2430; --soft: #5c6675; --line: #d9dee6; --link: #0b5cad; }
-@media (prefers-color-scheme: dark) { :root { --paper: #12161c; --ink: #e4e9f0; --soft: #9aa6b6; --line: #2d3643; --link: #7db8f0; } }
-body { margin: 0 auto; max-width: 1180px; padding: 24px; background: var(--paper); color: var(--ink);
-  font: 16px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
-a { color: var(--link); } h2 { margin-top: 2em; } p, caption { color: var(--soft); }
-.scroll { overflow: auto; } img { max-width: 100%; height: auto; display: block; margin: 12px 0; }
-table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
-caption { text-align: left; padding: 8px 0; } th { color: var(--soft); }
-th, td { padding: 4px 14px 4px 0; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; } .bad { color: #c03a5b; }
-"""
-HEAD = """<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data: file:">
-<link rel="icon" href="data:,">
-"""
 
 
 def read_report(output):
@@ -45,7 +30,7 @@ def read_report(output):
 
 
 def link(path, text=None):
-    return f'<a href="{quote(path)}">{escape(text or path)}</a>'
+    return {"text": text or path, "link": quote(path)}
 
 
 def number(value, digits=3):
@@ -56,11 +41,9 @@ def size(path):
     return f"{os.path.getsize(path) / 1e6:.2f}" if os.path.exists(path) else "-"
 
 
-def table(caption, head, rows):
-    cells = lambda tag, row: "".join(f"<{tag}>{cell}</{tag}>" for cell in row)
-    body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
-    return f'<div class="scroll"><table><caption>{caption}</caption>\n<thead><tr>{cells("th", head)}</tr></thead>\n' \
-           f"<tbody>{body}</tbody></table></div>\n"
+def table(caption, columns, rows):
+    cells = [[cell if isinstance(cell, dict) else str(cell) for cell in row] for row in rows]
+    return {"table": {"caption": caption, "columns": columns, "rows": cells}}
 
 
 class Page:
@@ -83,7 +66,7 @@ class Page:
             fit, check, pack = (self.figures(f"{rig}/{name}") for name in (f"{rig}.model.h5", "check.json", f"{rig}.pnb"))
             held_out = check.get("held_out", {})
             pictures = [f["image_rmse"] for f in self.figures(f"{rig}/sheet.png").get("frames", []) if f["image_rmse"] is not None]
-            rows.append([f'<a href="#{rig}">{rig}</a>', fit.get("train_frames", "-"), fit.get("held_out_frames", "-"),
+            rows.append([{"text": rig, "link": f"#{rig}"}, fit.get("train_frames", "-"), fit.get("held_out_frames", "-"),
                          fit.get("clusters", "-"), number(fit.get("train", {}).get("relative_error")),
                          number(held_out.get("relative_error")), number(held_out.get("ambient_error"), 4),
                          number(sum(pictures) / len(pictures), 1) if pictures else "-",
@@ -94,7 +77,7 @@ class Page:
                       "bytes a vertex", "asset MB", "job seconds"], rows)
 
     def clips_table(self, rig):
-        rows = [[escape(clip["name"]), "held out" if clip["held_out"] else "training", clip["frames"],
+        rows = [[clip["name"], "held out" if clip["held_out"] else "training", clip["frames"],
                  number(clip["relative_error"]), number(clip["rms_v"], 4), number(clip["ambient_error"], 4)]
                 for clip in self.figures(f"{rig}/check.json").get("clips", [])]
         return table("Clips", ["clip", "part", "frames", "relative error", "rms V", "ambient error"], rows)
@@ -103,9 +86,9 @@ class Page:
         rows = []
         for output in outputs:
             report = self.reports[output]
-            name = link(output) if os.path.exists(output) else escape(output) + " (not kept)"
+            name = link(output) if os.path.exists(output) else output + " (not kept)"
             code = report.get("exit_code")
-            state = "no report" if code is None else "done" if code == 0 else f'<span class="bad">failed, {code}</span>'
+            state = "no report" if code is None else "done" if code == 0 else {"text": f"failed, {code}", "bad": True}
             rows.append([name, self.plan[output].rule, state, number(report.get("seconds"), 2),
                          number(report["peak_memory_bytes"] / 1e6, 0) if "peak_memory_bytes" in report else "-",
                          size(output), link(report_of(output), "report") if report else "-"])
@@ -113,17 +96,16 @@ class Page:
 
     def rig_section(self, rig):
         sheet = f"{rig}/sheet.png"
-        content = f'<section id="{rig}"><h2>{rig}</h2>\n<p>Source: ' + \
-            ", ".join(escape(os.path.basename(f)) for f in self.farm.rigs[rig]["files"]) + "</p>\n" + self.clips_table(rig)
+        names = ", ".join(os.path.basename(file) for file in self.farm.rigs[rig]["files"])
+        blocks = [{"paragraph": f"Source: {names}"}, self.clips_table(rig)]
         if os.path.exists(sheet):
-            content += f'<a href="{quote(sheet)}"><img src="{quote(sheet)}" alt="{rig}: truth, model and error of held-out ' \
-                       'frames; materials under lights"></a>\n'
-        return content + self.jobs_table("Jobs", self.jobs_of(rig)) + "</section>\n"
+            alt = f"{rig}: truth, model and error of held-out frames; materials under lights"
+            blocks.append({"picture": {"file": quote(sheet), "alt": alt}})
+        return {"id": rig, "title": rig, "blocks": [*blocks, self.jobs_table("Jobs", self.jobs_of(rig))]}
 
     def looks_section(self):
         shared = [output for output, job in self.plan.items() if job.rule in ("brdf", "light")]
-        return '<section id="looks"><h2>Materials and lights</h2>\n' + self.jobs_table("Jobs", shared) + self.looks_errors() + \
-            "</section>\n"
+        return {"id": "farm.looks", "title": "Materials and lights", "blocks": [self.jobs_table("Jobs", shared), self.looks_errors()]}
 
     def looks_errors(self):
         rows = [[name, number(self.figures(f"materials/{name}.brdf.h5").get("shading_d5"), 4),
@@ -131,14 +113,25 @@ class Page:
         return table("Materials: shading error against brute force (convention D5), largest albedo",
                      ["material", "shading error", "albedo"], rows)
 
-    def html(self):
-        title = f"Penumbra farm: {os.path.basename(self.farm.file)}"
-        links = " · ".join(f'<a href="#{rig}">{rig}</a>' for rig in [*self.farm.rigs, "looks"])
+    def description(self):
+        """The page as penumbra.page JSON (formats/README.md). No rig's name has a dot, so no anchor stands twice."""
         facts = f"{len(self.farm.rigs)} rigs, {len(self.farm.materials)} materials, {len(self.farm.lights)} lights; " \
                 f"{len(self.reports)} jobs, {self.seconds(self.reports):.1f} seconds in all"
-        return f'<!doctype html>\n<html lang="en"><head>\n{HEAD}<title>{escape(title)}</title>\n<style>{STYLE}</style></head>\n' \
-               f"<body><header><h1>{escape(title)}</h1>\n<p>{facts}</p><nav>{links}</nav></header>\n<main>{self.rigs_table()}" + \
-               "".join(self.rig_section(rig) for rig in self.farm.rigs) + self.looks_section() + "</main></body></html>\n"
+        return {"schema": "penumbra.page", "schema_version": 1, "title": f"Penumbra farm: {os.path.basename(self.farm.file)}",
+                "facts": [facts],
+                "sections": [{"id": "farm.rigs", "title": "Rigs", "blocks": [self.rigs_table()]},
+                             *(self.rig_section(rig) for rig in self.farm.rigs), self.looks_section()]}
+
+
+def write_page(program, description, output):
+    """The page whole, or none: penumbra-fit renames it into place. Its complaint and exit code become ours."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "page.json")
+        with open(path, "w") as file:
+            json.dump(description, file)
+        done = subprocess.run([program, "page", path, "-q", "-o", output])
+    if done.returncode != 0:
+        sys.exit(done.returncode)
 
 
 def remove_vanished(plan):
@@ -151,6 +144,7 @@ def remove_vanished(plan):
 
 def main():
     parser = ArgumentParser(__doc__)
+    parser.add_argument("program")
     parser.add_argument("farm")
     parser.add_argument("--report")
     parser.add_argument("-o", "--output", required=True)
@@ -159,11 +153,11 @@ def main():
     try:
         page = Page(read_config(arguments.farm))
         remove_vanished(page.plan)
-        text = page.html()
+        description = page.description()
     except ConfigError as error:
         print(f"farm_index.py: {error}", file=sys.stderr)
         sys.exit(exit_code(error))
-    write_whole(arguments.output, text)
+    write_page(arguments.program, description, arguments.output)
     if arguments.report:
         write_whole(arguments.report, json.dumps({"schema": "penumbra.report", "schema_version": 1, "tool": "farm_index.py",
                     "verb": "index", "exit_code": 0, "output": arguments.output, "seconds": time.monotonic() - start}))

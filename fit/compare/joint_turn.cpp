@@ -1,10 +1,10 @@
 #include "fit/compare/joint_turn.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "fit/models/features.h"
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/pca.h"
 
 namespace penumbra {
@@ -52,7 +52,7 @@ Vec3d fitPivot(const PoseTable& poses, std::span<const std::size_t> frames, std:
         normal += difference.transpose() * difference;
         right -= difference.transpose() * Eigen::Vector3d(at_guess.x, at_guess.y, at_guess.z);
     }
-    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    const Eigen::Vector3d step = solveSemidefinite(normal, right);
     return guess + Vec3d{step.x(), step.y(), step.z()};
 }
 

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <set>
 
+#include "fit/compare/page_html.h"
+
 namespace penumbra {
 
 namespace {
@@ -220,23 +222,6 @@ std::string barsSvg(const Plot& plot, std::size_t index, const PlotFrame& frame)
 }
 
 }  // namespace
-
-std::string escapeXml(std::string_view text) {
-    std::string out;
-    for (char c : text) {
-        if (c == '&')
-            out += "&amp;";
-        else if (c == '<')
-            out += "&lt;";
-        else if (c == '>')
-            out += "&gt;";
-        else if (c == '"')
-            out += "&quot;";
-        else
-            out += c;
-    }
-    return out;
-}
 
 std::string shortNumber(double value) { return std::isfinite(value) ? format("%.4g", value) : "-"; }
 

@@ -1,9 +1,8 @@
 #pragma once
-// Draws plots as SVG elements for a page whose style sheet knows their classes (compare_page.cpp). Colours are CSS
+// Draws plots as SVG elements for a page whose style sheet knows their classes (page_html.cpp). Colours are CSS
 // variables, so one plot suits light, dark and paper. Every mark carries its values as a <title>.
 #include <limits>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace penumbra {
@@ -42,7 +41,6 @@ std::string plotSvg(const Plot& plot);
 // Returns a list of all series of these plots with their marks. Each name appears once.
 std::string legendHtml(const std::vector<Plot>& plots);
 
-std::string escapeXml(std::string_view text);
 std::string shortNumber(double value);  // 4 digits, no trailing zeros; "-" when not finite
 
 }  // namespace penumbra

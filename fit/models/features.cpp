@@ -1,9 +1,9 @@
 #include "fit/models/features.h"
 
-#include <Eigen/Eigenvalues>
 #include <cassert>
 #include <cmath>
 
+#include "fit/numerics/dense_solvers.h"
 #include "sh/pose_inputs.h"
 
 namespace penumbra {
@@ -120,10 +120,9 @@ std::vector<Mat3> jointSpreads(const Mesh& mesh, const Skin& skin, const std::ve
     // 2. Take the symmetric square root of each mean.
     std::vector<Mat3> spreads;
     for (std::size_t j = 0; j < sum.size(); ++j) {
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(weight[j] > 0 ? (sum[j] / weight[j]).eval()
-                                                                                  : sum[j]);
-        const Eigen::Matrix3d root = solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
-                                     solver.eigenvectors().transpose();
+        const EigenPairs3 axes = symmetricEigenPairs(weight[j] > 0 ? (sum[j] / weight[j]).eval() : sum[j]);
+        const Eigen::Matrix3d root =
+            axes.vectors * axes.values.cwiseMax(0).cwiseSqrt().asDiagonal() * axes.vectors.transpose();
         Mat3& spread = spreads.emplace_back();
         for (int i = 0; i < 9; ++i) spread.m[std::size_t(i)] = float(root(i / 3, i % 3));
     }

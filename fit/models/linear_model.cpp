@@ -1,9 +1,9 @@
 #include "fit/models/linear_model.h"
 
-#include <Eigen/Cholesky>
 #include <cassert>
 #include <cmath>
 
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/eigen_map.h"
 
 namespace penumbra {
@@ -16,9 +16,9 @@ void solveThroughColumns(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, dou
                          Eigen::VectorXd& hat) {
     Eigen::MatrixXd normal = x.transpose() * x;
     normal.diagonal().array() += penalty;
-    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
-    weights = solver.solve(x.transpose() * y);
-    hat = x.cwiseProduct(solver.solve(x.transpose()).transpose()).rowwise().sum();
+    const SemidefiniteSolver solver(normal);
+    weights = solver.solve(Eigen::MatrixXd(x.transpose() * y));
+    hat = x.cwiseProduct(solver.solve(RowMajorXd(x.transpose())).transpose()).rowwise().sum();
 }
 
 void solveThroughRows(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double penalty, Eigen::MatrixXd& weights,
@@ -26,7 +26,7 @@ void solveThroughRows(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double
     const Eigen::MatrixXd gram = x * x.transpose();
     Eigen::MatrixXd normal = gram;
     normal.diagonal().array() += penalty;
-    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+    const SemidefiniteSolver solver(normal);
     weights = x.transpose() * solver.solve(y);
     hat = solver.solve(gram).diagonal();
 }

@@ -25,11 +25,11 @@
 
 #include "fit/models/train_additive.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/eigen_map.h"
 
 namespace penumbra {
@@ -211,9 +211,9 @@ public:
                 prior(i, j) = priorOf(all, rows[std::size_t(i)], rows[std::size_t(j)]);
         prior.diagonal().array() += 1e-9;  // keeps P positive definite when centres nearly repeat one another
         // 2. Solve G V = P V diag(s) with V^T P V = I, and project Phi^T Y on V.
-        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram, prior);
-        vectors_ = solver.eigenvectors();
-        values_ = solver.eigenvalues().cwiseMax(0);
+        EigenPairs pairs = generalizedEigenPairs(gram, prior);
+        vectors_ = std::move(pairs.vectors);
+        values_ = pairs.values.cwiseMax(0);
         projected_ = vectors_.transpose() * m.cross(rows, Eigen::all);
     }
     // Returns the coefficients [H, K] where component k has the prior lambda * ratios[k]: V (s + lambda_k)^-1 V^T Phi^T

@@ -16,11 +16,11 @@
 
 #include "fit/models/variable_projection.h"
 
-#include <Eigen/Cholesky>
 #include <cassert>
 #include <cmath>
 
 #include "fit/models/net_kernels.h"
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/eigen_map.h"
 
 namespace penumbra {
@@ -130,9 +130,9 @@ private:
         kernels_.innerProducts(neurons_, data_.outputs, stride, h_.data(), data_.y.data(), output_.values.data(),
                                data_.outputs);
         asEigen(gram_).diagonal().array() += alpha_;
-        const Eigen::LLT<Eigen::MatrixXd> solver(asEigen(gram_));
-        if (solver.info() != Eigen::Success) return false;
-        asEigen(output_) = solver.solve(asEigen(output_)).eval();
+        RowMajorXd output = asEigen(output_);
+        if (!solvePositive(asEigen(gram_), output, output)) return false;
+        asEigen(output_) = output;
         return true;
     }
 

@@ -1,5 +1,6 @@
 #pragma once
 // Solves small least squares problems of any rank.
+// Eigen's SVD does the same, but the search for directions amplifies last bits: some fits would find other lobes.
 #include <array>
 
 namespace penumbra {

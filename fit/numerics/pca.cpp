@@ -1,8 +1,8 @@
 #include "fit/numerics/pca.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/eigen_map.h"
 
 namespace penumbra {
@@ -45,9 +45,9 @@ Pca componentsOf(const BasicMatrix<T>& rows) {
     // 1. Solve the smaller eigenproblem.
     pca.scores = Matrix(rows.rows, 0);
     if (rows.values.empty()) return pca;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(smallerGram(rows, pca.from_rows));
-    const Eigen::VectorXd values = solver.eigenvalues().reverse().cwiseMax(0.0);
-    Eigen::MatrixXd vectors = solver.eigenvectors().rowwise().reverse();
+    const EigenPairs pairs = symmetricEigenPairs(smallerGram(rows, pca.from_rows));
+    const Eigen::VectorXd values = pairs.values.reverse().cwiseMax(0.0);
+    Eigen::MatrixXd vectors = pairs.vectors.rowwise().reverse();
     fixSign(vectors);
     pca.total = values.sum();
     // 2. Leave out components that are only rounding.
@@ -114,8 +114,7 @@ void addGram(const MatrixF& rows, Matrix& gram) {
 
 std::vector<double> eigenvalues(const Matrix& symmetric) {
     if (symmetric.values.empty()) return {};
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(asEigen(symmetric), Eigen::EigenvaluesOnly);
-    const Eigen::VectorXd values = solver.eigenvalues().reverse().cwiseMax(0.0);
+    const Eigen::VectorXd values = symmetricEigenvalues(asEigen(symmetric)).reverse().cwiseMax(0.0);
     return {values.begin(), values.end()};
 }
 
@@ -129,8 +128,7 @@ std::array<Vec3d, 3> principalAxes(std::span<const Vec3> points) {
         scatter += d * d.transpose();
     }
     if (scatter.trace() <= 0) return {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
-    Eigen::MatrixXd vectors = solver.eigenvectors().rowwise().reverse();
+    Eigen::MatrixXd vectors = symmetricEigenPairs(scatter).vectors.rowwise().reverse();
     fixSign(vectors);
     std::array<Vec3d, 3> axes;
     for (int k = 0; k < 3; ++k) axes[std::size_t(k)] = {vectors(0, k), vectors(1, k), vectors(2, k)};

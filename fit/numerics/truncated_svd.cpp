@@ -12,10 +12,9 @@
 
 #include "fit/numerics/truncated_svd.h"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/eigen_map.h"
 #include "formats/common/write_file.h"
 
@@ -45,11 +44,6 @@ TruncatedSvd stored(const MatrixXd& u, const Eigen::VectorXd& sigma, const Matri
     return out;
 }
 
-// Returns an orthonormal basis of the columns of m.
-MatrixXd orthonormal(const MatrixXd& m) {
-    return Eigen::HouseholderQR<MatrixXd>(m).householderQ() * MatrixXd::Identity(m.rows(), m.cols());
-}
-
 // Returns a start for the iteration. Any start of full rank will do; this one is the same on every machine (numbers of
 // a linear congruential generator).
 MatrixXd startOf(Index rows) {
@@ -70,7 +64,7 @@ TruncatedSvd krylovSvd(const Eigen::Map<const EigenRows<double>>& a, std::size_t
         throwIfInterrupted();
         // 1. Make the new block orthonormal to the space. The second pass removes what rounding left in the first.
         for (int pass = 0; pass < 2 && space.cols() > 0; ++pass) block -= space * (space.transpose() * block);
-        block = orthonormal(block);
+        block = orthonormalColumns(block);
         // 2. Extend the space and its image by the block.
         const Index before = space.cols();
         space.conservativeResize(Eigen::NoChange, before + kKrylovBlock);
@@ -79,10 +73,10 @@ TruncatedSvd krylovSvd(const Eigen::Map<const EigenRows<double>>& a, std::size_t
         image.rightCols(kKrylovBlock) = a * block;
         // 3. From the fourth step on, decompose the image, and stop when the triples are accurate or the space is full.
         if (space.cols() >= 4 * kKrylovBlock) {
-            const Eigen::BDCSVD<MatrixXd> svd(image, Eigen::ComputeThinU | Eigen::ComputeThinV);
+            const ThinSvd svd = thinSvd(image);
             const Index k = Index(count);
-            const MatrixXd u = svd.matrixU().leftCols(k), v = space * svd.matrixV().leftCols(k);
-            const Eigen::VectorXd sigma = svd.singularValues().head(k);
+            const MatrixXd u = svd.u.leftCols(k), v = space * svd.v.leftCols(k);
+            const Eigen::VectorXd sigma = svd.sigma.head(k);
             const double residual = (a.transpose() * u - v * sigma.asDiagonal()).colwise().norm().maxCoeff();
             if (residual <= kResidual * sigma[0] || space.cols() + kKrylovBlock > largest)
                 return stored(u, sigma, v, count);
@@ -98,8 +92,8 @@ TruncatedSvd truncatedSvd(const Matrix& a, std::size_t count) {
     const auto m = asEigen(a);
     count = std::min({count, a.rows, a.columns});
     if (std::min(m.rows(), m.cols()) > kDirect && count <= std::size_t(kKrylovBlock)) return krylovSvd(m, count);
-    const Eigen::BDCSVD<MatrixXd> svd(MatrixXd(m), Eigen::ComputeThinU | Eigen::ComputeThinV);
-    return stored(svd.matrixU(), svd.singularValues(), svd.matrixV(), count);
+    const ThinSvd svd = thinSvd(m);
+    return stored(svd.u, svd.sigma, svd.v, count);
 }
 
 }  // namespace penumbra

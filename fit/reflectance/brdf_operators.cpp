@@ -15,12 +15,12 @@
 
 #include "fit/reflectance/brdf_operators.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 
+#include "fit/numerics/dense_solvers.h"
 #include "fit/numerics/eigen_map.h"
 #include "fit/numerics/truncated_svd.h"
 #include "fit/reflectance/brdf_terms.h"
@@ -105,13 +105,15 @@ Eigen::MatrixXd cosineGram(const std::vector<int>& even_index) {
 // G_de w_e = integral over H of z W y_d. It is even across the horizon.
 std::vector<ProjectedTerms> termsOfTable(const RgbBrdf& source, const std::vector<int>& even_index, int threads) {
     const DirectionGrid grid = gaussGrid(32, 64);
-    const Eigen::LLT<Eigen::MatrixXd> gram(cosineGram(even_index));
+    const Eigen::MatrixXd gram = cosineGram(even_index);
     std::vector<ProjectedTerms> out;
     for (BrdfTerms& terms : brdfTerms(source, grid, ViewMeasure::kCosine, kMaxOperators + 1, threads)) {
         // The cosine belongs to the measure of the least squares problem.
         for (std::size_t i = 0; i < terms.w.values.size(); ++i) terms.w.values[i] *= grid.direction(i % grid.size()).z;
         Matrix w = projected(terms.w, grid, even_index);
-        asEigen(w) = gram.solve(asEigen(w).transpose()).transpose().eval();
+        Eigen::MatrixXd columns = asEigen(w).transpose();
+        solvePositive(gram, columns, columns);
+        asEigen(w) = columns.transpose();
         out.push_back({terms.sigma, projected(terms.u, grid, allIndices(kMaxOrder)), std::move(w)});
     }
     return out;
@@ -133,7 +135,7 @@ std::vector<ProjectedTerms> termsAsPrinted(const RgbBrdf& source, int threads) {
 // measure, so the SVD of C L is that of the function F(o) itself: u' sigma (v'^T L^-1) y_even.
 std::vector<ProjectedTerms> termsOfSlices(const BrdfFile& brdf) {
     const Eigen::MatrixXd gram = cosineGram(brdf.even_index);
-    const Eigen::MatrixXd l = gram.llt().matrixL();
+    const Eigen::MatrixXd l = choleskyFactor(gram);
     const std::size_t rows = std::size_t(coefficientCount(brdf.slice_order)), columns = brdf.even_index.size();
     // 1. Channels that are multiples of one another share one decomposition.
     const ChannelFactors same = channelFactors(brdf.slices);
@@ -153,7 +155,7 @@ std::vector<ProjectedTerms> termsOfSlices(const BrdfFile& brdf) {
         ProjectedTerms terms{svd.sigma, svd.u, Matrix(svd.v.rows, columns)};
         for (std::size_t b = 0; b < svd.sigma.size(); ++b)
             for (double& u : terms.u.row(b)) u *= svd.sigma[b] * factor;
-        asEigen(terms.w) = l.triangularView<Eigen::Lower>().transpose().solve(asEigen(svd.v).transpose()).transpose();
+        asEigen(terms.w) = solveTransposedLower(l, asEigen(svd.v).transpose()).transpose();
         for (double& sigma : terms.sigma) sigma *= factor;
         out.push_back(std::move(terms));
     }

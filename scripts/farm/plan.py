@@ -237,7 +237,7 @@ def make_plan(farm):
         planner.rig(name, rig)
     script = os.path.join(SCRIPTS, "farm_index.py")
     kept = [output for output, job in planner.jobs.items() if not job.temporary]
-    planner.add("index", {}, [sys.executable, script, farm.file], kept, [script, farm.file])
+    planner.add("index", {}, [sys.executable, script, planner.program("penumbra-fit"), farm.file], kept, [script, farm.file])
     planner.digests.save()
     return planner.jobs
 

@@ -1,0 +1,52 @@
+// penumbra-fit page PAGE.json -o PAGE.html: a page of tables and pictures, as the farm describes it.
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "fit/compare/page_json.h"
+#include "fit/fit_verbs.h"
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+
+namespace penumbra {
+
+namespace {
+
+struct PageCommand {
+    std::string input, output;
+};
+
+void define(CLI::App& app, PageCommand& command) {
+    app.add_option("page", command.input, "what the page shows, penumbra.page JSON")->required();
+    app.add_option("-o,--output", command.output, "page to write, NAME.html")->required();
+}
+
+void run(const PageCommand& command, const CommonOptions& common, Report& report) {
+    report.phase("read");
+    std::ifstream file(command.input, std::ios::binary);
+    const std::string json{std::istreambuf_iterator<char>(file), {}};
+    if (!file) throw IoError(command.input + ": cannot read");
+    const Page page = parsePage(json, command.input);
+    report.figures["sections"] = page.sections.size();
+    if (common.dry_run) {
+        std::printf("%zu sections; would write %s\n", page.sections.size(), command.output.c_str());
+        return;
+    }
+    report.phase("write");
+    writeWholeFile(command.output, pageHtml(page));
+}
+
+}  // namespace
+
+Verb pageVerb() {
+    const auto command = std::make_shared<PageCommand>();
+    return {"page",
+            "A page of tables and pictures from JSON, in the style of compare.",
+            [command](CLI::App& app) { define(app, *command); },
+            [command] { return std::vector<std::filesystem::path>{command->input}; },
+            [command] { return std::filesystem::path(command->output); },
+            [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
+}
+
+}  // namespace penumbra
