@@ -22,7 +22,9 @@ inline std::string readText(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+// A new file each time: a disk with ext4 writes out at once what replaces the contents of a file.
 inline void writeText(const std::filesystem::path& path, const std::string& text) {
+    std::filesystem::remove(path);
     std::ofstream(path, std::ios::binary) << text;
 }
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/stage/brdf_file.h"
@@ -38,6 +39,13 @@ struct Folder {
 inline std::string bytesOf(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Removes the file first: a disk with ext4 writes out at once what replaces the contents of a file, so that thousands
+// of small files would take a minute of waiting.
+inline void writeBytes(const std::filesystem::path& path, std::string_view bytes) {
+    std::filesystem::remove(path);
+    std::ofstream(path, std::ios::binary) << bytes;
 }
 
 // Returns numbers that are smooth, different everywhere, and within [-1, 1].

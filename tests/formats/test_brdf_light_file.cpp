@@ -142,7 +142,7 @@ void expectEveryTruncationFails(const std::filesystem::path& whole_path, const R
     const std::string whole = bytesOf(whole_path);
     const auto cut = whole_path.parent_path() / "cut.h5";
     for (std::size_t n = 0; n < whole.size(); n += n < 128 ? 1 : 61) {
-        std::ofstream(cut, std::ios::binary) << whole.substr(0, n);
+        samples::writeBytes(cut, whole.substr(0, n));
         EXPECT_THROW(read(cut), InvalidInput) << "first " << n << " of " << whole.size() << " bytes";
     }
 }
@@ -189,7 +189,7 @@ TEST(BrdfFile, OtherViewFunctionsAreRefused) {
     const std::string even("\0\0\0\0\1\0\0\0\3\0\0\0", 12);  // 0, 1, 3
     ASSERT_NE(bytes.find(even), std::string::npos);
     bytes[bytes.find(even) + 8] = 2;
-    std::ofstream(folder.path / "m.brdf.h5", std::ios::binary) << bytes;
+    samples::writeBytes(folder.path / "m.brdf.h5", bytes);
     EXPECT_THROW(readBrdf(folder.path / "m.brdf.h5"), InvalidInput);
 }
 
@@ -202,7 +202,7 @@ TEST(BrdfFile, NaNIsRefused) {
     const double nan = std::nan("");
     const std::string from(reinterpret_cast<const char*>(&brdf.slices[5]), 8);
     bytes.replace(bytes.find(from), 8, reinterpret_cast<const char*>(&nan), 8);
-    std::ofstream(folder.path / "m.brdf.h5", std::ios::binary) << bytes;
+    samples::writeBytes(folder.path / "m.brdf.h5", bytes);
     EXPECT_THROW(readBrdf(folder.path / "m.brdf.h5"), InvalidInput);
 }
 

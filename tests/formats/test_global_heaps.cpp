@@ -177,7 +177,7 @@ TEST(OpeningFiles, VirtualDatasetsAreRefusedBeforeHdf5OpensThem) {
         for (std::size_t at = heap; at < heap + 128; ++at) {
             std::string changed = whole;
             changed[at] = char(~changed[at]);
-            std::ofstream(path, std::ios::binary) << changed;
+            samples::writeBytes(path, changed);
             EXPECT_EQ(refusal(path), elsewhere) << "byte " << at;
         }
         std::filesystem::remove(path);
@@ -223,7 +223,7 @@ TEST(OpeningFiles, TextOfVariableLengthIsReadAndItsDamageIsFound) {
             ++shortened;
         }
         EXPECT_EQ(shortened, 2u);
-        std::ofstream(path, std::ios::binary) << bytes;
+        samples::writeBytes(path, bytes);
         EXPECT_THROW(readStrings(openHdf5(path), "/names"), InvalidInput);
         EXPECT_THROW(readTextAttribute(openHdf5(path), "/", "label"), InvalidInput);
         std::filesystem::remove(path);

@@ -87,7 +87,7 @@ TEST(HostileFiles, EveryTruncationIsRefused) {
         ASSERT_TRUE(accepted(victim, folder.path / "whole"));
         // The lengths are every one near both ends, and every 97th between.
         for (std::size_t n = 0; n < whole.size(); n += (n < 256 || n + 256 > whole.size()) ? 1 : 97) {
-            std::ofstream(folder.path / "cut", std::ios::binary) << whole.substr(0, n);
+            samples::writeBytes(folder.path / "cut", whole.substr(0, n));
             EXPECT_FALSE(accepted(victim, folder.path / "cut")) << victim.name << ", first " << n << " bytes";
         }
     }
@@ -105,7 +105,7 @@ TEST(HostileFiles, ChangedBytesNeverCrash) {
             std::string changed = whole;
             for (int flips = 1 + int(random() % 3); flips > 0; --flips)
                 changed[random() % changed.size()] ^= char(1u << random() % 8);
-            std::ofstream(folder.path / "changed", std::ios::binary) << changed;
+            samples::writeBytes(folder.path / "changed", changed);
             refused += !accepted(victim, folder.path / "changed");
         }
         // Bits of stored numbers may change unnoticed. HDF5's own structures, about half of these small files, have

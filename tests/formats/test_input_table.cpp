@@ -14,8 +14,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 InputTable tableOf(const std::string& text) {
-    const samples::Folder folder("inputs");
-    std::ofstream(folder.path / "x.csv", std::ios::binary) << text;
+    static const samples::Folder folder("inputs");  // one for all: some tests read thousands of tables
+    samples::writeBytes(folder.path / "x.csv", text);
     return readInputTable(folder.path / "x.csv");
 }
 

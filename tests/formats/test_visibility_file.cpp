@@ -172,7 +172,7 @@ TEST(VisibilityFile, AFlippedBitIsFound) {
         for (std::size_t at = 0; at < whole.size(); at += 17, ++tried) {
             std::string changed = whole;
             changed[at] ^= char(1u << at % 8);
-            std::ofstream(folder.path / "changed", std::ios::binary) << changed;
+            samples::writeBytes(folder.path / "changed", changed);
             try {
                 const VisibilityReader reader(folder.path / "changed");
                 checkFrames(reader);
@@ -210,7 +210,7 @@ TEST(VisibilityFile, CheckingNamesTheDataset) {
     }
     std::string bytes = samples::bytesOf(folder.path / "x.vis.h5");
     bytes[chunk + 100] ^= 4;
-    std::ofstream(folder.path / "x.vis.h5", std::ios::binary) << bytes;
+    samples::writeBytes(folder.path / "x.vis.h5", bytes);
     const VisibilityReader reader(folder.path / "x.vis.h5");
     try {
         checkFrames(reader);

@@ -92,10 +92,10 @@ TEST(VisibilityVirtual, NamesAFileThatIsMissingOrChanged) {
     for (std::size_t at = 0; at < bytes.size(); at += 97) {
         std::string changed = bytes;
         changed[at] ^= 1;
-        std::ofstream(index.shardPath(1), std::ios::binary) << changed;
+        samples::writeBytes(index.shardPath(1), changed);
         EXPECT_THAT(refusal<InvalidInput>(index.path), HasSubstr("1.vis.h5")) << at;
     }
-    std::ofstream(index.shardPath(1), std::ios::binary) << bytes;
+    samples::writeBytes(index.shardPath(1), bytes);
     EXPECT_EQ(VisibilityReader(index.path).header().frames.frameCount(), 12u);
 }
 
