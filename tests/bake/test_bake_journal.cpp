@@ -67,7 +67,7 @@ TEST(BakeJournal, KeepsHalvesAsTheFileWill) {
 }
 
 TEST(BakeJournal, CutAnywhereItKeepsTheWholeFrames) {
-    const samples::Folder folder("journal_cut");
+    const samples::Folder folder("journal_cut", samples::memoryFolder());
     const fs::path output = folder.path / "x.vis.h5", path = folder.path / "x.vis.h5.journal";
     leaveJournal(output, kFrames);
     const std::string whole = samples::bytesOf(path);
@@ -79,7 +79,7 @@ TEST(BakeJournal, CutAnywhereItKeepsTheWholeFrames) {
 }
 
 TEST(BakeJournal, AFlippedBitCostsFramesButIsNeverRead) {
-    const samples::Folder folder("journal_flip");
+    const samples::Folder folder("journal_flip", samples::memoryFolder());
     const fs::path output = folder.path / "x.vis.h5", path = folder.path / "x.vis.h5.journal";
     leaveJournal(output, kFrames);
     const std::string whole = samples::bytesOf(path);

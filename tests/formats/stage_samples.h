@@ -19,11 +19,18 @@
 
 namespace penumbra::samples {
 
+// A folder in memory where there is one. Tests that write thousands of small files wait for little else than the files.
+inline std::filesystem::path memoryFolder() {
+    const std::filesystem::path shared = "/dev/shm";
+    return std::filesystem::is_directory(shared) ? shared : std::filesystem::temp_directory_path();
+}
+
 // A folder of its own for one test, which is removed at the end.
 struct Folder {
     std::filesystem::path path;
-    explicit Folder(const std::string& name)
-        : path(std::filesystem::temp_directory_path() / ("penumbra_" + name + std::to_string(::getpid()))) {
+    explicit Folder(const std::string& name,
+                    const std::filesystem::path& parent = std::filesystem::temp_directory_path())
+        : path(parent / ("penumbra_" + name + std::to_string(::getpid()))) {
         std::filesystem::remove_all(path);
         std::filesystem::create_directories(path);
     }
