@@ -35,12 +35,10 @@ struct ReferenceCommand {
 
 void finishOptions(ReferenceCommand& command) {
     ReferenceOptions& options = command.options;
-    if (!command.size.empty()) {
-        const std::optional<PictureSize> size = parseSize(command.size);
-        if (!size) throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
-        options.width = size->width;
-        options.height = size->height;
-    }
+    const std::optional<PictureSize> size = parseSize(command.size);
+    if (!size) throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
+    options.width = size->width;
+    options.height = size->height;
     options.channel = command.channel == "ao"        ? ReferenceChannel::kAmbient
                       : command.channel == "normals" ? ReferenceChannel::kNormals
                                                      : ReferenceChannel::kShaded;

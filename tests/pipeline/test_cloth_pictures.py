@@ -97,7 +97,7 @@ def check_words():
     """Sizes and backgrounds that either program reads, both read: signs, white space, zeros, hexadecimal, too small a number."""
     draw = (["player", "render", "flat.pnb"], ["bake", "reference", "flat.vis.h5", "--frame", 0])
     for program, *words in draw:
-        for size in ("64x48", "+64x 48", "00000064x48", ""):
+        for size in ("64x48", "+64x 48", "00000064x48"):
             good(program, *words, "-o", "w.png", "--dry-run", "--size", size)
         for colour in ("transparent", "0.5/1/.2", " 0.5/+1/0x1p-2", "1e-50/0/0"):
             good(program, *words, "-o", "w.png", "--dry-run", "--background", colour)
