@@ -80,7 +80,8 @@ Mat3d frameAt(const ReferenceFrame& input, const Corners& corners, Vec3d normal)
 }
 
 // Returns where the rays of a point of a triangle start. `wanted` is the start where nothing is near.
-RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted, double bias) {
+RayStart startOfShadowRays(const ReferenceScene& scene, const Corners& corners, Vec3d point, Vec3d wanted,
+                           double bias) {
     if (!scene.input.blockers) return {toFloat(wanted), false};
     const auto fronts = std::uint32_t(scene.input.mesh.frontVertexCount());
     const Triangle own{corners.vertex[0] % fronts, corners.vertex[1] % fronts, corners.vertex[2] % fronts};
@@ -90,9 +91,9 @@ RayStart rayStart(const ReferenceScene& scene, const Corners& corners, Vec3d poi
     const Vec3d flat = normalized(cross(b - a, c - a)) * (corners.vertex[0] < fronts ? 1.0 : -1.0);
     Vec3d way = wanted - point;
     if (!(dot(way, flat) > 0)) way = flat * std::max(length(way), bias);
-    return startOfRays(scene.blocking(), *scene.input.blockers,
-                       {toFloat(point), toFloat(normalized(way)), float(length(way)), own,
-                        scene.input.blockers->solid_of_vertex[own[0]]});
+    return startOverSheet(scene.blocking(), *scene.input.blockers,
+                          {toFloat(point), toFloat(normalized(way)), float(length(way)), own,
+                           scene.input.blockers->solid_of_vertex[own[0]]});
 }
 
 // Makes the shaded point. Its normal is interpolated. Its shadow rays start on the smooth surface that the normals
@@ -111,7 +112,7 @@ SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, V
     if (dot(normal, normal) == 0) normal = normalized(cross(p[1] - p[0], p[2] - p[0]));
     Vec3d lifted = point;
     for (std::size_t k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
-    const RayStart start = rayStart(scene, corners, point, lifted + normal * bias, bias);
+    const RayStart start = startOfShadowRays(scene, corners, point, lifted + normal * bias, bias);
     return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed};
 }
 

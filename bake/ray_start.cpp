@@ -53,7 +53,7 @@ float wayOutBackwards(const OcclusionScene& scene, const Blockers& blockers, con
 
 }  // namespace
 
-RayStart startOfRays(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at) {
+RayStart startOverSheet(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& at) {
     constexpr int kMostSurfaces = 64;
     // Rule 1 needs to see twice the bias, because a surface at that distance halves to the bias. Rule 2 needs to see
     // kSunkIn.

@@ -1,5 +1,5 @@
 #pragma once
-// The options of `penumbra-player render`. The documented defaults stand here.
+// What a picture shows and how large it is: the values of the flags of player/render_command.cpp, with their defaults.
 #include <optional>
 #include <string>
 #include <string_view>

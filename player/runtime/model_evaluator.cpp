@@ -127,7 +127,7 @@ float ModelEvaluator::clampedInputs(const Group& group, std::size_t index, std::
 
 // Returns the square of the distance out of range. An additive model has its units in the groups, so it evaluates
 // them on the way: exp(-d^2 / 2) of the distance d from the unit's centre (docs/formulas.md, section 4).
-float ModelEvaluator::addGroups(std::span<const float> features, std::span<float> units) const {
+float ModelEvaluator::additiveUnits(std::span<const float> features, std::span<float> units) const {
     std::array<float, kBoneInputs> x;
     float out_of_range = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -171,7 +171,7 @@ float ModelEvaluator::evaluate(std::span<const float> features, std::span<float>
     assert(scratch.size() >= scratchSize() && scores.size() == components());
     const std::span<float> x = scratch.first(inputs_), units = scratch.subspan(inputs_, units_);
     // 1. Group inputs first: they tell the distance from training with every model.
-    const float out_of_range = addGroups(features, units);
+    const float out_of_range = additiveUnits(features, units);
     if (kind_ != ModelKind::kAdditive) pcaInputs(features, x);
     if (kind_ == ModelKind::kLinear) std::copy(x.begin(), x.end(), units.begin());
     if (kind_ == ModelKind::kQuadratic) quadraticUnits(x, units);

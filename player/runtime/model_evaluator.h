@@ -43,7 +43,7 @@ private:
     void readUnits(const ClusterView& cluster);
     void pcaInputs(std::span<const float> features, std::span<float> x) const;
     float clampedInputs(const Group& group, std::size_t index, std::span<const float> features, float* x) const;
-    float addGroups(std::span<const float> features, std::span<float> units) const;
+    float additiveUnits(std::span<const float> features, std::span<float> units) const;
     void quadraticUnits(std::span<const float> x, std::span<float> units) const;
     void neuralUnits(std::span<const float> x, std::span<float> units) const;
 };
