@@ -8,9 +8,10 @@
 
 namespace penumbra {
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 namespace {
+using Json = nlohmann::ordered_json;
+
 struct MergeCommand {
     std::vector<fs::path> shards;
     fs::path output;

@@ -112,7 +112,7 @@ Vec3d regress(const std::vector<Sample>& samples, Vec3d place) {
 }  // namespace
 
 BrdfReading decodeScattered(std::string_view text, const std::string& name, int threads) {
-    constexpr int kCells = 48;  // along each angle; finer than any of these measurements
+    constexpr int kHistogramCells = 48;  // along each angle; finer than any of these measurements
     NumberScanner scanner(text, name);
     const std::vector<Vec3d> weights = rec709Weights(readWavelengths(scanner));
     std::map<std::string, double> figures;
@@ -120,10 +120,10 @@ BrdfReading decodeScattered(std::string_view text, const std::string& name, int 
     figures["samples"] = double(samples.size());
     std::stable_sort(samples.begin(), samples.end(),
                      [](const Sample& a, const Sample& b) { return a.place.x < b.place.x; });
-    HalfDifferenceTable table{kCells, kCells, kCells, std::vector<Vec3>(kCells * kCells * kCells)};
-    parallelFor(kCells * kCells, threads, [&](std::size_t row) {
+    HalfDifferenceTable table{kHistogramCells, kHistogramCells, kHistogramCells, std::vector<Vec3>(kHistogramCells * kHistogramCells * kHistogramCells)};
+    parallelFor(kHistogramCells * kHistogramCells, threads, [&](std::size_t row) {
         throwIfInterrupted();
-        for (std::size_t cell = row * kCells; cell < (row + 1) * kCells; ++cell)
+        for (std::size_t cell = row * kHistogramCells; cell < (row + 1) * kHistogramCells; ++cell)
             table.values[cell] = toFloat(regress(samples, placeOf(table.centre(cell))));
     });
     return {interpolated(name, std::move(table)), figures};

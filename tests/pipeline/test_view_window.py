@@ -95,7 +95,7 @@ def check_managed():
     assert difference(view.shot("Home"), first) < 0.05, "as before"
     view.keys("space")
     other, number = another_window()
-    view.tool("windowfocus", "--sync", number)
+    view.focus(number)
     view.keys("Next")  # goes to the other window
     time.sleep(1)
     other.close()
@@ -128,7 +128,7 @@ def check_resize(view):
     view.tool("windowunmap", "--sync", view.window)
     time.sleep(0.5)
     view.tool("windowmap", "--sync", view.window)
-    view.tool("windowfocus", "--sync", view.window)
+    view.focus(view.window)
     time.sleep(0.5)
     assert view.shot().mask().sum() > 500
     view_window.WIDTH, view_window.HEIGHT = 800, 600

@@ -70,10 +70,18 @@ class View:
                                 str(self.process.pid)], stdout=subprocess.PIPE, text=True).stdout.split()
         assert found, "no window: " + self.process.communicate(timeout=5)[1]
         self.window = found[0]
-        self.tool("windowfocus", "--sync", self.window)
+        self.focus(self.window)
 
     def tool(self, *words):
         subprocess.run(["timeout", "60", "xdotool", *map(str, words)], check=True)
+
+    def focus(self, window):
+        """Gives a window the keyboard. X refuses that until the window can be seen, so it is asked again."""
+        deadline = time.monotonic() + 20
+        words = ["timeout", "60", "xdotool", "windowfocus", "--sync", str(window)]
+        while (done := subprocess.run(words, stderr=subprocess.PIPE, text=True)).returncode:
+            assert time.monotonic() < deadline, done.stderr
+            time.sleep(0.05)
 
     def keys(self, *names):
         if names:
