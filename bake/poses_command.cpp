@@ -11,9 +11,9 @@
 
 namespace penumbra {
 
+namespace {
 using Json = nlohmann::ordered_json;
 
-namespace {
 struct PosesCommand {
     std::vector<std::filesystem::path> rigs;
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
