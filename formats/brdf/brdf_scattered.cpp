@@ -120,7 +120,8 @@ BrdfReading decodeScattered(std::string_view text, const std::string& name, int 
     figures["samples"] = double(samples.size());
     std::stable_sort(samples.begin(), samples.end(),
                      [](const Sample& a, const Sample& b) { return a.place.x < b.place.x; });
-    HalfDifferenceTable table{kHistogramCells, kHistogramCells, kHistogramCells, std::vector<Vec3>(kHistogramCells * kHistogramCells * kHistogramCells)};
+    HalfDifferenceTable table{kHistogramCells, kHistogramCells, kHistogramCells,
+                              std::vector<Vec3>(kHistogramCells * kHistogramCells * kHistogramCells)};
     parallelFor(kHistogramCells * kHistogramCells, threads, [&](std::size_t row) {
         throwIfInterrupted();
         for (std::size_t cell = row * kHistogramCells; cell < (row + 1) * kHistogramCells; ++cell)
