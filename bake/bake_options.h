@@ -18,7 +18,7 @@ struct BakeOptions {
     double fps = 0;                                   // samples a second, 0..1000; 0 = the clips' own key times
     std::optional<FrameRange> frames = {};            // unset = all frames
     std::optional<std::filesystem::path> poses = {};  // x.poses.h5: these frames, then those of `clips`
-    // contiguous blocks of equal length that each clip is cut into; a block is a clip of its own; 1..10000
+    // Each clip is cut into so many contiguous blocks of equal length, 1..10000. A block is a clip of its own.
     int blocks = 1;
     PointCacheOptions cache = {};
     int order = 5;           // SH bands, 1..kMaxOrder; 5 gives 25 coefficients a vertex

@@ -17,8 +17,8 @@ namespace {
 
 struct VisibilityCommand {
     std::string input, output, train_frames;
-    std::string model = nameOf(FitOptions{}.model), features = "relative-bones", clusters = "auto", parts = "auto",
-                input_variance = "auto", convention = "D5";
+    std::string model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones), clusters = "auto",
+                parts = "auto", input_variance = "auto", convention = "D5";
     FitOptions options;
 };
 

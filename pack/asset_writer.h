@@ -81,7 +81,7 @@ struct AssetSections {
     Offset<fbs::Truth> truth;
     std::vector<Offset<fbs::Material>> materials;
     std::vector<Offset<fbs::Light>> lights;
-    // one for each slot of the mesh; empty: all slots have the first material
+    // The number of the material of each slot of the mesh. If this is empty, all slots have the first material.
     std::vector<std::uint16_t> slot_material;
 };
 std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,

@@ -26,7 +26,8 @@ struct ErrorFigures {
     double signal_rms_v = 0;   // rms V of y - mean y
     double sh_truncation = 0;  // the part of visibility outside the bands of the convention, if it is 0 or 1 everywhere
     double bake_noise = 0;     // noise of the truth: its difference to the second bake / sqrt 2
-    // The unpacked model's error, the truth outside the span of its components, and packed against unpacked numbers.
+    // The error of the unpacked model, the part of the truth outside the span of its components, and the difference
+    // between its numbers and the packed ones.
     double unpacked_error = 0, unpacked_truncation = 0, packing = 0;
 };
 
@@ -46,7 +47,7 @@ struct CheckResult {
     bool mean_from_truth = false;
 };
 
-// The other files that the asset is compared with; null: not given.
+// The other files that the asset is compared with. Each is null if it was not given.
 struct CheckReferences {
     const VisibilityReader* predictions = nullptr;  // predictions of the same model
     const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, with another seed or other rays

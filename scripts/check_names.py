@@ -15,7 +15,7 @@ TYPE = re.compile(rf"(?:template.*>\s*)?(?:struct|class|union|enum class|enum)\s
 # Folder, of sources or of tests -> the programs that it is in; every other folder is in all of them. Tests of player and of
 # the C interface link pack.
 PROGRAMS = {"bake": {"bake"}, "fit": {"fit"}, "pack": {"pack", "player"}, "player": {"player"}, "capi": {"player"},
-            "formats/rig": {"bake", "fit"}, "player/runtime": {"pack", "player"}}
+            "formats/rig": {"bake"}, "player/runtime": {"pack", "player"}}
 
 
 def types_of(path):

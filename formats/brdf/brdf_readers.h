@@ -1,6 +1,6 @@
 #pragma once
-// Reads BRDF files from bytes in memory; each source file reads one kind. `name` starts every message. README.md
-// describes the formats.
+// Reads BRDF files from bytes in memory; each source file reads one kind. `name` starts every message.
+// formats/README.md describes the formats.
 #include <string>
 #include <string_view>
 

@@ -1,6 +1,6 @@
 #pragma once
 // Reads a material from where it comes from: an analytic model, or a file of measurements, fits or a table
-// (README.md). The fit and the brute-force pictures both read it here, so that they see the same material.
+// (formats/README.md). The fit and the brute-force pictures both read it here, so that they see the same material.
 #include <filesystem>
 #include <map>
 #include <string>

@@ -1,4 +1,4 @@
-// Reads our own table of a BRDF, a text file (README.md).
+// Reads our own table of a BRDF, a text file (formats/README.md).
 #include <algorithm>
 #include <array>
 #include <cmath>

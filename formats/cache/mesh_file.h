@@ -23,10 +23,11 @@ struct MeshFile {
 
 bool isMeshFile(const std::filesystem::path& path);  // decides by the extension
 
-// Throws IoError; InvalidInput "FILE: line 3: ..." or "FILE: face 7: ..."; Unsupported.
+// Reads the file. Throws IoError, Unsupported, or InvalidInput with a message such as "FILE: line 3: ..." or
+// "FILE: face 7: ...".
 MeshFile readMeshFile(const std::filesystem::path& path);
 
-// Parse the two formats; `name` is for messages.
+// These parse the two formats. Messages of errors begin with `name`.
 MeshFile parseObj(std::string_view text, const std::string& name);
 MeshFile parsePly(std::string_view bytes, const std::string& name);
 

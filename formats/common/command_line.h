@@ -1,5 +1,6 @@
 #pragma once
-// The command line that all programs share (README.md), on CLI11: only *_main.cpp files include this.
+// The part of the command line that all programs share, on CLI11 (docs/commands.md). The files of the verbs and
+// *_main.cpp include this; libraries do not.
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>

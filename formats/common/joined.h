@@ -1,16 +1,17 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <string_view>
 
 namespace penumbra {
 
-// "a, b, c" of any range of strings.
-template <class Words>
-std::string joined(const Words& words, std::string_view separator = ", ") {
+// Returns "a, b, c" for any range of strings, or of things that have one: joined(clips, ", ", &Clip::name).
+template <class Words, class TextOf = std::identity>
+std::string joined(const Words& words, std::string_view separator = ", ", TextOf text_of = {}) {
     std::string text;
     for (const auto& word : words) {
         if (!text.empty()) text += separator;
-        text += word;
+        text += std::invoke(text_of, word);
     }
     return text;
 }

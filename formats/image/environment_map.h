@@ -10,7 +10,7 @@
 // - cube: a cross of six faces. 3 x 4: top (+y); left (-z), front (+x), right (+z); bottom (-y); back (-x) upside
 //   down. 4 x 3: top above and bottom below the front of the row left, front, right, back. Faces touch as they do
 //   when the cross is folded.
-// What lies outside of the disc or of the faces is not part of the light.
+// Pixels outside of the disc or of the faces are not part of the light.
 #include <string>
 #include <string_view>
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 
 namespace penumbra {
 
@@ -30,11 +31,9 @@ std::vector<double> frameTimes(const ClipTimes& clip, double fps) {
 }
 
 const ClipTimes& findClip(const std::vector<ClipTimes>& known, const std::string& name, const std::string& owner) {
-    std::string names;
-    for (const ClipTimes& clip : known) {
+    for (const ClipTimes& clip : known)
         if (clip.name == name) return clip;
-        names += (names.empty() ? "" : ", ") + clip.name;
-    }
+    const std::string names = joined(known, ", ", &ClipTimes::name);
     throw UsageError("no clip '" + name + "'; " + owner + " has " + (names.empty() ? "none" : names));
 }
 

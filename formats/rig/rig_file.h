@@ -53,10 +53,10 @@ struct Rig {
     std::vector<Vec3> rest_normals;  // [V], unit
     std::vector<Node> nodes;
     std::vector<int> node_of_joint;  // [J]
-    // [J], row-major 3x4, from the space of rest_positions to the joint
+    // [J]: row-major 3x4 matrices that map from the space of rest_positions to the joint
     std::vector<std::array<double, 12>> inverse_bind;
     std::vector<Clip> clips;
-    // the rig and every file that it refers to, for depfiles and provenance
+    // The rig and every file that it refers to. Depfiles and provenance list them.
     std::vector<std::filesystem::path> files_read;
 };
 

@@ -11,7 +11,8 @@
 
 namespace penumbra {
 
-// What stands in the place of a text: its length (4 bytes), the address of its heap (8), its number in the heap (4).
+// A dataset holds references in the place of texts. A reference gives the length of the text (4 bytes), the address of
+// its heap (8) and its number in the heap (4).
 constexpr std::size_t kTextReferenceBytes = 16;
 
 class GlobalHeaps {

@@ -1,6 +1,6 @@
 #pragma once
-// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 and 3; README.md lists
-// every dataset). docs/formulas.md, section 4, derives the models.
+// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 and 3; formats/README.md
+// lists every dataset). docs/formulas.md, section 4, derives the models.
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
-// x.poses.h5: a list of poses of a rig (HDF5, format "penumbra.poses", version 1; README.md lists every dataset). It
-// holds frames of the rig's clips, and poses given by joint rotations, which form the clip "sampled".
+// x.poses.h5: a list of poses of a rig (HDF5, format "penumbra.poses", version 1; formats/README.md lists every
+// dataset). It holds frames of the rig's clips, and poses given by joint rotations, which form the clip "sampled".
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
-// x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility", version 1; README.md
-// lists every dataset). It is written frame by frame in bounded memory, and read by frame or by vertex range.
+// x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility", version 1;
+// formats/README.md lists every dataset). It is written frame by frame in bounded memory, and read by frame or by
+// vertex range.
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -1,4 +1,4 @@
-// Reads x.vis.h5: its own frames, or those of the files that a virtual one names (README.md).
+// Reads x.vis.h5: its own frames, or those of the files that a virtual one names (formats/README.md).
 #include <cassert>
 #include <mutex>
 

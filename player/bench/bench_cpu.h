@@ -33,8 +33,8 @@ struct Switching {
 
 struct CpuBench {
     Roofline one_thread, all_threads;
-    // pose; skin; evaluate on one thread, on all threads, and on all threads with nothing of the asset in a cache;
-    // shade (if there are a material and a light).
+    // The stages in their order are pose, skin, evaluate on one thread, evaluate on all threads, evaluate on all
+    // threads with nothing of the asset in a cache, and shade (only if there are a material and a light).
     std::vector<CpuStage> stages;
     StageTime pose_evaluate, pose_skin_evaluate, shade, frame;  // shade: 0 without a material; frame: all stages
     Switching switching;

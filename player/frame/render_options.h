@@ -1,5 +1,6 @@
 #pragma once
-// What a picture shows and how large it is: the values of the flags of player/render_command.cpp, with their defaults.
+// RenderOptions tells what a picture shows and how large it is. player/render_command.cpp defines the flags of
+// `penumbra-player render` that set these values; the defaults stand here.
 #include <optional>
 #include <string>
 #include <string_view>

@@ -12,8 +12,8 @@ namespace penumbra {
 bool hasRestTransforms(const AnimationView& animation);
 
 // Forward kinematics: G_j = G_parent T_j exp(r_j), and for a root joint G_j = root T_j exp(r_j). The skinning matrix
-// is G_j B_j. T is the rest transform, B the inverse bind matrix. Exact where clips only turn joints and rest scales
-// are uniform.
+// is G_j B_j. T is the rest transform, B the inverse bind matrix. The result is exact where clips only turn joints and
+// rest scales are uniform.
 class JointChain {
 public:
     explicit JointChain(const AnimationView& animation);

@@ -11,7 +11,7 @@ struct Playhead {
     double time = 0;   // seconds after the clip's first frame
     double speed = 1;  // times the clip's own rate, > 0
     bool playing = false;
-    // true: a clip ends at its last frame, which has nothing to go on to; false: it stays there for a while
+    // If true, a clip ends at its last frame, which has nothing to go on to. If false, it stays there for a while.
     bool smooth = false;
 };
 

@@ -1,5 +1,5 @@
-// What the run time draws a vertex with, held to brute force: the true BRDF, binary visibility and a band-limited light
-// integrated on a fine grid, over the scenes of docs/formulas.md section 3.
+// Compares the radiance that the run time computes for a vertex with brute force, over the scenes of docs/formulas.md
+// section 3. Brute force integrates the true BRDF, binary visibility and a band-limited light on a fine grid.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -54,9 +54,9 @@ inline std::span<const float> at(const std::vector<float>& b, std::size_t v) {
     return std::span(b).subspan(v * kSize, kSize);
 }
 
-// Of a cap of half-angle `blocked` around the normal that is blocked (0: an open hemisphere): zonal about it, with
-// b_l = 2 pi sqrt((2l+1)/4pi) times the integral of P_l from 0 to cos(blocked), which is (P_(l+1) - P_(l-1)) / (2l+1)
-// between the two ends.
+// Returns the moments of a hemisphere of which a cap of half-angle `blocked` around the normal is blocked (0: all is
+// open). They are zonal about the normal: b_l is 2 pi sqrt((2l+1)/4pi) times the integral of P_l from 0 to
+// cos(blocked), and that integral is (P_(l+1) - P_(l-1)) / (2l+1) between the two ends.
 inline std::vector<double> capMoments(Vec3d normal, double blocked) {
     const double top = std::cos(blocked);
     const auto integral = [&](unsigned l) {

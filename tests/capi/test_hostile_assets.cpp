@@ -1,7 +1,8 @@
 // Bytes that are no asset, or no sound one, give a status and a sentence, and never a crash or a hang.
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <algorithm>
+#include <ctime>
 #include <random>
 
 #include "asset_generated.h"
@@ -12,9 +13,25 @@ namespace penumbra {
 namespace {
 
 using namespace capi_test;
-using Clock = std::chrono::steady_clock;
 
-double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+// The processor time of this thread. Other work on the machine does not count.
+double threadSeconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
+// Seconds to use an asset that is whole: the least of three, none of which may fail.
+double workOf(const std::vector<std::byte>& whole) {
+    double least = 1e9;
+    for (int i = 0; i < 3; ++i) {
+        const double start = threadSeconds();
+        penumbra_error error;
+        EXPECT_EQ(useBytes(whole.data(), whole.size(), &error), PENUMBRA_OK) << error.message;
+        least = std::min(least, threadSeconds() - start);
+    }
+    return least;
+}
 
 TEST(CApiHostile, EveryTruncationIsRefused) {
     const std::vector<std::byte> whole = packed();
@@ -40,33 +57,37 @@ std::vector<std::byte> mutated(std::vector<std::byte> bytes, std::mt19937& rando
     return bytes;
 }
 
+// A changed asset may cost so many times the whole one, in processor time. The largest ratio measured was 5.
+constexpr double kMostWork = 100;
+
 // With the hash as it was, the hash catches every mutation. With the hash put right, what the checks behind it let
-// through must be usable. The slowest case took 17 ms on a busy machine; 1 s leaves room for AddressSanitizer.
+// through must be usable.
 TEST(CApiHostile, TenThousandMutations) {
     int refused = 0, used = 0;
-    double slowest = 0;
+    double most_work = 0;
     std::mt19937 random(17);
     for (const ModelKind kind : kModelKinds) {
         Recipe recipe;
         recipe.tube.kind = kind;
         recipe.tube.features = kind == ModelKind::kQuadratic ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
         const std::vector<std::byte> whole = packed(recipe);
+        const double work_of_whole = workOf(whole);
         for (int trial = 0; trial < 2500; ++trial) {
             std::vector<std::byte> bytes = mutated(whole, random);
             penumbra_error error;
             ASSERT_TRUE(bytes == whole || useBytes(bytes.data(), bytes.size(), &error) == PENUMBRA_INVALID_ASSET);
             sealAsset(bytes);
-            const Clock::time_point start = Clock::now();
+            const double start = threadSeconds();
             const penumbra_status status = useBytes(bytes.data(), bytes.size(), &error);
-            slowest = std::max(slowest, secondsSince(start));
+            most_work = std::max(most_work, (threadSeconds() - start) / work_of_whole);
             ASSERT_TRUE(status == PENUMBRA_OK || status == PENUMBRA_INVALID_ASSET) << error.message;
             ++(status == PENUMBRA_OK ? used : refused);
         }
     }
     EXPECT_GT(refused, 500);
     EXPECT_GT(used, 500);
-    EXPECT_LT(slowest, 1.0);
-    std::printf("%d refused, %d used; slowest %.1f ms\n", refused, used, 1e3 * slowest);
+    EXPECT_LT(most_work, kMostWork);
+    std::printf("%d refused, %d used; at most %.1f times the work of the whole asset\n", refused, used, most_work);
 }
 
 // A few bytes can ask for sizes that the file does not hold: a pose of 2^32 rotations (37 s and 16 GB without the
@@ -77,13 +98,14 @@ TEST(CApiHostile, SizesThatTheFileDoesNotHold) {
         recipe.tube.kind = ModelKind::kAdditive;
         recipe.tube.features = features;
         std::vector<std::byte> bytes = packed(recipe);
+        const double work_of_whole = workOf(bytes);
         fbs::GetMutableAsset(bytes.data())->mutable_animation()->mutate_pose_size(0xfffffff0u);
         sealAsset(bytes);
-        const Clock::time_point start = Clock::now();
+        const double start = threadSeconds();
         penumbra_error error;
         const penumbra_status status = useBytes(bytes.data(), bytes.size(), &error);
+        EXPECT_LT(threadSeconds() - start, kMostWork * work_of_whole);
         EXPECT_EQ(status, features == FeatureKind::kJointAngles ? PENUMBRA_INVALID_ASSET : PENUMBRA_OK);
-        EXPECT_LT(secondsSince(start), 1.0);
     }
     Recipe recipe{.tube = {.joints = 2, .inputs = 12}};
     recipe.tube.kind = ModelKind::kQuadratic;

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ctime>
 #include <numbers>
 #include <numeric>
 
@@ -143,29 +142,6 @@ TEST(LightLobes, SameLobesEveryTime) {
 }
 
 // Measures the calling thread alone, so that other work on the machine does not count.
-double threadMilliseconds() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
-}
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
-constexpr double kMostMilliseconds = 1200;  // instrumented code is up to ten times as slow
-#else
-constexpr double kMostMilliseconds = 120;
-#endif
-
-// Three lobes take at most 50 ms, with Ceres' start included in the first fit; tests/bench/bench_light has the figures.
-// The bound leaves twice as much for caches that others use and for a lower clock.
-TEST(LightLobes, ThreeLobesAreQuick) {
-    for (const GoldenLight& light : goldenLights()) {
-        const double start = threadMilliseconds();
-        fitLobes(4, light.sh, 3, LobeFit::kJoint);
-        const double ms = threadMilliseconds() - start;
-        std::printf("%-10s %.1f ms\n", light.name.c_str(), ms);
-        EXPECT_LT(ms, kMostMilliseconds);
-    }
-}
 
 }  // namespace
 }  // namespace penumbra

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 
 import view_window
-from view_window import BIN, PANEL, TIMELINE, Shot, View, cpu_seconds, difference, good, opened, prepared, run
+from view_window import BIN, PANEL, TIMELINE, Shot, View, cpu_seconds, difference, good, opened, prepared, run, wait_until
 from x11_events import DragSource, another_window
 
 
@@ -62,25 +62,38 @@ def check_window(view):
 
 def check_idle(view):
     """Nothing moves, so nothing is computed or drawn."""
-    time.sleep(2)  # strips are finished then
-    before = cpu_seconds(view)
-    time.sleep(3)
-    used = (cpu_seconds(view) - before) / 3
+    def share(seconds):
+        before = cpu_seconds(view)
+        time.sleep(seconds)
+        return (cpu_seconds(view) - before) / seconds
+
+    wait_until(lambda: share(0.2) < 0.02, "the strips, after which nothing is to do")
+    used = share(2)
     assert used < 0.02, ("share of a core while idle", used)  # measured: 0.000 to 0.003
     return used
+
+
+def root_property(name):
+    return subprocess.run(["xprop", "-root", name], stdout=subprocess.PIPE, text=True).stdout
+
+
+def wait_for_size(view):
+    """The window draws in its new size a little after it has it."""
+    wanted = (view_window.HEIGHT - TIMELINE, view_window.WIDTH - PANEL, 3)
+    wait_until(lambda: view.shot().picture.shape == wanted, f"a picture of {wanted}")
 
 
 def check_managed():
     """Runs under a window manager: sizes, iconify and restore, another window in focus, and the place that is
     remembered."""
     manager = subprocess.Popen(["openbox", "--sm-disable"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    time.sleep(1)
+    wait_until(lambda: "window id" in root_property("_NET_SUPPORTING_WM_CHECK"), "the window manager")
     view = View("x.pnb", size="800x600")
     view.keys("b")
     first = view.shot("f")
     for view_window.WIDTH, view_window.HEIGHT in ((640, 500), (1100, 900), (800, 600)):
         view.tool("windowsize", "--sync", view.window, view_window.WIDTH, view_window.HEIGHT)
-        time.sleep(0.5)
+        wait_for_size(view)
         shot = view.shot("f", panels=True)
         assert shot.mask()[:, 5:].sum() > 500, (view_window.WIDTH, view_window.HEIGHT)
     view.keys("space")
@@ -122,8 +135,8 @@ def check_resize(view):
         time.sleep(0.03)
     view.keys("space")
     view.tool("windowsize", "--sync", view.window, 640, 500)
-    time.sleep(0.5)
     view_window.WIDTH, view_window.HEIGHT = 640, 500
+    wait_for_size(view)
     assert view.shot("f").mask().sum() > 500
     view.tool("windowunmap", "--sync", view.window)
     time.sleep(0.5)

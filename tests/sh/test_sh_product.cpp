@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <numbers>
 #include <tuple>
 
@@ -85,11 +84,8 @@ TEST(TripleProduct, MatchesDirectQuadrature) {
     }));
 }
 
-TEST(TripleProduct, LargestTensorTakesSeconds) {
-    const auto start = std::chrono::steady_clock::now();
+TEST(TripleProduct, LargestTensorIsComputedOnce) {
     const auto& gamma = tripleProduct(8, 8, 15);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    EXPECT_LT(seconds.count(), 3);  // 2 ms measured in release, 0.1 s in debug
     EXPECT_EQ(&gamma, &tripleProduct(8, 8, 15));
 }
 

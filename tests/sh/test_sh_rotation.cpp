@@ -1,4 +1,3 @@
-#include <chrono>
 #include <random>
 
 #include "sh/sh_rotation.h"
