@@ -7,6 +7,7 @@
 #include "fit/compare/compare_data.h"
 #include "fit/fit_verbs.h"
 #include "formats/common/errors.h"
+#include "formats/common/joined.h"
 #include "formats/common/name_list_option.h"
 #include "formats/common/write_file.h"
 
@@ -40,12 +41,12 @@ void define(CLI::App& app, CompareCommand& command) {
 template <class Kinds>
 auto parseKinds(const char* option, const std::vector<std::string>& words, const Kinds& known) {
     std::vector<typename Kinds::value_type> kinds;
-    std::string names;
-    for (auto kind : known) names += (names.empty() ? "" : ", ") + std::string(nameOf(kind));
     for (const std::string& word : words) {
-        const auto at = std::find_if(known.begin(), known.end(), [&](auto kind) { return word == nameOf(kind); });
-        if (at == known.end()) throw UsageError(std::string(option) + ": '" + word + "' is none of " + names);
-        if (std::find(kinds.begin(), kinds.end(), *at) == kinds.end()) kinds.push_back(*at);
+        const auto kind = kindNamed(known, word);
+        if (!kind)
+            throw UsageError(std::string(option) + ": '" + word + "' is none of " +
+                             joined(known, ", ", [](auto one) { return nameOf(one); }));
+        if (std::find(kinds.begin(), kinds.end(), *kind) == kinds.end()) kinds.push_back(*kind);
     }
     return words.empty() ? std::vector<typename Kinds::value_type>(known.begin(), known.end()) : kinds;
 }

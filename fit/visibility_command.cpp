@@ -76,10 +76,8 @@ int parseCount(const char* option, const std::string& text, long most) {
 
 FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
-    options.model = *std::find_if(kModelKinds.begin(), kModelKinds.end(),
-                                  [&](ModelKind kind) { return command.model == nameOf(kind); });
-    options.features = *std::find_if(kFeatureKinds.begin(), kFeatureKinds.end(),
-                                     [&](FeatureKind kind) { return command.features == nameOf(kind); });
+    options.model = kindNamed(kModelKinds, command.model).value();  // CLI11 has checked the names
+    options.features = kindNamed(kFeatureKinds, command.features).value();
     options.clusters = parseCount("--clusters", command.clusters, 1000000);
     options.parts = parseCount("--parts", command.parts, 65000);
     options.input_variance = parseInputVariance(command.input_variance);

@@ -68,13 +68,9 @@ bool FeatureRecipe::absolute(std::size_t joint) const {
     return false;
 }
 
-std::size_t FeatureRecipe::groups() const {
-    return kind == FeatureKind::kRelativeBones ? joint_centers.size() : pose_size / groupInputs(kind);
-}
+std::size_t FeatureRecipe::groups() const { return groupCount(kind, joint_centers.size(), pose_size); }
 
-std::size_t FeatureRecipe::count() const {
-    return kind == FeatureKind::kRelativeBones ? 12 * (joint_centers.size() - 1) : pose_size;
-}
+std::size_t FeatureRecipe::count() const { return featureCount(kind, joint_centers.size(), pose_size); }
 
 void rawFeatures(const FeatureRecipe& recipe, int cluster_joint, std::span<const Affine> bones,
                  std::span<const Mat3> rotations, std::span<const float> pose, std::span<double> out) {

@@ -6,7 +6,7 @@
 namespace penumbra {
 
 void quadraticInputs(std::span<const double> x, std::span<double> out) {
-    assert(out.size() == quadraticCount(x.size()));
+    assert(out.size() == quadraticUnits(x.size()));
     std::copy(x.begin(), x.end(), out.begin());
     std::size_t at = x.size();
     for (std::size_t i = 0; i < x.size(); ++i)
@@ -14,7 +14,7 @@ void quadraticInputs(std::span<const double> x, std::span<double> out) {
 }
 
 Matrix quadraticInputs(const Matrix& inputs) {
-    Matrix out(inputs.rows, quadraticCount(inputs.columns));
+    Matrix out(inputs.rows, quadraticUnits(inputs.columns));
     for (std::size_t r = 0; r < inputs.rows; ++r) quadraticInputs(inputs.row(r), out.row(r));
     return out;
 }

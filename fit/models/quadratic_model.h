@@ -5,16 +5,15 @@
 #include <span>
 
 #include "fit/numerics/matrix.h"
+#include "formats/common/model_kind.h"
 
 namespace penumbra {
 
-constexpr std::size_t quadraticCount(std::size_t inputs) { return inputs + inputs * (inputs + 1) / 2; }
-
-// Writes x_0 .. x_(I-1), then x_i x_j for i <= j, with j running fastest. out.size() == quadraticCount(x.size()). The
+// Writes x_0 .. x_(I-1), then x_i x_j for i <= j, with j running fastest. out.size() == quadraticUnits(x.size()). The
 // run-time evaluator uses the same order.
 void quadraticInputs(std::span<const double> x, std::span<double> out);
 
-// Does this for every row: [n, I] becomes [n, quadraticCount(I)].
+// Does this for every row: [n, I] becomes [n, quadraticUnits(I)].
 Matrix quadraticInputs(const Matrix& inputs);
 
 }  // namespace penumbra

@@ -179,7 +179,7 @@ void setUnits(const fbs::Cluster& stored, const Field& at, const ModelSizes& siz
     const std::uint64_t inputs = cluster.inputs();
     std::uint64_t width = 0;
     cluster.units = inputs;
-    if (sizes.kind == ModelKind::kQuadratic) cluster.units = inputs + inputs * (inputs + 1) / 2;
+    if (sizes.kind == ModelKind::kQuadratic) cluster.units = quadraticUnits(inputs);
     if (sizes.kind == ModelKind::kNeural) {
         if (!stored.hidden()) (at / "hidden").fail("is missing");
         width = inputs + 1;
@@ -229,7 +229,6 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     return cluster;
 }
 
-// With bones every other joint is a group and gives 12 features. Otherwise the numbers of the pose are the features.
 ModelSizes sizesOf(const ModelView& model, const Field& at, const AnimationView& animation) {
     const std::uint64_t joints = animation.jointCount(), pose = animation.pose_size;
     const std::uint64_t own = joints - model.input_joints.size();  // each is another joint
@@ -241,9 +240,9 @@ ModelSizes sizesOf(const ModelView& model, const Field& at, const AnimationView&
     sizes.bones = model.features == FeatureKind::kRelativeBones;
     sizes.group_size = groupInputs(model.features);
     sizes.stride = std::uint64_t(model.stride);
-    if (model.kind != ModelKind::kAdditive) sizes.features = sizes.bones ? 12 * (joints - 1) : pose;
+    if (model.kind != ModelKind::kAdditive) sizes.features = featureCount(model.features, joints, pose);
     sizes.joints = joints;
-    sizes.groups = sizes.bones ? joints : pose / sizes.group_size;
+    sizes.groups = groupCount(model.features, joints, pose);
     return sizes;
 }
 

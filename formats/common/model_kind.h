@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string_view>
 
 #include "sh/pose_inputs.h"
 
@@ -44,6 +46,14 @@ constexpr const char* nameOf(FeatureKind features) {
     return "";
 }
 
+// Returns the one of `kinds` (kModelKinds or kFeatureKinds) that has this name.
+template <class Kinds>
+constexpr std::optional<typename Kinds::value_type> kindNamed(const Kinds& kinds, std::string_view name) {
+    for (const auto kind : kinds)
+        if (name == nameOf(kind)) return kind;
+    return std::nullopt;
+}
+
 // Returns how many inputs a group of an additive model has.
 constexpr std::size_t groupInputs(FeatureKind features) {
     switch (features) {
@@ -56,5 +66,19 @@ constexpr std::size_t groupInputs(FeatureKind features) {
     }
     return 0;
 }
+
+// Returns how many groups the pose has: the bones, or triples of joint angles, or dihedral angles.
+constexpr std::size_t groupCount(FeatureKind features, std::size_t joints, std::size_t pose_size) {
+    return features == FeatureKind::kRelativeBones ? joints : pose_size / groupInputs(features);
+}
+
+// Returns how many numbers of the pose a cluster reads, before PCA. Every bone but the cluster's own gives its
+// displacement (3) and its rotation (9).
+constexpr std::size_t featureCount(FeatureKind features, std::size_t joints, std::size_t pose_size) {
+    return features == FeatureKind::kRelativeBones ? 12 * (joints - 1) : pose_size;
+}
+
+// Returns how many units a quadratic model has: its inputs, their squares and their products.
+constexpr std::size_t quadraticUnits(std::size_t inputs) { return inputs + inputs * (inputs + 1) / 2; }
 
 }  // namespace penumbra

@@ -133,15 +133,12 @@ void readModelRoot(const Hdf5Reader& in, Model& model) {
         throw InvalidInput(in.name + ": attribute convention: " + convention + " is not of SH order " +
                            std::to_string(order));
     const std::string kind = readTextAttribute(in, "/", "model");
-    const auto known =
-        std::find_if(kModelKinds.begin(), kModelKinds.end(), [&](ModelKind k) { return kind == nameOf(k); });
-    if (known == kModelKinds.end()) throw Unsupported(in.name + ": attribute model: \"" + kind + "\" is unknown");
+    const auto known = kindNamed(kModelKinds, kind);
+    if (!known) throw Unsupported(in.name + ": attribute model: \"" + kind + "\" is unknown");
     model.kind = *known;
     const std::string features = readTextAttribute(in, "/", "features");
-    const auto known_features =
-        std::find_if(kFeatureKinds.begin(), kFeatureKinds.end(), [&](FeatureKind f) { return features == nameOf(f); });
-    if (known_features == kFeatureKinds.end())
-        throw Unsupported(in.name + ": attribute features: \"" + features + "\" is unknown");
+    const auto known_features = kindNamed(kFeatureKinds, features);
+    if (!known_features) throw Unsupported(in.name + ": attribute features: \"" + features + "\" is unknown");
     model.features = *known_features;
     model.deforming = hasAttribute(in, "/", "deforming") && readIntegerAttribute(in, "/", "deforming", 0, 1) == 1;
     if (model.features == (model.deforming ? FeatureKind::kJointAngles : FeatureKind::kDihedrals))
@@ -165,12 +162,6 @@ void readFrames(const Hdf5Reader& in, Model& model) {
     model.pose_size = int(shape[1]);
 }
 
-// Returns how many numbers `features` asks for before PCA (model_file.h).
-std::size_t rawFeatureCount(const Model& model) {
-    return model.features == FeatureKind::kRelativeBones ? 12 * (model.skin.jointCount() - 1)
-                                                         : std::size_t(model.pose_size);
-}
-
 void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vector<float>& least,
                 const std::vector<float>& most) {
     for (std::size_t i = 0; i < least.size(); ++i)
@@ -178,14 +169,13 @@ void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vec
 }
 
 void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
-    const bool angles = model.features != FeatureKind::kRelativeBones;
     const hsize_t size = groupInputs(model.features);
-    const std::size_t joints = angles ? std::size_t(model.pose_size) / size : model.skin.jointCount();
-    cluster.groups = readIndices(in, name + "/groups", 0, joints);
+    cluster.groups = readIndices(in, name + "/groups", 0,
+                                 groupCount(model.features, model.skin.jointCount(), std::size_t(model.pose_size)));
     const hsize_t groups = cluster.groups.size();
     for (std::size_t g = 0; g < groups; ++g)
         if ((g > 0 && cluster.groups[g] <= cluster.groups[g - 1]) ||
-            (!angles && int(cluster.groups[g]) == cluster.joint))
+            (model.features == FeatureKind::kRelativeBones && int(cluster.groups[g]) == cluster.joint))
             throw InvalidInput(in.name + ": " + name + "/groups: not ascending, or the cluster's own joint");
     cluster.group_weight = readExactly(in, name + "/group_weight", {groups});
     cluster.group_min = readExactly(in, name + "/group_min", {groups, size});
@@ -207,7 +197,7 @@ void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model
     } else if (!cluster.unit_group.empty()) {
         throw InvalidInput(in.name + ": " + name + "/unit_group: entries where none belong");
     }
-    if (model.kind == ModelKind::kQuadratic) units = inputs + inputs * (inputs + 1) / 2;
+    if (model.kind == ModelKind::kQuadratic) units = quadraticUnits(inputs);
     if (model.kind == ModelKind::kNeural) {
         cluster.hidden = readFloats(in, name + "/hidden", hidden);
         units = hidden[0];
@@ -222,7 +212,9 @@ void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model
 ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const Model& model) {
     ClusterModel cluster;
     const hsize_t stride = hsize_t(model.convention.size());
-    const hsize_t raw = model.kind == ModelKind::kAdditive ? 0 : rawFeatureCount(model);
+    const hsize_t raw = model.kind == ModelKind::kAdditive
+                            ? 0
+                            : featureCount(model.features, model.skin.jointCount(), std::size_t(model.pose_size));
     const std::size_t joints = model.skin.jointCount() - model.input_joints.size();  // an input carries no vertices
     cluster.joint = int(readIntegerAttribute(in, group, "joint", 0, std::int64_t(joints) - 1));
     cluster.vertices = readIndices(in, group + "/vertices", 0, model.mesh.vertexCount());

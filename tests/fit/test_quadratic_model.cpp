@@ -14,7 +14,7 @@ using synthetic::normalMatrix;
 
 TEST(QuadraticModel, InputsAreTheNumbersThenTheirProducts) {
     const std::vector<double> x = {2, 3, 5};
-    std::vector<double> out(quadraticCount(3));
+    std::vector<double> out(quadraticUnits(3));
     quadraticInputs(x, out);
     EXPECT_EQ(out, (std::vector<double>{2, 3, 5, 4, 6, 10, 9, 15, 25}));
 }
