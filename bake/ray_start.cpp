@@ -12,6 +12,8 @@
 // each surface whether the rays start before it, beyond it, or not at all. The search costs a few rays for each
 // point, against hundreds that are traced from it. Section 2 of docs/formulas.md defines the integral that those rays
 // measure.
+//
+// Over a solid the fixed offset is enough: startOverSolid() in ray_start.h. bake/moments.cpp chooses between the two.
 #include "bake/ray_start.h"
 
 #include <algorithm>
