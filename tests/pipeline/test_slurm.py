@@ -156,7 +156,7 @@ def check_all(top):
     local = make_slow_farm(os.path.join(top, "local"))
     snakemake(local)
     wanted = digests(os.path.join(local, "out"))
-    assert len(wanted) == 14, wanted
+    assert len(wanted) == 9, wanted
     check_snakemake(os.path.join(top, "jobs"), wanted)
     check_arrays(os.path.join(top, "arrays"), wanted)
     check_bake_array(os.path.join(top, "bake"), wanted)
