@@ -1,8 +1,11 @@
 """The pipeline on Slurm, on this machine alone: Snakemake's jobs, job arrays, a bake as one array. Jobs are killed in the middle;
 every file must be what a local run makes, byte for byte.
 
+Most of the time goes by in Slurm's queue, so the three run side by side, each in a folder of its own.
+
 usage: test_slurm.py BIN
 """
+import concurrent.futures
 import glob
 import hashlib
 import os
@@ -71,8 +74,11 @@ def kill_one_bake(folder):
             pass
 
 
-def queue_is_empty():
-    return not subprocess.run(["squeue", "-h"], capture_output=True, text=True, check=True).stdout
+def wait_for_queue(folder):
+    """Waits until no job that works in a folder is in the queue."""
+    words = ["squeue", "-h", "-o", "%Z"]
+    left = lambda: [place for place in subprocess.check_output(words, text=True).splitlines() if place.startswith(folder)]
+    wait_for(lambda: not left(), "the jobs in " + folder, pause=0.3)
 
 
 def digests(out):
@@ -111,11 +117,11 @@ def check_arrays(folder, wanted):
     kill_one_bake(os.path.join(folder, "out"))
     wait_for(lambda: any("Restarts=1" in run("scontrol", "-o", "show", "job", array, cwd=folder) for array in (first, second)),
              "a requeued task", pause=0.3)
-    wait_for(queue_is_empty, "the arrays", pause=0.3)
+    wait_for_queue(folder)
     assert not os.path.exists(os.path.join(folder, "out", "index.html"))
     text = run(*command, cwd=folder)
     assert "shard: 1 tasks" in text, text
-    wait_for(queue_is_empty, "the arrays", pause=0.3)
+    wait_for_queue(folder)
     assert digests(os.path.join(folder, "out")) == wanted
     assert "nothing to do" in run(*command, cwd=folder)
     print(f"arrays on Slurm: {len(wanted)} files as made here; one task was killed, one cancelled")
@@ -138,7 +144,7 @@ exec {BIN}/penumbra-bake "$@"
     text = run("env", f"PENUMBRA_BIN={programs}", *words, cwd=folder, code=2)
     assert text.startswith(f"bake_array: out/man/man.vis.h5: still made by jobs {' '.join(jobs)}; ") and text.count("\n") == 1, text
     kill_one_bake(folder)
-    wait_for(queue_is_empty, "the bake", pause=0.3)
+    wait_for_queue(folder)
     assert os.path.exists(os.path.join(programs, "killed"))
     assert digests(os.path.join(folder, "out")) == {"man/man.vis.h5": wanted["man/man.vis.h5"]}
     print("one bake as an array: the same bytes, a killed shard was baked again, a killed merge merged again")
@@ -157,9 +163,10 @@ def check_all(top):
     snakemake(local)
     wanted = digests(os.path.join(local, "out"))
     assert len(wanted) == 9, wanted
-    check_snakemake(os.path.join(top, "jobs"), wanted)
-    check_arrays(os.path.join(top, "arrays"), wanted)
-    check_bake_array(os.path.join(top, "bake"), wanted)
+    checks = {check_snakemake: "jobs", check_arrays: "arrays", check_bake_array: "bake"}
+    with concurrent.futures.ThreadPoolExecutor(len(checks)) as pool:
+        for done in [pool.submit(check, os.path.join(top, name), wanted) for check, name in checks.items()]:
+            done.result()
 
 
 def main():
