@@ -135,10 +135,9 @@ public:
     void choose(std::size_t f) {
         for (std::size_t i = 0; i < frames_; ++i) gap_[i] = std::min(gap_[i], row(f)[i]);
     }
+    // Returns the sum by which all gaps would shrink if frame f were chosen.
     double gain(std::size_t f) const {
         double gain = 0;
-        // Returns the time of a clip's last frame. Returns the sum by which all gaps would shrink if frame f were
-        // chosen.
         for (std::size_t i = 0; i < frames_; ++i) gain += double(std::max(0.0f, gap_[i] - row(f)[i]));
         return gain;
     }
