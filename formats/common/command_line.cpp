@@ -305,8 +305,8 @@ void writeReport(Run& run, int exit_code, const std::string& error) {
     writeWholeFile(run.common.report, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
-// Fails when results did not reach the reader. The output stays, because it is whole. A reader that went away (|
-// head) is no failure.
+// Fails when results did not reach the reader. The output stays, because it is whole. A reader that went away
+// (| head) is no failure.
 void flushResults() {
     std::cout.flush();
     errno = 0;

@@ -35,7 +35,7 @@ double determinant(const Matrix& a) {
 std::optional<Matrix> inverse(const Matrix& a) {
     const auto [r0, r1, r2] = linearRows(a);
     const double det = determinant(a);
-    // det| is at most the product of the row lengths (Hadamard). Far below that product the rows are dependent.
+    // |det| is at most the product of the row lengths (Hadamard). Far below that product the rows are dependent.
     if (!(std::abs(det) > 1e-12 * length(r0) * length(r1) * length(r2))) return std::nullopt;
     const std::array<Vec3d, 3> columns{cross(r1, r2) / det, cross(r2, r0) / det, cross(r0, r1) / det};
     Matrix b;

@@ -285,7 +285,7 @@ TEST(BrdfTable, InterpolationIsExactForAFunctionThatIsLinearInTheAngles) {
     }
 }
 
-// phi| is linear between nodes at 0 and pi, so it is exact over the seam, for both azimuths.
+// |phi| is linear between nodes at 0 and pi, so it is exact over the seam, for both azimuths.
 TEST(BrdfTable, AzimuthsCloseTheCircle) {
     const auto azimuth = [](Vec3d w) { return std::abs(std::atan2(w.y, w.x)); };
     const RgbBrdf tent{"", BrdfSymmetry::kGeneral, [&](Vec3d wi, Vec3d wo) {

@@ -76,7 +76,7 @@ TEST(PackAsset, MakesEveryClusterAContiguousRange) {
         EXPECT_EQ(asset.mesh.shading_point[asset.mesh.source_vertex[r]], model.mesh.source_vertex[r]);
 }
 
-// error of a number| <= |error of its mean| + sum_k |y_k| scale_k / 2, whatever the pose. The stored error is the one
+// |error of a number| <= |error of its mean| + sum_k |y_k| scale_k / 2, whatever the pose. The stored error is the one
 // that the evaluator shows.
 TEST(PackAsset, QuantisationErrorIsBoundedAndMeasured) {
     const Model model = tubeModel({.rings = 12, .segments = 9, .components = 6, .frames = 8});
