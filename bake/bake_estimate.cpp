@@ -27,7 +27,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// of processor time: other programs change neither the number of frames nor the figures
+// Seconds of processor time. Other programs change neither the number of frames nor the figures.
 constexpr double kProbeSeconds = 8;
 constexpr std::size_t kRuns = 4;        // places in the list of frames
 constexpr std::size_t kRunFrames = 64;  // consecutive frames, as in the writer's blocks; fewer when the time is up

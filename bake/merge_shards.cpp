@@ -330,12 +330,13 @@ void MergeProblems::raise() const {
 namespace {
 
 // Keeps some shards open, the one used last in front. A reader keeps up to two blocks of frames in memory, so that
-// only few may stay open. Shards of consecutive frames need one open file at a time; shards of every S-th frame need
-// S.
+// only few may stay open. Shards of consecutive frames need one open file at a time. Shards of every S-th frame need S
+// open files.
 class OpenShards {
 public:
     explicit OpenShards(const MergePlan& plan) : plan_(plan) {
-        // bytes for all readers; the most that one reader takes (visibility_reader.cpp)
+        // All readers together may take kBudget bytes. One reader takes at most kBlocks: two blocks of frames, each of
+        // about 96 MB at most (kBlockBytes in visibility_file.cpp).
         constexpr double kBudget = 1e9, kBlocks = 2 * 96e6;
         const VisibilityHeader& header = plan.header;
         const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.coefficientCount() + 6);

@@ -13,7 +13,9 @@
 // point, against hundreds that are traced from it. Section 2 of docs/formulas.md defines the integral that those rays
 // measure.
 //
-// Over a solid the fixed offset is enough: startOverSolid() in ray_start.h. bake/moments.cpp chooses between the two.
+// Over a solid the fixed offset is enough: startOverSolid() in ray_start.h. startOfVertex() in bake/moments.cpp chooses
+// between the two for a bake. startOfShadowRays() in bake/bake_reference.cpp decides for pictures whether a point needs
+// the search.
 #include "bake/ray_start.h"
 
 #include <algorithm>

@@ -35,9 +35,9 @@ VertexFans makeFans(std::span<const Triangle> triangles, std::size_t vertices) {
 namespace {
 // A triangle as the vertex sees it: a sector of the directions between two of its edges.
 struct Sector {
-    std::array<std::uint32_t, 2> corners;  // unit, from the vertex to the two corners
-    std::array<Vec3d, 2> edges;            // unit, of the wanted side
-    Vec3d normal;                          // unit, of the side
+    std::array<std::uint32_t, 2> corners;  // the other two vertices of the triangle
+    std::array<Vec3d, 2> edges;            // unit, from the vertex to these two
+    Vec3d normal;                          // unit, of the wanted side
 };
 
 std::vector<Sector> sectorsOf(const VertexFans& fans, std::span<const Vec3> positions, std::uint32_t vertex, int side) {

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Prints the tables of materials and lights of docs/accuracy.md from the rows that the benchmarks keep.
 
-accuracy_tables.py [tests/bench/results/epyc-2-cores]     reads brdf.csv and lights.csv there, the last commit's rows of each"""
+accuracy_tables.py [tests/bench/results/epyc-2-cores]     reads brdf.csv and lights.csv there, the last commit's rows of
+                                                          each"""
 import csv
 import pathlib
 import sys

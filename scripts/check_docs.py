@@ -3,9 +3,9 @@
 
 check_docs.py [FILE.md]...     without arguments all files that git tracks
 
-A path is a word in code, inline or in a block, that begins with a folder of the repository or of the document's own folder;
-it may be a pattern (`fit/models/train_*.cpp`). The name of a source file without a folder must be that of some file. Tables,
-code blocks and lines with a URL may be longer than 120 columns."""
+A path is a word in code, inline or in a block, that begins with a folder of the repository or of the document's own
+folder; it may be a pattern (`fit/models/train_*.cpp`). The name of a source file without a folder must be that of some
+file. Tables, code blocks and lines with a URL may be longer than 120 columns."""
 import fnmatch
 import pathlib
 import re

@@ -1,8 +1,10 @@
 #!/usr/bin/python3
-"""Includes go one way: sh <- formats <- each of bake, fit, pack, player; those four meet only in files on disk.
+"""Includes go one way: sh <- formats <- each of bake, fit, pack, player.
 
-Also: a library stays behind the one file (or few files) that names it, so that it can be replaced there. Exits 1 and lists
-every line that breaks a rule."""
+Those four never include one another; a file on disk is their only contract. There is one exception: pack includes
+player/runtime, because `penumbra-pack check` runs the evaluator that engines link. Another rule holds for third-party
+libraries: a library stays behind the one file (or few files) that names it, so that it can be replaced there. Exits 1
+and lists every line that breaks a rule."""
 import pathlib
 import re
 import sys

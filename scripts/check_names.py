@@ -2,8 +2,8 @@
 """No type has two definitions in one program: the linker would silently take the functions of either.
 
 The compiler sees two functions of one name (-Wmissing-declarations), but no type that two files define. So a .cpp file
-defines types in unnamed namespaces alone, and no two headers that can meet in a program define a type of one name. Reads what
-clang-format leaves: what stands at namespace level begins its line. Exits 1 and lists every place."""
+defines types in unnamed namespaces alone, and no two headers that can meet in a program define a type of one name. Reads
+what clang-format leaves: what stands at namespace level begins its line. Exits 1 and lists every place."""
 import collections
 import pathlib
 import re
@@ -12,8 +12,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 ATTRIBUTE = r"(?:alignas\(.*?\)|\[\[.*?\]\])\s*"
 TYPE = re.compile(rf"(?:template.*>\s*)?(?:struct|class|union|enum class|enum)\s+(?:{ATTRIBUTE})*(\w+)(?!\w|::)(?:[^;{{]*\{{|[^;]*$)")
-# Folder, of sources or of tests -> the programs that it is in; every other folder is in all of them. Tests of player and of
-# the C interface link pack.
+# Folder, of sources or of tests -> the programs that it is in; every other folder is in all of them. Tests of player
+# and of the C interface link pack.
 PROGRAMS = {"bake": {"bake"}, "fit": {"fit"}, "pack": {"pack", "player"}, "player": {"player"}, "capi": {"player"},
             "formats/rig": {"bake"}, "player/runtime": {"pack", "player"}}
 

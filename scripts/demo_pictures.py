@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""Renders held-out frames as ray-traced truth, by the paper's model and by ours, and lays them out as one contact sheet.
+"""Renders held-out frames as ray-traced truth, by the paper's model and by ours, and lays them out as a contact sheet.
 
 demo_pictures.py BIN_FOLDER DEMO_FOLDER HELD_OUT_CLIP LIGHT_FILE
 
-Writes contact_sheet.png and pictures.json (image RMSE against truth, in 8-bit sRGB steps over the character's pixels)."""
+Writes contact_sheet.png and pictures.json (image RMSE against truth, in 8-bit sRGB steps over the character's
+pixels)."""
 import json
 import pathlib
 import subprocess

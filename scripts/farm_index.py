@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""One page of a farm's results: every rig with its figures and pictures, every job with its time (no network, no scripts).
+"""Makes one page of a farm's results: every rig with its figures and pictures, every job with its time.
+
+The page needs no network and no scripts.
 
 farm_index.py PENUMBRA-FIT FARM.yaml -o index.html        run in the farm's output folder
 

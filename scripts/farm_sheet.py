@@ -1,7 +1,10 @@
 #!/usr/bin/python3
-"""Held-out frames of an asset: baked truth, model and ambient error side by side, then every material under every light.
+"""Makes a picture of held-out frames of an asset.
 
-farm_sheet.py PLAYER BAKE X.pnb X.truth.pnb --light E.light.h5... -o SHEET.png [--frames 3] [--size 320] [--camera ...]"""
+It has baked truth, model and ambient error side by side, then every material under every light.
+
+farm_sheet.py PLAYER BAKE X.pnb X.truth.pnb --light E.light.h5... -o SHEET.png [--frames 3] [--size 320]
+              [--camera ...]"""
 import io
 import json
 import os

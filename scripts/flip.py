@@ -4,8 +4,8 @@
 flip.py REFERENCE.png TEST.png [--ppd 67] [--map MAP.png]     prints the mean
 
 Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astrom, Fairchild: FLIP: A Difference Evaluator for Alternating Images,
-HPG 2020. Constants are the paper's; the default of 67 pixels a degree is a 0.7 m wide 4K display seen from 0.7 m. Pictures
-are 8-bit sRGB; alpha is laid over the same grey in both."""
+HPG 2020. Constants are the paper's; the default of 67 pixels a degree is a 0.7 m wide 4K display seen from 0.7 m.
+Pictures are 8-bit sRGB; alpha is laid over the same grey in both."""
 import sys
 
 import numpy as np

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
-"""The table of fit/light/fixed_lobe_directions.cpp: 2n-1 directions for every order n with which each band's matrix of unit columns
-y_l(s) sqrt(4pi/(2l+1)) has full rank and a small condition number. Random search from a fixed seed, a minute or two; prints C++.
-Order 4 is not searched: tests/golden/zh_light_fit.json gives its seven."""
+"""Prints the table of fit/light/fixed_lobe_directions.cpp as C++.
+
+The table has 2n-1 directions for every order n with which each band's matrix of unit columns y_l(s) sqrt(4pi/(2l+1)) has
+full rank and a small condition number. A random search from a fixed seed finds them in a minute or two. Order 4 is not
+searched: tests/golden/zh_light_fit.json gives its seven."""
 import json
 import math
 import pathlib

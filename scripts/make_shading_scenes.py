@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Writes fit/reflectance/shading_scene_table.cpp from tests/golden/scene_seed11.json, where the scenes' origin is stated.
+"""Writes fit/reflectance/shading_scene_table.cpp from tests/golden/scene_seed11.json, which states the scenes' origin.
 
     scripts/make_shading_scenes.py >fit/reflectance/shading_scene_table.cpp
 

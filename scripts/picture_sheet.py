@@ -3,11 +3,12 @@
 
 picture_sheet.py BIN_FOLDER X.vis.h5 X.model.h5 CLIP FRAME OUT_FOLDER --material SPEC... --light ENV...
 
-A material is an analytic BRDF ("ggx:alpha=0.3"), or the path of a measured one (.binary is MERL, anything else a table); a light
-an analytic one ("sky:elevation=20") or the path of a picture.
-Writes OUT_FOLDER/sheet.png, and with --csv appends a row a pair. Both sides have the same camera, exposure (a light's mean
-radiance becomes mid grey) and full-resolution silhouette. FLIP is the mean over the pixels that either side's character
-covers (flip_crop: over the crop, empty background included), RMSE is in 8-bit steps over those that both cover."""
+A material is an analytic BRDF ("ggx:alpha=0.3"), or the path of a measured one (.binary is MERL, anything else a
+table); a light an analytic one ("sky:elevation=20") or the path of a picture.
+Writes OUT_FOLDER/sheet.png, and with --csv appends a row a pair. Both sides have the same camera, exposure (a light's
+mean radiance becomes mid grey) and full-resolution silhouette. FLIP is the mean over the pixels that either side's
+character covers (flip_crop: over the crop, empty background included), RMSE is in 8-bit steps over those that both
+cover."""
 import csv
 import pathlib
 import subprocess
@@ -59,7 +60,8 @@ def mean_radiance(path):
 
 
 def prepare(arguments, out):
-    """Fits materials and lights and packs them with the model. Returns their names in the asset, and each light's mean."""
+    """Fits materials and lights and packs them with the model. Returns their names in the asset, and each light's
+    mean."""
     brdfs, lights = [], []
     for i, spec in enumerate(arguments.material):
         brdfs.append(out / f"material{i}.brdf.h5")

@@ -1,4 +1,5 @@
-"""argparse with the exit codes of our programs: 1 for a wrong command line, where argparse has 2, our "cannot read or write"."""
+"""argparse with the exit codes of our programs: 1 for a wrong command line, where argparse has 2, our "cannot read or
+write"."""
 import argparse
 import sys
 

@@ -1,7 +1,8 @@
-# cmake -DROOT=project "-DSOURCES=bake/bake_main.cpp;..." -DOUTPUT=x.cpp -P source_hash.cmake: the hash of what a program is made
-# of, so that files say which program made them. Of the contents of SOURCES and of all that they include of ours, with their names in
-# the project; not of time stamps, folders or version control, so that a tarball gives the same. OUTPUT is left alone when it would not
-# change; OUTPUT.d lists what was read.
+# Hashes what a program is made of, so that files say which program made them:
+#   cmake -DROOT=project "-DSOURCES=bake/bake_main.cpp;..." -DOUTPUT=x.cpp -P source_hash.cmake
+# The hash covers the contents of SOURCES and of all files of ours that they include, with their names in the project.
+# It covers no time stamps, folders or version control, so a tarball gives the same hash. The script leaves OUTPUT alone
+# when it would not change. OUTPUT.d lists the files that the script read.
 cmake_minimum_required(VERSION 3.25)
 set(todo ${SOURCES})
 set(files)

@@ -1,5 +1,6 @@
-# cmake -DOUTPUT=shaders.h "-DINPUTS=a.vert;b.frag" -P embed.cmake: every input becomes a string constant named after it,
-# so that the player needs no files at run time. value.vert -> kShaderValueVert.
+# Turns shaders into string constants, so that the player needs no files at run time:
+#   cmake -DOUTPUT=shaders.h "-DINPUTS=a.vert;b.frag" -P embed.cmake
+# Every constant is named after its input: value.vert -> kShaderValueVert.
 set(text "#pragma once\n// Made by player/shaders/embed.cmake from the files in that folder.\n\nnamespace penumbra {\n")
 foreach(input ${INPUTS})
     get_filename_component(name ${input} NAME)

@@ -15,7 +15,8 @@ layout(std430, binding = 3) readonly buffer Given { vec4 given_numbers[]; };  //
 layout(std430, binding = 4) readonly buffer TrueAmbient { float true_ambient[]; };  // one a vertex
 #endif
 #ifdef DEFORMING
-layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices[]; };  // position and normal, 6 a vertex
+// position and normal, 6 numbers a vertex
+layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices[]; };
 #endif
 
 uniform vec3 eye;  // in the scene
@@ -35,7 +36,8 @@ vec4 quadOf(uint array, uint quad, uint stored_as);
 uint mean_array, basis_array, first_score;
 
 // shader_source.cpp replaces the next line. player/runtime/shading_glsl.cpp writes penumbra_ambient(),
-// penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/sh_glsl.cpp; penumbra.glsl follows.
+// penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/sh_glsl.cpp; penumbra.glsl
+// follows.
 GENERATED_BY_SHADING_GLSL
 
 // Returns numbers 4 quad .. 4 quad + 3 of an array of the model, i8 without its scale.

@@ -1,8 +1,8 @@
 // Penumbra in an engine's own shader (docs/c-api.md, "On the GPU"). The player's shader uses the same functions. It
 // needs GLSL 4.30, or 4.20 without buffers. A shader has these parts, in this order:
 //   #version 430
-//   #define PENUMBRA_MATERIAL(texel), PENUMBRA_LIGHT(texel): the vec4 at `texel` of penumbra_shading_get_gpu_materials()
-//       and penumbra_shading_get_gpu_light(), wherever the engine keeps them
+//   #define PENUMBRA_MATERIAL(texel), PENUMBRA_LIGHT(texel): the vec4 at `texel` of
+//       penumbra_shading_get_gpu_materials() and penumbra_shading_get_gpu_light(), wherever the engine keeps them
 //   the text of penumbra_shading_get_glsl(), which has the convention, PENUMBRA_STRIDE4 and
 //       float penumbra_ambient(vec4 numbers[PENUMBRA_STRIDE4]);             0 dark to 1 open
 //       void penumbra_clamp_ambient(inout vec4 numbers[PENUMBRA_STRIDE4]);  numbers of the model: before anything else

@@ -83,7 +83,8 @@ def parts_of(occluder, folder=""):
 
 
 def refuse_colons(key, occluder, folder):
-    """Absolute paths are joined with colons: only one file, or one folder of numbered ones, may lie under a folder that has one."""
+    """Refuses paths that the colons would spoil. Absolute paths are joined with colons: only one file, or one folder of
+    numbered ones, may lie under a folder that has one."""
     paths = [os.path.join(folder, os.path.expanduser(part)) for part in [occluder, *occluder.split(":")]]
     if os.path.exists(paths[0]):
         return

@@ -1,5 +1,5 @@
-"""Snakemake decides by time stamps. So that content decides, every job has one more input, a small file under .farm/levers,
-whose time is set by what the stamps say: old where the job's output is current, new where it is not."""
+"""Snakemake decides by time stamps. So that content decides, every job has one more input, a small file under
+.farm/levers, whose time is set by what the stamps say: old where the job's output is current, new where it is not."""
 import os
 import sys
 import time
@@ -45,7 +45,8 @@ def set_levers(plan, folder):
         if output in stale:
             if os.path.exists(os.path.join(folder, output)):
                 print(f"farm: {output}: {stale[output]}", file=sys.stderr)
-            write_whole(path, f"{time.time_ns()} {stale[output]}\n")  # never the same text: Snakemake compares small files
+            # The text is never the same, because Snakemake compares small files.
+            write_whole(path, f"{time.time_ns()} {stale[output]}\n")
         elif not os.path.exists(path):
             write_whole(path, "")
         if output not in stale:

@@ -1,5 +1,5 @@
-"""Every job of a farm's YAML file: what it reads, what it writes, its command. Snakefile, farm_ninja and slurm/farm_array
-run this one list, so that none of them knows an option of a program."""
+"""Lists every job of a farm's YAML file: what it reads, what it writes, its command. Snakefile, farm_ninja and
+slurm/farm_array run this one list, so that none of them knows an option of a program."""
 import json
 import os
 import re
@@ -142,8 +142,9 @@ class Planner:
         return [(a, b) for a, b in zip(edges, edges[1:]) if a < b]
 
     def standing_ranges(self, name, words, files):
-        """As new_ranges(), of the bake that lies there, if it is the one that is wanted whatever its shards; else None. Its bytes do
-        not depend on them, so another number of shards waits until something else changes, and nothing is made again for it."""
+        """Returns the ranges of the shards of the bake that lies there, like new_ranges(). Returns None when that is
+        not the bake that is wanted, whatever its shards. Its bytes do not depend on the shards, so another number of
+        shards waits until something else changes, and nothing is made again for it."""
         whole = PATTERNS["merge"].format(rig=name)
         stamp = read_stamp(self.farm.output, whole)
         if stamp is None or not os.path.exists(os.path.join(self.farm.output, whole)):
@@ -248,8 +249,8 @@ def needs_of(farm, rule):
 
 
 def line_of(job):
-    """A job as a line of shell, for queues of commands. A merge deletes its shards, whose stamps stay: a shard that was merged is not
-    baked again."""
+    """Returns a job as a line of shell, for queues of commands. A merge deletes its shards, whose stamps stay: a shard
+    that was merged is not baked again."""
     line = shlex.join(stamped(job, *(["--merged", job.merged] if job.merged else [])))
     return line + " && rm -f -- " + shlex.join(job.inputs) if job.rule == "merge" else line
 

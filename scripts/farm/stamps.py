@@ -124,7 +124,7 @@ def read_stamp(folder, output):
 
 
 def write_stamp(folder, output, command, inputs, further, digests):
-    """`inputs` in the order of the job; `further` are those that only the command knew."""
+    """Writes OUTPUT.stamp. `inputs` have the order of the job; `further` are those that only the command knew."""
     status = os.stat(os.path.join(folder, output))
     stamp = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "command": [label(word) for word in command],
              "version": tool_version(command), "inputs": [[label(path), digests.of(path)] for path in inputs],
@@ -134,8 +134,8 @@ def write_stamp(folder, output, command, inputs, further, digests):
 
 
 def check_own(folder, path, digests, give_time_back=True):
-    """ForeignFile when `path` has a stamp and is not what it says. An input that was only touched gets its time back, so
-    that make, ninja and snakemake do not take it for new."""
+    """Returns the stamp of `path`, or None when it has none. Raises ForeignFile when `path` is not what its stamp says.
+    An input that was only touched gets its time back, so that make, ninja and snakemake do not take it for new."""
     stamp, place = read_stamp(folder, path), os.path.join(folder, path)
     if stamp is None or not os.path.exists(place):
         return stamp

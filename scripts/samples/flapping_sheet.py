@@ -58,7 +58,8 @@ def sheet_morph():
     Every other target is sparse. Clip "lift" goes from the first frame to the last, both with flat splines."""
     verts, quads = sheet()
     triangles = quads[:, [0, 1, 2, 0, 2, 3]]
-    own = np.stack([-verts[..., 2], verts[..., 1] - 0.25, verts[..., 0]], 2) / 2  # before scale 2, 90 degrees about y, shift
+    # before scale 2, 90 degrees about y, shift
+    own = np.stack([-verts[..., 2], verts[..., 1] - 0.25, verts[..., 0]], 2) / 2
     own = own.astype(np.float32)
     g = Gltf()
     shape = primitive(g, own[0], triangles)

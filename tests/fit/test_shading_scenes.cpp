@@ -1,6 +1,5 @@
-// Compares radiance from D5 visibility and J = 5 slices with the integral of light, binary visibility and the true
-// BRDF. The scenes are those of the accuracy table in docs/formulas.md section 3: light order 4, 61 occluders, 54
-// views, 6 lights.
+// Tests the scenes of the accuracy table in docs/formulas.md section 3, and the brute-force integral that its errors
+// are relative to. The table itself is in tests/accuracy/test_shading_tables.cpp.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -75,8 +75,7 @@ def check_strips(view, first):
     assert abs(strips[0][1][int(far.frame())] - max(strips[0][1])) <= 1, (far.said, strips)
     view.move(PANEL + 8 + (WIDTH - PANEL - 16) * 7.5 / 13, HEIGHT - 33)
     view.tool("click", 1)
-    time.sleep(0.2)
-    assert view.shot().frame() == 7, "a click on a strip's cell"
+    wait_until(lambda: view.shot().frame() == 7, "the frame of a strip's cell that was clicked")
     view.move(PANEL + 100, 200)
     assert difference(view.shot("Home"), first) == 0
 
@@ -162,7 +161,7 @@ def check_camera(view, first):
     view.move(320, 40)
     before = view.shot("x")
     view.tool("mousemove", "--window", view.window, 760, 60, "click", 1)  # in one frame, past the figure
-    time.sleep(0.3)
+    time.sleep(0.3)  # for a turn that must not come
     assert difference(view.shot("x"), before) == 0, "a click turns nothing"
     view.drag(1, (500, 250), (600, 250))
     orbited = view.shot()
@@ -174,8 +173,7 @@ def check_camera(view, first):
     view.move(550, 250)
     view.tool("click", 4)
     view.tool("click", 4)
-    time.sleep(0.2)
-    assert view.shot().mask().sum() > 1.1 * panned.mask().sum(), "the wheel brings it nearer"
+    wait_until(lambda: view.shot().mask().sum() > 1.1 * panned.mask().sum(), "the wheel to bring it nearer")
     framed = view.shot("f")
     assert np.abs(center(framed.mask()) - center(orbited.mask())).max() < 3
     before = view.shot()
@@ -190,10 +188,10 @@ def check_overlays(view):
     y, x = (int(c) for c in center(plain.mask()))
     view.move(PANEL + x, y)
     view.tool("click", 1)
-    time.sleep(0.3)
-    picked = view.shot()
-    changed = np.abs(picked.picture - plain.picture).max(-1) > 30
-    assert changed.sum() > 150 and np.abs(center(changed) - [y, x]).max() < 80, (changed.sum(), center(changed), (y, x))
+    lobe = lambda: np.abs(view.shot().picture - plain.picture).max(-1) > 30
+    wait_until(lambda: lobe().sum() > 150, "the lobe of the picked vertex")
+    changed = lobe()
+    assert np.abs(center(changed) - [y, x]).max() < 80, (changed.sum(), center(changed), (y, x))
     figures = view.shot(panels=True)
     assert np.abs(figures.whole[:, :PANEL] - panel.whole[:, :PANEL]).mean() > 1, "numbers of the vertex"
     assert difference(view.shot("x"), plain) == 0
@@ -219,14 +217,14 @@ def check_components(view):
     plain = view.shot("2")
     y, x = (int(c) for c in center(plain.mask()))
     view.move(PANEL + x, y)
+    panel = view.shot(panels=True).whole[:, :PANEL]
     view.tool("click", 1)
-    time.sleep(1)
+    wait_until(lambda: np.abs(view.shot(panels=True).whole[:, :PANEL] - panel).mean() > 1, "numbers of the vertex")
     view.move(PANEL // 2, 300)
     view.tool("click", "--repeat", 30, "--delay", 30, 5)
-    time.sleep(0.5)
-    shown = view.shot(panels=True)
-    ranges = rows_of((120, 200, 120), shown.whole)
-    assert len(ranges) >= 2, "training ranges of the components"
+    ranges_shown = lambda: rows_of((120, 200, 120), view.shot(panels=True).whole)
+    wait_until(lambda: len(ranges_shown()) >= 2, "training ranges of the components")
+    ranges = ranges_shown()
     before = view.shot()
     row, columns = ranges[0]
     view.drag(1, (int(columns.mean()), row - 6), (PANEL - 25, row - 6))

@@ -27,7 +27,6 @@ def check_drops(view):
             with open(name, "wb") as file:
                 file.write(b"PNB1 but no more")
         DragSource(view.window).drop([os.path.abspath(name)])
-        time.sleep(0.5)
     before = view.shot()
     assert material in before.said and light in before.said, ("what was on stays on", before.said)
     green = view.shot("m", "m")
@@ -43,9 +42,7 @@ def check_drops(view):
 def check_window(view):
     shown = view.shot(panels=True)
     view.keys("F1")
-    time.sleep(0.3)  # ImGui needs a frame for its size
-    help_on = view.shot(panels=True)
-    assert difference(shown, help_on) > 5, "F1 covers the picture"
+    wait_until(lambda: difference(shown, view.shot(panels=True)) > 5, "F1 to cover the picture")
     view.keys("F1")
     view.keys("Tab")
     assert view.shot().picture.shape == (view_window.HEIGHT, view_window.WIDTH, 3), "the picture takes the panels' place"
@@ -110,13 +107,13 @@ def check_managed():
     other, number = another_window()
     view.focus(number)
     view.keys("Next")  # goes to the other window
-    time.sleep(1)
+    time.sleep(1)  # it plays on in the background, where no key asks for a picture
     other.close()
     view.tool("windowactivate", "--sync", view.window)
     played = view.shot("space")
     assert played.frame() > 0 and played.said.split(",")[0] == first.said.split(",")[0], played.said
     view.tool("windowmove", "--sync", view.window, 300, 200)
-    time.sleep(0.5)
+    time.sleep(0.5)  # the window manager tells the window later, and only the settings show that it did
     view.close()
     view = View("x.pnb")
     geometry = subprocess.run(["xdotool", "getwindowgeometry", view.window], stdout=subprocess.PIPE, text=True).stdout
@@ -139,11 +136,9 @@ def check_resize(view):
     wait_for_size(view)
     assert view.shot("f").mask().sum() > 500
     view.tool("windowunmap", "--sync", view.window)
-    time.sleep(0.5)
     view.tool("windowmap", "--sync", view.window)
     view.focus(view.window)
-    time.sleep(0.5)
-    assert view.shot().mask().sum() > 500
+    wait_until(lambda: view.shot().mask().sum() > 500, "the figure in a window that is back")
     view_window.WIDTH, view_window.HEIGHT = 800, 600
 
 

@@ -27,8 +27,7 @@ ErrorSums errorsAt(const SyntheticAsset& data, std::size_t frame, const TruthMea
 
 // The truth is unoccluded. Mirrored (D5) that is 1 on the whole sphere, y = sqrt(4 pi) in band 0 alone. The model has
 // it times 0.6 + 0.4 cos v, where v counts in each cluster. Then |y' - y|^2 / 4 pi is the square of what is lacking,
-// and
-// |E(y') - E(y)| is what is lacking. Measured: 2e-10 and 5e-8.
+// and |E(y') - E(y)| is what is lacking. Measured: 2e-10 and 5e-8.
 TEST(FrameErrors, AModelDarkenedByAKnownFactor) {
     const SyntheticAsset data({.basis_size = 0});
     const ErrorSums sums = errorsAt(data, 1, nullptr);
