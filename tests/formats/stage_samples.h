@@ -144,13 +144,22 @@ inline VisibilityHeader sheetHeader(std::uint32_t quads, std::size_t frames) {
     return header;
 }
 
+// Makes a bake with local moments of order 6.
+inline VisibilityHeader localHeader(std::uint32_t quads, std::size_t frames) {
+    VisibilityHeader header = visibilityHeader(quads, frames);
+    header.local = LocalMoments{6, 3};
+    return header;
+}
+
 inline VisibilityFrame visibilityFrame(const VisibilityHeader& header, std::size_t frame) {
     const std::size_t vertices = header.mesh.vertexCount();
     const double phase = double(frame);
-    return {vectors(vertices, phase), vectors(vertices, phase + 1),
+    return {vectors(vertices, phase),
+            vectors(vertices, phase + 1),
             bones(header.skin ? header.skin->jointCount() : 0, phase + 2),
             numbers(std::size_t(header.pose_size), phase + 3),
-            numbers(vertices * header.coefficientCount(), phase + 4)};
+            numbers(vertices * header.coefficientCount(), phase + 4),
+            numbers(header.local ? vertices * header.local->coefficientCount() : 0, phase + 5)};
 }
 
 inline void writeVisibility(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision) {
