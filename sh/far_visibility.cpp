@@ -58,6 +58,16 @@ void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span
     }
 }
 
+std::vector<std::vector<std::uint16_t>> farParts(std::span<const std::uint8_t> steps, std::size_t parts,
+                                                 int local_steps) {
+    assert(steps.size() == parts * parts);
+    std::vector<std::vector<std::uint16_t>> far(parts);
+    for (std::size_t a = 0; a < parts; ++a)
+        for (std::size_t b = 0; b < parts; ++b)
+            if (int(steps[a * parts + b]) > local_steps) far[a].push_back(std::uint16_t(b));
+    return far;
+}
+
 void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
                    const Receiver& receiver, std::span<float> out) {
     assert(out.size() == kFarNumbers);

@@ -31,6 +31,11 @@ struct PosedPart {
 // nearest rotation instead.
 void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span<PosedPart> out);
 
+// Returns for each part those that are more than `local_steps` away from it, ascending. `steps` is [P, P], as in
+// PartTable (formats/common/part_table.h).
+std::vector<std::vector<std::uint16_t>> farParts(std::span<const std::uint8_t> steps, std::size_t parts,
+                                                 int local_steps);
+
 struct Receiver {
     Vec3 position, normal, tangent;  // model frame; the vectors are unit and orthogonal
 };
