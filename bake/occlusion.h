@@ -16,6 +16,13 @@ struct SurfaceHit {
     Vec3 normal;         // the normal of the triangle's front, of any length
 };
 
+// Which side of a surface a ray meets first.
+enum class MetSide : std::uint8_t { kNone, kFront, kBack };
+// That of the eight rays of a packet.
+struct LaneSides {
+    std::array<MetSide, kLanes> lane{};
+};
+
 // A part of a ray, by two distances from its origin.
 struct Stretch {
     float from, to;
@@ -42,6 +49,10 @@ public:
     // Traces rays from `origin` in the directions whose weight is 1, and sets the weight of those that hit something
     // to 0. Does not trace packets without any such direction. rays.size() == directions.packets.size().
     void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const;
+
+    // Finds what each ray from `origin` meets first. The rays of lanes with a zero vector meet nothing.
+    // sides.size() == packets.size().
+    void firstSides(Vec3 origin, std::span<const DirectionPacket> packets, std::span<LaneSides> sides) const;
 
 private:
     struct Impl;
