@@ -66,7 +66,7 @@ void multiplyByFar(const Convention& convention, std::span<const float> far, std
         const std::span<float> vertex = numbers.subspan(v * n, n), sum = std::span(product).first(n);
         multiplyMirrored(convention.order, vertex, convention.order, far.subspan(v * kFarNumbers, kFarNumbers),
                          kFieldOrder, sum);
-        std::copy(sum.begin(), sum.end(), vertex.begin());
+        for (std::size_t i = 0; i < n; ++i) vertex[i] = sum[i];
     }
 }
 

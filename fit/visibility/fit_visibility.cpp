@@ -106,7 +106,7 @@ void checkComposed(const VisibilityHeader& header, const std::string& file, cons
                          std::to_string(header.local->order));
     const PartTable table = makePartTable(header.mesh, *header.skin);
     const FieldFile& fields = *options.fields;
-    bool same = fields.joint_names == header.skin->joint_names && fields.vertex_count == header.mesh.vertexCount() &&
+    bool same = fields.joint_names == header.skin->joint_names && fields.mesh_sha256 == meshSha256(header.mesh) &&
                 fields.part_of_joint == table.part_of_joint && fields.fields.parts.size() == table.partCount();
     for (std::size_t p = 0; same && p < table.partCount(); ++p)
         same = fields.fields.parts[p].joint == table.joint_of_part[p];

@@ -9,6 +9,7 @@
 #include "formats/common/part_table.h"
 #include "formats/common/sha256.h"
 #include "formats/common/write_file.h"
+#include "formats/stage/part_fields_stored.h"
 #include "formats/stage/stage_parts.h"
 
 namespace penumbra {
@@ -16,18 +17,6 @@ namespace penumbra {
 namespace {
 
 constexpr FileKind kFieldsKind{"penumbra.fields", kFieldsVersion};
-constexpr std::size_t kBoxes = 2;
-
-// Calls visit(number) for every float of a part that one dataset holds.
-template <class Part, class Visit>
-void visitBoxCorners(Part& part, bool high, const Visit& visit) {
-    for (auto& box : part.boxes)
-        for (int axis = 0; axis < 3; ++axis) {
-            auto& corner = high ? box.high : box.low;
-            visit(axis == 0 ? corner.x : axis == 1 ? corner.y : corner.z);
-        }
-}
-
 }  // namespace
 
 std::string meshSha256(const Mesh& mesh) {
@@ -39,53 +28,6 @@ std::string meshSha256(const Mesh& mesh) {
 
 // --- Writing --------------------------------------------------------------------------------------------------------
 
-namespace {
-
-void writeBoxes(hid_t file, const std::vector<PartField>& parts) {
-    std::vector<float> low, high;
-    std::vector<std::int64_t> size;
-    for (const PartField& part : parts) {
-        visitBoxCorners(part, false, [&](float x) { low.push_back(x); });
-        visitBoxCorners(part, true, [&](float x) { high.push_back(x); });
-        for (const FieldBox& box : part.boxes) size.insert(size.end(), box.size.begin(), box.size.end());
-    }
-    const std::vector<hsize_t> shape{parts.size(), kBoxes, 3};
-    writeFloats(file, "/parts/box_low", low, shape);
-    writeFloats(file, "/parts/box_high", high, shape);
-    writeIntegers(file, "/parts/box_size", size, shape, H5T_STD_U16LE);
-}
-
-void writeParts(hid_t file, const std::vector<PartField>& parts) {
-    const hsize_t count = parts.size();
-    std::vector<std::int64_t> joint;
-    std::vector<Vec3> centre;
-    std::vector<float> radius, scale, distance_scale;
-    for (const PartField& part : parts) {
-        joint.push_back(part.joint);
-        centre.push_back(part.centre);
-        radius.push_back(part.radius);
-        for (const auto& bands : part.scale) scale.insert(scale.end(), bands.begin(), bands.end());
-        distance_scale.push_back(part.distance_scale);
-    }
-    writeIntegers(file, "/parts/joint", joint, {count}, H5T_STD_U16LE);
-    writeVectors(file, "/parts/centre", centre);
-    writeFloats(file, "/parts/radius", radius, {count});
-    writeBoxes(file, parts);
-    writeFloats(file, "/parts/scale", scale, {count, kFieldLevels, kFieldOrder});
-    writeFloats(file, "/parts/distance_scale", distance_scale, {count});
-}
-
-void writeBytes(hid_t file, const std::string& dataset, const std::vector<std::vector<std::int8_t>>& parts,
-                hsize_t row) {
-    std::vector<std::int64_t> all;
-    for (const std::vector<std::int8_t>& bytes : parts) all.insert(all.end(), bytes.begin(), bytes.end());
-    std::vector<hsize_t> shape{all.size() / row};
-    if (row > 1) shape.push_back(row);
-    writeIntegers(file, dataset, all, shape, H5T_STD_I8LE);
-}
-
-}  // namespace
-
 void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
     const hsize_t joints = fields.joint_names.size(), parts = fields.partCount();
     assert(fields.part_of_joint.size() == joints && fields.steps.size() == parts * parts);
@@ -93,7 +35,6 @@ void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
     Hdf5Handle file = createHdf5(partial.path());
     writeRoot(file, kFieldsKind, kFieldOrder, fields.provenance);
     writeIntegerAttribute(file, "/", "rays", fields.rays);
-    writeNumberAttribute(file, "/", "fade", fields.fields.fade);
     writeIntegerAttribute(file, "/", "vertex_count", std::int64_t(fields.vertex_count));
     writeTextAttribute(file, "/", "mesh_sha256", fields.mesh_sha256);
     if (joints > 0) {
@@ -104,9 +45,7 @@ void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
     }
     writeIntegers(file, "/skin/steps", std::vector<std::int64_t>(fields.steps.begin(), fields.steps.end()),
                   {parts, parts}, H5T_STD_U8LE);
-    writeParts(file, fields.fields.parts);
-    writeBytes(file, "/fields/values", fields.fields.values, kFieldNumbers);
-    writeBytes(file, "/fields/distances", fields.fields.distances, 1);
+    writePartFields(file, fields.fields);
     if (fields.shard) {
         makeGroup(file, "/shard");
         writeIntegerAttribute(file, "/shard", "first_part", std::int64_t(fields.shard->first_part));
@@ -119,93 +58,6 @@ void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
 // --- Reading --------------------------------------------------------------------------------------------------------
 
 namespace {
-
-[[noreturn]] void refuse(const Hdf5Reader& in, const std::string& field, std::size_t part, const std::string& problem) {
-    throw InvalidInput(in.name + ": " + field + ": part " + std::to_string(part) + " " + problem);
-}
-
-// Larger lengths would overflow when a lookup squares them.
-void checkLengths(const Hdf5Reader& in, const std::string& dataset, std::span<const float> values, std::size_t parts) {
-    constexpr float kMostLength = 1e15f;
-    for (std::size_t i = 0; i < values.size(); ++i)
-        if (std::abs(values[i]) > kMostLength)
-            refuse(in, dataset, i / (values.size() / parts), "is farther than 1e15 from the origin");
-}
-
-std::vector<FieldBox> readBoxes(const Hdf5Reader& in, std::size_t parts) {
-    const std::size_t count = parts * kBoxes;
-    const std::vector<float> low = readExactly(in, "/parts/box_low", {parts, kBoxes, 3});
-    const std::vector<float> high = readExactly(in, "/parts/box_high", {parts, kBoxes, 3});
-    checkLengths(in, "/parts/box_low", low, parts);
-    checkLengths(in, "/parts/box_high", high, parts);
-    std::vector<hsize_t> shape{parts, kBoxes, 3};
-    const std::vector<std::int64_t> size = readIntegers(in, "/parts/box_size", shape, 2, kMostFieldPoints);
-    std::vector<FieldBox> boxes(count);
-    for (std::size_t i = 0; i < 3 * count; ++i) {
-        FieldBox& box = boxes[i / 3];
-        box.low[int(i % 3)] = low[i];
-        box.high[int(i % 3)] = high[i];
-        box.size[i % 3] = std::int32_t(size[i]);
-        // A lookup divides by the extent.
-        if (!(low[i] < high[i])) refuse(in, "/parts/box_high", i / (3 * kBoxes), "is not above /parts/box_low");
-    }
-    return boxes;
-}
-
-// Reads numbers of each part that must not be negative.
-std::vector<float> readScales(const Hdf5Reader& in, const std::string& dataset, const std::vector<hsize_t>& shape) {
-    const std::vector<float> scales = readExactly(in, dataset, shape);
-    for (std::size_t i = 0; i < scales.size(); ++i)
-        if (scales[i] < 0) refuse(in, dataset, i / (scales.size() / shape[0]), "is negative");
-    return scales;
-}
-
-std::vector<PartField> readParts(const Hdf5Reader& in, std::size_t joints) {
-    std::vector<hsize_t> shape{0};
-    const std::int64_t last_joint = std::int64_t(std::max<std::size_t>(joints, 1)) - 1;
-    const std::vector<std::int64_t> joint = readIntegers(in, "/parts/joint", shape, 0, last_joint);
-    const std::size_t count = shape[0];
-    if (count == 0 || count > kMostParts)
-        throw InvalidInput(in.name + ": /parts/joint: " + std::to_string(count) + " parts, not 1 to " +
-                           std::to_string(kMostParts));
-    const std::vector<Vec3> centre = readVectors(in, "/parts/centre", count);
-    const std::vector<float> radius = readExactly(in, "/parts/radius", {count});
-    checkLengths(in, "/parts/centre", floatsOf(centre), count);
-    checkLengths(in, "/parts/radius", radius, count);
-    const std::vector<FieldBox> boxes = readBoxes(in, count);
-    const std::vector<float> scale = readScales(in, "/parts/scale", {count, kFieldLevels, kFieldOrder});
-    const std::vector<float> distance_scale = readScales(in, "/parts/distance_scale", {count});
-    std::vector<PartField> parts(count);
-    for (std::size_t p = 0; p < count; ++p) {
-        if (p > 0 && joint[p] <= joint[p - 1]) refuse(in, "/parts/joint", p, "does not have a later joint");
-        if (!(radius[p] > 0)) refuse(in, "/parts/radius", p, "has a radius that is not above 0");
-        parts[p] = {std::uint32_t(joint[p]), centre[p], radius[p], {boxes[kBoxes * p], boxes[kBoxes * p + 1]}, {}, 0};
-        for (std::size_t i = 0; i < kFieldLevels * kFieldOrder; ++i)
-            parts[p].scale[i / kFieldOrder][i % kFieldOrder] = scale[p * kFieldLevels * kFieldOrder + i];
-        parts[p].distance_scale = distance_scale[p];
-    }
-    return parts;
-}
-
-// Reads the bytes of all parts, whose rows of `row` numbers the parts tell, and hands each part its own.
-std::vector<std::vector<std::int8_t>> readBytes(const Hdf5Reader& in, const std::string& dataset,
-                                                const std::vector<std::size_t>& rows, hsize_t row) {
-    // At most 32 parts of 2 boxes of 2^30 points: the sum stays far below 2^64.
-    std::size_t sum = 0;
-    for (std::size_t count : rows) sum += count;
-    std::vector<hsize_t> shape{sum};
-    if (row > 1) shape.push_back(row);
-    // -128 would make the range lopsided; the writer never makes it.
-    const std::vector<std::int64_t> all = readIntegers(in, dataset, shape, -127, 127);
-    std::vector<std::vector<std::int8_t>> parts;
-    auto next = all.begin();
-    for (std::size_t count : rows) {
-        const auto end = next + std::ptrdiff_t(count * row);
-        parts.emplace_back(next, end);
-        next = end;
-    }
-    return parts;
-}
 
 void readSkinOfFields(const Hdf5Reader& in, FieldFile& file) {
     if (!exists(in, "/skin/joint_names")) return;
@@ -237,7 +89,8 @@ void readPlace(const Hdf5Reader& in, FieldFile& file) {
                                std::to_string(file.partCount()));
     for (std::size_t p = 0; p < parts && !file.part_of_joint.empty(); ++p)
         if (file.part_of_joint[file.fields.parts[p].joint] != first + p)
-            refuse(in, "/skin/part_of_joint", first + p, "is not that of its own joint");
+            throw InvalidInput(in.name + ": /skin/part_of_joint: part " + std::to_string(first + p) +
+                               " is not that of its own joint");
     std::vector<hsize_t> shape{file.partCount(), file.partCount()};
     const std::vector<std::int64_t> steps = readIntegers(in, "/skin/steps", shape, 0, 255);
     file.steps.assign(steps.begin(), steps.end());
@@ -259,21 +112,11 @@ FieldFile readFieldShard(const std::filesystem::path& path) {
         throw InvalidInput(in.name + ": attribute sh_order: " + std::to_string(order) + ", not " +
                            std::to_string(kFieldOrder));
     file.rays = int(readIntegerAttribute(in, "/", "rays", 1, INT32_MAX));
-    file.fields.fade = float(readNumberAttribute(in, "/", "fade"));
-    if (!(file.fields.fade > 0 && std::isfinite(file.fields.fade)))
-        throw InvalidInput(in.name + ": attribute fade: not above 0, or too large");
     file.vertex_count = std::size_t(readIntegerAttribute(in, "/", "vertex_count", 1, INT32_MAX));
     file.mesh_sha256 = readHash(in);
     readSkinOfFields(in, file);
-    file.fields.parts = readParts(in, file.joint_names.size());
+    file.fields = readPartFields(in, file.joint_names.size());
     readPlace(in, file);
-    std::vector<std::size_t> points, fine_points;
-    for (const PartField& part : file.fields.parts) {
-        points.push_back(part.pointCount());
-        fine_points.push_back(part.boxes[0].pointCount());
-    }
-    file.fields.values = readBytes(in, "/fields/values", points, kFieldNumbers);
-    file.fields.distances = readBytes(in, "/fields/distances", fine_points, 1);
     return file;
 }
 
