@@ -14,9 +14,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "bake/bake_source.h"
+#include "bake/out_of_range.h"
 #include "bake/part_tracer.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
@@ -30,13 +30,6 @@ namespace {
 
 constexpr int kFullByte = 127;
 constexpr std::size_t kPointsPerTask = 64;
-
-template <class T>
-std::string outOfRange(const char* option, const char* range, T value) {
-    std::ostringstream text;
-    text << option << " must be " << range << ", not " << value;
-    return text.str();
-}
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 #pragma once
-// Traces what one rigid part blocks at a point: V - 1 of the part alone as SH of order 5 over the whole sphere.
+// Traces what one rigid part blocks at a point: V - 1 of the part alone as SH over the whole sphere.
 #include <array>
 #include <optional>
 #include <span>

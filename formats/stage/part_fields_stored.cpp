@@ -60,11 +60,17 @@ void writeParts(hid_t file, const std::vector<PartField>& parts) {
 
 void writeBytes(hid_t file, const std::string& dataset, const std::vector<std::vector<std::int8_t>>& parts,
                 hsize_t row) {
-    std::vector<std::int64_t> all;
+    constexpr hsize_t kChunkBytes = 1 << 18;  // compressed one by one
+    std::vector<std::int8_t> all;
     for (const std::vector<std::int8_t>& bytes : parts) all.insert(all.end(), bytes.begin(), bytes.end());
-    std::vector<hsize_t> shape{all.size() / row};
-    if (row > 1) shape.push_back(row);
-    writeIntegers(file, dataset, all, shape, H5T_STD_I8LE);
+    std::vector<hsize_t> shape{all.size() / row}, chunk{std::min<hsize_t>(all.size(), kChunkBytes) / row};
+    if (row > 1) {
+        shape.push_back(row);
+        chunk.push_back(row);
+    }
+    Hdf5Handle opened = createDataset(file, dataset, H5T_STD_I8LE, shape, chunk);
+    checkHdf5(H5Dwrite(opened, H5T_NATIVE_INT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()), dataset);
+    opened.close(dataset);
 }
 
 }  // namespace
