@@ -23,6 +23,10 @@ std::string findProblem(const BakeOptions& options) {
         return outOfRange("--bias", "1e-7..0.1 diagonals of the rest pose", options.bias);
     if (options.ground_y && !(std::isfinite(*options.ground_y) && options.ground))
         return outOfRange("--ground", "a height in metres", *options.ground_y);
+    if (options.local && (options.local->steps < 1 || options.local->steps > kMostLocalSteps))
+        return outOfRange("--local-steps", "1..8 bones with a part", options.local->steps);
+    if (options.local && (options.local->order < kLeastLocalOrder || options.local->order > kMostLocalOrder))
+        return outOfRange("--local-order", "5..6 bands", options.local->order);
     return "";
 }
 

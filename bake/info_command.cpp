@@ -102,6 +102,7 @@ Json describeVisibility(const fs::path& path, bool all_vertices) {
               {"seed", header.seed},
               {"bounces", header.bounces}};
     if (header.ground_y) json["ground_y"] = *header.ground_y;
+    if (header.local) json["local"] = {{"steps", header.local->steps}, {"sh_order", header.local->order}};
     json["mesh"] = describe(header.mesh);
     json["joints"] = header.skin ? header.skin->jointCount() : 0;
     json["influences"] = header.skin ? header.skin->influences : 0;

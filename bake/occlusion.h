@@ -28,13 +28,21 @@ struct Stretch {
     float from, to;
 };
 
+// The triangles of a scene that are local to a point: those of the parts with a number other than 0.
+struct LocalTriangles {
+    std::span<const std::uint16_t> part_of_triangle;  // [T] of the scene
+    std::span<const std::uint8_t> is_local;           // [parts]
+
+    bool contains(std::uint32_t triangle) const { return is_local[part_of_triangle[triangle]] != 0; }
+};
+
 // A mesh to shoot rays at. Its positions must be of a size near 1 and near the origin (see SceneScale), because
 // Embree tests in float. Triangles with equal corners or without area never block. Every function may be called from
 // many threads.
 class OcclusionScene {
 public:
-    // Set `passing` when nextHit() will be called.
-    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing = false);
+    // Set `filters` when nextHit() or removeOccludedLocally() will be called.
+    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool filters = false);
     ~OcclusionScene();
     OcclusionScene(OcclusionScene&&) noexcept;
     OcclusionScene& operator=(OcclusionScene&&) noexcept;
@@ -49,6 +57,11 @@ public:
     // Traces rays from `origin` in the directions whose weight is 1, and sets the weight of those that hit something
     // to 0. Does not trace packets without any such direction. rays.size() == directions.packets.size().
     void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const;
+    // Does what removeOccluded() does, with the same result, and at the same time sets to 0 the weights in `near` of
+    // those rays that hit a local triangle. Each weight of 1 in `rays` must be 1 in `near` too. A ray that is 1 in
+    // `near` alone counts as blocked by something that is not local.
+    void removeOccludedLocally(Vec3 origin, const RayDirections& directions, const LocalTriangles& local,
+                               std::span<LaneWeights> rays, std::span<LaneWeights> near) const;
 
     // Finds what each ray from `origin` meets first. The rays of lanes with a zero vector meet nothing.
     // sides.size() == packets.size().
