@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -101,10 +102,10 @@ void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
 
 }  // namespace
 
-OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing)
+OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool filters)
     : impl_(std::make_unique<Impl>()) {
     const FlushDenormals flush;
-    if (passing) {
+    if (filters) {
         rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
         impl_->triangles.assign(triangles.begin(), triangles.end());
     }
@@ -184,28 +185,138 @@ std::optional<SurfaceHit> OcclusionScene::nextHit(Vec3 origin, Vec3 unit_directi
     return surfaceHit(hit);
 }
 
-void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const {
-    assert(rays.size() == directions.packets.size());
-    const FlushDenormals flush;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+namespace {
+
+// Eight rays from one point. The number of each lane is the ray's id, by which a filter knows it.
+RTCRay8 packetFrom(Vec3 origin) {
     RTCRay8 packet{};
     std::fill_n(packet.org_x, kLanes, origin.x);
     std::fill_n(packet.org_y, kLanes, origin.y);
     std::fill_n(packet.org_z, kLanes, origin.z);
     std::fill_n(packet.mask, kLanes, ~0u);
+    std::iota(packet.id, packet.id + kLanes, 0u);
+    return packet;
+}
+
+// Traces the lanes of a packet whose weight in `traced` is not 0. Afterwards packet.tfar of a blocked lane is
+// -infinity. Returns false when there is no such lane; then packet.tfar means nothing.
+bool tracePacket(RTCScene scene, RTCIntersectContext& context, const DirectionPacket& directions,
+                 const LaneWeights& traced, RTCRay8& packet) {
+    alignas(32) int valid[kLanes];
+    int any = 0;
+    for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = traced.lane[k] != 0 ? -1 : 0;
+    if (!any) return false;
+    std::copy(directions.x.begin(), directions.x.end(), packet.dir_x);
+    std::copy(directions.y.begin(), directions.y.end(), packet.dir_y);
+    std::copy(directions.z.begin(), directions.z.end(), packet.dir_z);
+    std::fill_n(packet.tfar, kLanes, kInfinity);
+    rtcOccluded8(valid, scene, &context, &packet);
+    return true;
+}
+
+// Sets the weights of the blocked lanes to 0.
+void dropBlocked(const RTCRay8& packet, LaneWeights& weights) {
+    for (std::size_t k = 0; k < kLanes; ++k) weights.lane[k] = packet.tfar[k] < 0 ? 0.0f : weights.lane[k];
+}
+
+}  // namespace
+
+void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const {
+    assert(rays.size() == directions.packets.size());
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRay8 packet = packetFrom(origin);
+    for (std::size_t p = 0; p < rays.size(); ++p)
+        if (tracePacket(impl_->scene, context, directions.packets[p], rays[p], packet)) dropBlocked(packet, rays[p]);
+}
+
+// --- Local triangles ------------------------------------------------------------------------------------------------
+// A ray that escapes the whole scene escapes the local triangles too, so only blocked rays are in question. The first
+// triangle that Embree finds for a blocked ray is often local, which answers the question as well. The other rays are
+// traced once more through the same tree, where a filter now rejects all triangles that are not local.
+
+namespace {
+
+// The context that removeOccludedLocally() hands to its filters.
+struct LocalContext {
+    RTCIntersectContext context;  // first, so that a filter finds the rest by a cast
+    const LocalTriangles* local;
+    LaneWeights* near;  // of the packet that is traced
+
+    bool isLocal(const RTCFilterFunctionNArguments* arguments, unsigned lane) const {
+        return local->contains(RTCHitN_primID(arguments->hit, arguments->N, lane));
+    }
+};
+
+// Accepts every hit, and notes which lanes hit a local triangle. The trace goes on as if there was no filter.
+void noteLocal(const RTCFilterFunctionNArguments* arguments) {
+    const auto& context = *reinterpret_cast<const LocalContext*>(arguments->context);
+    for (unsigned k = 0; k < arguments->N; ++k)
+        if (arguments->valid[k] == -1 && context.isLocal(arguments, k))
+            context.near->lane[RTCRayN_id(arguments->ray, arguments->N, k)] = 0;
+}
+
+// Rejects the hits on triangles that are not local.
+void passFar(const RTCFilterFunctionNArguments* arguments) {
+    const auto& context = *reinterpret_cast<const LocalContext*>(arguments->context);
+    for (unsigned k = 0; k < arguments->N; ++k)
+        if (arguments->valid[k] == -1 && !context.isLocal(arguments, k)) arguments->valid[k] = 0;
+}
+
+}  // namespace
+
+void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& directions, const LocalTriangles& local,
+                                           std::span<LaneWeights> rays, std::span<LaneWeights> near) const {
+    assert(rays.size() == directions.packets.size() && near.size() == rays.size());
+    const FlushDenormals flush;
+    LocalContext context{{}, &local, nullptr};
+    rtcInitIntersectContext(&context.context);
+    RTCRay8 packet = packetFrom(origin);
     for (std::size_t p = 0; p < rays.size(); ++p) {
+        context.near = &near[p];
+        // 1. Trace all rays, and note those that a local triangle blocks.
+        context.context.filter = noteLocal;
+        if (tracePacket(impl_->scene, context.context, directions.packets[p], rays[p], packet))
+            dropBlocked(packet, rays[p]);
+        // 2. Trace again the rays that something else blocks.
+        LaneWeights blocked;
+        for (std::size_t k = 0; k < kLanes; ++k) blocked.lane[k] = near[p].lane[k] - rays[p].lane[k];
+        context.context.filter = passFar;
+        if (tracePacket(impl_->scene, context.context, directions.packets[p], blocked, packet)) {
+            for (std::size_t k = 0; k < kLanes; ++k)
+                if (blocked.lane[k] != 0 && packet.tfar[k] < 0) near[p].lane[k] = 0;
+        }
+    }
+}
+
+void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> packets,
+                                std::span<LaneSides> sides) const {
+    assert(sides.size() == packets.size());
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit8 hits{};
+    std::fill_n(hits.ray.org_x, kLanes, origin.x);
+    std::fill_n(hits.ray.org_y, kLanes, origin.y);
+    std::fill_n(hits.ray.org_z, kLanes, origin.z);
+    std::fill_n(hits.ray.mask, kLanes, ~0u);
+    for (std::size_t p = 0; p < packets.size(); ++p) {
+        const DirectionPacket& d = packets[p];
         alignas(32) int valid[kLanes];
-        int any = 0;
-        for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = rays[p].lane[k] != 0 ? -1 : 0;
-        if (!any) continue;
-        const DirectionPacket& d = directions.packets[p];
-        std::copy(d.x.begin(), d.x.end(), packet.dir_x);
-        std::copy(d.y.begin(), d.y.end(), packet.dir_y);
-        std::copy(d.z.begin(), d.z.end(), packet.dir_z);
-        std::fill_n(packet.tfar, kLanes, kInfinity);
-        rtcOccluded8(valid, impl_->scene, &context, &packet);
-        for (std::size_t k = 0; k < kLanes; ++k) rays[p].lane[k] = packet.tfar[k] < 0 ? 0.0f : rays[p].lane[k];
+        for (std::size_t k = 0; k < kLanes; ++k) valid[k] = d.x[k] != 0 || d.y[k] != 0 || d.z[k] != 0 ? -1 : 0;
+        std::copy(d.x.begin(), d.x.end(), hits.ray.dir_x);
+        std::copy(d.y.begin(), d.y.end(), hits.ray.dir_y);
+        std::copy(d.z.begin(), d.z.end(), hits.ray.dir_z);
+        std::fill_n(hits.ray.tfar, kLanes, kInfinity);
+        std::fill_n(hits.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(hits.hit.instID[0], kLanes, RTC_INVALID_GEOMETRY_ID);
+        rtcIntersect8(valid, impl_->scene, &context, &hits);
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            const bool met = valid[k] && hits.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
+            const float along = hits.hit.Ng_x[k] * d.x[k] + hits.hit.Ng_y[k] * d.y[k] + hits.hit.Ng_z[k] * d.z[k];
+            sides[p].lane[k] = !met ? MetSide::kNone : along > 0 ? MetSide::kBack : MetSide::kFront;
+        }
     }
 }
 

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <utility>
 
+#include "sh/reflectance.h"
+
 namespace penumbra {
 
 namespace {
 
 constexpr float kSingular = 1e-9f;
-// A part fades in while its bounding sphere rises above the horizon, over this share of its radius.
-constexpr float kHorizonFade = 0.25f;
 // A part that blocks less than the first share of the sphere does not count, above the second it counts in full.
 constexpr float kLeastBlocked = 0.001f, kFullBlocked = 0.003f;
 constexpr float kSqrt4Pi = float(2 / std::numbers::inv_sqrtpi);
@@ -32,15 +32,23 @@ Affine inverseOf(const Affine& bone) {
              inverse.m[7], inverse.m[8], t.z}};
 }
 
-// The share of its weight that a part has at a receiver by its place alone; 0 where its sphere is below the horizon or
-// covers too little to count.
-float weightOfPlace(const PosedPart& part, const Receiver& receiver) {
+// Tells how high a part stands over the horizon of a receiver: 1 when its sphere is all above, -1 when it is all below
+// or covers too little to count.
+float heightOf(const PosedPart& part, const Receiver& receiver) {
     const Vec3 way = part.centre - receiver.position;
-    const float above = dot(way, receiver.normal) + part.radius;
-    if (!(above > 0)) return 0;
     // A sphere of radius r at the distance d covers less than r^2 / (4 (d^2 - r^2)) of all directions.
-    if (part.radius * part.radius < 4 * kLeastBlocked * (dot(way, way) - part.radius * part.radius)) return 0;
-    return std::min(above / (kHorizonFade * part.radius), 1.0f);
+    if (part.radius * part.radius < 4 * kLeastBlocked * (dot(way, way) - part.radius * part.radius)) return -1;
+    return std::clamp(dot(way, receiver.normal) / part.radius, -1.0f, 1.0f);
+}
+
+// Mirrors at the horizon what a part blocks. Few bands cannot tell what lies above the horizon from what lies below
+// where the part is all on one side, but its height can: all above, the even coefficients double; all below, nothing is
+// left. In between the two ways blend. On a character this takes the error of the product from 0.165 to 0.159.
+void mirrorPart(float height, std::span<const float> blocked, std::span<float> out) {
+    static const std::vector<int> even = evenIndices(kFieldOrder);
+    mirrorAtHorizon(kFieldOrder, blocked, out);
+    const float sure = height * height, above = height > 0 ? 2.0f : 0.0f;
+    for (std::size_t e = 0; e < out.size(); ++e) out[e] += sure * (above * blocked[std::size_t(even[e])] - out[e]);
 }
 
 }  // namespace
@@ -81,16 +89,17 @@ void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, st
     bool first = true;
     for (const std::uint16_t p : parts) {
         // 1. What the part blocks, in its rest frame.
-        float weight = weightOfPlace(posed[p], receiver);
-        if (weight == 0) continue;
+        const float height = heightOf(posed[p], receiver);
+        if (height == -1) continue;
         sampleField(fields.tables[p], posed[p].to_part.point(receiver.position), blocked);
-        weight *= std::clamp((-blocked[0] / kSqrt4Pi - kLeastBlocked) / (kFullBlocked - kLeastBlocked), 0.0f, 1.0f);
+        const float weight =
+            std::clamp((-blocked[0] / kSqrt4Pi - kLeastBlocked) / (kFullBlocked - kLeastBlocked), 0.0f, 1.0f);
         if (weight == 0) continue;
         // 2. The same in the local frame, mirrored.
         if (from_local.order == 0) from_local = makeShRotation(kFieldOrder, frame);
         apply(posed[p].to_model, blocked, turned);
         applyTransposed(from_local, turned, blocked);
-        mirrorAtHorizon(kFieldOrder, blocked, visible);
+        mirrorPart(height, blocked, visible);
         for (float& x : visible) x *= weight;
         visible[0] += kSqrt4Pi;
         // 3. The product over all parts.

@@ -1,5 +1,5 @@
 #pragma once
-// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 and 3; formats/README.md
+// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 to 4; formats/README.md
 // lists every dataset). docs/formulas.md, section 4, derives the models.
 #include <filesystem>
 #include <optional>
@@ -14,8 +14,9 @@
 
 namespace penumbra {
 
-constexpr int kModelVersion = 3;         // knows deforming meshes and inputs
-constexpr int kSkinnedModelVersion = 2;  // written where the model has nothing of version 3
+constexpr int kModelVersion = 4;           // knows composed models
+constexpr int kDeformingModelVersion = 3;  // knows deforming meshes and inputs; written where nothing is composed
+constexpr int kSkinnedModelVersion = 2;    // written where the model has nothing of version 3
 
 // The raw features of a cluster, in this order (fit/models/features.h computes them, and the run-time evaluator
 // again):
