@@ -124,7 +124,6 @@ private:
     void combine(std::size_t cluster, const void* mean, bool half_mean, const AmbientClamp& clamp, float* out) const;
     Receiver skinned(std::size_t vertex, std::size_t cluster) const;
     static std::shared_ptr<const Decoded> decode(const AssetView& asset);
-
 };
 
 }  // namespace penumbra

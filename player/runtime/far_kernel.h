@@ -1,7 +1,7 @@
 #pragma once
-// The inner loop of far visibility (farVisibility(), sh/far_visibility.h) for many receivers of one part. It reads plain
-// tables and works on 8 receivers at a time. Its source (far_lanes.h) is compiled once for any processor and once for
-// AVX2. docs/formulas.md, section 7, has the formulas.
+// The inner loop of far visibility (farVisibility(), sh/far_visibility.h) for many receivers of one part. It reads
+// plain tables and works on 8 receivers at a time. Its source (far_lanes.h) is compiled once for any processor and once
+// for AVX2. docs/formulas.md, section 7, has the formulas.
 #include <cstddef>
 #include <cstdint>
 
@@ -24,8 +24,8 @@ struct FarTable {
     FarBox boxes[2];
     std::int32_t first_sphere;
     float centre[3], radius;
-    float per_fade;       // 1 / width of the fade at the surface
-    float scale[3][40];   // [level]
+    float per_fade;      // 1 / width of the fade at the surface
+    float scale[3][40];  // [level]
     const std::int8_t* points;
 };
 // A PosedPart.

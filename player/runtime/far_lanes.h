@@ -28,7 +28,7 @@ namespace penumbra {
 namespace {
 
 constexpr int kOrder = 6, kFull = 36, kEven = 21, kRow = 40, kDistance = 36;
-constexpr int kMostEven = 36;  // numbers of a mirrored function of order kMaxOrder
+constexpr int kMostEven = 36;                // numbers of a mirrored function of order kMaxOrder
 constexpr float kRootOfSphere = 3.5449077f;  // sqrt(4 pi): the coefficient of the function 1
 
 typedef float Lanes __attribute__((vector_size(4 * kFarLanes)));
@@ -316,7 +316,8 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
     for (int i = 0; i < kFull; ++i) out[i] *= scale;
 }
 
-// Tells how high a part stands over the horizon of each receiver, as farVisibility() has it; -1 where it does not count.
+// Tells how high a part stands over the horizon of each receiver, as farVisibility() has it; -1 where it does not
+// count.
 inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height) {
     Lanes way[3];
     for (int axis = 0; axis < 3; ++axis) way[axis] = posed.centre[axis] - frames.position[axis];

@@ -12,7 +12,8 @@
 namespace penumbra {
 
 static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == 6 &&
-              kFieldSphereSide == 7, "far_lanes.h has these numbers too");
+                  kFieldSphereSide == 7,
+              "far_lanes.h has these numbers too");
 static_assert(mirroredCount(kMaxOrder) == 36);
 
 namespace {
