@@ -17,7 +17,7 @@ constexpr double kInsideShare = 0.3;
 // A point is inside, too, where less than this share of all directions meets nothing.
 constexpr double kEscapeShare = 0.05;
 // A triangle is exposed where at least this share escapes, and rays from it that tell. Of a convex part half do.
-constexpr double kExposedShare = 0.2;
+constexpr double kExposedShare = 0.3;
 constexpr int kExposureRays = 64;
 // How far a point on the surface is moved out before rays start there, in diagonals of the part.
 constexpr double kSurfaceOffset = 2e-3;
