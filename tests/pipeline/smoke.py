@@ -65,6 +65,7 @@ def bakes():
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--report", "r.json", "--depfile", "a.d", "-v")
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--resume")
     run(OK, "bake", "visibility", bend, "-o", "dry.vis.h5", *SMALL, "--dry-run")
+    run(OK, "bake", "visibility", bend, "-o", "l.vis.h5", *SMALL, "--local", "--local-steps", 1, "--local-order", 6)
     for i, part in enumerate(("0:7", "7:15")):
         run(OK, "bake", "visibility", bend, "-o", f"s{i}.vis.h5", *SMALL, "--frames", part, "--precision", "f16", "--threads", 2)
     run(OK, "bake", "merge", "s0.vis.h5", "s1.vis.h5", "-o", "m.vis.h5", "--frames", "0:15")
