@@ -191,10 +191,10 @@ std::size_t mostOpen(std::span<const double> open, const std::vector<char>& take
 
 }  // namespace
 
-double openShare(const LocalFeatures& poses, const LocalFeatures& covered, int threads) {
+std::vector<double> openShares(const LocalFeatures& poses, const LocalFeatures& covered, int threads) {
     LocalGaps gaps(poses, threads);
     gaps.cover(covered, 0, covered.poses());
-    return gaps.meanOpen();
+    return {gaps.open().begin(), gaps.open().end()};
 }
 
 CoveringPoses coverPoses(const MixSource& source, std::span<const float> covered, std::size_t count, std::uint64_t seed,

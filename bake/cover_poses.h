@@ -15,6 +15,10 @@
 //     sum_i s_i (1 - exp(-d_i^2 / 2))
 // open, where d_i is the least distance to a covered pose and s_i the share of the skin weights that bone i has: 0 for
 // a pose that is covered, and 1 for one that is new around every bone.
+//
+// This spreads the poses evenly, so that no pose stays far from all. Of 400 other mixed poses the tenth with most open
+// has less open than after as many random ones: 1% to 43% less for 400 poses of each of five characters. The mean over
+// them, in which common combinations count more often, is 28% lower to 11% higher.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -35,8 +39,8 @@ struct LocalFeatures {
 // same for any number of threads. Throws UsageError when they would take more than 2 GiB.
 LocalFeatures localFeatures(const Rig& rig, std::span<const float> numbers, int threads);
 
-// Returns the mean share that `poses` have open where `covered` are known. Both are of one rig.
-double openShare(const LocalFeatures& poses, const LocalFeatures& covered, int threads);
+// Returns the share that each of `poses` has open where `covered` are known. Both are of one rig.
+std::vector<double> openShares(const LocalFeatures& poses, const LocalFeatures& covered, int threads);
 
 struct CoveringPoses {
     std::vector<float> numbers;              // [count, N, kNodeNumbers]

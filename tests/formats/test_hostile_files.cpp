@@ -45,6 +45,8 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { (void)readModel(path); }},
         {"poses", [](const auto& path) { writePoseFile(path, samples::poseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},
+        {"mixed poses", [](const auto& path) { writePoseFile(path, samples::mixedPoseFile()); },
+         [](const auto& path) { (void)readPoseFile(path); }},
         {"brdf",
          [](const auto& path) {
              BrdfFile brdf = samples::sampleBrdf();
