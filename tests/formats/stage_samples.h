@@ -211,6 +211,24 @@ inline FieldFile fieldFile() {
     return out;
 }
 
+// Makes a list that has two mixed poses of three nodes besides, one of which has no name.
+inline PoseFile mixedPoseFile() {
+    PoseFile out = poseFile();
+    out.frames.clip_names.push_back(kMixedClip);
+    out.frames.clip.insert(out.frames.clip.end(), {3, 3});
+    out.frames.time.insert(out.frames.time.end(), {0, 1});
+    out.rank.insert(out.rank.end(), {7, 8});
+    out.distance.insert(out.distance.end(), {0, 0});
+    out.node_names = {"root", "", "Ellbogen-\xc3\xa4"};
+    out.mixed = numbers(2 * 3 * kMixedNumbers, 1);
+    for (std::size_t row = 0; row < out.mixed.size(); row += kMixedNumbers) {
+        double squared = 0;
+        for (std::size_t i = 3; i < 7; ++i) squared += double(out.mixed[row + i]) * out.mixed[row + i];
+        for (std::size_t i = 3; i < 7; ++i) out.mixed[row + i] /= float(std::sqrt(squared));
+    }
+    return out;
+}
+
 // Makes a model of two clusters, the second of which has no components (visibility that never changes).
 inline Model model(FeatureKind features) {
     Model out;

@@ -80,6 +80,9 @@ def bakes():
     run(OK, "bake", "merge", "s1.fields.h5", "s0.fields.h5", "-o", "m.fields.h5")
     run(OK, "bake", "fields", "quad.obj", "-o", "quad.fields.h5", "--rays", 16, "--cells", 4, "--units", "cm", "--up", "z")
     run(OK, "bake", "visibility", bend, "-o", "p.vis.h5", "--rays", 16, "--order", 1, "--poses", "a.poses.h5")
+    man = os.path.join(SAMPLES, "capsule_man.glb")
+    run(OK, "bake", "poses", man, "-o", "mixed.poses.h5", "--fps", 1, "--choose", 3, "--mix", 2, "--cover", 1)
+    run(OK, "bake", "visibility", man, "-o", "p.vis.h5", "--rays", 16, "--order", 1, "--poses", "mixed.poses.h5")
     run(OK, "bake", "visibility", sheet, "-o", "c.vis.h5", "--rays", 16, "--order", 3, "--two-sided", "--blocks", 2, "--inputs",
         "inputs.csv", "--occluder", "quad.obj", "--ground=-1")
     run(OK, "bake", "visibility", "quad.obj", "quad.mdd", "-o", "q.vis.h5", "--rays", 16, "--order", 1)
@@ -158,6 +161,7 @@ def damaged_files():
               ("inputs.csv", lambda bad: bake(sample("sheet.npz"), "--inputs", bad)),
               ("a.poses.h5", lambda bad: bake(sample("bend.glb"), "--poses", bad)),
               ("a.fields.h5", lambda bad: ("bake", "info", bad)), ("s0.fields.h5", lambda bad: ("bake", "merge", bad, *out)),
+              ("mixed.poses.h5", lambda bad: bake(sample("capsule_man.glb"), "--poses", bad)),
               ("a.vis.h5", lambda bad: ("bake", "info", bad)), ("a.vis.h5", lambda bad: ("bake", "merge", bad, *out)),
               ("a.vis.h5", lambda bad: ("fit", "visibility", bad, *out, "--convention", "A3", "--model", "linear")),
               ("a.vis.h5", lambda bad: ("pack", "truth", bad, *out)),
