@@ -71,7 +71,7 @@ struct FieldTable {
 FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float fade);
 
 // Writes V - 1 of the part at `point` of its rest frame, faded; out.size() == kFieldNumbers. It is continuous in the
-// point everywhere. Works for any finite point.
+// point everywhere. Works for any point; what it writes for one that is not finite means nothing.
 void sampleField(const FieldTable& field, Vec3 point, std::span<float> out);
 
 }  // namespace penumbra
