@@ -52,7 +52,10 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
     for (const Occluder& occluder : plan.occluders) appendPositions(occluder, frames.clip[f], frames.time[f], scaled);
     for (Vec3& p : scaled) p = scale.apply(p);
-    return {std::move(frame), scale, OcclusionScene(scaled, plan.blockers.triangles, plan.sheet_rules || plan.local)};
+    std::vector<BoundingBox> boxes;
+    if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
+    return {std::move(frame), scale, OcclusionScene(scaled, plan.blockers.triangles, plan.sheet_rules || plan.local),
+            std::move(boxes)};
 }
 
 MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }
@@ -69,10 +72,9 @@ MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeD
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
     tracer.mesh = &plan.header.mesh;
     tracer.vertices = posed.frame.positions;
-    if (plan.local) {
-        tracer.local = &*plan.local;
-        tracer.local_directions = directions.local ? &*directions.local : &directions.whole;
-    }
+    if (plan.local)
+        tracer.local.emplace(
+            LocalTracer{*plan.local, directions.local ? *directions.local : directions.whole, posed.part_boxes});
     return tracer;
 }
 

@@ -16,6 +16,7 @@ struct FrameScene {
     VisibilityFrame frame;
     SceneScale scale;
     OcclusionScene scene;
+    std::vector<BoundingBox> part_boxes;  // with plan.local
 };
 // Where the moments of all vertices of a frame go.
 MomentOutput outputOf(VisibilityFrame& frame);

@@ -200,9 +200,11 @@ Json describePoses(const fs::path& path) {
     const std::size_t frames = poses.frames.frameCount();
     Json json{{"joints", poses.joint_names.size()}, {"frames", frames}, {"sampled", poses.sampledCount()}};
     // The distance of the frame that was chosen last: all candidates are at most this far from a chosen one.
-    if (frames > poses.sampledCount())
+    if (poses.mixedCount() > 0) json["mixed"] = poses.mixedCount();
+    const std::size_t chosen = frames - poses.sampledCount() - poses.mixedCount();
+    if (chosen > 0)
         for (std::size_t f = 0; f < frames; ++f)
-            if (poses.rank[f] + 1 == frames - poses.sampledCount()) json["last_distance"] = poses.distance[f];
+            if (poses.rank[f] + 1 == chosen) json["last_distance"] = poses.distance[f];
     json["clips"] = describe(poses.frames);
     json["provenance"] = describe(poses.provenance);
     return json;

@@ -33,8 +33,22 @@ LocalParts makeLocalParts(const Mesh& mesh, const std::optional<Skin>& skin, int
     return out;
 }
 
-LocalTriangles LocalParts::ofVertex(std::size_t vertex) const {
-    return {part_of_triangle, std::span(is_local).subspan(part_of_vertex[vertex] * row, row)};
+LocalTriangles LocalParts::ofVertex(std::size_t vertex, std::span<const BoundingBox> boxes) const {
+    return {part_of_triangle, std::span(is_local).subspan(part_of_vertex[vertex] * row, row), boxes};
+}
+
+std::vector<BoundingBox> LocalParts::boxesOf(std::span<const Triangle> triangles,
+                                             std::span<const Vec3> positions) const {
+    std::vector<std::optional<BoundingBox>> boxes(row);
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (const std::uint32_t corner : triangles[t]) {
+            std::optional<BoundingBox>& box = boxes[part_of_triangle[t]];
+            const BoundingBox point{positions[corner], positions[corner]};
+            box = box ? merged(*box, point) : point;
+        }
+    std::vector<BoundingBox> out;
+    for (std::size_t part = 0; part + 1 < row; ++part) out.push_back(boxes[part].value_or(BoundingBox{}));
+    return out;
 }
 
 }  // namespace penumbra

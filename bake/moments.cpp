@@ -31,7 +31,7 @@ struct RayWeights {
 std::size_t traceBoth(const MomentTracer& tracer, const RayStart& start, Vec3 normal, std::size_t vertex,
                       RayWeights& rays, const MomentOutput& out) {
     const RayDirections& directions = tracer.directions;
-    const LocalTriangles local = tracer.local->ofVertex(vertex);
+    const LocalTriangles local = tracer.local->parts.ofVertex(vertex, tracer.local->part_boxes);
     // 1. A point that touches a local surface sees nothing. If the surface is not local, it blocks every ray of the
     // whole, and the local rays start as if it was not there.
     if (start.closed && local.contains(start.touching)) {
@@ -50,7 +50,7 @@ std::size_t traceBoth(const MomentTracer& tracer, const RayStart& start, Vec3 no
     // 3. Trace, and sum each basis over the rays that are left.
     tracer.scene.removeOccludedLocally(origin, directions, local, rays.whole, rays.near);
     accumulateMoments(directions, rays.whole, out.coefficients);
-    accumulateMoments(*tracer.local_directions, rays.near, out.local);
+    accumulateMoments(tracer.local->directions, rays.near, out.local);
     return traced;
 }
 
@@ -60,7 +60,7 @@ std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> posit
                          const MomentOutput& out, std::size_t first_vertex) {
     const RayDirections& directions = tracer.directions;
     const auto size = std::size_t(coefficientCount(directions.order));
-    const std::size_t local_size = tracer.local ? std::size_t(coefficientCount(tracer.local_directions->order)) : 0;
+    const std::size_t local_size = tracer.local ? std::size_t(coefficientCount(tracer.local->directions.order)) : 0;
     assert(positions.size() == normals.size() && out.coefficients.size() == positions.size() * size);
     assert(out.local.size() == positions.size() * local_size);
     RayWeights rays{std::vector<LaneWeights>(directions.packets.size()), {}};

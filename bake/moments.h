@@ -6,6 +6,13 @@
 
 namespace penumbra {
 
+// What local moments need besides.
+struct LocalTracer {
+    const LocalParts& parts;
+    const RayDirections& directions;          // the same directions, with the basis of the local order
+    std::span<const BoundingBox> part_boxes;  // of this frame, in the space of the scene
+};
+
 struct MomentTracer {
     const OcclusionScene& scene;
     const RayDirections& directions;
@@ -16,11 +23,8 @@ struct MomentTracer {
     // which vertex a point is.
     const Blockers* blockers = nullptr;
     const Mesh* mesh = nullptr;
-    std::span<const Vec3> vertices = {};  // [V] of the mesh in this frame
-    // Set both for local moments. The directions are the same, with the basis of the local order. The scene must have
-    // been made with `filters`.
-    const LocalParts* local = nullptr;
-    const RayDirections* local_directions = nullptr;
+    std::span<const Vec3> vertices = {};    // [V] of the mesh in this frame
+    std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
 };
 
 // Where the moments of some points go.

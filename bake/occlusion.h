@@ -6,6 +6,7 @@
 
 #include "bake/ray_directions.h"
 #include "formats/common/mesh.h"
+#include "sh/bounding_box.h"
 
 namespace penumbra {
 
@@ -32,6 +33,8 @@ struct Stretch {
 struct LocalTriangles {
     std::span<const std::uint16_t> part_of_triangle;  // [T] of the scene
     std::span<const std::uint8_t> is_local;           // [parts]
+    // Boxes around the triangles of the first parts, in the space of the scene. No part after them is local.
+    std::span<const BoundingBox> box_of_part;
 
     bool contains(std::uint32_t triangle) const { return is_local[part_of_triangle[triangle]] != 0; }
 };

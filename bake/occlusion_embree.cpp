@@ -3,7 +3,9 @@
 #include <xmmintrin.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -209,7 +211,6 @@ bool tracePacket(RTCScene scene, RTCIntersectContext& context, const DirectionPa
     std::copy(directions.x.begin(), directions.x.end(), packet.dir_x);
     std::copy(directions.y.begin(), directions.y.end(), packet.dir_y);
     std::copy(directions.z.begin(), directions.z.end(), packet.dir_z);
-    std::fill_n(packet.tfar, kLanes, kInfinity);
     rtcOccluded8(valid, scene, &context, &packet);
     return true;
 }
@@ -227,8 +228,10 @@ void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     RTCRay8 packet = packetFrom(origin);
-    for (std::size_t p = 0; p < rays.size(); ++p)
+    for (std::size_t p = 0; p < rays.size(); ++p) {
+        std::fill_n(packet.tfar, kLanes, kInfinity);
         if (tracePacket(impl_->scene, context, directions.packets[p], rays[p], packet)) dropBlocked(packet, rays[p]);
+    }
 }
 
 // --- Local triangles ------------------------------------------------------------------------------------------------
@@ -264,30 +267,92 @@ void passFar(const RTCFilterFunctionNArguments* arguments) {
         if (arguments->valid[k] == -1 && !context.isLocal(arguments, k)) arguments->valid[k] = 0;
 }
 
+// Returns how far local triangles may lie along each lane of a packet: up to where the ray leaves the last box of a
+// local part, and 0 where it meets none of these boxes.
+LaneWeights localReach(Vec3 origin, const DirectionPacket& directions, const LocalTriangles& local) {
+    constexpr float kLeast = 1e-20f;   // no division by 0
+    constexpr float kPadding = 1e-5f;  // in diagonals of the model; rounding in a hit is a hundredth of that
+    LaneWeights reach;
+    DirectionPacket inverse;
+    const auto invert = [](const std::array<float, kLanes>& from, std::array<float, kLanes>& to) {
+        for (std::size_t k = 0; k < kLanes; ++k) to[k] = 1 / (std::abs(from[k]) < kLeast ? kLeast : from[k]);
+    };
+    invert(directions.x, inverse.x);
+    invert(directions.y, inverse.y);
+    invert(directions.z, inverse.z);
+    for (std::size_t part = 0; part < local.box_of_part.size(); ++part) {
+        if (!local.is_local[part]) continue;
+        const BoundingBox& box = local.box_of_part[part];
+        const Vec3 low = box.low - origin - Vec3{kPadding, kPadding, kPadding};
+        const Vec3 high = box.high - origin + Vec3{kPadding, kPadding, kPadding};
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            const float x0 = low.x * inverse.x[k], x1 = high.x * inverse.x[k];
+            const float y0 = low.y * inverse.y[k], y1 = high.y * inverse.y[k];
+            const float z0 = low.z * inverse.z[k], z1 = high.z * inverse.z[k];
+            const float enter = std::max({std::min(x0, x1), std::min(y0, y1), std::min(z0, z1)});
+            const float leave = std::min({std::max(x0, x1), std::max(y0, y1), std::max(z0, z1)});
+            reach.lane[k] = enter <= leave ? std::max(reach.lane[k], leave) : reach.lane[k];
+        }
+    }
+    return reach;
+}
+
+// Rays of several packets that wait for their second trace. Neighbours along the Morton curve share a packet again.
+struct WaitingRays {
+    DirectionPacket directions;
+    LaneWeights reach;
+    std::array<float*, kLanes> weight{};  // where the answer of each lane goes
+    std::size_t count = 0;
+
+    void add(const DirectionPacket& from, std::size_t lane, float how_far, float& answer) {
+        directions.x[count] = from.x[lane];
+        directions.y[count] = from.y[lane];
+        directions.z[count] = from.z[lane];
+        reach.lane[count] = how_far;
+        weight[count++] = &answer;
+    }
+};
+
+// Traces the waiting rays against what the context's filter accepts. Sets the weights of those that it blocks to 0.
+void traceWaiting(RTCScene scene, RTCIntersectContext& context, WaitingRays& waiting, RTCRay8& packet) {
+    std::fill(waiting.reach.lane.begin() + std::ptrdiff_t(waiting.count), waiting.reach.lane.end(), 0.0f);
+    std::copy(waiting.reach.lane.begin(), waiting.reach.lane.end(), packet.tfar);
+    if (!tracePacket(scene, context, waiting.directions, waiting.reach, packet)) return;
+    for (std::size_t k = 0; k < waiting.count; ++k)
+        if (packet.tfar[k] < 0) *waiting.weight[k] = 0;
+    waiting.count = 0;
+}
+
 }  // namespace
 
 void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& directions, const LocalTriangles& local,
                                            std::span<LaneWeights> rays, std::span<LaneWeights> near) const {
     assert(rays.size() == directions.packets.size() && near.size() == rays.size());
     const FlushDenormals flush;
-    LocalContext context{{}, &local, nullptr};
-    rtcInitIntersectContext(&context.context);
+    LocalContext first{{}, &local, nullptr}, second{{}, &local, nullptr};
+    rtcInitIntersectContext(&first.context);
+    rtcInitIntersectContext(&second.context);
+    first.context.filter = noteLocal;
+    second.context.filter = passFar;
     RTCRay8 packet = packetFrom(origin);
+    WaitingRays waiting;
     for (std::size_t p = 0; p < rays.size(); ++p) {
-        context.near = &near[p];
         // 1. Trace all rays, and note those that a local triangle blocks.
-        context.context.filter = noteLocal;
-        if (tracePacket(impl_->scene, context.context, directions.packets[p], rays[p], packet))
+        first.near = &near[p];
+        std::fill_n(packet.tfar, kLanes, kInfinity);
+        if (tracePacket(impl_->scene, first.context, directions.packets[p], rays[p], packet))
             dropBlocked(packet, rays[p]);
-        // 2. Trace again the rays that something else blocks.
-        LaneWeights blocked;
-        for (std::size_t k = 0; k < kLanes; ++k) blocked.lane[k] = near[p].lane[k] - rays[p].lane[k];
-        context.context.filter = passFar;
-        if (tracePacket(impl_->scene, context.context, directions.packets[p], blocked, packet)) {
-            for (std::size_t k = 0; k < kLanes; ++k)
-                if (blocked.lane[k] != 0 && packet.tfar[k] < 0) near[p].lane[k] = 0;
+        // 2. Trace again the rays that something else blocks. Most packets have few of them, so they wait until there
+        // are enough for a packet.
+        if (rays[p].lane == near[p].lane) continue;
+        const LaneWeights reach = localReach(origin, directions.packets[p], local);
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            if (near[p].lane[k] == rays[p].lane[k] || reach.lane[k] == 0) continue;
+            waiting.add(directions.packets[p], k, reach.lane[k], near[p].lane[k]);
+            if (waiting.count == kLanes) traceWaiting(impl_->scene, second.context, waiting, packet);
         }
     }
+    traceWaiting(impl_->scene, second.context, waiting, packet);
 }
 
 void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> packets,

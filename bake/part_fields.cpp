@@ -18,6 +18,7 @@
 #include "bake/bake_source.h"
 #include "bake/out_of_range.h"
 #include "bake/part_tracer.h"
+#include "bake/signed_distance.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/part_table.h"
@@ -135,6 +136,7 @@ FieldSamples tracePart(const PartMesh& mesh, const PartField& part, const ConeDi
     const std::vector<Vec3> points = fieldPoints(part);
     const std::size_t fine = part.boxes[0].pointCount();
     FieldSamples samples{std::vector<float>(points.size() * kFieldNumbers), std::vector<float>(fine)};
+    std::vector<float> depth(fine);
     parallelFor((points.size() + kPointsPerTask - 1) / kPointsPerTask, threads, [&](std::size_t task) {
         throwIfInterrupted();
         const std::size_t end = std::min(points.size(), (task + 1) * kPointsPerTask);
@@ -143,8 +145,10 @@ FieldSamples tracePart(const PartMesh& mesh, const PartField& part, const ConeDi
             std::copy(point.blocked.begin(), point.blocked.end(),
                       samples.values.begin() + std::ptrdiff_t(p * kFieldNumbers));
             if (p < fine) samples.distances[p] = point.distance;
+            if (p < fine) depth[p] = point.depth;
         }
     });
+    closeHoles(part.boxes[0], depth, samples.distances);
     return samples;
 }
 

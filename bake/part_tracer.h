@@ -22,10 +22,16 @@ ConeDirections makeConeDirections(int count, std::uint64_t seed);
 // What a part blocks at a point. A point inside the part holds what the nearest surface point sees.
 struct PointOfField {
     std::array<float, kFieldNumbers> blocked{};  // V - 1
-    float distance = 0;  // from the surface, < 0 inside, in the unit of the mesh; only where it is asked for
+    // From the surface, < 0 inside, in the unit of the mesh; only where it is asked for. `depth` is > 0 inside, and by
+    // how much (closeHoles()).
+    float distance = 0, depth = 0;
 };
 
 // Traces points around one part. Any number of threads may call trace().
+//
+// A point is inside where many rays meet the backs of triangles, or where hardly any ray escapes: a mouth is no place
+// for a hand. Triangles that see inside or into a deep fold, such as teeth and ears do, are no surface that distances
+// count from.
 class PartTracer {
 public:
     // `mesh` has at least one triangle with an area.
@@ -35,9 +41,11 @@ public:
 private:
     struct Seen {
         std::array<double, kFieldNumbers> blocked{};
-        double back_share = 0;  // of all directions of the sphere that meet the back of a triangle first
+        double depth = 0;    // > 0: inside
+        double escaped = 0;  // share of all directions of the sphere that meets nothing
     };
-    Seen see(Vec3 scaled_point) const;
+    Seen see(Vec3 scaled_point, const ConeDirections& directions) const;
+    std::vector<Triangle> exposed(std::span<const Vec3> scaled_positions, std::span<const Triangle> triangles) const;
 
     const ConeDirections& directions_;
     SceneScale scale_;
