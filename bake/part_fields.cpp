@@ -194,7 +194,7 @@ void quantizeField(const FieldSamples& samples, float fade, PartField& part, std
     for (int axis = 0; axis < 3; ++axis)
         cell = std::max(cell, (part.boxes[0].high[axis] - part.boxes[0].low[axis]) /
                                   float(part.boxes[0].size[std::size_t(axis)] - 1));
-    part.distance_scale = std::max(4 * cell, 0.5f * fade) / kFullByte;
+    part.distance_scale = std::max(4 * cell, fade) / kFullByte;
     distances.resize(samples.distances.size());
     for (std::size_t p = 0; p < distances.size(); ++p)
         distances[p] = roundedToByte(samples.distances[p], part.distance_scale);
