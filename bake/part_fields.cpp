@@ -61,7 +61,7 @@ std::string optionsJson(const FieldOptions& options) {
 }
 
 // The parts of a mesh without joints: there is one.
-PartTable onePart(const Mesh& mesh) {
+PartTable wholeAsOnePart(const Mesh& mesh) {
     PartTable table;
     table.joint_of_part = {0};
     table.part_of_triangle.assign(mesh.triangles.size(), 0);
@@ -111,7 +111,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     const double diagonal = boxDiagonal(mesh.rest_positions);
     if (!(diagonal > 0 && std::isfinite(diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest positions have no extent");
-    const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : onePart(mesh);
+    const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : wholeAsOnePart(mesh);
     FieldPlan plan;
     plan.files_read = source.filesRead();
     FieldFile& file = plan.file;
