@@ -1,23 +1,12 @@
 #include "bake/bake_options.h"
 
 #include <cmath>
-#include <sstream>
 
+#include "bake/out_of_range.h"
 #include "formats/common/errors.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
-
-namespace {
-
-template <class T>
-std::string outOfRange(const char* option, const char* range, T value) {
-    std::ostringstream text;
-    text << option << " must be " << range << ", not " << value;
-    return text.str();
-}
-
-}  // namespace
 
 std::string findProblem(const BakeOptions& options) {
     // Each test asks for "not inside", so that NaN is a problem too.

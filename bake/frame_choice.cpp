@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "formats/common/errors.h"
-#include "formats/stage/pose_file.h"
 
 namespace penumbra {
 
@@ -88,9 +87,9 @@ void checkPoses(const std::filesystem::path& path, const PoseFile& poses, const 
     const auto fail = [&](const std::string& what) { throw InvalidInput(path.string() + ": " + what); };
     for (std::size_t c = 0; c < clips.size(); ++c) {
         const std::string& name = poses.frames.clip_names[c];
-        if (name == kSampledClip && clips[c] >= 0)
-            fail("/clips/names: 'sampled' is a clip of the rig as well; rename that one");
-        if (clips[c] < 0 && name != kSampledClip && !(rig.clips.empty() && name == kRestClip))
+        const bool made = name == kSampledClip || name == kMixedClip;
+        if (made && clips[c] >= 0) fail("/clips/names: '" + name + "' is a clip of the rig as well; rename that one");
+        if (clips[c] < 0 && !made && !(rig.clips.empty() && name == kRestClip))
             fail("/clips/names: the rig has no clip '" + name + "'");
     }
     for (std::size_t f = 0; f < poses.frames.frameCount(); ++f)
@@ -100,14 +99,24 @@ void checkPoses(const std::filesystem::path& path, const PoseFile& poses, const 
                  rig.clips[std::size_t(clip)].name + "'");
     if (poses.sampledCount() > 0 && poses.joint_names != rig.skin.joint_names)
         fail("/skin/joint_names: sampled poses of a rig with other joints");
+    const auto same_name = [](const Node& node, const std::string& name) { return node.name == name; };
+    if (poses.mixedCount() > 0 &&
+        !std::equal(rig.nodes.begin(), rig.nodes.end(), poses.node_names.begin(), poses.node_names.end(), same_name))
+        fail("/mixed/node_names: mixed poses of a rig with other nodes");
 }
 
 }  // namespace
 
+void addPoseClips(const PoseFile& poses, Rig& rig) {
+    static_assert(kMixedNumbers == kNodeNumbers);
+    if (poses.sampledCount() > 0) rig.clips.push_back(clipOfRotations(rig, poses.rotations, kSampledClip));
+    if (poses.mixedCount() > 0) rig.clips.push_back(clipOfNodes(rig, poses.mixed, kMixedClip));
+}
+
 FrameList readPoseFrames(const std::filesystem::path& path, Rig& rig) {
     const PoseFile poses = readPoseFile(path);
     checkPoses(path, poses, rig);
-    if (poses.sampledCount() > 0) rig.clips.push_back(clipOfRotations(rig, poses.rotations, kSampledClip));
+    addPoseClips(poses, rig);
     return poses.frames;
 }
 

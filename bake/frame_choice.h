@@ -6,6 +6,7 @@
 
 #include "bake/bake_options.h"
 #include "formats/rig/rig_poses.h"
+#include "formats/stage/pose_file.h"
 
 namespace penumbra {
 
@@ -41,8 +42,12 @@ std::vector<RigFrame> rigFrames(const Rig& rig, const FrameList& frames);
 // Throws UsageError, which lists the clips of `rig`, when it has none called `name`.
 void checkClipName(const Rig& rig, const std::string& option, const std::string& name);
 
-// Returns the frames that `path` lists. The sampled ones become a clip of `rig`. Throws InvalidInput when the list
-// does not fit the rig: it names clips or joints that the rig does not have, or times beyond the end of a clip.
+// Adds the sampled and the mixed poses of a list as clips of `rig`.
+void addPoseClips(const PoseFile& poses, Rig& rig);
+
+// Returns the frames that `path` lists. Sampled and mixed poses become clips of `rig`. Throws InvalidInput when the
+// list does not fit the rig: it names clips, joints or nodes that the rig does not have, or times beyond the end of a
+// clip.
 FrameList readPoseFrames(const std::filesystem::path& path, Rig& rig);
 
 }  // namespace penumbra

@@ -17,6 +17,13 @@ struct SurfaceHit {
     Vec3 normal;         // the normal of the triangle's front, of any length
 };
 
+// Which side of a surface a ray meets first.
+enum class MetSide : std::uint8_t { kNone, kFront, kBack };
+// That of the eight rays of a packet.
+struct LaneSides {
+    std::array<MetSide, kLanes> lane{};
+};
+
 // A part of a ray, by two distances from its origin.
 struct Stretch {
     float from, to;
@@ -58,6 +65,10 @@ public:
     // `near` alone counts as blocked by something that is not local.
     void removeOccludedLocally(Vec3 origin, const RayDirections& directions, const LocalTriangles& local,
                                std::span<LaneWeights> rays, std::span<LaneWeights> near) const;
+
+    // Finds what each ray from `origin` meets first. The rays of lanes with a zero vector meet nothing.
+    // sides.size() == packets.size().
+    void firstSides(Vec3 origin, std::span<const DirectionPacket> packets, std::span<LaneSides> sides) const;
 
 private:
     struct Impl;

@@ -355,6 +355,36 @@ void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& dir
     traceWaiting(impl_->scene, second.context, waiting, packet);
 }
 
+void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> packets,
+                                std::span<LaneSides> sides) const {
+    assert(sides.size() == packets.size());
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit8 hits{};
+    std::fill_n(hits.ray.org_x, kLanes, origin.x);
+    std::fill_n(hits.ray.org_y, kLanes, origin.y);
+    std::fill_n(hits.ray.org_z, kLanes, origin.z);
+    std::fill_n(hits.ray.mask, kLanes, ~0u);
+    for (std::size_t p = 0; p < packets.size(); ++p) {
+        const DirectionPacket& d = packets[p];
+        alignas(32) int valid[kLanes];
+        for (std::size_t k = 0; k < kLanes; ++k) valid[k] = d.x[k] != 0 || d.y[k] != 0 || d.z[k] != 0 ? -1 : 0;
+        std::copy(d.x.begin(), d.x.end(), hits.ray.dir_x);
+        std::copy(d.y.begin(), d.y.end(), hits.ray.dir_y);
+        std::copy(d.z.begin(), d.z.end(), hits.ray.dir_z);
+        std::fill_n(hits.ray.tfar, kLanes, kInfinity);
+        std::fill_n(hits.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(hits.hit.instID[0], kLanes, RTC_INVALID_GEOMETRY_ID);
+        rtcIntersect8(valid, impl_->scene, &context, &hits);
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            const bool met = valid[k] && hits.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
+            const float along = hits.hit.Ng_x[k] * d.x[k] + hits.hit.Ng_y[k] * d.y[k] + hits.hit.Ng_z[k] * d.z[k];
+            sides[p].lane[k] = !met ? MetSide::kNone : along > 0 ? MetSide::kBack : MetSide::kFront;
+        }
+    }
+}
+
 SceneScale sceneScale(std::span<const Vec3> positions, double diagonal) {
     assert(!positions.empty() && diagonal > 0);
     const BoundingBox box = boundsOf(positions);

@@ -14,26 +14,11 @@ constexpr double kNearness = 0.02;  // rest diagonals squared
 constexpr std::size_t kNeighbours = 24;
 constexpr double kMaxBytes = double(std::size_t(2) << 30);
 
-namespace {
-// The bones that move vertices.
-struct Bones {
-    std::vector<std::size_t> joint;
-    std::vector<double> share;  // of the skin weights; sums to 1
-    std::vector<Vec3d> center;  // in the rest space
-    double diagonal = 1;
-    std::size_t count() const { return joint.size(); }
-};
-
-struct Pair {
-    std::size_t from, to;  // indices into Bones
-    double weight = 1;
-};
-
-Bones movingBones(const Rig& rig) {
+MovingBones movingBones(const Rig& rig) {
     std::vector<double> weight(rig.skin.jointCount());
     for (std::size_t i = 0; i < rig.skin.weights.size(); ++i) weight[rig.skin.joints[i]] += rig.skin.weights[i];
     const std::vector<Vec3> centers = jointCenters(rig.mesh, rig.skin);
-    Bones bones;
+    MovingBones bones;
     for (std::size_t j = 0; j < weight.size(); ++j) {
         if (weight[j] <= 0) continue;
         bones.joint.push_back(j);
@@ -44,15 +29,15 @@ Bones movingBones(const Rig& rig) {
     return bones;
 }
 
-Matrix toMatrix(const Affine& a) {
-    Matrix m;
-    std::copy(a.m.begin(), a.m.end(), m.begin());
-    return m;
-}
+namespace {
+struct Pair {
+    std::size_t from, to;  // indices into MovingBones
+    double weight = 1;
+};
 
 // Computes p_ij for every pair. From a bone that cannot be inverted (it is scaled to nothing) others are seen as at
 // rest.
-void relativePositions(const Rig& rig, const Bones& bones, const std::vector<Pair>& pairs, RigFrame frame,
+void relativePositions(const Rig& rig, const MovingBones& bones, const std::vector<Pair>& pairs, RigFrame frame,
                        std::span<float> out) {
     const RigPose pose = evaluatePose(rig, frame.clip, frame.time);
     std::vector<Vec3d> moved;
@@ -71,7 +56,7 @@ void relativePositions(const Rig& rig, const Bones& bones, const std::vector<Pai
 
 // Returns the mean squared distance of the centres of every ordered pair, in diagonals, seen from the first: [count,
 // count].
-std::vector<double> meanSquaredDistances(const Rig& rig, const Bones& bones, std::span<const RigFrame> frames,
+std::vector<double> meanSquaredDistances(const Rig& rig, const MovingBones& bones, std::span<const RigFrame> frames,
                                          int threads) {
     const std::size_t n = bones.count();
     std::vector<Pair> all;
@@ -95,7 +80,7 @@ std::vector<double> meanSquaredDistances(const Rig& rig, const Bones& bones, std
 }
 
 // Pairs every bone with its nearest others, each weighted by sqrt(s_i n_ij).
-std::vector<Pair> choosePairs(const Bones& bones, const std::vector<double>& distances) {
+std::vector<Pair> choosePairs(const MovingBones& bones, const std::vector<double>& distances) {
     std::vector<Pair> pairs;
     for (std::size_t i = 0; i < bones.count(); ++i) {
         std::vector<std::size_t> others;
@@ -116,7 +101,7 @@ std::vector<Pair> choosePairs(const Bones& bones, const std::vector<double>& dis
 }  // namespace
 
 PoseFeatures poseFeatures(const Rig& rig, std::span<const RigFrame> frames, int threads) {
-    const Bones bones = movingBones(rig);
+    const MovingBones bones = movingBones(rig);
     const std::vector<Pair> pairs = choosePairs(bones, meanSquaredDistances(rig, bones, frames, threads));
     PoseFeatures out{frames.size(), 3 * pairs.size(), {}};
     if (double(out.frames) * double(out.width) * sizeof(float) > kMaxBytes)

@@ -17,6 +17,16 @@
 
 namespace penumbra {
 
+// The bones that move vertices.
+struct MovingBones {
+    std::vector<std::size_t> joint;  // ascending
+    std::vector<double> share;       // of the skin weights; sums to 1
+    std::vector<Vec3d> center;       // of what each moves, in the rest space
+    double diagonal = 1;             // of the rest box
+    std::size_t count() const { return joint.size(); }
+};
+MovingBones movingBones(const Rig& rig);
+
 // One row for each frame. The Euclidean distance of two rows is d.
 struct PoseFeatures {
     std::size_t frames = 0, width = 0;

@@ -7,6 +7,7 @@
 #include "bake/bake_options.h"
 #include "bake/choose_poses.h"
 #include "bake/joint_limits.h"
+#include "bake/limbs.h"
 #include "formats/stage/pose_file.h"
 
 namespace penumbra {
@@ -23,7 +24,10 @@ struct PoseOptions {
     ChoiceMethod method = ChoiceMethod::kFarthest;
     std::int64_t sample = 0;            // poses to sample within joint limits, 0..1e6
     std::filesystem::path limits = {};  // CSV of joint_limits.h; "": all limits come from the candidates
-    std::uint64_t seed = 1;             // seeds the random choice and the sampling
+    // Poses to mix from the listed frames (mix_poses.h), 0..1e6, and those that cover most (cover_poses.h), 0..10000.
+    // With these all candidates are listed unless `choose` says otherwise.
+    std::int64_t mix = 0, cover = 0;
+    std::uint64_t seed = 1;  // seeds the random choice, the sampling and the mixing
 };
 // Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
 // given.
@@ -37,11 +41,13 @@ struct PosePlan {
 PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options);
 
 struct PoseList {
-    PoseFile file;       // without provenance
-    ChosenPoses choice;  // of the candidates; empty when none are to be chosen
-    JointLimits limits;  // empty when nothing is sampled
+    PoseFile file;                           // without provenance
+    ChosenPoses choice;                      // of the candidates; empty when none are to be chosen
+    JointLimits limits;                      // empty when nothing is sampled
+    Limbs limbs;                             // without joints when nothing is mixed
+    double open_before = 0, open_after = 0;  // as in CoveringPoses
 };
-// Chooses and samples the poses. The result is the same for any number of threads.
+// Chooses, samples and mixes the poses. The result is the same for any number of threads.
 PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads);
 
 // Returns the rig with the poses as its only clip, "poses": pose k stands at k seconds (rig_poses.h).

@@ -23,7 +23,8 @@ struct PosesCommand {
     std::int64_t seed = std::int64_t(PoseOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
 };
 
-// Lists every option that changes the result, defaults included.
+// Lists every option that changes the result, defaults included. Options that are newer than 0.1.0 are listed only
+// where they are used, so that older lists keep their provenance.
 std::string optionsJson(const PosesCommand& command) {
     const PoseOptions& options = command.options;
     Json json{{"clips", options.clips}, {"holdout", options.holdout}, {"fps", options.fps}};
@@ -31,6 +32,8 @@ std::string optionsJson(const PosesCommand& command) {
     json["choose"] = options.choose;
     json["method"] = command.method;
     json["sample"] = options.sample;
+    if (options.mix > 0) json["mix"] = options.mix;
+    if (options.cover > 0) json["cover"] = options.cover;
     json["seed"] = options.seed;
     return json.dump();
 }
@@ -73,12 +76,21 @@ Json limitsTable(const JointLimits& limits, const Skin& skin) {
     return table;
 }
 
-void fillReport(const PosePlan& plan, const PoseList& list, Report& report) {
+Json mixFigures(const PoseList& list) {
+    Json json{
+        {"poses", list.file.mixedCount()}, {"limbs", list.limbs.count}, {"mirrored_limbs", list.limbs.mirroredCount()}};
+    if (list.open_before > 0) json["open_before_covering"] = list.open_before;
+    if (list.open_before > 0) json["open_after_covering"] = list.open_after;
+    return json;
+}
+
+void fillReport(const PosePlan& plan, const PoseOptions& options, const PoseList& list, Report& report) {
     Json& figures = report.figures;
     figures["candidates"] = plan.candidates.frameCount();
     figures["chosen"] = list.choice.frames.size();
     figures["sampled"] = list.file.sampledCount();
-    if (!list.choice.frames.empty()) {
+    if (list.file.mixedCount() > 0) figures["mixed"] = mixFigures(list);
+    if (options.choose > 0) {
         figures["largest_gap"] = list.choice.largest_gap;
         figures["mean_gap"] = list.choice.mean_gap;
     }
@@ -94,8 +106,14 @@ void printSummary(const PosesCommand& command, const PosePlan& plan, const PoseL
     std::printf("%s: %zu of %zu frames", command.output.c_str(), list.choice.frames.size(),
                 plan.candidates.frameCount());
     if (list.file.sampledCount() > 0) std::printf(", %zu sampled poses", list.file.sampledCount());
+    if (list.file.mixedCount() > 0)
+        std::printf(", %zu mixed poses of %zu limbs (%zu mirrored)", list.file.mixedCount(), list.limbs.count,
+                    list.limbs.mirroredCount());
     std::printf("\n");
-    if (list.choice.frames.empty()) return;
+    if (list.open_before > 0)
+        std::printf("open share of mixed poses: %.4f before the covering ones, %.4f after\n", list.open_before,
+                    list.open_after);
+    if (command.options.choose == 0) return;
     if (list.choice.frames.size() < std::size_t(command.options.choose))
         std::printf("all other frames equal a chosen one\n");
     std::printf("distance to the nearest chosen frame: %.4f at most, %.4f mean (of rest diagonals)\n",
@@ -118,8 +136,14 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
     command.files_read = plan.rig.files_read;
     if (!command.limits.empty()) command.files_read.emplace_back(command.limits);
     if (common.dry_run) {
-        std::printf("%lld of %zu frames, %lld sampled poses\n", static_cast<long long>(command.options.choose),
-                    plan.candidates.frameCount(), static_cast<long long>(command.options.sample));
+        const PoseOptions& options = command.options;
+        const std::size_t candidates = plan.candidates.frameCount();
+        const bool all = options.choose == 0 && options.mix + options.cover > 0;
+        std::printf("%zu of %zu frames, %lld sampled poses", all ? candidates : std::size_t(options.choose), candidates,
+                    static_cast<long long>(options.sample));
+        if (options.mix + options.cover > 0)
+            std::printf(", %lld mixed poses", static_cast<long long>(options.mix + options.cover));
+        std::printf("\n");
         return;
     }
     report.phase("choose");
@@ -130,7 +154,7 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
         writeGlbOfPoses(command, plan, list.file);
     else
         writePoseFile(command.output, list.file);
-    fillReport(plan, list, report);
+    fillReport(plan, command.options, list, report);
     if (!common.quiet) printSummary(command, plan, list);
 }
 
@@ -147,23 +171,29 @@ void definePoses(CLI::App& app, PosesCommand& command) {
     app.add_option("--sample", options.sample, "how many poses with joint angles sampled within their limits");
     app.add_option("--limits", command.limits,
                    "CSV joint,axis,min,max (degrees): limits instead of the candidates' own");
+    app.add_option("--mix", options.mix,
+                   "how many poses of which each limb follows a random listed frame; without --choose all candidates "
+                   "are listed");
+    app.add_option("--cover", options.cover, "how many such poses that show most of what is not shown yet");
     addNameListOption(app, "--clips", options.clips, "names of the clips to choose from (default: all)");
-    addNameListOption(app, "--holdout", options.holdout, "clips of which no frame is chosen and no limit taken");
+    addNameListOption(app, "--holdout", options.holdout,
+                      "clips of which no frame is chosen or mixed and no limit taken");
     app.add_option("--fps", options.fps, "candidates a second (default: the clips' own keys)");
     app.add_option("--frames", command.frames, "A:B[:S], half-open, of the sampled frames of all these clips");
-    app.add_option("--seed", command.seed, "of --method random and of --sample (0: plain Halton points)");
+    app.add_option("--seed", command.seed, "of --method random, --sample (0: plain Halton points), --mix and --cover");
 }
 
 }  // namespace
 
 Verb posesVerb() {
     const auto command = std::make_shared<PosesCommand>();
-    return {"poses",
-            "Choose the most different frames of many clips, and sample poses within joint limits.",
-            [command](CLI::App& app) { definePoses(app, *command); },
-            [command] { return command->files_read.empty() ? command->rigs : command->files_read; },
-            [command] { return command->output; },
-            [command](const CommonOptions& common, Report& report) { runPoses(*command, common, report); }};
+    return {
+        "poses",
+        "Choose the most different frames of many clips, sample poses within joint limits, and mix limbs of frames.",
+        [command](CLI::App& app) { definePoses(app, *command); },
+        [command] { return command->files_read.empty() ? command->rigs : command->files_read; },
+        [command] { return command->output; },
+        [command](const CommonOptions& common, Report& report) { runPoses(*command, common, report); }};
 }
 
 }  // namespace penumbra

@@ -21,13 +21,16 @@ struct Corners {
     std::array<float, 8> weight;
 };
 
+// Returns t clamped to [0, most]; 0 where t is not a number.
+float clampedCell(float t, float most) { return t > 0 ? std::min(t, most) : 0; }
+
 Corners boxCorners(const FieldBox& box, Vec3 p) {
     std::array<std::uint32_t, 3> cell;
     std::array<float, 3> part;
     for (int axis = 0; axis < 3; ++axis) {
         const float cells = float(box.size[std::size_t(axis)] - 1);
         const float t = (p[axis] - box.low[axis]) / (box.high[axis] - box.low[axis]) * cells;
-        const float inside = std::clamp(t, 0.0f, cells);
+        const float inside = clampedCell(t, cells);
         cell[std::size_t(axis)] = std::uint32_t(std::min(inside, cells - 1));
         part[std::size_t(axis)] = inside - float(cell[std::size_t(axis)]);
     }
@@ -64,7 +67,7 @@ Corners sphereCorners(float radius, Vec3 offset) {
     std::array<float, 2> part;
     constexpr float cells = float(kFieldSphereSide - 1);
     for (std::size_t axis = 0; axis < 2; ++axis) {
-        const float t = std::clamp((map[axis] + 1) / 2 * cells, 0.0f, cells);
+        const float t = clampedCell((map[axis] + 1) / 2 * cells, cells);
         cell[axis] = std::uint32_t(std::min(t, cells - 1));
         part[axis] = t - float(cell[axis]);
     }

@@ -1,6 +1,6 @@
 #pragma once
 // How much of the sky a rigid part blocks, at any point around it and inside it: the visibility V - 1 of the part alone
-// as SH of order 5 over the whole sphere, sampled on nested grids in the part's rest frame (docs/formulas.md, section
+// as SH of order 6 over the whole sphere, sampled on nested grids in the part's rest frame (docs/formulas.md, section
 // 7). A part moves rigidly, so one field is right for every pose.
 //
 // Three levels hold a part: a fine box close around it, a coarse box, and spheres beyond. What they store is (V - 1)
@@ -16,8 +16,8 @@
 
 namespace penumbra {
 
-constexpr int kFieldOrder = 5;
-constexpr std::size_t kFieldNumbers = 25;    // SH coefficients of a point
+constexpr int kFieldOrder = 6;
+constexpr std::size_t kFieldNumbers = 36;    // SH coefficients of a point
 constexpr std::size_t kFieldLevels = 3;      // fine box, coarse box, spheres
 constexpr std::size_t kFieldSpheres = 6;     // radii r / u for u of kFieldSphereScales
 constexpr std::size_t kFieldSphereSide = 7;  // points along a side of the octahedral map of a sphere
@@ -48,7 +48,7 @@ struct PartField {
 };
 // The bytes of one part.
 struct FieldBytes {
-    std::span<const std::int8_t> values;     // [points, 25]
+    std::span<const std::int8_t> values;     // [points, kFieldNumbers]
     std::span<const std::int8_t> distances;  // [points of the fine box] signed distance, < 0 inside, clamped
 };
 
@@ -57,9 +57,9 @@ Vec3 sphereDirection(std::size_t a, std::size_t b);
 // Returns where each point of the field lies, in the order of the stored values.
 std::vector<Vec3> fieldPoints(const PartField& part);
 
-// A field laid out for lookups: 32 bytes a point, the coefficients, then the signed distance, then zeros.
+// A field laid out for lookups: 40 bytes a point, the coefficients, then the signed distance, then zeros.
 struct FieldTable {
-    static constexpr std::size_t kStride = 32;
+    static constexpr std::size_t kStride = 40;
     Vec3 centre;
     float radius = 0;
     std::array<FieldBox, 2> boxes;
@@ -71,7 +71,7 @@ struct FieldTable {
 FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float fade);
 
 // Writes V - 1 of the part at `point` of its rest frame, faded; out.size() == kFieldNumbers. It is continuous in the
-// point everywhere. Works for any finite point.
+// point everywhere. Works for any point; what it writes for one that is not finite means nothing.
 void sampleField(const FieldTable& field, Vec3 point, std::span<float> out);
 
 }  // namespace penumbra

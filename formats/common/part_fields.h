@@ -10,7 +10,7 @@ namespace penumbra {
 
 struct PartFields {
     std::vector<PartField> parts;                     // [P]
-    std::vector<std::vector<std::int8_t>> values;     // [P] bytes of each part, [points, 25]
+    std::vector<std::vector<std::int8_t>> values;     // [P] bytes of each part, [points, 36]
     std::vector<std::vector<std::int8_t>> distances;  // [P] [points of the fine box]
     float fade = 0;  // width over which a part fades in at its surface, in the space of the rest positions, > 0
 

@@ -5,6 +5,12 @@
 
 namespace penumbra {
 
+Matrix toMatrix(const Affine& a) {
+    Matrix m;
+    std::copy(a.m.begin(), a.m.end(), m.begin());
+    return m;
+}
+
 Matrix multiply(const Matrix& a, const Matrix& b) {
     Matrix c;
     for (std::size_t r = 0; r < 12; r += 4) {

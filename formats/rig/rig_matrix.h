@@ -12,6 +12,7 @@ using Matrix = std::array<double, 12>;  // row-major 3x4; the last row is 0 0 0 
 
 constexpr Matrix kIdentityMatrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
+Matrix toMatrix(const Affine& a);
 Matrix multiply(const Matrix& a, const Matrix& b);
 Vec3d transformPoint(const Matrix& a, Vec3d p);
 double determinant(const Matrix& a);  // of the linear part

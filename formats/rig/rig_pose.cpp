@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "formats/common/errors.h"
 #include "formats/rig/rig_keys.h"
@@ -12,12 +13,6 @@
 namespace penumbra {
 
 namespace {
-struct LocalPose {
-    std::array<double, 3> translation;
-    Quaternion rotation;
-    std::array<double, 3> scale;
-};
-
 template <std::size_t N>
 std::array<double, N> keyValue(const float* key) {
     std::array<double, N> out;
@@ -46,13 +41,13 @@ std::array<double, N> valueAt(const Channel& channel, double time) {
     }
 }
 
-std::vector<LocalPose> localPoses(const std::vector<Node>& nodes, const Clip* clip, double time) {
-    std::vector<LocalPose> poses;
+std::vector<NodePose> posesOfNodes(const std::vector<Node>& nodes, const Clip* clip, double time) {
+    std::vector<NodePose> poses;
     poses.reserve(nodes.size());
     for (const Node& node : nodes) poses.push_back({node.translation, node.rotation, node.scale});
     if (clip == nullptr) return poses;
     for (const Channel& channel : clip->channels) {
-        LocalPose& pose = poses[std::size_t(channel.node)];
+        NodePose& pose = poses[std::size_t(channel.node)];
         switch (channel.path) {
             case Channel::Path::kTranslation:
                 pose.translation = valueAt<3>(channel, time);
@@ -68,7 +63,15 @@ std::vector<LocalPose> localPoses(const std::vector<Node>& nodes, const Clip* cl
     return poses;
 }
 
-std::vector<Matrix> transformsOf(const std::vector<Node>& nodes, const std::vector<LocalPose>& poses) {
+const Clip* clipOf(const Rig& rig, int clip) { return clip < 0 ? nullptr : &rig.clips.at(std::size_t(clip)); }
+
+}  // namespace
+
+std::vector<NodePose> nodePoses(const Rig& rig, RigFrame frame) {
+    return posesOfNodes(rig.nodes, clipOf(rig, frame.clip), frame.time);
+}
+
+std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, std::span<const NodePose> poses) {
     std::vector<Matrix> locals;
     locals.reserve(nodes.size());
     for (std::size_t n = 0; n < nodes.size(); ++n)
@@ -77,24 +80,29 @@ std::vector<Matrix> transformsOf(const std::vector<Node>& nodes, const std::vect
     return locals;
 }
 
-}  // namespace
-
 std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, const Clip* clip, double time) {
-    return transformsOf(nodes, localPoses(nodes, clip, time));
+    return localTransforms(nodes, posesOfNodes(nodes, clip, time));
+}
+
+std::vector<Matrix> globalTransforms(const std::vector<Node>& nodes, std::span<const NodePose> poses) {
+    std::vector<Matrix> globals = localTransforms(nodes, poses);
+    for (std::size_t n = 0; n < globals.size(); ++n)
+        if (nodes[n].parent >= 0) globals[n] = multiply(globals[std::size_t(nodes[n].parent)], globals[n]);
+    return globals;
 }
 
 namespace {
 
 // Returns the rotation of `node` in the space of its nearest ancestor that is a joint (or of the scene).
-Quaternion rotationToParentJoint(const Rig& rig, const std::vector<LocalPose>& poses, int node, int stop) {
+Quaternion rotationToParentJoint(const Rig& rig, const std::vector<NodePose>& poses, int node, int stop) {
     Quaternion q{0, 0, 0, 1};
     for (int n = node; n >= 0 && n != stop; n = rig.nodes[std::size_t(n)].parent)
         if (!rig.nodes[std::size_t(n)].matrix) q = multiply(poses[std::size_t(n)].rotation, q);
     return q;
 }
 
-std::vector<float> rotationVectors(const Rig& rig, const std::vector<LocalPose>& poses,
-                                   const std::vector<LocalPose>& rest) {
+std::vector<float> rotationVectors(const Rig& rig, const std::vector<NodePose>& poses,
+                                   const std::vector<NodePose>& rest) {
     std::vector<float> out;
     for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
         const int parent = rig.skin.parents[j];
@@ -110,11 +118,8 @@ std::vector<float> rotationVectors(const Rig& rig, const std::vector<LocalPose>&
 }  // namespace
 
 RigPose evaluatePose(const Rig& rig, int clip, double time) {
-    const Clip* keys = clip < 0 ? nullptr : &rig.clips.at(std::size_t(clip));
-    const std::vector<LocalPose> poses = localPoses(rig.nodes, keys, time);
-    std::vector<Matrix> globals = transformsOf(rig.nodes, poses);
-    for (std::size_t n = 0; n < globals.size(); ++n)
-        if (rig.nodes[n].parent >= 0) globals[n] = multiply(globals[std::size_t(rig.nodes[n].parent)], globals[n]);
+    const std::vector<NodePose> poses = nodePoses(rig, {clip, time});
+    const std::vector<Matrix> globals = globalTransforms(rig.nodes, poses);
     RigPose pose;
     for (std::size_t j = 0; j < rig.node_of_joint.size(); ++j) {
         const Matrix bone = multiply(globals[std::size_t(rig.node_of_joint[j])], rig.inverse_bind[j]);
@@ -126,8 +131,26 @@ RigPose evaluatePose(const Rig& rig, int clip, double time) {
                                    "': its transform is not finite at " + std::to_string(time) + " s");
         pose.bones.push_back(affine);
     }
-    pose.pose = rotationVectors(rig, poses, localPoses(rig.nodes, nullptr, 0));
+    pose.pose = rotationVectors(rig, poses, nodePoses(rig, {}));
     return pose;
+}
+
+void appendNumbers(const NodePose& pose, std::vector<float>& out) {
+    for (const double v : pose.translation) out.push_back(float(v));
+    for (const double v : pose.rotation) out.push_back(float(v));
+    for (const double v : pose.scale) out.push_back(float(v));
+}
+
+std::vector<NodePose> nodePosesOf(std::span<const float> numbers) {
+    std::vector<NodePose> poses(numbers.size() / kNodeNumbers);
+    for (std::size_t n = 0; n < poses.size(); ++n) {
+        const float* from = &numbers[n * kNodeNumbers];
+        std::copy_n(from, 3, poses[n].translation.begin());
+        const Quaternion rotation{from[3], from[4], from[5], from[6]};
+        poses[n].rotation = normalized(rotation).value_or(Quaternion{0, 0, 0, 1});
+        std::copy_n(from + 7, 3, poses[n].scale.begin());
+    }
+    return poses;
 }
 
 // --- Poses as a clip ------------------------------------------------------------------------------------------------
@@ -141,7 +164,7 @@ Channel stepChannel(int node, Channel::Path path, std::size_t keys) {
     return channel;
 }
 
-void appendValue(const LocalPose& pose, Channel& channel) {
+void appendValue(const NodePose& pose, Channel& channel) {
     const auto append = [&](const auto& value) {
         for (const double v : value) channel.values.push_back(float(v));
     };
@@ -163,8 +186,7 @@ Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string 
     Clip clip{std::move(name), double(frames.size() - 1), {}};
     for (const auto& [node, path] : moved) clip.channels.push_back(stepChannel(node, path, frames.size()));
     for (const RigFrame& frame : frames) {
-        const Clip* keys = frame.clip < 0 ? nullptr : &rig.clips.at(std::size_t(frame.clip));
-        const std::vector<LocalPose> poses = localPoses(rig.nodes, keys, frame.time);
+        const std::vector<NodePose> poses = nodePoses(rig, frame);
         for (Channel& channel : clip.channels) appendValue(poses[std::size_t(channel.node)], channel);
     }
     return clip;
@@ -189,6 +211,30 @@ Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::stri
             const float* v = &rotations[p * width + 3 * j];
             for (const double q : multiply(rest, rotationOf({v[0], v[1], v[2]})))
                 clip.channels.back().values.push_back(float(q));
+        }
+    }
+    return clip;
+}
+
+Clip clipOfNodes(const Rig& rig, std::span<const float> numbers, std::string name) {
+    const std::size_t width = kNodeNumbers * rig.nodes.size(), poses = numbers.size() / width;
+    Clip clip{std::move(name), double(poses - 1), {}};
+    const std::vector<NodePose> rest = nodePoses(rig, {});
+    for (std::size_t n = 0; n < rig.nodes.size(); ++n) {
+        if (rig.nodes[n].matrix) continue;
+        std::vector<float> at_rest;
+        appendNumbers(rest[n], at_rest);
+        for (const auto& [path, first, count] : {std::tuple(Channel::Path::kTranslation, 0, 3),
+                                                 {Channel::Path::kRotation, 3, 4},
+                                                 {Channel::Path::kScale, 7, 3}}) {
+            Channel channel = stepChannel(int(n), path, poses);
+            bool moves = clip.channels.empty() && path == Channel::Path::kRotation;  // a clip must have a key
+            for (std::size_t p = 0; p < poses; ++p) {
+                const float* from = &numbers[p * width + n * kNodeNumbers + std::size_t(first)];
+                channel.values.insert(channel.values.end(), from, from + count);
+                moves = moves || !std::equal(from, from + count, at_rest.begin() + first);
+            }
+            if (moves) clip.channels.push_back(std::move(channel));
         }
     }
     return clip;

@@ -1,10 +1,11 @@
 #pragma once
-// Makes a clip out of poses: key k, at k seconds, is pose k, with STEP interpolation, so that nothing lies between
-// two poses.
+// Poses by the transforms of their nodes, and clips made of poses: key k, at k seconds, is pose k, with STEP
+// interpolation, so that nothing lies between two poses.
 #include <span>
 #include <string>
 
 #include "formats/rig/rig_file.h"
+#include "formats/rig/rig_matrix.h"
 
 namespace penumbra {
 
@@ -13,6 +14,24 @@ struct RigFrame {
     double time = 0;
 };
 
+// A node's transform to its parent: translation x rotation x scale. Where the node has a matrix, that one counts.
+struct NodePose {
+    std::array<double, 3> translation{};
+    Quaternion rotation{0, 0, 0, 1};  // unit
+    std::array<double, 3> scale{1, 1, 1};
+};
+// Returns the transforms of all nodes [N] in a frame.
+std::vector<NodePose> nodePoses(const Rig& rig, RigFrame frame);
+// Returns every node's transform to its parent, and to model space.
+std::vector<Matrix> localTransforms(const std::vector<Node>& nodes, std::span<const NodePose> poses);
+std::vector<Matrix> globalTransforms(const std::vector<Node>& nodes, std::span<const NodePose> poses);
+
+// A node's pose as numbers: translation, quaternion x y z w, scale.
+constexpr std::size_t kNodeNumbers = 10;
+void appendNumbers(const NodePose& pose, std::vector<float>& out);
+// Reads the poses of nodes [N] from N * kNodeNumbers numbers.
+std::vector<NodePose> nodePosesOf(std::span<const float> numbers);
+
 // Stores the node transforms of `frames` as float keys. Bones agree with those of the frames to float rounding.
 Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string name);
 
@@ -20,6 +39,9 @@ Clip clipOfFrames(const Rig& rig, std::span<const RigFrame> frames, std::string 
 // are no joint, translations and scales stay as in the rest pose. Joints of one node must agree, and the first
 // counts. A node with a matrix cannot turn.
 Clip clipOfRotations(const Rig& rig, std::span<const float> rotations, std::string name);
+
+// Makes poses from the transforms of all nodes, [X, N, kNodeNumbers]. Nodes with a matrix keep it.
+Clip clipOfNodes(const Rig& rig, std::span<const float> numbers, std::string name);
 
 // Tells whether the joint can be turned and is the first of its node.
 bool turnsItself(const Rig& rig, std::size_t joint);

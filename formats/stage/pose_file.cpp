@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "formats/common/errors.h"
@@ -10,7 +11,8 @@
 
 namespace penumbra {
 
-constexpr FileKind kPosesKind{"penumbra.poses", kPosesVersion};
+constexpr FileKind kPosesKind{"penumbra.poses", kPosesVersion, kPlainPosesVersion};
+constexpr const char* kNodeTransforms = "node_transforms";
 
 void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     const std::size_t frames = poses.frames.frameCount(), joints = poses.joint_names.size();
@@ -18,7 +20,7 @@ void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     assert(joints > 0 && poses.rotations.size() == poses.sampledCount() * 3 * joints);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeKind(file, kPosesKind, poses.provenance);
+    writeKind(file, {kPosesKind.format, poses.mixedCount() > 0 ? kPosesVersion : kPlainPosesVersion}, poses.provenance);
     writeFrameList(file, poses.frames);
     writeIndices(file, "/frames/rank", poses.rank);
     writeDoubles(file, "/frames/distance", poses.distance, {frames});
@@ -26,6 +28,12 @@ void writePoseFile(const std::filesystem::path& path, const PoseFile& poses) {
     if (poses.sampledCount() > 0) {
         writeFloats(file, "/sampled/pose", poses.rotations, {poses.sampledCount(), 3 * joints});
         writeTextAttribute(file, "/sampled/pose", "parameterisation", kJointRotationVectors);
+    }
+    if (poses.mixedCount() > 0) {
+        assert(poses.mixed.size() == poses.mixedCount() * kMixedNumbers * poses.node_names.size());
+        writeStrings(file, "/mixed/node_names", poses.node_names);
+        writeFloats(file, "/mixed/nodes", poses.mixed, {poses.mixedCount(), poses.node_names.size(), kMixedNumbers});
+        writeTextAttribute(file, "/mixed/nodes", "parameterisation", kNodeTransforms);
     }
     closeHdf5(file);
     partial.commit();
@@ -51,18 +59,50 @@ void checkFrames(const Hdf5Reader& in, const PoseFile& poses) {
     }
 }
 
-// Checks that the frames of the clip "sampled" stand at 0, 1, ... seconds, one for each row of /sampled/pose.
-void checkSampled(const Hdf5Reader& in, const PoseFile& poses) {
+// Checks that the frames of the clip "sampled" or "mixed" stand at 0, 1, ... seconds, one for each of the `count` rows
+// of `dataset`.
+void checkMadePoses(const Hdf5Reader& in, const PoseFile& poses, const std::string& clip, const std::string& dataset,
+                    std::size_t count) {
     std::size_t rows = 0;
     for (std::size_t f = 0; f < poses.frames.frameCount(); ++f) {
-        if (poses.frames.clip_names[poses.frames.clip[f]] != kSampledClip) continue;
+        if (poses.frames.clip_names[poses.frames.clip[f]] != clip) continue;
         if (poses.frames.time[f] != double(rows++))
-            throw InvalidInput(in.name + ": /frames/time: sampled pose " + std::to_string(rows - 1) + " is not at " +
-                               std::to_string(rows - 1) + " s");
+            throw InvalidInput(in.name + ": /frames/time: " + clip + " pose " + std::to_string(rows - 1) +
+                               " is not at " + std::to_string(rows - 1) + " s");
     }
-    if (rows != poses.sampledCount())
-        throw InvalidInput(in.name + ": /sampled/pose: " + std::to_string(poses.sampledCount()) + " rows for " +
-                           std::to_string(rows) + " frames of clip 'sampled'");
+    if (rows != count)
+        throw InvalidInput(in.name + ": " + dataset + ": " + std::to_string(count) + " rows for " +
+                           std::to_string(rows) + " frames of clip '" + clip + "'");
+}
+
+void checkParameterisation(const Hdf5Reader& in, const std::string& dataset, const std::string& expected) {
+    const std::string found = readTextAttribute(in, dataset, "parameterisation");
+    if (found != expected)
+        throw InvalidInput(in.name + ": " + dataset + " parameterisation: '" + found + "', not '" + expected + "'");
+}
+
+void readSampled(const Hdf5Reader& in, PoseFile& poses) {
+    if (!exists(in, "/sampled/pose")) return;
+    checkParameterisation(in, "/sampled/pose", kJointRotationVectors);
+    std::vector<hsize_t> shape{0, 3 * poses.joint_names.size()};
+    poses.rotations = readFloats(in, "/sampled/pose", shape);
+}
+
+void readMixed(const Hdf5Reader& in, PoseFile& poses) {
+    if (!exists(in, "/mixed/nodes")) return;
+    checkParameterisation(in, "/mixed/nodes", kNodeTransforms);
+    poses.node_names = readStrings(in, "/mixed/node_names");
+    if (poses.node_names.empty()) throw InvalidInput(in.name + ": /mixed/node_names: no nodes");
+    std::vector<hsize_t> shape{0, poses.node_names.size(), kMixedNumbers};
+    poses.mixed = readFloats(in, "/mixed/nodes", shape);
+    for (std::size_t row = 0; row < poses.mixed.size(); row += kMixedNumbers) {
+        double squared = 0;
+        for (std::size_t i = 3; i < 7; ++i) squared += double(poses.mixed[row + i]) * poses.mixed[row + i];
+        if (!(std::abs(squared - 1) <= 1e-3))
+            throw InvalidInput(in.name + ": /mixed/nodes: the quaternion of pose " +
+                               std::to_string(row / kMixedNumbers / poses.node_names.size()) + ", node '" +
+                               poses.node_names[row / kMixedNumbers % poses.node_names.size()] + "', is not unit");
+    }
 }
 
 }  // namespace
@@ -80,16 +120,11 @@ PoseFile readPoseFile(const std::filesystem::path& path) {
     if (poses.joint_names.empty() || poses.joint_names.size() > 65535)
         throw InvalidInput(in.name + ": /skin/joint_names: " + std::to_string(poses.joint_names.size()) + " joints");
     checkUnique(in, "/skin/joint_names", poses.joint_names);
-    if (exists(in, "/sampled/pose")) {
-        const std::string found = readTextAttribute(in, "/sampled/pose", "parameterisation");
-        if (found != kJointRotationVectors)
-            throw InvalidInput(in.name + ": /sampled/pose parameterisation: '" + found + "', not '" +
-                               kJointRotationVectors + "'");
-        shape = {0, 3 * poses.joint_names.size()};
-        poses.rotations = readFloats(in, "/sampled/pose", shape);
-    }
+    readSampled(in, poses);
+    readMixed(in, poses);
     checkFrames(in, poses);
-    checkSampled(in, poses);
+    checkMadePoses(in, poses, kSampledClip, "/sampled/pose", poses.sampledCount());
+    checkMadePoses(in, poses, kMixedClip, "/mixed/nodes", poses.mixedCount());
     return poses;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formats/stage/brdf_file.h"
+#include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
@@ -177,6 +178,54 @@ inline PoseFile poseFile() {
     out.joint_names = {"root", "Ellbogen-\xc3\xa4"};
     out.rotations = numbers(2 * 6, 3);
     out.provenance = {"penumbra-bake poses", "0.1.0", R"({"choose":5})", {{"strip.glb", std::string(64, 'a')}}};
+    return out;
+}
+
+// Makes fields of two parts of three joints. The last joint moves with the second part.
+inline FieldFile fieldFile() {
+    FieldFile out;
+    out.joint_names = {"root", "Ellbogen-\xc3\xa4", "hand"};
+    out.part_of_joint = {0, 1, 1};
+    out.steps = {0, 1, 1, 0};
+    out.vertex_count = 9;
+    out.mesh_sha256 = std::string(64, 'b');
+    out.rays = 64;
+    for (std::uint32_t p = 0; p < 2; ++p) {
+        PartField part;
+        part.joint = p;
+        part.centre = {0.5f * float(p), 1, 0};
+        part.radius = 0.25f;
+        part.boxes[0] = {{0, 0.5f, -1}, {1, 1.5f, 1}, {2, 3, 2}};
+        part.boxes[1] = {{-1, 0, -2}, {2, 2, 2}, {2, 2, 2}};
+        for (auto& bands : part.scale) bands.fill(1.0f / 1024);
+        part.distance_scale = 1.0f / 512;
+        std::vector<std::int8_t> values(part.pointCount() * kFieldNumbers), distances(part.boxes[0].pointCount());
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::int8_t(int((i * 7 + p) % 255) - 127);
+        for (std::size_t i = 0; i < distances.size(); ++i) distances[i] = std::int8_t(int(i * 11) - 60);
+        out.fields.parts.push_back(part);
+        out.fields.values.push_back(values);
+        out.fields.distances.push_back(distances);
+    }
+    out.fields.fade = 0.01f;
+    out.provenance = {"penumbra-bake fields", "0.1.0", R"({"rays":64})", {{"strip.glb", std::string(64, 'a')}}};
+    return out;
+}
+
+// Makes a list that has two mixed poses of three nodes besides, one of which has no name.
+inline PoseFile mixedPoseFile() {
+    PoseFile out = poseFile();
+    out.frames.clip_names.push_back(kMixedClip);
+    out.frames.clip.insert(out.frames.clip.end(), {3, 3});
+    out.frames.time.insert(out.frames.time.end(), {0, 1});
+    out.rank.insert(out.rank.end(), {7, 8});
+    out.distance.insert(out.distance.end(), {0, 0});
+    out.node_names = {"root", "", "Ellbogen-\xc3\xa4"};
+    out.mixed = numbers(2 * 3 * kMixedNumbers, 1);
+    for (std::size_t row = 0; row < out.mixed.size(); row += kMixedNumbers) {
+        double squared = 0;
+        for (std::size_t i = 3; i < 7; ++i) squared += double(out.mixed[row + i]) * out.mixed[row + i];
+        for (std::size_t i = 3; i < 7; ++i) out.mixed[row + i] /= float(std::sqrt(squared));
+    }
     return out;
 }
 

@@ -53,6 +53,10 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { (void)readModel(path); }},
         {"poses", [](const auto& path) { writePoseFile(path, samples::poseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},
+        {"fields", [](const auto& path) { writeFields(path, samples::fieldFile()); },
+         [](const auto& path) { (void)readFields(path); }},
+        {"mixed poses", [](const auto& path) { writePoseFile(path, samples::mixedPoseFile()); },
+         [](const auto& path) { (void)readPoseFile(path); }},
         {"brdf",
          [](const auto& path) {
              BrdfFile brdf = samples::sampleBrdf();

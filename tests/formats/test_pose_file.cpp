@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "formats/common/errors.h"
@@ -29,6 +30,22 @@ TEST(PoseFile, RoundTripIsExactAndDeterministic) {
     writePoseFile(path, poses);
     EXPECT_EQ(samples::bytesOf(path), first);
     EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST(PoseFile, MixedPosesMakeVersion2AndComeBack) {
+    const samples::Folder folder("mixed_poses");
+    const auto path = folder.path / "x.poses.h5";
+    const PoseFile poses = samples::mixedPoseFile();
+    EXPECT_EQ(poses.mixedCount(), 2u);
+    writePoseFile(path, poses);
+    const std::string first = samples::bytesOf(path);
+    const PoseFile back = readPoseFile(path);
+    EXPECT_EQ(back.frames.clip_names, poses.frames.clip_names);
+    EXPECT_EQ(back.node_names, poses.node_names);
+    EXPECT_EQ(back.mixed, poses.mixed);
+    EXPECT_EQ(back.rotations, poses.rotations);
+    writePoseFile(path, poses);
+    EXPECT_EQ(samples::bytesOf(path), first);
 }
 
 TEST(PoseFile, WithoutSampledPosesThereIsNoTableOfThem) {
@@ -61,10 +78,16 @@ TEST(PoseFile, WrongListsAreRefused) {
         {"/sampled/pose", [](PoseFile& p) { p.rotations.resize(6); }},
         {"/sampled/pose", [](PoseFile& p) { p.frames.clip_names[2] = "jump"; }},
         {"/skin/joint_names", [](PoseFile& p) { p.joint_names[1] = "root"; }},
+        {"/mixed/nodes", [](PoseFile& p) { p.mixed.resize(30); }},
+        {"/mixed/nodes", [](PoseFile& p) { p.node_names.pop_back(); }},
+        {"/mixed/nodes", [](PoseFile& p) { p.mixed[33] *= 1.5f; }},
+        {"/mixed/nodes", [](PoseFile& p) { std::fill_n(p.mixed.begin() + 43, 4, 0.0f); }},
+        {"/mixed/nodes", [](PoseFile& p) { p.frames.clip_names[3] = "jump"; }},
+        {"/frames/time", [](PoseFile& p) { p.frames.time[8] = 2; }},
     };
     const samples::Folder folder("wrong");
     for (const Case& c : cases) {
-        PoseFile poses = samples::poseFile();
+        PoseFile poses = samples::mixedPoseFile();
         c.damage(poses);
         writePoseFile(folder.path / "x.poses.h5", poses);
         try {

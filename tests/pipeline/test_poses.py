@@ -4,6 +4,7 @@ usage: test_poses.py BIN
 """
 import json
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -126,6 +127,71 @@ def check_bakes(folder, listed):
         assert np.abs(of_list["frames/pose"][12:] - f["sampled/pose"][:]).max() < 1e-5
 
 
+def relative_moves(bones, parents, joint):
+    """[F,4,4]: how a joint moved against its parent joint, in the rest space."""
+    full = np.zeros((len(bones), bones.shape[1], 4, 4))
+    full[:, :, :3] = bones.reshape(len(bones), -1, 3, 4)
+    full[:, :, 3, 3] = 1
+    return np.linalg.inv(full[:, parents[joint]]) @ full[:, joint]
+
+
+def check_mixed(folder):
+    """Mixed poses are listed after the frames that they are mixed from, and every joint moves as in one of these, or as
+    the joint on the other side in a mirror."""
+    out = os.path.join(folder, "mixed.poses.h5")
+    words = ["--fps", 5, "--holdout", "squat", "--mix", 12, "--cover", 4]
+    figures = poses(out, *words)
+    first = open(out, "rb").read()
+    for threads in (1, 2, 8):
+        poses(out, *words, "--threads", threads)
+        assert open(out, "rb").read() == first, threads
+    assert figures["chosen"] == figures["candidates"] == 32 and "largest_gap" not in figures, figures
+    mixed = figures["mixed"]
+    assert (mixed["poses"], mixed["limbs"], mixed["mirrored_limbs"]) == (16, 7, 7), mixed
+    assert 1 > mixed["open_before_covering"] > mixed["open_after_covering"] > 0, mixed
+    with h5py.File(out) as f:
+        assert f.attrs["format_version"] == 2
+        assert [name.decode() for name in f["clips/names"][:]] == ["wave", "walk", "mixed"]
+        assert f["mixed/nodes"].shape == (16, len(f["mixed/node_names"]), 10)
+        assert np.array_equal(f["frames/time"][32:], np.arange(16))
+        options = json.loads(f.attrs["provenance"])["options"]
+        assert (options["mix"], options["cover"]) == (12, 4), options
+    check_mixed_bakes(folder, out)
+    both = poses(os.path.join(folder, "both.poses.h5"), "--fps", 5, "--choose", 6, "--sample", 3, "--mix", 12)
+    assert list(both["frames_by_clip"])[-2:] == ["sampled", "mixed"], both
+    info = run(BAKE, "info", out)
+    assert info.returncode == 0 and "mixed                  16\n" in info.stdout, info
+    dry = run(BAKE, "poses", MAN, "-o", os.path.join(folder, "dry.poses.h5"), *words, "--dry-run")
+    assert dry.stdout == "32 of 32 frames, 0 sampled poses, 16 mixed poses\n", dry
+
+
+def check_mixed_bakes(folder, listed):
+    """Bakes of the list and of a rig of these poses agree, and hold limbs of the listed frames."""
+    rig = os.path.join(folder, "mixed.glb")
+    poses(rig, "--fps", 5, "--holdout", "squat", "--mix", 12, "--cover", 4)
+    of_list = bake(os.path.join(folder, "mixed.vis.h5"), MAN, "--poses", listed)
+    of_rig = bake(os.path.join(folder, "mixed_rig.vis.h5"), rig)
+    assert [name.decode() for name in of_list["clips/names"][:]] == ["wave", "walk", "mixed"]
+    difference = np.abs(of_list["frames/positions"][:] - of_rig["frames/positions"][:]).max()
+    assert difference < 1e-5, difference  # metres; 5e-7 measured
+    names = [name.decode() for name in of_list["skin/joint_names"][:]]
+    parents = of_list["skin/parents"][:]
+    mirror = np.diag([-1, 1, 1, 1])
+    seen = set()
+    for joint, name in enumerate(names):
+        if parents[joint] < 0:
+            continue
+        other = names.index(name[:-1] + {"L": "R", "R": "L"}[name[-1]]) if name[-2] == "." else joint
+        moves = relative_moves(of_list["frames/bones"][:], parents, joint)
+        images = mirror @ relative_moves(of_list["frames/bones"][:32], parents, other) @ mirror
+        for move in moves[32:]:
+            as_frame = np.abs(moves[:32] - move).max((1, 2)).min()
+            as_image = np.abs(images - move).max((1, 2)).min()
+            seen.add(as_frame > 1e-4)
+            assert min(as_frame, as_image) < 1e-5, (name, as_frame, as_image)  # 1e-6 measured
+    assert seen == {False, True}, seen
+
+
 def check_formats(folder):
     """Poses come from whatever assimp reads as well."""
     for name in ("swing.fbx", "swing.dae", "swing.x"):
@@ -171,6 +237,12 @@ def check_training(folder):
     assert not os.path.exists(model)
 
 
+def rename_first(names):
+    texts = names[:]
+    texts[0] = b"x"
+    names[:] = texts
+
+
 def check_failures(folder):
     place = lambda name: os.path.join(folder, name)
     open(place("empty.csv"), "w").close()
@@ -182,6 +254,14 @@ def check_failures(folder):
         ([MAN, "--choose", "-1"], 1, "--choose must be 0 or more"),
         ([MAN, "--choose", "many"], 1, "--choose"),
         ([MAN, "--sample", "1000001"], 1, "--sample must be 0..1000000"),
+        ([MAN, "--mix", "0"], 1, "--mix"),
+        ([MAN, "--mix", "-1"], 1, "--mix must be 0..1000000 poses, not -1"),
+        ([MAN, "--mix", "1000000000"], 1, "--mix must be 0..1000000 poses"),
+        ([MAN, "--mix", "1e99"], 1, "--mix"),
+        ([MAN, "--cover", "10001"], 1, "--cover must be 0..10000 poses, not 10001"),
+        ([MAN, "--mix", "3", "--choose", "1"], 1, "at least 2 frames"),
+        ([MAN, "--mix", "3", "--limits", place("empty.csv")], 1, "--limits needs --sample"),
+        ([os.path.join(SAMPLES, "bend.glb"), "--mix", "3"], 1, "no fork"),
         ([MAN, "--choose", "3", "--method", "best"], 1, "--method"),
         ([MAN, "--choose", "3", "--seed", "-1"], 1, "--seed must be 0..9223372036854775807, not -1"),
         ([MAN, "--choose", "3", "--clips", "moonwalk"], 1, "moonwalk"),
@@ -204,6 +284,11 @@ def check_failures(folder):
     assert run(BAKE, "poses", MAN, "--choose", 3, "-o", place("out.txt")).returncode == 1
     assert run(BAKE, "poses", MAN, "--choose", 3, "-o", place("nowhere/x.glb")).returncode == 2
     assert run(BAKE, "poses", MAN, "--choose", 3, "-o", out, "--dry-run").returncode == 0 and not os.path.exists(out)
+    for name, damage in (("other", lambda f: rename_first(f["mixed/node_names"])),
+                         ("nan", lambda f: f["mixed/nodes"].__setitem__((0, 0, 0), np.nan))):
+        shutil.copy(place("mixed.poses.h5"), place(name + ".poses.h5"))
+        with h5py.File(place(name + ".poses.h5"), "r+") as f:
+            damage(f)
     cases = [
         ([MAN, "--poses", place("cut.poses.h5")], 3, "cut.poses.h5"),
         ([MAN, "--poses", place("none.poses.h5")], 2, "none.poses.h5"),
@@ -211,6 +296,9 @@ def check_failures(folder):
         ([MAN, "--poses", place("man.poses.h5"), "--fps", "5"], 1, "--fps goes with --clips"),
         ([MAN, "--poses", place("man.poses.h5"), "--clips", "walk"], 1, "walk"),
         ([os.path.join(SAMPLES, "bend.glb"), "--poses", place("man.poses.h5")], 3, "no clip 'wave'"),
+        ([MAN, "--poses", place("other.poses.h5")], 3, "/mixed/node_names: mixed poses of a rig with other nodes"),
+        ([MAN, "--poses", place("nan.poses.h5")], 3, "/mixed/nodes"),
+        ([place("mixed.glb"), "--poses", place("mixed.poses.h5")], 3, "no clip 'wave'"),
     ]
     for words, code, name in cases:
         result = run(BAKE, "visibility", *words, "-o", place("out.vis.h5"), *FEW)
@@ -223,10 +311,11 @@ def main():
         listed = check_list(folder)
         check_limits(folder)
         check_bakes(folder, listed)
+        check_mixed(folder)
         check_formats(folder)
         check_training(folder)
         check_failures(folder)
-    print("lists, limits, bakes of them, other formats, training on them, bad input: ok")
+    print("lists, limits, bakes of them, mixed poses, other formats, training on them, bad input: ok")
 
 
 main()
