@@ -57,7 +57,7 @@ std::vector<std::size_t> probedTasks(std::size_t tasks) {
 // Holds consecutive frames of the same vertices, one block of vertices after the other, as the writer's chunks have
 // them.
 struct RunOfFrames {
-    std::vector<std::vector<float>> coefficients, positions, normals;  // of each probed block of vertices
+    std::vector<std::vector<float>> coefficients, local, positions, normals;  // of each probed block of vertices
     std::size_t frames = 0;
 };
 
@@ -65,12 +65,14 @@ struct RunOfFrames {
 void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision precision, ProbeSums& sums) {
     const double start = processorSeconds();
     const std::size_t n2 = plan.header.coefficientCount();
+    const std::size_t m2 = plan.header.local ? plan.header.local->coefficientCount() : 0;
     double bytes = 0, vertices = 0;
     for (std::size_t i = 0; i < run.coefficients.size(); ++i) {
         const std::size_t width = run.positions[i].size() / (3 * run.frames);
         bytes += storedSize(run.coefficients[i], {run.frames, width, n2}, precision) +
                  storedSize(run.positions[i], {run.frames, width, 3}, Precision::kFloat32) +
                  storedSize(run.normals[i], {run.frames, width, 3}, Precision::kFloat32);
+        if (m2 > 0) bytes += storedSize(run.local[i], {run.frames, width, m2}, precision);
         vertices += double(width);
     }
     const double all = double(plan.header.mesh.vertexCount()) / vertices;
@@ -84,14 +86,15 @@ void append(std::span<const float> values, std::vector<float>& out) {
 }
 
 // Poses one frame of the probe, traces its chosen vertices and appends them to the run.
-void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size_t frame, int threads, RunOfFrames& run,
-                ProbeSums& sums) {
+void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::size_t frame, int threads,
+                RunOfFrames& run, ProbeSums& sums) {
     double start = processorSeconds();
     FrameScene posed = frameScene(plan, frame);
     sums.pose_seconds += processorSeconds() - start;
-    const std::size_t vertices = posed.frame.positions.size(), n2 = plan.header.coefficientCount();
+    const std::size_t vertices = posed.frame.positions.size();
     const std::vector<std::size_t> tasks = probedTasks((vertices + kVerticesPerTask - 1) / kVerticesPerTask);
     const MomentTracer tracer = tracerOf(plan, posed, directions);
+    const MomentOutput out = outputOf(posed.frame);
     const auto span = [&](std::size_t i) {
         const std::size_t begin = tasks[i] * kVerticesPerTask;
         return std::pair(begin, std::min(kVerticesPerTask, vertices - begin));
@@ -101,18 +104,20 @@ void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size
         throwIfInterrupted();
         const auto [begin, size] = span(i);
         traceMoments(tracer, std::span(posed.frame.positions).subspan(begin, size),
-                     std::span(posed.frame.normals).subspan(begin, size),
-                     std::span(posed.frame.coefficients).subspan(begin * n2, size * n2), begin);
+                     std::span(posed.frame.normals).subspan(begin, size), out.part(begin, size, vertices), begin);
     });
     const double seconds = processorSeconds() - start;
     run.coefficients.resize(tasks.size());
+    run.local.resize(tasks.size());
     run.positions.resize(tasks.size());
     run.normals.resize(tasks.size());
     double traced = 0;
     for (std::size_t i = 0; i < tasks.size(); ++i) {
         const auto [begin, size] = span(i);
         traced += double(size);
-        append(std::span<const float>(posed.frame.coefficients).subspan(begin * n2, size * n2), run.coefficients[i]);
+        const MomentOutput block = out.part(begin, size, vertices);
+        append(block.coefficients, run.coefficients[i]);
+        append(block.local, run.local[i]);
         append(std::span(&posed.frame.positions[begin].x, 3 * size), run.positions[i]);
         append(std::span(&posed.frame.normals[begin].x, 3 * size), run.normals[i]);
     }
@@ -124,7 +129,7 @@ void probeFrame(const BakePlan& plan, const RayDirections& directions, std::size
 // Runs the probe: kRuns runs of frames, each with its share of the time.
 ProbeSums probe(const BakePlan& plan, const BakeOptions& options, int threads) {
     const double start = processorSeconds();
-    const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
+    const BakeDirections directions = makeBakeDirections(options);
     const std::size_t frames = plan.header.frames.frameCount();
     const std::size_t length =
         std::min({kRunFrames, framesOfBlock(plan.header), std::max<std::size_t>(1, frames / kRuns)});
@@ -150,7 +155,8 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     const ProbeSums sums = probe(plan, options, threads);
     const VisibilityHeader& header = plan.header;
     const double frames = double(header.frames.frameCount()), vertices = double(header.mesh.vertexCount());
-    const double n2 = double(header.coefficientCount()), frame_bytes = 4 * vertices * (6 + n2);
+    const double moments = double(header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0));
+    const double frame_bytes = 4 * vertices * (6 + moments);
     const int cores = std::min(threads > 0 ? threads : hardwareThreads(), hardwareThreads());
     // Writing and posing run beside the tracing, as two of its tasks.
     const double work =
@@ -158,17 +164,17 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     BakeEstimate out;
     out.seconds = frames * work / cores;
     const double small = plan.bytes(options.precision) -
-                         frames * vertices * (24 + (options.precision == Precision::kFloat16 ? 2 : 4) * n2);
+                         frames * vertices * (24 + (options.precision == Precision::kFloat16 ? 2 : 4) * moments);
     out.bytes = frames * sums.stored_bytes / sums.stored_frames + small;
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
     // The figure so far holds the rig and one frame with its tree. A bake adds two more frames and the block that it
     // writes.
     const double tree = 150.0 * double(plan.blockers.triangles.size());
-    const double halves = options.precision == Precision::kFloat16 ? 2 * vertices * n2 : 0;
+    const double halves = options.precision == Precision::kFloat16 ? 2 * vertices * moments : 0;
     out.memory = 1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) +
                  double(framesOfBlock(header)) * (frame_bytes + halves);
-    out.journal = frames * vertices * n2 * (options.precision == Precision::kFloat16 ? 2 : 4);
+    out.journal = frames * vertices * moments * (options.precision == Precision::kFloat16 ? 2 : 4);
     out.probe_seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
     return out;
 }

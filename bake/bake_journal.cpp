@@ -72,7 +72,8 @@ bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) 
 
 BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, bool resume)
     : path_(fs::path(output) += ".journal"), precision_(precision), keep_(resume) {
-    frame_bytes_ = header.mesh.vertexCount() * header.coefficientCount() * (precision == Precision::kFloat16 ? 2u : 4u);
+    const std::size_t moments = header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0);
+    frame_bytes_ = header.mesh.vertexCount() * moments * (precision == Precision::kFloat16 ? 2u : 4u);
     open(resume);
     if (file_ < 0) return;
     if (!keep_) removeOnStop(path_);
@@ -180,29 +181,47 @@ void BakeJournal::start(const std::string& key) {
     if (::ftruncate(file_, 0) != 0 || !writeAll(file_, 0, head)) full_ = true;
 }
 
-void BakeJournal::read(std::size_t frame, std::span<float> coefficients) const {
+namespace {
+
+// Takes values from the front of a record. Returns the rest of the record.
+std::span<const std::byte> takeFloats(std::span<const std::byte> record, Precision precision, std::span<float> values) {
+    if (precision == Precision::kFloat32) {
+        std::memcpy(values.data(), record.data(), values.size_bytes());
+        return record.subspan(values.size_bytes());
+    }
+    std::vector<std::uint16_t> halves(values.size());
+    std::memcpy(halves.data(), record.data(), 2 * halves.size());
+    halfToFloat(halves, values);
+    return record.subspan(2 * halves.size());
+}
+
+// Puts values at the front of a record. Returns the rest of the record.
+std::span<std::byte> putFloats(std::span<const float> values, Precision precision, std::span<std::byte> record) {
+    if (precision == Precision::kFloat32) {
+        std::memcpy(record.data(), values.data(), values.size_bytes());
+        return record.subspan(values.size_bytes());
+    }
+    std::vector<std::uint16_t> halves(values.size());
+    floatToHalf(values, halves);
+    std::memcpy(record.data(), halves.data(), 2 * halves.size());
+    return record.subspan(2 * halves.size());
+}
+
+}  // namespace
+
+void BakeJournal::read(std::size_t frame, VisibilityFrame& out) const {
     assert(frame < kept_);
     std::vector<std::byte> record;
     if (!readRecord(frame, record)) throw IoError(path_.string() + ": changed while it was read");
-    if (precision_ == Precision::kFloat32) {
-        std::memcpy(coefficients.data(), record.data(), frame_bytes_);
-    } else {
-        std::vector<std::uint16_t> halves(coefficients.size());
-        std::memcpy(halves.data(), record.data(), frame_bytes_);
-        halfToFloat(halves, coefficients);
-    }
+    const std::span<const std::byte> rest = takeFloats(record, precision_, out.coefficients);
+    if (!out.local_coefficients.empty()) takeFloats(rest, precision_, out.local_coefficients);
 }
 
-void BakeJournal::append(std::span<const float> coefficients) {
+void BakeJournal::append(const VisibilityFrame& frame) {
     if (file_ < 0 || full_) return;
     record_.resize(frame_bytes_ + 8);
-    if (precision_ == Precision::kFloat32) {
-        std::memcpy(record_.data(), coefficients.data(), frame_bytes_);
-    } else {
-        std::vector<std::uint16_t> halves(coefficients.size());
-        floatToHalf(coefficients, halves);
-        std::memcpy(record_.data(), halves.data(), frame_bytes_);
-    }
+    const std::span<std::byte> rest = putFloats(frame.coefficients, precision_, record_);
+    if (!frame.local_coefficients.empty()) putFloats(frame.local_coefficients, precision_, rest);
     const std::uint64_t sum = checksum(frames_ + 1, std::span(record_).first(frame_bytes_));
     std::memcpy(record_.data() + frame_bytes_, &sum, 8);
     if (writeAll(file_, records_begin_ + frames_ * record_.size(), record_)) {

@@ -1,12 +1,12 @@
 #pragma once
-// Keeps OUTPUT.journal, which holds the coefficients that a bake has traced so far. A bake that was killed goes on
-// from it with --resume. Nobody can read an HDF5 file whose writer was killed, but a journal can be read up to its
-// last whole frame.
+// Keeps OUTPUT.journal, which holds the coefficients and local moments that a bake has traced so far. A bake that was
+// killed goes on from it with --resume. Nobody can read an HDF5 file whose writer was killed, but a journal can be read
+// up to its last whole frame.
 //
 // Layout: "PNBJRNL1", u64 number of bytes of the key, the key (JSON: provenance, number of frames, bytes a frame),
-// the key's checksum. Then every traced frame follows in order: its coefficients as they will be stored, and a
-// checksum over the frame's number and the coefficients. A frame with a wrong checksum ends the journal. The bake
-// poses positions, bones and the like again.
+// the key's checksum. Then every traced frame follows in order: its coefficients and then its local moments, if it has
+// any, as they will be stored, and a checksum over the frame's number and both. A frame with a wrong checksum ends the
+// journal. The bake poses positions, bones and the like again.
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -29,11 +29,13 @@ public:
     BakeJournal(const BakeJournal&) = delete;
     BakeJournal& operator=(const BakeJournal&) = delete;
 
-    std::size_t framesKept() const { return kept_; }                    // frames that an earlier bake traced
-    const std::string& note() const { return note_; }                   // a sentence that the user should see; or ""
-    void read(std::size_t frame, std::span<float> coefficients) const;  // frame < framesKept(); throws IoError
+    std::size_t framesKept() const { return kept_; }   // frames that an earlier bake traced
+    const std::string& note() const { return note_; }  // a sentence that the user should see; or ""
+    // Fills in the coefficients and local moments of `out`, which have their sizes. frame < framesKept(); throws
+    // IoError.
+    void read(std::size_t frame, VisibilityFrame& out) const;
     // Adds the next frame. On a full disk the journal ends, but the bake goes on.
-    void append(std::span<const float> coefficients);
+    void append(const VisibilityFrame& frame);
     void finish();  // call it when the output is whole; it removes the journal
 
 private:

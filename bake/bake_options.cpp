@@ -1,23 +1,12 @@
 #include "bake/bake_options.h"
 
 #include <cmath>
-#include <sstream>
 
+#include "bake/out_of_range.h"
 #include "formats/common/errors.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
-
-namespace {
-
-template <class T>
-std::string outOfRange(const char* option, const char* range, T value) {
-    std::ostringstream text;
-    text << option << " must be " << range << ", not " << value;
-    return text.str();
-}
-
-}  // namespace
 
 std::string findProblem(const BakeOptions& options) {
     // Each test asks for "not inside", so that NaN is a problem too.
@@ -34,6 +23,10 @@ std::string findProblem(const BakeOptions& options) {
         return outOfRange("--bias", "1e-7..0.1 diagonals of the rest pose", options.bias);
     if (options.ground_y && !(std::isfinite(*options.ground_y) && options.ground))
         return outOfRange("--ground", "a height in metres", *options.ground_y);
+    if (options.local && (options.local->steps < 1 || options.local->steps > kMostLocalSteps))
+        return outOfRange("--local-steps", "1..8 bones with a part", options.local->steps);
+    if (options.local && (options.local->order < kLeastLocalOrder || options.local->order > kMostLocalOrder))
+        return outOfRange("--local-order", "5..6 bands", options.local->order);
     return "";
 }
 

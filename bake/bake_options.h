@@ -30,6 +30,7 @@ struct BakeOptions {
     bool two_sided = false;               // every vertex has a back (Mesh::two_sided)
     std::vector<std::filesystem::path> occluders = {};  // meshes that block rays and get no moments (blockers.h)
     std::optional<std::filesystem::path> inputs = {};   // CSV of numbers that join the pose (input_table.h)
+    std::optional<LocalMoments> local = {};             // also bake what the local triangles alone leave visible
     Precision precision = Precision::kFloat32;
 };
 

@@ -5,6 +5,7 @@
 namespace penumbra {
 
 Verb visibilityVerb();
+Verb fieldsVerb();
 Verb mergeVerb();
 Verb posesVerb();
 Verb referenceVerb();

@@ -55,9 +55,8 @@ private:
     Progress progress_;
 };
 
-void traceTask(const FrameScene& posed, const MomentTracer& tracer, std::size_t task, std::span<float> out,
+void traceTask(const FrameScene& posed, const MomentTracer& tracer, std::size_t task, const MomentOutput& out,
                RayCount& count) {
-    const auto n2 = std::size_t(coefficientCount(tracer.directions.order));
     const std::span<const Vec3> positions(posed.frame.positions), normals(posed.frame.normals);
     const std::size_t end = std::min(positions.size(), (task + 1) * kVerticesPerTask);
     // A step traces at most 2^17 directions, about 10 ms, before it looks at the signal flag again.
@@ -66,7 +65,7 @@ void traceTask(const FrameScene& posed, const MomentTracer& tracer, std::size_t 
         throwIfInterrupted();
         const std::size_t size = std::min(step, end - begin);
         const std::size_t traced = traceMoments(tracer, positions.subspan(begin, size), normals.subspan(begin, size),
-                                                out.subspan(begin * n2, size * n2), begin);
+                                                out.part(begin, size, positions.size()), begin);
         count.add(traced, size * std::size_t(tracer.directions.count) / 2);
     }
 }
@@ -77,18 +76,18 @@ void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t b
                  const std::function<void(const VisibilityFrame&)>& write) {
     const std::size_t frame_count = plan.header.frames.frameCount();
     if (begin == frame_count) return;
-    const RayDirections directions = makeRayDirections(options.rays, options.seed, options.order);
+    const BakeDirections directions = makeBakeDirections(options);
     const std::size_t tasks = (plan.header.mesh.vertexCount() + kVerticesPerTask - 1) / kVerticesPerTask;
     std::optional<VisibilityFrame> done;
     std::optional<FrameScene> current = frameScene(plan, begin), next;
     for (std::size_t f = begin; f < frame_count; ++f) {
         const MomentTracer tracer = tracerOf(plan, *current, directions);
-        const std::span<float> coefficients(current->frame.coefficients);
+        const MomentOutput out = outputOf(current->frame);
         // Tasks 0 and 1 come first, because they take longest and cannot be divided.
         parallelFor(tasks + 2, threads, [&](std::size_t i) {
             if (i == 0 && done) write(*done);
             if (i == 1 && f + 1 < frame_count) next.emplace(frameScene(plan, f + 1));
-            if (i >= 2) traceTask(*current, tracer, i - 2, coefficients, count);
+            if (i >= 2) traceTask(*current, tracer, i - 2, out, count);
         });
         done = std::move(current->frame);
         current = std::exchange(next, std::nullopt);
@@ -107,13 +106,13 @@ BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, cons
     RayCount count(progress, plan.rays());
     for (std::size_t f = 0; f < journal.framesKept(); ++f) {
         VisibilityFrame frame = poseVertices(plan, f);
-        journal.read(f, frame.coefficients);
+        journal.read(f, frame);
         writer.writeFrame(frame);
         count.add(0, frame.positions.size() * std::size_t(options.rays));
     }
     // 2. The other frames are traced. A frame goes to the journal before it goes to the output.
     traceFrames(plan, options, journal.framesKept(), threads, count, [&](const VisibilityFrame& frame) {
-        journal.append(frame.coefficients);
+        journal.append(frame);
         writer.writeFrame(frame);
     });
     // 3. The output takes its name when it is whole, and then the journal can go.

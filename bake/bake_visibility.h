@@ -7,6 +7,7 @@
 #include "bake/blockers.h"
 #include "bake/continuous_angles.h"
 #include "bake/extra_inputs.h"
+#include "bake/local_parts.h"
 #include "formats/common/progress.h"
 
 namespace penumbra {
@@ -22,6 +23,7 @@ struct BakePlan {
     // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
     bool sheet_rules = false;
     Blockers blockers;
+    std::optional<LocalParts> local;  // set with header.local
     std::vector<Occluder> occluders;  // their clips go with header.frames.clip_names
     ExtraInputs inputs;
     std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache, else empty

@@ -39,6 +39,8 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     VisibilityFrame frame{
         std::move(pose.positions), std::move(pose.normals), std::move(pose.bones), std::move(pose.pose), {}};
     frame.coefficients.resize(frame.positions.size() * plan.header.coefficientCount());
+    if (plan.header.local)
+        frame.local_coefficients.resize(frame.positions.size() * plan.header.local->coefficientCount());
     return frame;
 }
 
@@ -50,14 +52,29 @@ FrameScene frameScene(const BakePlan& plan, std::size_t f) {
     const SceneScale scale = sceneScale(scaled, plan.rest_diagonal);
     for (const Occluder& occluder : plan.occluders) appendPositions(occluder, frames.clip[f], frames.time[f], scaled);
     for (Vec3& p : scaled) p = scale.apply(p);
-    return {std::move(frame), scale, OcclusionScene(scaled, plan.blockers.triangles, plan.sheet_rules)};
+    std::vector<BoundingBox> boxes;
+    if (plan.local) boxes = plan.local->boxesOf(plan.header.mesh.frontTriangles(), scaled);
+    return {std::move(frame), scale, OcclusionScene(scaled, plan.blockers.triangles, plan.sheet_rules || plan.local),
+            std::move(boxes)};
 }
 
-MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const RayDirections& directions) {
-    MomentTracer tracer{posed.scene, directions, posed.scale, plan.bias, plan.header.ground_y.has_value()};
+MomentOutput outputOf(VisibilityFrame& frame) { return {frame.coefficients, frame.local_coefficients}; }
+
+BakeDirections makeBakeDirections(const BakeOptions& options) {
+    BakeDirections out{makeRayDirections(options.rays, options.seed, options.order), {}};
+    if (options.local && options.local->order != options.order)
+        out.local = makeRayDirections(options.rays, options.seed, options.local->order);
+    return out;
+}
+
+MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeDirections& directions) {
+    MomentTracer tracer{posed.scene, directions.whole, posed.scale, plan.bias, plan.header.ground_y.has_value()};
     if (plan.sheet_rules) tracer.blockers = &plan.blockers;
     tracer.mesh = &plan.header.mesh;
     tracer.vertices = posed.frame.positions;
+    if (plan.local)
+        tracer.local.emplace(
+            LocalTracer{*plan.local, directions.local ? *directions.local : directions.whole, posed.part_boxes});
     return tracer;
 }
 

@@ -16,10 +16,20 @@ struct FrameScene {
     VisibilityFrame frame;
     SceneScale scale;
     OcclusionScene scene;
+    std::vector<BoundingBox> part_boxes;  // with plan.local
 };
+// Where the moments of all vertices of a frame go.
+MomentOutput outputOf(VisibilityFrame& frame);
 FrameScene frameScene(const BakePlan& plan, std::size_t frame);
 
+// The directions of a bake, with the basis of its order and with that of its local moments.
+struct BakeDirections {
+    RayDirections whole;
+    std::optional<RayDirections> local;  // unset: there are no local moments, or they have the same order
+};
+BakeDirections makeBakeDirections(const BakeOptions& options);
+
 // The tracer of a frame. It refers to all three arguments.
-MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const RayDirections& directions);
+MomentTracer tracerOf(const BakePlan& plan, const FrameScene& posed, const BakeDirections& directions);
 
 }  // namespace penumbra

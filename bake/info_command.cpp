@@ -13,6 +13,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/brdf_file.h"
+#include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
@@ -101,6 +102,7 @@ Json describeVisibility(const fs::path& path, bool all_vertices) {
               {"seed", header.seed},
               {"bounces", header.bounces}};
     if (header.ground_y) json["ground_y"] = *header.ground_y;
+    if (header.local) json["local"] = {{"steps", header.local->steps}, {"sh_order", header.local->order}};
     json["mesh"] = describe(header.mesh);
     json["joints"] = header.skin ? header.skin->jointCount() : 0;
     json["influences"] = header.skin ? header.skin->influences : 0;
@@ -208,6 +210,38 @@ Json describePoses(const fs::path& path) {
     return json;
 }
 
+Json describePart(const FieldFile& file, std::size_t p) {
+    const PartField& part = file.fields.parts[p];
+    Json json{{"joint", file.partName(p)}, {"radius", part.radius}};
+    const auto size = [](const FieldBox& box) {
+        return std::to_string(box.size[0]) + "x" + std::to_string(box.size[1]) + "x" + std::to_string(box.size[2]);
+    };
+    json["fine_box"] = size(part.boxes[0]);
+    json["coarse_box"] = size(part.boxes[1]);
+    json["points"] = part.pointCount();
+    json["bytes"] = file.fields.values[p].size() + file.fields.distances[p].size();
+    return json;
+}
+
+Json describeFields(const fs::path& path) {
+    const FieldFile file = readFieldShard(path);
+    const std::size_t count = file.partCount(), first = file.shard ? file.shard->first_part : 0;
+    Json json{{"sh_order", kFieldOrder}, {"joints", file.joint_names.size()}, {"vertices", file.vertex_count},
+              {"rays", file.rays},       {"fade", file.fields.fade},          {"field_bytes", file.fields.byteCount()},
+              {"part_count", count}};
+    if (file.shard) json["shard"] = std::to_string(first) + ":" + std::to_string(first + file.fields.parts.size());
+    json["parts"] = Json::array();
+    for (std::size_t p = 0; p < file.fields.parts.size(); ++p) json["parts"].push_back(describePart(file, p));
+    // A row a part: its distances in the skeleton from all parts.
+    json["steps"] = Json::array();
+    for (std::size_t p = 0; p < count; ++p) {
+        const auto row = file.steps.begin() + std::ptrdiff_t(p * count);
+        json["steps"].push_back(std::vector<int>(row, row + std::ptrdiff_t(count)));
+    }
+    json["provenance"] = describe(file.provenance);
+    return json;
+}
+
 void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
     json["model"] = {{"model", nameOf(model.kind)},
@@ -311,6 +345,7 @@ Json describeFile(const fs::path& path, bool all_vertices) {
         if (format == "penumbra.model") content = describeModel(path);
         if (format == "penumbra.brdf") content = describeBrdf(path);
         if (format == "penumbra.poses") content = describePoses(path);
+        if (format == "penumbra.fields") content = describeFields(path);
         if (format == "penumbra.light") content = describeLight(path);
         if (content.is_null()) throw Unsupported(path.string() + ": attribute format: \"" + format + "\" is unknown");
     }
@@ -332,7 +367,8 @@ Verb infoVerb() {
     verb.name = "info";
     verb.help = "What is in a Penumbra file of any kind, who made it and from what.";
     verb.define = [command](CLI::App& app) {
-        app.add_option("file", command->file, ".vis.h5, .poses.h5, .model.h5, .brdf.h5, .light.h5 or .pnb")->required();
+        app.add_option("file", command->file, ".vis.h5, .poses.h5, .fields.h5, .model.h5, .brdf.h5, .light.h5 or .pnb")
+            ->required();
         app.add_flag("--all", command->all, "read the visibility of all vertices, not of some, for its range");
     };
     verb.inputs = [command] { return std::vector<fs::path>{command->file}; };

@@ -1,7 +1,9 @@
-// penumbra-bake merge SHARD.vis.h5... -o X.vis.h5: the flags and the run.
+// penumbra-bake merge SHARD... -o OUT: the flags and the run. It merges shards of bakes, or of fields.
 #include <cstdio>
 
 #include "bake/bake_verbs.h"
+#include "bake/frame_choice.h"
+#include "bake/merge_fields.h"
 #include "bake/merge_shards.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
@@ -44,7 +46,29 @@ void write(MergePlan& plan, const MergeCommand& command, const CommonOptions& co
     if (!plan.problems.any()) throw;
 }
 
+void runMergeFields(const MergeCommand& command, const CommonOptions& common, Report& report) {
+    if (!command.options.clips.empty() || !command.frames.empty() || command.index)
+        throw UsageError("--clips, --frames and --virtual are for shards of bakes, and these are of fields");
+    refuseTwice(command.shards);
+    report.phase("check");
+    const FieldFile whole = mergeFields(command.shards);
+    report.figures["shards"] = command.shards.size();
+    report.figures["parts"] = whole.fields.parts.size();
+    if (common.dry_run) {
+        std::printf("%zu shards make %zu parts\n", command.shards.size(), whole.fields.parts.size());
+        return;
+    }
+    report.phase("merge");
+    writeFields(command.output, whole);
+    const std::uintmax_t bytes = fs::file_size(command.output);
+    report.figures["bytes"] = bytes;
+    if (!common.quiet)
+        std::printf("%s: %zu parts of %zu shards, %.2f MB\n", command.output.c_str(), whole.fields.parts.size(),
+                    command.shards.size(), double(bytes) * 1e-6);
+}
+
 void runMerge(MergeCommand& command, const CommonOptions& common, Report& report) {
+    if (anyHoldsFields(command.shards)) return runMergeFields(command, common, report);
     if (!command.frames.empty()) command.options.frames = parseFrameRange(command.frames);
     const ProgressStyle style = parseProgressStyle(common.quiet ? "none" : common.progress);
     report.phase("check");
@@ -73,8 +97,9 @@ void runMerge(MergeCommand& command, const CommonOptions& common, Report& report
 }
 
 void defineMerge(CLI::App& app, MergeCommand& command) {
-    app.add_option("shard", command.shards, "bakes of one rig with --frames or --clips")->required();
-    app.add_option("-o,--output", command.output, "X.vis.h5")->required();
+    app.add_option("shard", command.shards, "bakes of one rig with --frames or --clips, or its fields with --parts")
+        ->required();
+    app.add_option("-o,--output", command.output, "X.vis.h5 or X.fields.h5")->required();
     addNameListOption(app, "--clips", command.options.clips,
                       "of the unsplit bake (default: those of the shards if they agree, else all)");
     app.add_flag("--virtual", command.index, "write a small index of the shards, which have to stay where they are");

@@ -1,9 +1,17 @@
 #pragma once
 // Measures the hemisphere moments b_i = integral over s.N >= 0 of V(s) y_i(s) ds in the model frame by ray tracing
 // (section 2 of docs/formulas.md).
+#include "bake/local_parts.h"
 #include "bake/ray_start.h"
 
 namespace penumbra {
+
+// What local moments need besides.
+struct LocalTracer {
+    const LocalParts& parts;
+    const RayDirections& directions;          // the same directions, with the basis of the local order
+    std::span<const BoundingBox> part_boxes;  // of this frame, in the space of the scene
+};
 
 struct MomentTracer {
     const OcclusionScene& scene;
@@ -15,13 +23,26 @@ struct MomentTracer {
     // which vertex a point is.
     const Blockers* blockers = nullptr;
     const Mesh* mesh = nullptr;
-    std::span<const Vec3> vertices = {};  // [V] of the mesh in this frame
+    std::span<const Vec3> vertices = {};    // [V] of the mesh in this frame
+    std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
 };
 
-// Writes the moments of each point into coefficients [points][n^2] and returns the number of rays traced. A point
-// whose normal is zero has no horizon and gets zeros. With blockers the points are the vertices `first_vertex`,
+// Where the moments of some points go.
+struct MomentOutput {
+    std::span<float> coefficients;  // [points][n^2]
+    std::span<float> local = {};    // [points][m^2] with the local order m; empty without local moments
+
+    // The output of the points [begin, begin + count) of `points`.
+    MomentOutput part(std::size_t begin, std::size_t count, std::size_t points) const {
+        const std::size_t n2 = coefficients.size() / points, m2 = local.size() / points;
+        return {coefficients.subspan(begin * n2, count * n2), local.subspan(begin * m2, count * m2)};
+    }
+};
+
+// Writes the moments of each point and returns the number of rays traced, each counted once. A point whose normal is
+// zero has no horizon and gets zeros. With blockers or local moments the points are the vertices `first_vertex`,
 // `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on that point alone.
 std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
-                         std::span<float> coefficients, std::size_t first_vertex = 0);
+                         const MomentOutput& out, std::size_t first_vertex = 0);
 
 }  // namespace penumbra

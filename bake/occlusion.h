@@ -6,6 +6,7 @@
 
 #include "bake/ray_directions.h"
 #include "formats/common/mesh.h"
+#include "sh/bounding_box.h"
 
 namespace penumbra {
 
@@ -16,9 +17,26 @@ struct SurfaceHit {
     Vec3 normal;         // the normal of the triangle's front, of any length
 };
 
+// Which side of a surface a ray meets first.
+enum class MetSide : std::uint8_t { kNone, kFront, kBack };
+// That of the eight rays of a packet.
+struct LaneSides {
+    std::array<MetSide, kLanes> lane{};
+};
+
 // A part of a ray, by two distances from its origin.
 struct Stretch {
     float from, to;
+};
+
+// The triangles of a scene that are local to a point: those of the parts with a number other than 0.
+struct LocalTriangles {
+    std::span<const std::uint16_t> part_of_triangle;  // [T] of the scene
+    std::span<const std::uint8_t> is_local;           // [parts]
+    // Boxes around the triangles of the first parts, in the space of the scene. No part after them is local.
+    std::span<const BoundingBox> box_of_part;
+
+    bool contains(std::uint32_t triangle) const { return is_local[part_of_triangle[triangle]] != 0; }
 };
 
 // A mesh to shoot rays at. Its positions must be of a size near 1 and near the origin (see SceneScale), because
@@ -26,8 +44,8 @@ struct Stretch {
 // many threads.
 class OcclusionScene {
 public:
-    // Set `passing` when nextHit() will be called.
-    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool passing = false);
+    // Set `filters` when nextHit() or removeOccludedLocally() will be called.
+    OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool filters = false);
     ~OcclusionScene();
     OcclusionScene(OcclusionScene&&) noexcept;
     OcclusionScene& operator=(OcclusionScene&&) noexcept;
@@ -42,6 +60,15 @@ public:
     // Traces rays from `origin` in the directions whose weight is 1, and sets the weight of those that hit something
     // to 0. Does not trace packets without any such direction. rays.size() == directions.packets.size().
     void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const;
+    // Does what removeOccluded() does, with the same result, and at the same time sets to 0 the weights in `near` of
+    // those rays that hit a local triangle. Each weight of 1 in `rays` must be 1 in `near` too. A ray that is 1 in
+    // `near` alone counts as blocked by something that is not local.
+    void removeOccludedLocally(Vec3 origin, const RayDirections& directions, const LocalTriangles& local,
+                               std::span<LaneWeights> rays, std::span<LaneWeights> near) const;
+
+    // Finds what each ray from `origin` meets first. The rays of lanes with a zero vector meet nothing.
+    // sides.size() == packets.size().
+    void firstSides(Vec3 origin, std::span<const DirectionPacket> packets, std::span<LaneSides> sides) const;
 
 private:
     struct Impl;

@@ -38,6 +38,7 @@ std::string optionsJson(const BakeOptions& options) {
         json["occluders"].push_back(name);
     }
     if (options.inputs) json["inputs"] = options.inputs->filename().string();
+    if (options.local) json["local"] = {{"steps", options.local->steps}, {"order", options.local->order}};
     return json.dump();
 }
 
@@ -162,6 +163,9 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
         const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
         header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
     }
+    header.local = options.local;
+    if (header.local)
+        plan.local = makeLocalParts(header.mesh, header.skin, header.local->steps, plan.blockers.triangles.size());
     header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.files_read);
     return plan;
 }
@@ -173,10 +177,10 @@ double BakePlan::rays() const {
 double BakePlan::bytes(Precision precision) const {
     const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
     const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
+    const double moments = double(header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0));
     const double joints = header.skin ? double(header.skin->jointCount()) : 0;
     const double influences = header.skin ? double(header.skin->influences) : 0;
-    const double frame =
-        vertices * (24 + coefficient * double(header.coefficientCount())) + 48.0 * joints + 4.0 * header.pose_size + 10;
+    const double frame = vertices * (24 + coefficient * moments) + 48.0 * joints + 4.0 * header.pose_size + 10;
     const double mesh = 12.0 * double(header.mesh.triangles.size()) + 4.0 * double(header.mesh.source_vertex.size()) +
                         16.0 * double(header.edges.size()) + vertices * (24 + 6.0 * influences);
     return mesh + frames * frame;

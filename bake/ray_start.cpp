@@ -30,6 +30,7 @@ struct Met {
     bool front;      // its front faces the rays
     // The closed surface, without its sign: the sign has gone into `front`.
     std::int32_t solid;
+    std::uint32_t triangle;
 };
 
 // Finds the first surface beyond `from` and up to `to`, two distances from the point along `direction`.
@@ -41,7 +42,7 @@ std::optional<Met> nextSurface(const OcclusionScene& scene, const Blockers& bloc
     if (!hit) return std::nullopt;
     const std::int32_t solid = blockers.solid[hit->triangle];
     const bool towards = dot(hit->normal, direction) < 0;
-    return Met{hit->distance - kTouching, solid < 0 ? !towards : towards, std::abs(solid)};
+    return Met{hit->distance - kTouching, solid < 0 ? !towards : towards, std::abs(solid), hit->triangle};
 }
 
 // Returns the next distance at which the search goes on, a step that floats can tell from `distance`.
@@ -72,19 +73,19 @@ RayStart startOverSheet(const OcclusionScene& scene, const Blockers& blockers, c
         const bool leaves = !met->front && met->solid != 0 && met->solid != at.solid;
         if (met->distance <= kTouching) {
             // Rule 3: a touching front closes the point. A touching back is passed.
-            if (met->front) return {at.position, true};
+            if (met->front) return {at.position, true, met->triangle};
         } else if (leaves && met->distance <= kSunkIn &&
                    met->distance <= wayOutBackwards(scene, blockers, at, met->solid)) {
             // Rule 2: the way out leads through this surface, and it is not longer than the way out backwards.
             base = met->distance;
         } else {
             // Rule 1: any other surface ends the search.
-            return {at.position + at.direction * (base + std::min(at.bias, (met->distance - base) / 2)), false};
+            return {at.position + at.direction * (base + std::min(at.bias, (met->distance - base) / 2))};
         }
         from = beyond(met->distance);
     }
     // Nothing is near.
-    return {at.position + at.direction * (base + at.bias), false};
+    return {at.position + at.direction * (base + at.bias)};
 }
 
 }  // namespace penumbra

@@ -31,10 +31,11 @@ struct StartOfSurface {
 };
 struct RayStart {
     Vec3 position;
-    bool closed = false;  // rule 3: no ray escapes
+    bool closed = false;         // rule 3: no ray escapes
+    std::uint32_t touching = 0;  // the triangle that closes the point
 };
 // The start over a solid: `bias` along the unit normal.
-inline RayStart startOverSolid(Vec3 position, Vec3 normal, float bias) { return {position + normal * bias, false}; }
+inline RayStart startOverSolid(Vec3 position, Vec3 normal, float bias) { return {position + normal * bias}; }
 // The start over a sheet, by the three rules.
 RayStart startOverSheet(const OcclusionScene& scene, const Blockers& blockers, const StartOfSurface& from);
 

@@ -32,6 +32,9 @@ struct VisibilityCommand {
     BakeOptions options;
     std::string frames, poses, inputs, ground, precision = "f32", units = "m", up = "y";
     const CLI::Option* ground_option = nullptr;
+    bool local = false;
+    LocalMoments local_moments;
+    std::vector<const CLI::Option*> local_options;  // those that go with --local
     bool resume = false;
     std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
 };
@@ -48,6 +51,12 @@ void readGround(VisibilityCommand& command) {
         throw UsageError("--ground takes a height in metres, rest or nothing, not '" + command.ground +
                          "'; put it behind the files where it has no height");
     options.ground_y = height;
+}
+
+void readLocal(VisibilityCommand& command) {
+    if (command.local) command.options.local = command.local_moments;
+    for (const CLI::Option* option : command.local_options)
+        if (!command.local && option->count() > 0) throw UsageError(option->get_name() + " goes with --local");
 }
 
 std::string asJson(const std::vector<std::string>& names) {
@@ -93,6 +102,7 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     options.cache.metres = metresOfUnit(command.units);
     options.cache.z_up = upIsZ(command.up);
     readGround(command);
+    readLocal(command);
     if (!command.inputs.empty()) options.inputs = command.inputs;
     options.precision = command.precision == "f16" ? Precision::kFloat16 : Precision::kFloat32;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
@@ -168,6 +178,11 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
             ->expected(0, 1)
             ->default_str("rest")
             ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+    app.add_flag("--local", command.local,
+                 "also bake the moments that nearby parts of the mesh alone leave visible (/visibility/local)");
+    command.local_options = {
+        app.add_option("--local-steps", command.local_moments.steps, "of --local: how many bones away is near, 1..8"),
+        app.add_option("--local-order", command.local_moments.order, "of --local: SH bands, 5 or 6")};
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
     app.add_option("--occluder", command.options.occluders,
                    "mesh that blocks rays and has no moments, still or animated; any number of them; MESH:CACHE where "

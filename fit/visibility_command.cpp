@@ -16,11 +16,15 @@ namespace penumbra {
 namespace {
 
 struct VisibilityCommand {
-    std::string input, output, train_frames;
-    std::string model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones), clusters = "auto",
-                parts = "auto", input_variance = "auto", convention = "D5";
+    std::string input, output, train_frames, fields;
+    std::string model = nameOf(FitOptions{}.model), local_model = nameOf(FitOptions{}.model),
+                features = nameOf(FeatureKind::kRelativeBones), clusters = "auto", parts = "auto",
+                input_variance = "auto", convention = "D5";
     FitOptions options;
 };
+
+// The word for a model whose local part has one of kModelKinds, and whose far part are fields.
+constexpr const char* kComposed = "composed";
 
 template <class Kinds>
 std::vector<std::string> namesOf(const Kinds& kinds) {
@@ -34,6 +38,15 @@ void define(CLI::App& app, VisibilityCommand& command) {
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
     app.add_option("-o,--output", command.output, "model to write, X.model.h5")->required();
     app.add_option("--model", command.model, "how the numbers are predicted")
+        ->check(CLI::IsMember([] {
+            std::vector<std::string> names = namesOf(kModelKinds);
+            names.emplace_back(kComposed);
+            return names;
+        }()))
+        ->capture_default_str();
+    app.add_option("--fields", command.fields, "X.fields.h5 of `penumbra-bake fields`, for --model composed");
+    app.add_option("--local-model", command.local_model,
+                   "how a composed model predicts what nearby parts hide, and what the composition leaves")
         ->check(CLI::IsMember(namesOf(kModelKinds)))
         ->capture_default_str();
     app.add_option("--features", command.features, "what the numbers are predicted from")
@@ -76,7 +89,14 @@ int parseCount(const char* option, const std::string& text, long most) {
 
 FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
-    options.model = kindNamed(kModelKinds, command.model).value();  // CLI11 has checked the names
+    const bool composed = command.model == kComposed;
+    if (composed == command.fields.empty())
+        throw UsageError(composed ? "--model composed needs --fields X.fields.h5 (penumbra-bake fields)"
+                                  : "--fields: only --model composed reads them");
+    if (!composed && command.local_model != VisibilityCommand{}.local_model)
+        throw UsageError("--local-model: only --model composed has one");
+    // CLI11 has checked the names.
+    options.model = kindNamed(kModelKinds, composed ? command.local_model : command.model).value();
     options.features = kindNamed(kFeatureKinds, command.features).value();
     options.clusters = parseCount("--clusters", command.clusters, 1000000);
     options.parts = parseCount("--parts", command.parts, 65000);
@@ -86,6 +106,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--convention: ") + error.what());
     }
+    if (composed) options.fields = readFields(command.fields);
     if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
     options.threads = common.threads;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
@@ -95,12 +116,14 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
 std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     std::vector<std::filesystem::path> inputs{command.input};
     if (!command.train_frames.empty()) inputs.emplace_back(command.train_frames);
+    if (!command.fields.empty()) inputs.emplace_back(command.fields);
     return inputs;
 }
 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
     nlohmann::ordered_json json;
     json["model"] = command.model;
+    if (options.fields) json["local_model"] = command.local_model;
     json["features"] = command.features;
     json["clusters"] = command.clusters;
     if (options.parts > 0) json["parts"] = options.parts;
@@ -128,6 +151,23 @@ nlohmann::ordered_json clusterFigures(const Model& model) {
     return list;
 }
 
+// The rows of a composed model: its local part, the product, and the limit of the split.
+nlohmann::ordered_json composedFigures(const FitReport& fit) {
+    const ComposedReport& composed = *fit.composed;
+    nlohmann::ordered_json json;
+    const auto add = [&](const char* name, const ErrorFigures& train, const ErrorFigures& held_out) {
+        json[name]["train"] = toJson(train.relative_error, train.rms_v, train.ambient_error);
+        if (fit.held_out_frames)
+            json[name]["held_out"] = toJson(held_out.relative_error, held_out.rms_v, held_out.ambient_error);
+    };
+    add("local", composed.local_train, composed.local_held_out);
+    add("without_residual", composed.without_train, composed.without_held_out);
+    add("true_local", composed.split_train, composed.split_held_out);
+    json["residual_cross_validated_relative_error"] = composed.residual_cross_validated;
+    json["residual"] = composed.residual_kept;
+    return json;
+}
+
 void fillReport(const FitResult& result, Report& report) {
     const FitReport& fit = result.report;
     auto& figures = report.figures;
@@ -147,7 +187,24 @@ void fillReport(const FitResult& result, Report& report) {
         entry["held_out"] = clip.held_out;
         figures["clips"][clip.clip] = entry;
     }
+    if (fit.composed) figures["composed"] = composedFigures(fit);
     figures["cluster_list"] = clusterFigures(result.model);
+}
+
+void printComposed(const FitReport& fit) {
+    const ComposedReport& composed = *fit.composed;
+    const auto row = [&](const char* name, const ErrorFigures& train, const ErrorFigures& held_out) {
+        std::printf("%-44s %8.4f", name, train.relative_error);
+        if (fit.held_out_frames) std::printf(" %10.4f", held_out.relative_error);
+        std::printf("\n");
+    };
+    std::printf("%-44s %8s%s\n", "relative error of the composed model's parts", "train",
+                fit.held_out_frames ? "   held out" : "");
+    row("local model, of the local visibility", composed.local_train, composed.local_held_out);
+    row("local x far parts", composed.without_train, composed.without_held_out);
+    row("true local x far parts", composed.split_train, composed.split_held_out);
+    std::printf("residual model: %s; it leaves %.4f of the residual in blocked cross-validation\n",
+                composed.residual_kept ? "kept" : "dropped", composed.residual_cross_validated);
 }
 
 void printRow(const char* name, const char* role, std::size_t frames, const ErrorFigures& errors) {
@@ -177,6 +234,7 @@ void printTable(const FitResult& result) {
     if (fit.held_out_frames) printRow("all", "held out", fit.held_out_frames, fit.held_out);
     std::printf("relative error, training frames: %.4f blocked cross-validation, %.4f output PCA\n",
                 fit.cross_validated_error, fit.output_floor);
+    if (fit.composed) printComposed(fit);
     if (std::isfinite(fit.leave_one_out_error))
         std::printf("leave-one-out, optimistic on neighbouring frames: %.4f\n", fit.leave_one_out_error);
 }

@@ -126,7 +126,7 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
                                         materials, lights, slot_material);
     fbs::FinishAssetBuffer(builder, asset);
     fbs::Asset& finished = *fbs::GetMutableAsset(builder.GetBufferPointer());
-    if (usesVersion4(finished)) finished.mutate_format_version(kAssetVersion);
+    finished.mutate_format_version(std::uint16_t(lowestVersion(finished)));
     const std::span<std::byte> bytes(reinterpret_cast<std::byte*>(builder.GetBufferPointer()), builder.GetSize());
     [[maybe_unused]] const bool sealed = sealAsset(bytes);
     assert(sealed);

@@ -126,10 +126,11 @@ ComponentChoice dropUntil(const ComponentCosts& costs, Enough enough) {
     };
     std::vector<Candidate> candidates;
     ComponentChoice choice;
-    // Every component is a candidate, except for the first one of each cluster.
+    // Every component is a candidate, except for those of each cluster that must stay.
     for (std::size_t c = 0; c < costs.energies.size(); ++c) {
+        const std::size_t least = costs.least.empty() ? 1 : costs.least[c];
         choice.kept.push_back(costs.energies[c].size());
-        for (std::size_t k = costs.energies[c].size(); k-- > 1;)
+        for (std::size_t k = costs.energies[c].size(); k-- > least;)
             candidates.push_back({costs.energies[c][k], costs.bytes[c], c});
     }
     // Within a cluster bytes are equal and energies descend, so that its last component always goes first.
@@ -144,7 +145,19 @@ ComponentChoice dropUntil(const ComponentCosts& costs, Enough enough) {
     return choice;
 }
 
+template <class AnyModel>
+auto clustersOf(AnyModel& model) {
+    std::vector<decltype(&model.clusters[0])> all;
+    for (auto& cluster : model.clusters) all.push_back(&cluster);
+    if (model.composition)
+        for (auto& cluster : model.composition->residual) all.push_back(&cluster);
+    return all;
+}
+
 }  // namespace
+
+std::vector<const ClusterModel*> allClusters(const Model& model) { return clustersOf(model); }
+std::vector<ClusterModel*> allClusters(Model& model) { return clustersOf(model); }
 
 std::vector<double> turnToPrincipalAxes(ClusterModel& cluster, std::span<const float> scores) {
     const std::size_t components = cluster.components();
@@ -178,6 +191,11 @@ void keepComponents(ClusterModel& cluster, std::size_t count) {
     cluster.weights.resize(count * cluster.units());
     cluster.basis.resize(count * cluster.mean.size());
     cluster.bias.resize(count);
+    if (count > 0) return;
+    for (std::vector<float>* unused : {&cluster.hidden, &cluster.group_weight, &cluster.group_min, &cluster.group_max})
+        unused->clear();
+    cluster.unit_group.clear();
+    cluster.groups.clear();
 }
 
 ComponentChoice dropForBytes(const ComponentCosts& costs, double bytes) {

@@ -10,6 +10,10 @@
 
 namespace penumbra {
 
+// Lists the clusters of a model, then those of its residual.
+std::vector<const ClusterModel*> allClusters(const Model& model);
+std::vector<ClusterModel*> allClusters(Model& model);
+
 // Turns the components of `cluster` to the principal axes of the numbers that it predicts. `scores` [F, K] are its
 // scores over the training frames. No number changes, up to rounding. With y = W^T y' + mean score and orthonormal
 // new components,
@@ -18,16 +22,19 @@ namespace penumbra {
 // descending order: sum over frames of y'_k^2, in squared numbers. That is what dropping the component costs.
 std::vector<double> turnToPrincipalAxes(ClusterModel& cluster, std::span<const float> scores);
 
-void keepComponents(ClusterModel& cluster, std::size_t count);  // keeps the first `count`
+// Keeps the first `count`. A cluster without components loses its units and groups too.
+void keepComponents(ClusterModel& cluster, std::size_t count);
 
 // The components of all clusters, as a choice among them sees them.
 struct ComponentCosts {
     std::vector<std::vector<double>> energies;  // [cluster, K] descending
     std::vector<double> bytes;                  // [cluster], bytes of one component
+    // [cluster], how many must stay, for clusters that had as many; empty: one of each
+    std::vector<std::size_t> least = {};
 };
 
 struct ComponentChoice {
-    std::vector<std::size_t> kept;  // [cluster], at least 1 where there was one
+    std::vector<std::size_t> kept;  // [cluster]
     double dropped_energy = 0, dropped_bytes = 0;
 };
 

@@ -7,6 +7,8 @@
 #include "formats/asset/asset_kinds.h"
 #include "formats/common/errors.h"
 #include "pack/asset_writer.h"
+#include "pack/composition_section.h"
+#include "pack/compress_model.h"
 #include "pack/material_section.h"
 #include "pack/pack_within.h"
 #include "pack/packing_error.h"
@@ -57,16 +59,29 @@ std::vector<float> padded(std::span<const float> numbers, std::size_t size, std:
     return out;
 }
 
+// Returns the units of a cluster, which ClusterModel::units() cannot tell where no components are left.
+std::size_t unitsOf(const Model& model, const ClusterModel& cluster) {
+    switch (model.kind) {
+        case ModelKind::kLinear:
+            break;
+        case ModelKind::kQuadratic:
+            return quadraticUnits(cluster.inputs());
+        case ModelKind::kNeural:
+            return cluster.hidden.size() / (cluster.inputs() + 1);
+        case ModelKind::kAdditive:
+            return cluster.unit_group.size();
+    }
+    return cluster.inputs();
+}
+
 // Precision of the basis, and of the regression's weights and units.
 struct Precisions {
     AssetPrecision basis, weights;
 };
 
-Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, std::size_t index,
-                                  std::uint32_t first_vertex, Precisions precisions) {
+Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, const ClusterModel& cluster,
+                                  const std::string& what, std::uint32_t first_vertex, Precisions precisions) {
     const AssetPrecision precision = precisions.basis;
-    const ClusterModel& cluster = model.clusters[index];
-    const std::string what = "model.clusters[" + std::to_string(index) + "]";
     const AssetPrecision fine = precision == AssetPrecision::kF32 ? precision : AssetPrecision::kF16;
     const std::size_t size = std::size_t(model.convention.size()), stride = (size + 3) / 4 * 4;
     const std::size_t row = cluster.vertices.size() * stride;
@@ -79,7 +94,7 @@ Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model
     const std::vector<std::uint16_t> joints(cluster.groups.begin(), cluster.groups.end());
     const auto groups = writeVector<std::uint16_t>(builder, joints);
     const auto group_weight = writeVector<float>(builder, cluster.group_weight);
-    const std::size_t group_size = groupInputs(model.features), units = cluster.units();
+    const std::size_t group_size = groupInputs(model.features), units = unitsOf(model, cluster);
     const auto group_min = writeNumbers(builder, quantize(cluster.group_min, group_size, fine, what + ".group_min"));
     const auto group_max = writeNumbers(builder, quantize(cluster.group_max, group_size, fine, what + ".group_max"));
     const std::size_t width = model.kind == ModelKind::kNeural     ? cluster.inputs() + 1
@@ -108,14 +123,23 @@ Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> writeInputJoints(FlatBuffer
     return builder.CreateVector(written);
 }
 
+std::vector<Offset<fbs::Cluster>> writeClusters(FlatBufferBuilder& builder, const Model& model,
+                                                const std::vector<ClusterModel>& clusters, const std::string& what,
+                                                Precisions precisions) {
+    std::vector<Offset<fbs::Cluster>> written;
+    std::uint32_t next = 0;
+    for (const ClusterModel& cluster : clusters) {
+        written.push_back(
+            writeCluster(builder, model, cluster, what + "[" + std::to_string(written.size()) + "]", next, precisions));
+        next += std::uint32_t(cluster.vertices.size());
+    }
+    return written;
+}
+
 Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
                                      double quantization_error) {
-    std::vector<Offset<fbs::Cluster>> clusters;
-    std::uint32_t next = 0;
-    for (std::size_t c = 0; c < model.clusters.size(); ++c) {
-        clusters.push_back(writeCluster(builder, model, c, next, precisions));
-        next += std::uint32_t(model.clusters[c].vertices.size());
-    }
+    const std::vector<Offset<fbs::Cluster>> clusters =
+        writeClusters(builder, model, model.clusters, "model.clusters", precisions);
     const auto convention = builder.CreateString(model.convention.name());
     const auto centers = writeVector<float>(builder, model.joint_centers);
     const auto spreads = writeVector<float>(builder, model.joint_spreads);
@@ -130,10 +154,15 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
         pose_basis =
             writeNumbers(builder, quantize(model.pose_basis, model.pose_mean.size(), fine, "model.pose_basis"));
     }
+    Offset<fbs::Composition> composition;
+    if (model.composition)
+        composition = writeComposition(
+            builder, *model.composition, clusterOrder(model),
+            writeClusters(builder, model, model.composition->residual, "model.composition.residual", precisions));
     return fbs::CreateModel(builder, toStored(model.kind), toStored(model.features), convention,
                             std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
                             spreads, cluster_vector, float(quantization_error), model.deforming, input_joints,
-                            pose_mean, pose_basis);
+                            pose_mean, pose_basis, composition);
 }
 
 // Tells what an asset stores of the frames. An attempt keeps the bones, because comparePacked() needs them.
@@ -255,6 +284,12 @@ void checkModel(const Model& model) {
             ++count;
         }
     if (count != seen.size()) throw InvalidInput("model.clusters: not every vertex is in a cluster");
+    if (model.composition && !model.composition->residual.empty()) {
+        const std::vector<ClusterModel>& residual = model.composition->residual;
+        const auto same = [](const ClusterModel& a, const ClusterModel& b) { return a.vertices == b.vertices; };
+        if (!std::equal(residual.begin(), residual.end(), model.clusters.begin(), model.clusters.end(), same))
+            throw InvalidInput("model.composition.residual: has not the clusters of the model");
+    }
     if (model.skin.influences < 1 || model.skin.influences > 255)
         throw InvalidInput("model.skin: " + std::to_string(model.skin.influences) + " influences; 1..255 are possible");
 }
@@ -266,8 +301,8 @@ AssetPrecision weightPrecision(const Model& model, int threads) {
     const auto large = [](const std::vector<float>& v) {
         return std::any_of(v.begin(), v.end(), [](float x) { return std::abs(x) > 60000; });
     };
-    for (const ClusterModel& cluster : model.clusters)
-        if (large(cluster.weights) || large(cluster.hidden)) return AssetPrecision::kF32;
+    for (const ClusterModel* cluster : allClusters(model))
+        if (large(cluster->weights) || large(cluster->hidden)) return AssetPrecision::kF32;
     constexpr double kFelt = 0.02;  // share of the signal; rounding the basis to bytes costs as much
     const auto packed = [&](AssetPrecision precision) {
         return packOnce(model, {}, {}, {}, {precision, precision}, 0, FramesOf::kAttempt, "{}");
@@ -303,20 +338,35 @@ std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
 
+std::size_t visibilityBytes(const std::vector<ClusterView>& clusters) {
+    std::size_t bytes = 0;
+    for (const ClusterView& c : clusters) bytes += bytesOf(c.mean) + bytesOf(c.basis);
+    return bytes;
+}
+
+std::size_t regressionBytes(const std::vector<ClusterView>& clusters) {
+    std::size_t bytes = 0;
+    for (const ClusterView& c : clusters)
+        bytes += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + bytesOf(c.weights) + bytesOf(c.group_min) +
+                 bytesOf(c.group_max) + bytesOf(c.hidden) + c.bias.size_bytes() + c.groups.size_bytes() +
+                 c.group_weight.size_bytes() + c.unit_group.size_bytes() + c.input_min.size_bytes() +
+                 c.input_max.size_bytes();
+    return bytes;
+}
+
 }  // namespace
 
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) {
     const MeshView& m = asset.mesh;
     const AnimationView& a = asset.animation;
-    std::size_t visibility = 0, regression = asset.model.joint_centers.size_bytes() +
-                                             asset.model.pose_mean.size_bytes() + bytesOf(asset.model.pose_basis);
-    for (const ClusterView& c : asset.model.clusters) {
-        visibility += bytesOf(c.mean) + bytesOf(c.basis);
-        regression += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + bytesOf(c.weights) + bytesOf(c.group_min) +
-                      bytesOf(c.group_max) + bytesOf(c.hidden) + c.bias.size_bytes() + c.groups.size_bytes() +
-                      c.group_weight.size_bytes() + c.unit_group.size_bytes() + c.input_min.size_bytes() +
-                      c.input_max.size_bytes();
-    }
+    std::size_t regression =
+        asset.model.joint_centers.size_bytes() + asset.model.pose_mean.size_bytes() + bytesOf(asset.model.pose_basis);
+    const std::size_t visibility = visibilityBytes(asset.model.clusters);
+    regression += regressionBytes(asset.model.clusters);
+    const std::optional<CompositionView>& composition = asset.model.composition;
+    if (composition)
+        regression += regressionBytes(composition->residual) + composition->steps.size_bytes() +
+                      composition->part_of_vertex.size_bytes();
     std::size_t materials = 0, lights = 0;
     for (const MaterialView& material : asset.materials)
         materials +=
@@ -329,12 +379,18 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
         {"skin", m.skin_joints.size_bytes() + m.skin_weights.size_bytes()},
         {"animation", a.times.size_bytes() + a.bones.size_bytes() + a.pose.size_bytes() + a.parents.size_bytes() +
                           a.inputs.size_bytes()},
-        {"visibility", visibility},
+        {composition ? "local" : "visibility", visibility},
         {"regression", regression},
         {"truth", asset.truth.data.size()},
         {"materials", materials},
         {"lights", lights}};
     if (asset.model.deforming) sizes.insert(sizes.begin() + 3, {"playback", a.playback.positions.size_bytes()});
+    if (composition) {
+        const auto local =
+            std::find_if(sizes.begin(), sizes.end(), [](const SizeOf& s) { return s.section == "local"; });
+        sizes.insert(local + 1,
+                     {{"residual", visibilityBytes(composition->residual)}, {"fields", composition->byteCount()}});
+    }
     std::size_t sum = 0;
     for (const SizeOf& size : sizes) sum += size.bytes;
     sizes.push_back({"names and layout", file_size - std::min(sum, file_size)});
@@ -344,17 +400,21 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
 std::size_t modelBytes(const AssetView& asset, std::size_t file_size) {
     std::size_t bytes = 0;
     for (const SizeOf& size : sectionSizes(asset, file_size))
-        if (size.section == "visibility" || size.section == "regression" || size.section == "names and layout")
-            bytes += size.bytes;
+        for (const char* section : {"visibility", "local", "residual", "regression", "names and layout"})
+            if (size.section == section) bytes += size.bytes;
     return bytes;
 }
 
 std::vector<double> componentBytes(const AssetView& asset) {
     std::vector<double> bytes;
-    for (const ClusterView& c : asset.model.clusters) {
-        const double rows = double(bytesOf(c.basis) + bytesOf(c.weights) + c.bias.size_bytes());
-        bytes.push_back(c.components() > 0 ? rows / double(c.components()) : 0);
-    }
+    const auto add = [&](const std::vector<ClusterView>& clusters) {
+        for (const ClusterView& c : clusters) {
+            const double rows = double(bytesOf(c.basis) + bytesOf(c.weights) + c.bias.size_bytes());
+            bytes.push_back(c.components() > 0 ? rows / double(c.components()) : 0);
+        }
+    };
+    add(asset.model.clusters);
+    if (asset.model.composition) add(asset.model.composition->residual);
     return bytes;
 }
 

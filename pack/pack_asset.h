@@ -52,10 +52,11 @@ struct SizeOf {
 };
 // Returns the bytes of every section in the order of the schema; containers and padding come last.
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size);
-// Returns the bytes of the visibility model: everything except mesh, skin, animation, truth, materials and lights.
-// Names and layout count.
+// Returns the bytes of the visibility model: everything except mesh, skin, animation, truth, materials and lights, and
+// except the fields of a composed model, which stand in a row of their own. Names and layout count.
 std::size_t modelBytes(const AssetView& asset, std::size_t file_size);
-// Returns for each cluster the bytes of one component with its row of the regression weights; 0 without components.
+// Returns for each cluster, and then for each cluster of a residual, the bytes of one component with its row of the
+// regression weights; 0 without components.
 std::vector<double> componentBytes(const AssetView& asset);
 
 }  // namespace penumbra

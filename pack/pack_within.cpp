@@ -14,6 +14,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
@@ -30,22 +31,50 @@ namespace {
 // 0.1% to a relative error of 0.5.
 constexpr double kNegligibleEnergy = 1e-3;
 
-// Returns for each cluster the scores [F, K] over the training frames.
-std::vector<std::vector<float>> trainingScores(const AssetView& exact) {
+// What the training frames say of each cluster, and then of each cluster of a residual.
+struct Training {
+    std::vector<std::vector<float>> scores;  // [F, K]
+    // How much of the energy of its numbers reaches the final ones: 1, or of the local part of a composed model the
+    // mean square of the far visibility that it is multiplied by.
+    std::vector<double> share;
+};
+
+Training trainingOf(const AssetView& exact, int threads) {
     Evaluator evaluator(exact);
-    std::vector<std::vector<float>> scores(evaluator.clusterCount());
+    const std::size_t clusters = evaluator.clusterCount();
+    const bool residual = evaluator.composed() && !exact.model.composition->residual.empty();
+    Training training{std::vector<std::vector<float>>(residual ? 2 * clusters : clusters), {}};
+    training.share.assign(training.scores.size(), 1.0);
     for (const ClipView& clip : exact.animation.clips) {
         if (clip.held_out) continue;
         throwIfInterrupted();
         for (std::size_t f = clip.first_frame; f < clip.first_frame + std::size_t(clip.frame_count); ++f) {
             evaluator.setPose(exact.animation.bonesOf(f), exact.animation.poseOf(f));
-            for (std::size_t c = 0; c < scores.size(); ++c) {
-                const std::span<const float> y = evaluator.scores(c);
-                scores[c].insert(scores[c].end(), y.begin(), y.end());
+            for (std::size_t c = 0; c < training.scores.size(); ++c) {
+                const std::span<const float> y =
+                    c < clusters ? evaluator.scores(c) : evaluator.residualScores(c - clusters);
+                training.scores[c].insert(training.scores[c].end(), y.begin(), y.end());
             }
         }
     }
-    return scores;
+    if (!evaluator.composed()) return training;
+    std::vector<float> far(evaluator.vertexCount() * kFarNumbers);
+    const std::vector<std::size_t> frames = packingFrames(exact);
+    std::vector<double> squares(clusters);
+    for (const std::size_t f : frames) {
+        throwIfInterrupted();
+        evaluator.setPose(exact.animation.bonesOf(f), exact.animation.poseOf(f));
+        parallelFor(clusters, threads, [&](std::size_t c) {
+            evaluator.evaluateFar(c, far);
+            const ClusterView& view = exact.model.clusters[c];
+            for (float x : std::span(far).subspan(view.first_vertex * kFarNumbers, view.vertex_count * kFarNumbers))
+                squares[c] += double(x) * x;
+        });
+    }
+    for (std::size_t c = 0; c < clusters && !frames.empty(); ++c)
+        training.share[c] =
+            squares[c] / (4 * std::numbers::pi * double(frames.size()) * double(exact.model.clusters[c].vertex_count));
+    return training;
 }
 
 // One choice of components at one precision, and what the asset would then be like.
@@ -66,7 +95,7 @@ public:
     Search(const Model& model, const WriteAsset& write, int threads)
         : whole_(model), ranked_(model), write_(write), threads_(threads) {
         exact_ = write(model, AssetPrecision::kF32, {});
-        for (const ClusterModel& cluster : model.clusters) components_ += cluster.components();
+        for (const ClusterModel* cluster : allClusters(model)) components_ += cluster->components();
     }
 
     // Keeps every component as the model has it.
@@ -83,7 +112,7 @@ private:
     int threads_;
     std::vector<std::byte> exact_;
     std::size_t components_ = 0;
-    std::vector<std::vector<double>> energies_;  // after rank(): [cluster, K]
+    std::vector<std::vector<double>> energies_;  // after rank(): [cluster, K] of allClusters()
 
     Model chosen(const ComponentChoice& choice) const;
     Attempt attempt(const ComponentChoice& choice, AssetPrecision precision) const;
@@ -93,15 +122,19 @@ private:
 };
 
 void Search::rank() {
-    const std::vector<std::vector<float>> scores = trainingScores(openAsset(exact_));
-    energies_.resize(scores.size());
-    parallelFor(scores.size(), threads_,
-                [&](std::size_t c) { energies_[c] = turnToPrincipalAxes(ranked_.clusters[c], scores[c]); });
+    const Training training = trainingOf(openAsset(exact_), threads_);
+    const std::vector<ClusterModel*> clusters = allClusters(ranked_);
+    energies_.resize(clusters.size());
+    parallelFor(clusters.size(), threads_, [&](std::size_t c) {
+        energies_[c] = turnToPrincipalAxes(*clusters[c], training.scores[c]);
+        for (double& energy : energies_[c]) energy *= training.share[c];
+    });
 }
 
 Model Search::chosen(const ComponentChoice& choice) const {
     Model model = ranked_;
-    for (std::size_t c = 0; c < choice.kept.size(); ++c) keepComponents(model.clusters[c], choice.kept[c]);
+    const std::vector<ClusterModel*> clusters = allClusters(model);
+    for (std::size_t c = 0; c < clusters.size(); ++c) keepComponents(*clusters[c], choice.kept[c]);
     return model;
 }
 
@@ -140,6 +173,9 @@ Attempt Search::shrinkToError(const ComponentCosts& costs, Attempt whole, double
 std::optional<Packed> Search::within(const PackOptions& options, AssetPrecision precision, std::string& refusal) const {
     const double vertices = double(whole_.mesh.vertexCount());
     ComponentCosts costs{energies_, componentBytes(openAsset(write_(ranked_, precision, {})))};
+    costs.least.assign(energies_.size(), 1);
+    // A residual may lose all of its components; its mean stays.
+    std::fill(costs.least.begin() + std::ptrdiff_t(whole_.clusters.size()), costs.least.end(), 0);
     Attempt found = attempt(dropForBytes(costs, 0), precision);
     if (options.max_bytes_per_vertex)
         found = shrinkToBytes(costs, found, *options.max_bytes_per_vertex * vertices, precision);
@@ -166,7 +202,7 @@ Packed Search::finish(const Model& model, const Attempt& found, AssetPrecision p
     packed.precision = precision;
     packed.quantization_error = found.sums.relative();
     packed.dropped_error = found.sums.signal > 0 ? std::sqrt(found.choice.dropped_energy / found.sums.signal) : 0;
-    for (const ClusterModel& cluster : model.clusters) packed.components += cluster.components();
+    for (const ClusterModel* cluster : allClusters(model)) packed.components += cluster->components();
     packed.all_components = components_;
     packed.bytes = write_(model, precision, packed.quantization_error);
     return packed;

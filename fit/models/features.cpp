@@ -171,7 +171,7 @@ std::vector<double> featureWeights(const FeatureRecipe& recipe, const ClusterPla
     std::size_t at = 0;
     for (std::size_t j = 0; j < distances.size(); ++j)
         for (std::size_t i = 0; i < 12 && j != std::size_t(place.joint); ++i)
-            weights[at++] = (i < 3 ? 1 : kRotationWeight) / (kNearness + distances[j]);
+            weights[at++] = recipe.sees(j) ? (i < 3 ? 1 : kRotationWeight) / (kNearness + distances[j]) : 0;
     return weights;
 }
 
@@ -184,10 +184,12 @@ std::vector<double> groupWeights(const FeatureRecipe& recipe, const ClusterPlace
         for (std::size_t j = 0; j < weights.size(); ++j) weights[j] = std::pow(kNearness + distances[j], -exponent);
         for (const InputJoint& input : recipe.input_joints) weights[input.joint] *= kInputWeight;
         weights[std::size_t(place.joint)] = 0;
+        for (std::size_t j = 0; j < weights.size(); ++j)
+            if (!recipe.sees(j)) weights[j] = 0;
     }
     double sum = 0;
     for (double w : weights) sum += w;
-    for (double& w : weights) w /= sum;
+    for (double& w : weights) w /= sum > 0 ? sum : 1;
     return weights;
 }
 

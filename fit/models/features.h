@@ -19,9 +19,12 @@ struct FeatureRecipe {
     bool deforming = false;
     std::vector<InputJoint> input_joints = {};  // they stand for inputs and are the last joints
     std::size_t input_count = 0;                // X, inputs that are the last numbers of the pose
+    // [J] the joints whose poses a cluster may read, with relative bones. Empty: all of them.
+    std::vector<bool> seen = {};
 
     std::size_t count() const;   // N: P, or 12 (J - 1) for relative bones
     std::size_t groups() const;  // number of groups: J joints, P / 3 rotation vectors, or P numbers
+    bool sees(std::size_t joint) const { return seen.empty() || seen[joint]; }
     // True when the joint stands for an input that every cluster sees as it is.
     bool absolute(std::size_t joint) const;
 };
@@ -50,6 +53,7 @@ struct ClusterPlace {
 // - Relative bones: the position of a bone has 1 / (0.02 + d^2) and its rotation 0.3 times that. d^2 is the mean over
 //   `rows` of the squared distance of the bone's centre from the cluster's, in box diagonals. Near bones hide more of
 //   the sky.
+//   Joints that the recipe does not see have 0.
 // - Reduced dihedral angles have the factor 1, and inputs are scaled to a variance of 1.
 //
 // The weights of relative bones were chosen by blocked cross-validation over the training clips of a character with
@@ -67,7 +71,8 @@ void readGroup(const FeatureRecipe& recipe, const ClusterPlace& place, std::size
 // Returns how much each group matters, [recipe.groups()], with the sum 1.
 //
 // - Relative bones: in proportion to 1 / (0.02 + d^2)^2 with d^2 as in featureWeights(), and 0 for the cluster's own
-//   joint. Parts of a deforming mesh have the exponent 1 instead of 2, and inputs weigh three times as much.
+//   joint and for joints that the recipe does not see. Where no joint is seen all are 0. Parts of a deforming mesh have
+//   the exponent 1 instead of 2, and inputs weigh three times as much.
 // - Angles: all groups weigh the same.
 //
 // The figures below are relative errors in blocked cross-validation. On the training clips of the character above, with

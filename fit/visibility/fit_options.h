@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fit/visibility/local_numbers.h"
+#include "formats/stage/field_file.h"
 #include "formats/stage/model_file.h"
 
 namespace penumbra {
@@ -23,6 +24,9 @@ struct FitOptions {
     double input_variance = 0;
     double output_variance = 0.95;     // share of the variance of a cluster's numbers that PCA keeps, in (0, 1]
     std::vector<std::string> holdout;  // clips that no step sees; only their errors are measured
+    // Makes the model a composed one: `model` predicts what nearby parts hide, these fields what all others do. The
+    // visibility file must have local moments.
+    std::optional<FieldFile> fields;
     // The training frames, as clip names and times. Without a list, all frames that are not held out.
     std::optional<FrameList> train_frames;
     Convention convention;  // D5

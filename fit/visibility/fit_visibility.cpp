@@ -16,26 +16,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <numbers>
 
 #include "fit/clusters/tangent_frames.h"
 #include "fit/clusters/vertex_clusters.h"
 #include "fit/numerics/cross_validation.h"
-#include "fit/visibility/fit_cluster.h"
+#include "fit/visibility/fit_batches.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
-#include "formats/common/parallel_for.h"
+#include "formats/common/part_table.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/pose_file.h"
 
 namespace penumbra {
 
 namespace {
-
-struct Split {
-    std::vector<std::size_t> train, held_out;  // frames
-};
 
 void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdout) {
     for (const std::string& name : holdout)
@@ -99,10 +94,30 @@ void checkKind(const VisibilityHeader& header, const std::string& file, const Fi
                          std::to_string(header.mesh.frontVertexCount()) + " vertices");
 }
 
+// Checks that a composed model can be made: there are local moments, and the fields are those of this character.
+void checkComposed(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
+    if (!header.skin) throw UsageError("--model composed: " + file + " has no skeleton");
+    if (options.convention.below != BelowHorizon::kMirrored)
+        throw UsageError("--model composed takes convention D, not " + options.convention.name());
+    if (!header.local)
+        throw InvalidInput(file + ": /visibility/local: missing, but --model composed reads it (bake with --local)");
+    if (header.local->order < options.convention.order)
+        throw UsageError("--convention " + options.convention.name() + ": " + file + " has local moments of order " +
+                         std::to_string(header.local->order));
+    const PartTable table = makePartTable(header.mesh, *header.skin);
+    const FieldFile& fields = *options.fields;
+    bool same = fields.joint_names == header.skin->joint_names && fields.mesh_sha256 == meshSha256(header.mesh) &&
+                fields.part_of_joint == table.part_of_joint && fields.fields.parts.size() == table.partCount();
+    for (std::size_t p = 0; same && p < table.partCount(); ++p)
+        same = fields.fields.parts[p].joint == table.joint_of_part[p];
+    if (!same) throw InvalidInput("--fields: the fields are of another character than " + file);
+}
+
 void checkInput(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (header.quantity != "hemisphere_visibility")
         throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
     checkKind(header, file, options);
+    if (options.fields) checkComposed(header, file, options);
     const int needed = options.convention.order + (options.target == Target::kCosineWeighted ? 1 : 0);
     if (needed > header.order)
         throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
@@ -155,108 +170,6 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.output_variance = options.output_variance;
 }
 
-// Groups consecutive clusters whose numbers together fit in batch_bytes.
-std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters,
-                                                             std::size_t bytes_per_vertex, std::size_t batch_bytes) {
-    std::vector<std::pair<std::size_t, std::size_t>> batches;
-    std::size_t bytes = 0;
-    for (std::size_t c = 0; c < clusters.vertices.size(); ++c) {
-        const std::size_t size = clusters.vertices[c].size() * bytes_per_vertex;
-        if (batches.empty() || bytes + size > batch_bytes) {
-            batches.emplace_back(c, c);
-            bytes = 0;
-        }
-        bytes += size;
-        batches.back().second = c + 1;
-    }
-    return batches;
-}
-
-Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
-    Vec3d sum;
-    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
-    return toFloat(sum / double(vertices.size()));
-}
-
-// Tells the observer from whichever thread makes progress. The share never goes down.
-class SharedProgress {
-public:
-    SharedProgress(const FitObserver& observer, double total) : observer_(observer), total_(total) {}
-    void add(double amount) {
-        const std::scoped_lock lock(mutex_);
-        done_ += amount;
-        if (observer_.progress) observer_.progress(done_ / total_);
-    }
-
-private:
-    const FitObserver& observer_;
-    double total_, done_ = 0;
-    std::mutex mutex_;
-};
-
-struct FitJob {
-    const VisibilityReader& reader;
-    const FitOptions& options;
-    const FitObserver& observer;
-    const PoseTable& poses;
-    const VertexClusters& clusters;
-    const Split& split;
-    std::vector<int> folds;
-};
-
-// Returns the weights that give E = (1/pi) integral of V cos from a vertex' numbers. Cosine-weighted numbers hold that
-// integral as sqrt(4 pi) times the first. In the model frame the weights would turn with the normal, so there are none.
-std::vector<float> ambientWeightsOf(const FitOptions& options) {
-    if (options.frame == Frame::kGlobal) return {};
-    std::vector<float> weights(std::size_t(options.convention.size()));
-    if (options.target == Target::kCosineWeighted)
-        weights[0] = float(2 * std::numbers::inv_sqrtpi);
-    else
-        ambientWeights(options.convention, weights);
-    return weights;
-}
-
-// Fits all clusters, batch by batch.
-std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
-    const FeatureRecipe recipe = recipeOf(model);
-    const bool dihedrals = model.features == FeatureKind::kDihedrals;
-    const std::size_t vertices = model.mesh.vertexCount();
-    // Reading and rotating a vertex' numbers takes about as long as fitting them, so each counts half.
-    SharedProgress progress(job.observer, 2.0 * double(vertices));
-    std::vector<ClusterFit> fits(job.clusters.vertices.size());
-    const std::size_t bytes_per_vertex = job.poses.frameCount() * std::size_t(model.convention.size()) * sizeof(float);
-    const std::size_t batch_bytes = job.options.batch_bytes ? job.options.batch_bytes
-                                                            : std::clamp(bytes_per_vertex * vertices / 5,
-                                                                         std::size_t(32) << 20, std::size_t(256) << 20);
-    for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, batch_bytes)) {
-        // 1. Read the numbers of the batch's clusters in one pass over the file.
-        ClusterNumbersRequest request;
-        request.convention = model.convention;
-        request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
-        request.vertices_of_cluster = std::span(job.clusters.vertices).subspan(begin, end - begin);
-        request.target = job.options.target;
-        request.frame = job.options.frame;
-        request.threads = job.options.threads;
-        request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
-        std::vector<MatrixF> numbers = readClusterNumbers(job.reader, job.poses, request);
-        // 2. Fit the clusters in parallel, and free the numbers of each.
-        parallelFor(numbers.size(), job.options.threads, [&, first = begin](std::size_t i) {
-            throwIfInterrupted();
-            const std::size_t c = first + i;
-            const ClusterProblem problem{job.options.model, &recipe, &job.poses, job.split.train, &job.folds,
-                                         ambientWeightsOf(job.options), job.options.clamp,
-                                         // The angles went through one PCA together, so none is dropped here.
-                                         dihedrals ? 1.0 : inputVariance(job.options), job.options.output_variance,
-                                         job.clusters.joint[c], centerOf(model.mesh, job.clusters.vertices[c])};
-            fits[c] = fitCluster(problem, numbers[i]);
-            fits[c].model.vertices = job.clusters.vertices[c];
-            numbers[i] = {};
-            progress.add(double(job.clusters.vertices[c].size()));
-        });
-    }
-    return fits;
-}
-
 // Returns the error figures over the given frames.
 ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> frames, std::size_t vertices) {
     double squared = 0, variance = 0, ambient = 0;
@@ -271,14 +184,18 @@ ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> f
             ambient / points};
 }
 
-FrameErrors sumOverClusters(const std::vector<ClusterFit>& fits, std::size_t frames) {
+// Sums what `errorsOf` returns for each fit.
+template <class Fit, class ErrorsOf>
+FrameErrors sumOverClusters(const std::vector<Fit>& fits, std::size_t frames, ErrorsOf errors_of) {
     FrameErrors sum{std::vector<double>(frames), std::vector<double>(frames), std::vector<double>(frames)};
-    for (const ClusterFit& fit : fits)
+    for (const Fit& fit : fits) {
+        const FrameErrors& errors = errors_of(fit);
         for (std::size_t f = 0; f < frames; ++f) {
-            sum.squared[f] += fit.errors.squared[f];
-            sum.variance[f] += fit.errors.variance[f];
-            sum.ambient[f] += fit.errors.ambient[f];
+            sum.squared[f] += errors.squared[f];
+            sum.variance[f] += errors.variance[f];
+            sum.ambient[f] += errors.ambient[f];
         }
+    }
     return sum;
 }
 
@@ -325,6 +242,45 @@ FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& error
                                                                       model.rest_normals[b], model.rest_tangents[b]));
         }
     return report;
+}
+
+Composition compositionOf(const Model& model, const FieldFile& fields, int steps) {
+    const PartTable table = makePartTable(model.mesh, model.skin);
+    return {steps, fields.fields, table.part_of_vertex, table.steps, {}};
+}
+
+// A residual model is kept when cross-validation says that it leaves less than this share of what it is to predict.
+constexpr double kWorthResidual = 0.97;
+
+// Puts the clusters into the model, without the residual where it does not pay, and reports the errors.
+void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult& result) {
+    Model& model = result.model;
+    double left = 0, validated = 0;
+    for (const ComposedFit& fit : fits) left += fit.left, validated += fit.residual.cross_validated;
+    const bool keep = validated < kWorthResidual * left;
+    const std::size_t frames = model.frames.frameCount();
+    const FrameErrors split_errors = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.split; }),
+                      without =
+                          sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.without_residual; }),
+                      with = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.errors; }),
+                      local = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.local.errors; });
+    const FrameErrors& errors = keep ? with : without;
+    std::vector<ClusterFit> parts;
+    for (ComposedFit& fit : fits) parts.push_back(std::move(fit.local));
+    model.clip_errors = errorsByClip(errors, model);
+    result.report = reportOf(parts, local, split, model);
+    const std::size_t vertices = model.mesh.vertexCount();
+    result.report.train = figuresOf(errors, split.train, vertices);
+    result.report.held_out = figuresOf(errors, split.held_out, vertices);
+    result.report.composed = ComposedReport{
+        figuresOf(local, split.train, vertices),        figuresOf(local, split.held_out, vertices),
+        figuresOf(without, split.train, vertices),      figuresOf(without, split.held_out, vertices),
+        figuresOf(split_errors, split.train, vertices), figuresOf(split_errors, split.held_out, vertices),
+        left > 0 ? std::sqrt(validated / left) : 0,     keep};
+    for (std::size_t c = 0; c < fits.size(); ++c) {
+        model.clusters.push_back(std::move(parts[c].model));
+        if (keep) model.composition->residual.push_back(std::move(fits[c].residual.model));
+    }
 }
 
 }  // namespace
@@ -387,10 +343,16 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     model.rest_tangents = restTangents(model.mesh, model.rest_normals, clusters, options.threads);
     // 3. Fit every cluster.
     phase("fit");
-    std::vector<ClusterFit> fits =
-        fitClusters({reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)}, model);
+    const FitJob job{reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)};
+    if (options.fields) {
+        model.composition = compositionOf(model, *options.fields, header.local->steps);
+        finishComposed(fitComposedClusters(job, model), split, result);
+        return result;
+    }
+    std::vector<ClusterFit> fits = fitClusters(job, model);
     // 4. Sum the errors and report them by clip and over all.
-    const FrameErrors errors = sumOverClusters(fits, poses.frameCount());
+    const FrameErrors errors =
+        sumOverClusters(fits, poses.frameCount(), [](const ClusterFit& fit) { return fit.errors; });
     model.clip_errors = errorsByClip(errors, model);
     result.report = reportOf(fits, errors, split, model);
     for (ClusterFit& fit : fits) model.clusters.push_back(std::move(fit.model));

@@ -2,6 +2,7 @@
 // Turns a visibility file into a model: clusters, tangent frames, and a PCA and a model of its scores for each cluster
 // (docs/formulas.md section 4).
 #include <functional>
+#include <optional>
 
 #include "fit/visibility/fit_options.h"
 #include "formats/stage/visibility_file.h"
@@ -10,6 +11,15 @@ namespace penumbra {
 
 struct ErrorFigures {
     double relative_error = 0, rms_v = 0, ambient_error = 0;  // docs/formulas.md section 5
+};
+
+// What the parts of a composed model do, each over training and held-out frames.
+struct ComposedReport {
+    ErrorFigures local_train, local_held_out;      // of the local model, against local moments
+    ErrorFigures without_train, without_held_out;  // of local x far, without the residual
+    ErrorFigures split_train, split_held_out;      // of the true local moments x far: the limit of any local model
+    double residual_cross_validated = 0;           // relative error of the residual model; 1 is as good as none
+    bool residual_kept = false;
 };
 
 struct FitReport {
@@ -21,6 +31,8 @@ struct FitReport {
     double leave_one_out_error = 0;
     double output_floor = 0;           // relative error over training frames that the output PCA alone leaves
     double largest_tangent_angle = 0;  // radians, over neighbours inside one cluster in the rest pose
+    // Set for composed models, where cross_validated_error to output_floor are those of the local model.
+    std::optional<ComposedReport> composed = {};
 };
 
 struct FitResult {

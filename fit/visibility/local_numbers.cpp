@@ -138,7 +138,9 @@ void timesZ(int order, std::span<const float> moments, std::span<float> out) {
 std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,
                                         const ClusterNumbersRequest& request) {
     const VisibilityHeader& header = reader.header();
-    const std::size_t frames = poses.frameCount(), stride = header.coefficientCount();
+    const bool local = request.occluders == Occluders::kLocalParts;
+    const std::size_t frames = poses.frameCount(),
+                      stride = local ? std::size_t(coefficientCount(header.local->order)) : header.coefficientCount();
     std::vector<MatrixF> out;
     for (const auto& vertices : request.vertices_of_cluster)
         out.emplace_back(frames, vertices.size() * std::size_t(request.convention.size()));
@@ -158,7 +160,10 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
         range.wanted = {wanted.data() + first, last - first};
         range.moments.resize(frames * (range.end - range.begin) * stride);
         // 2. Read its moments in all frames, and compute the numbers frame by frame.
-        reader.readVertices(range.begin, range.end, range.moments);
+        if (local)
+            reader.readLocalVertices(range.begin, range.end, range.moments);
+        else
+            reader.readVertices(range.begin, range.end, range.moments);
         range.part = makePart(header, range.wanted);
         parallelFor(frames, request.threads, [&](std::size_t f) { writeFrameNumbers(poses, request, range, f, out); });
         if (request.vertices_done) request.vertices_done(last - first);

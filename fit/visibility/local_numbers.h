@@ -16,6 +16,8 @@ namespace penumbra {
 enum class Target { kVisibility, kCosineWeighted };
 // kGlobal is the same function in the model frame. With convention A it has the 1 below the vertex' own horizon.
 enum class Frame { kLocal, kGlobal };
+// Which moments of the file the numbers come from: those of all that blocks rays, or of nearby parts alone.
+enum class Occluders { kAll, kLocalParts };
 
 // Computes the moments of z f(s), order^2 of them, from those of f, (order + 1)^2: z y_lm = a(l+1,m) y_(l+1)m + a(l,m)
 // y_(l-1)m with a(l,m)^2 = (l^2 - m^2) / (4 l^2 - 1).
@@ -37,6 +39,7 @@ struct ClusterNumbersRequest {
     std::span<const std::vector<std::uint32_t>> vertices_of_cluster;
     Target target = Target::kVisibility;
     Frame frame = Frame::kLocal;
+    Occluders occluders = Occluders::kAll;
     int threads = 0;
     // The function is told how many more of the asked vertices are done. It may be empty.
     std::function<void(std::size_t)> vertices_done;

@@ -8,6 +8,7 @@
 #include "fit/clusters/deforming_pose.h"
 #include "fit/clusters/tangent_frames.h"
 #include "fit/models/regressor.h"
+#include "fit/visibility/far_factors.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
@@ -23,19 +24,58 @@ std::vector<Mat3> rotationsOf(std::span<const Affine> bones) {
     return rotations;
 }
 
+// Returns mean plus scores times basis.
+std::vector<float> combined(const ClusterModel& cluster, const std::vector<float>& scores) {
+    std::vector<float> sum = cluster.mean;
+    for (std::size_t k = 0; k < scores.size(); ++k)
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += scores[k] * cluster.basis[k * sum.size() + i];
+    return sum;
+}
+
 // Writes the numbers of a cluster's vertices: mean plus scores times basis, moved to where E lies in [0, 1].
 void addComponents(const ClusterModel& cluster, const std::vector<float>& scores, std::span<const float> ambient,
                    std::span<float> numbers) {
     const std::size_t n = ambient.size();
     const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
-    std::vector<float> sum = cluster.mean;
-    for (std::size_t k = 0; k < scores.size(); ++k)
-        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += scores[k] * cluster.basis[k * sum.size() + i];
+    std::vector<float> sum = combined(cluster, scores);
     for (std::size_t i = 0; i < cluster.vertices.size(); ++i) {
         const std::span<float> vertex = std::span(sum).subspan(i * n, n);
         clampAmbient(ambient, norm2, vertex);
         std::copy(vertex.begin(), vertex.end(), numbers.begin() + std::ptrdiff_t(cluster.vertices[i] * n));
     }
+}
+
+std::vector<int> jointsOfClusters(const Model& model) {
+    std::vector<int> joints;
+    for (const ClusterModel& cluster : model.clusters) joints.push_back(cluster.joint);
+    return joints;
+}
+
+// Turns the local numbers of all vertices into whole ones: the far parts' visibility is multiplied in and the residual
+// is added.
+void compose(const Model& model, const FeatureRecipe& recipe, std::span<const Affine> bones,
+             std::span<const Mat3> rotations, std::span<const float> pose, std::span<const float> ambient,
+             std::span<float> numbers) {
+    const Composition& composition = *model.composition;
+    // 1. Local x far.
+    std::vector<std::uint32_t> all(model.mesh.vertexCount());
+    std::iota(all.begin(), all.end(), 0u);
+    const FarTables tables = makeFarTables(composition);
+    std::vector<PosedPart> posed(tables.fields.tables.size());
+    poseParts(tables.fields, bones, posed);
+    std::vector<float> far(all.size() * kFarNumbers);
+    farFactors(tables, vertexSet(model, all, jointsOfClusters(model)), bones, posed, far);
+    multiplyByFar(model.convention, far, numbers);
+    // 2. The residual.
+    const std::size_t n = ambient.size();
+    std::vector<double> raw(recipe.count());
+    for (const ClusterModel& cluster : composition.residual) {
+        rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
+        const std::vector<float> sum = combined(cluster, scoreCluster(model.kind, recipe, cluster, raw).scores);
+        for (std::size_t i = 0; i < sum.size(); ++i) numbers[cluster.vertices[i / n] * n + i % n] += sum[i];
+    }
+    const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
+    for (std::size_t v = 0; v < all.size(); ++v) clampAmbient(ambient, norm2, numbers.subspan(v * n, n));
 }
 
 // Throws InvalidInput when the file shows another character than the model's.
@@ -63,6 +103,7 @@ VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& po
     header.order = model.convention.order;
     header.quantity =
         model.convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
+    header.local.reset();  // a prediction has the whole visibility alone
     header.provenance = provenance;
     return header;
 }
@@ -106,6 +147,7 @@ Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std
         prediction.out_of_range += scored.out_of_range * double(cluster.vertices.size());
         addComponents(cluster, scored.scores, ambient, prediction.numbers);
     }
+    if (model.composition) compose(model, recipe, bones, rotations, pose, ambient, prediction.numbers);
     prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model.mesh.vertexCount()));
     return prediction;
 }

@@ -287,6 +287,9 @@ ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& 
     }
     if (next != vertices)
         (at / "clusters").fail("cover " + std::to_string(next) + " of " + std::to_string(vertices) + " vertices");
+    setComposition(
+        stored, at, asset,
+        [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, sizes); }, model);
     return model;
 }
 
@@ -310,8 +313,10 @@ TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertice
 AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const Field at{file + ": "};
     if (textOf(stored.sh_convention()) != kShConvention) (at / "sh_convention").fail("is not real-orthonormal-cs");
-    at.require(stored.format_version() >= kAssetVersion || !usesVersion4(stored),
+    at.require(stored.format_version() >= kDeformingAssetVersion || !usesVersion4(stored),
                "format_version is below 4, but something of version 4 is there");
+    at.require(int(stored.format_version()) >= kAssetVersion || lowestVersion(stored) < kAssetVersion,
+               "format_version is below 5, but something of version 5 is there");
     AssetView asset;
     asset.provenance = textOf(stored.provenance());
     if (stored.animation()) asset.animation = animationOf(*stored.animation(), at / "animation");

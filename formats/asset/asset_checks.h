@@ -1,5 +1,6 @@
 #pragma once
 // Turns a verified FlatBuffer into a view in which everything is checked. asset_file.cpp and the writer use it.
+#include <functional>
 #include <string>
 
 #include "formats/asset/asset_file.h"
@@ -8,6 +9,7 @@ namespace penumbra::fbs {
 struct Asset;
 struct Mesh;
 struct Animation;
+struct Cluster;
 struct Model;
 struct Numbers;
 }  // namespace penumbra::fbs
@@ -38,5 +40,13 @@ void setPlayback(const fbs::Animation& stored, const Field& at, const AssetView&
 void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& asset, ModelView& model);
 // Tells whether the verified file has anything that is new in version 4.
 bool usesVersion4(const fbs::Asset& asset);
+
+// The part of it that version 5 brought, in asset_checks_compose.cpp. Reads the mesh and the animation of `asset`, and
+// the clusters of `model`. `read_cluster` reads a cluster as those of the model are read.
+using ReadCluster = std::function<ClusterView(const fbs::Cluster& stored, const Field& at)>;
+void setComposition(const fbs::Model& stored, const Field& at, const AssetView& asset, const ReadCluster& read_cluster,
+                    ModelView& model);
+// Returns the lowest version from 3 on that knows all that the verified file has.
+int lowestVersion(const fbs::Asset& asset);
 
 }  // namespace penumbra

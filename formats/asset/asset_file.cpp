@@ -68,6 +68,12 @@ void decode(const NumbersView& numbers, std::span<float> out) {
     }
 }
 
+std::size_t CompositionView::byteCount() const {
+    std::size_t bytes = 0;
+    for (const PartFieldView& part : parts) bytes += part.bytes.values.size() + part.bytes.distances.size();
+    return bytes;
+}
+
 std::uint64_t assetHash(std::span<const std::byte> bytes, std::size_t hash_offset) {
     assert(hash_offset % 8 == 0);
     constexpr std::uint64_t kPrime = 0x100000001b3;

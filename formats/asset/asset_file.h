@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "formats/common/model_kind.h"
+#include "sh/part_field.h"
 #include "sh/reflection_operator.h"
 #include "sh/slice_form.h"
 #include "sh/vec3.h"
@@ -19,8 +21,9 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 4;              // knows deforming and two-sided meshes, and inputs
-constexpr int kSkinnedAssetVersion = 3;       // writers use it where the asset has nothing of version 4
+constexpr int kAssetVersion = 5;              // knows composed models
+constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
+constexpr int kSkinnedAssetVersion = 3;       // writers use the lowest of these versions that knows all they write
 constexpr int kOldestAssetVersion = 2;        // knows no compact slices
 constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // lobes of a light: as many as an exact one needs
 constexpr std::size_t kMaxMaterials = 4096;   // materials of an asset; bounds what compact slices unfold to
@@ -132,6 +135,22 @@ struct InputJointView {
     bool absolute() const { return columns == 1; }
 };
 
+struct PartFieldView {
+    PartField field;
+    FieldBytes bytes;
+};
+
+// What makes a model a composed one; asset.fbs has the rule.
+struct CompositionView {
+    int local_steps = 0;
+    std::span<const std::uint8_t> steps;            // [P,P]
+    std::span<const std::uint16_t> part_of_vertex;  // [V] < P
+    std::vector<PartFieldView> parts;               // [P], at least one; joints < J
+    float fade = 0;
+    std::vector<ClusterView> residual;  // joints and vertices of the model's clusters, one for one; or empty
+    std::size_t byteCount() const;      // of the fields
+};
+
 struct ModelView {
     Convention convention;
     int stride = 0;
@@ -146,6 +165,7 @@ struct ModelView {
     std::vector<InputJointView> input_joints;  // one for each of the last joints, in their order
     std::span<const float> pose_mean;          // [E], only for kDihedrals
     NumbersView pose_basis;                    // [P - X, E]
+    std::optional<CompositionView> composition;
 };
 
 struct TruthView {

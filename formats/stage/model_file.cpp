@@ -9,6 +9,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/model_deforming.h"
+#include "formats/stage/part_fields_stored.h"
 #include "formats/stage/stage_parts.h"
 
 namespace penumbra {
@@ -17,9 +18,9 @@ namespace {
 
 constexpr FileKind kModelKind{"penumbra.model", kModelVersion, kSkinnedModelVersion};
 
-std::string clusterGroup(std::size_t index) {
+std::string clusterGroup(std::size_t index, const char* parent = "/clusters") {
     char name[32];
-    std::snprintf(name, sizeof name, "/clusters/%04zu", index);
+    std::snprintf(name, sizeof name, "%s/%04zu", parent, index);
     return name;
 }
 
@@ -60,6 +61,25 @@ void writeCluster(hid_t file, const std::string& group, const ClusterModel& clus
     if (std::isfinite(cluster.holdout_error)) writeNumberAttribute(file, group, "holdout_error", cluster.holdout_error);
 }
 
+void writeComposition(hid_t file, const Model& model) {
+    if (!model.composition) return;
+    const Composition& composition = *model.composition;
+    const hsize_t parts = composition.fields.parts.size();
+    writePartFields(file, composition.fields);
+    makeGroup(file, "/composition");
+    writeIntegerAttribute(file, "/composition", "local_steps", composition.local_steps);
+    writeIntegers(file, "/composition/part_of_vertex",
+                  std::vector<std::int64_t>(composition.part_of_vertex.begin(), composition.part_of_vertex.end()),
+                  {composition.part_of_vertex.size()}, H5T_STD_U16LE);
+    writeIntegers(file, "/composition/steps",
+                  std::vector<std::int64_t>(composition.steps.begin(), composition.steps.end()), {parts, parts},
+                  H5T_STD_U8LE);
+    makeGroup(file, "/residual");
+    writeIntegerAttribute(file, "/residual", "count", std::int64_t(composition.residual.size()));
+    for (std::size_t c = 0; c < composition.residual.size(); ++c)
+        writeCluster(file, clusterGroup(c, "/residual"), composition.residual[c], std::size_t(model.convention.size()));
+}
+
 void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
     std::vector<std::string> clips;
     std::vector<std::int64_t> held_out;
@@ -79,8 +99,10 @@ void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
 }
 
 void writeModelRoot(hid_t file, const Model& model) {
-    writeRoot(file, {kModelKind.format, usesVersion3(model) ? kModelVersion : kSkinnedModelVersion},
-              model.convention.order, model.provenance);
+    const int version = model.composition     ? kModelVersion
+                        : usesVersion3(model) ? kDeformingModelVersion
+                                              : kSkinnedModelVersion;
+    writeRoot(file, {kModelKind.format, version}, model.convention.order, model.provenance);
     writeTextAttribute(file, "/", "convention", model.convention.name());
     writeTextAttribute(file, "/", "model", nameOf(model.kind));
     writeTextAttribute(file, "/", "features", nameOf(model.features));
@@ -112,6 +134,7 @@ void writeModel(const std::filesystem::path& path, const Model& model) {
     writeIntegerAttribute(file, "/clusters", "count", std::int64_t(model.clusters.size()));
     for (std::size_t c = 0; c < model.clusters.size(); ++c)
         writeCluster(file, clusterGroup(c), model.clusters[c], std::size_t(model.convention.size()));
+    writeComposition(file, model);
     writeClipErrors(file, model.clip_errors);
     closeHdf5(file);
     partial.commit();
@@ -257,6 +280,34 @@ void checkPartition(const Hdf5Reader& in, const Model& model) {
                            std::to_string(seen.size()) + " vertices");
 }
 
+// Reads what makes the model a composed one, if anything does. The residual has the very vertices of the clusters.
+void readComposition(const Hdf5Reader& in, Model& model) {
+    if (!exists(in, "/composition")) return;
+    if (model.deforming || model.convention.below != BelowHorizon::kMirrored)
+        throw InvalidInput(in.name + ": /composition: of a model without skeleton, or not of convention D");
+    Composition composition;
+    composition.local_steps = int(readIntegerAttribute(in, "/composition", "local_steps", 0, 255));
+    composition.fields = readPartFields(in, model.skin.jointCount() - model.input_joints.size());
+    const hsize_t parts = composition.fields.parts.size();
+    std::vector<hsize_t> shape{model.mesh.vertexCount()};
+    const std::vector<std::int64_t> part =
+        readIntegers(in, "/composition/part_of_vertex", shape, 0, std::int64_t(parts) - 1);
+    composition.part_of_vertex.assign(part.begin(), part.end());
+    shape = {parts, parts};
+    const std::vector<std::int64_t> steps = readIntegers(in, "/composition/steps", shape, 0, 255);
+    composition.steps.assign(steps.begin(), steps.end());
+    const auto count =
+        std::size_t(readIntegerAttribute(in, "/residual", "count", 0, std::int64_t(model.clusters.size())));
+    for (std::size_t c = 0; c < count; ++c)
+        composition.residual.push_back(readCluster(in, clusterGroup(c, "/residual"), model));
+    bool same = count == 0 || count == model.clusters.size();
+    for (std::size_t c = 0; same && c < count; ++c)
+        same = composition.residual[c].vertices == model.clusters[c].vertices &&
+               composition.residual[c].joint == model.clusters[c].joint;
+    if (!same) throw InvalidInput(in.name + ": /residual: its clusters are not those of /clusters");
+    model.composition = std::move(composition);
+}
+
 std::vector<ClipError> readClipErrors(const Hdf5Reader& in) {
     const std::vector<std::string> clips = readStrings(in, "/errors/clip");
     std::vector<hsize_t> shape{clips.size()};
@@ -294,6 +345,7 @@ Model readModel(const std::filesystem::path& path) {
     for (std::int64_t c = 0; c < clusters; ++c)
         model.clusters.push_back(readCluster(in, clusterGroup(std::size_t(c)), model));
     checkPartition(in, model);
+    readComposition(in, model);
     model.clip_errors = readClipErrors(in);
     return model;
 }

@@ -1,19 +1,22 @@
 #pragma once
-// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 and 3; formats/README.md
+// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 to 4; formats/README.md
 // lists every dataset). docs/formulas.md, section 4, derives the models.
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "formats/common/mesh.h"
 #include "formats/common/model_kind.h"
+#include "formats/common/part_fields.h"
 #include "formats/common/provenance.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
-constexpr int kModelVersion = 3;         // knows deforming meshes and inputs
-constexpr int kSkinnedModelVersion = 2;  // written where the model has nothing of version 3
+constexpr int kModelVersion = 4;           // knows composed models
+constexpr int kDeformingModelVersion = 3;  // knows deforming meshes and inputs; written where nothing is composed
+constexpr int kSkinnedModelVersion = 2;    // written where the model has nothing of version 3
 
 // The raw features of a cluster, in this order (fit/models/features.h computes them, and the run-time evaluator
 // again):
@@ -92,6 +95,21 @@ struct InputJoint {
     bool operator==(const InputJoint&) const = default;
 };
 
+// What makes a model a composed one (docs/formulas.md, section 7). The clusters of such a model predict what a vertex
+// sees past the nearby parts of the skeleton alone. The fields say how much the far parts block, for any pose. A
+// vertex' numbers, in convention D, are
+//   local x product over its far parts of their visibilities + residual,
+// moved to where its ambient visibility lies in [0, 1]. farParts() (sh/far_visibility.h) lists the far
+// parts of each part.
+struct Composition {
+    int local_steps = 2;
+    PartFields fields;                          // [P]
+    std::vector<std::uint16_t> part_of_vertex;  // [V] < P
+    std::vector<std::uint8_t> steps;            // [P, P] PartTable::steps
+    // What the product leaves, as clusters of the same vertices and joints. Empty when that did not pay.
+    std::vector<ClusterModel> residual;
+};
+
 // A fitted model. A deforming mesh has no skeleton: its vertices are given in every frame. Its joints are near-rigid
 // parts (influences = 1), whose bones are fitted to the vertices (partMotions(), sh/rigid_fit.h), then the input
 // joints. Its normals are those of the front triangles (vertexNormals()).
@@ -124,6 +142,7 @@ struct Model {
     double input_variance = 0.9, output_variance = 0.95;
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
     std::vector<ClusterModel> clusters;
+    std::optional<Composition> composition;
     std::vector<ClipError> clip_errors;
     Provenance provenance;
 };

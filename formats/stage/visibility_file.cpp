@@ -2,6 +2,7 @@
 #include "formats/stage/visibility_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <stdexcept>
@@ -37,7 +38,7 @@ struct VisibilityWriter::Impl {
     VisibilityHeader header;
     Precision precision;
     Hdf5Handle file;
-    FrameStream positions, normals, bones, pose, coefficients;
+    FrameStream positions, normals, bones, pose, coefficients, local;
     std::size_t block_frames = 1, frames_written = 0;
     std::string what;  // starts messages
 
@@ -49,6 +50,7 @@ struct VisibilityWriter::Impl {
           what(path.string() + ": cannot write") {}
     FrameStream openStream(const std::string& dataset, std::vector<hsize_t> shape, hsize_t chunk_vertices, bool half);
     void flush(FrameStream& stream);
+    std::array<FrameStream*, 6> streams() { return {&positions, &normals, &bones, &pose, &coefficients, &local}; }
 };
 
 FrameStream VisibilityWriter::Impl::openStream(const std::string& dataset, std::vector<hsize_t> shape,
@@ -83,8 +85,9 @@ void VisibilityWriter::Impl::flush(FrameStream& stream) {
 
 std::size_t framesOfBlock(const VisibilityHeader& header) {
     const std::size_t joints = header.skin ? header.skin->jointCount() : 0;
-    const std::size_t frame_bytes = sizeof(float) * (header.mesh.vertexCount() * (6 + header.coefficientCount()) +
-                                                     12 * joints + std::size_t(header.pose_size));
+    const std::size_t moments = header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0);
+    const std::size_t frame_bytes =
+        sizeof(float) * (header.mesh.vertexCount() * (6 + moments) + 12 * joints + std::size_t(header.pose_size));
     return std::clamp<hsize_t>(kBlockBytes / frame_bytes, 1,
                                std::min<hsize_t>(kBlockFrames, header.frames.frameCount()));
 }
@@ -107,6 +110,10 @@ VisibilityWriter::VisibilityWriter(const std::filesystem::path& path, const Visi
     }
     impl_->coefficients = impl_->openStream(kCoefficients, {frames, vertices, header.coefficientCount()},
                                             kChunkVertices, precision == Precision::kFloat16);
+    if (!header.local) return;
+    impl_->local = impl_->openStream(kLocal, {frames, vertices, header.local->coefficientCount()}, kChunkVertices,
+                                     precision == Precision::kFloat16);
+    writeLocalAttributes(impl_->file, *header.local);
 }
 
 VisibilityWriter::~VisibilityWriter() = default;
@@ -120,6 +127,7 @@ void VisibilityWriter::writeFrame(const VisibilityFrame& frame) {
     assert(frame.bones.size() == (out.header.skin ? out.header.skin->jointCount() : 0));
     assert(frame.pose.size() == std::size_t(out.header.pose_size));
     assert(frame.coefficients.size() == vertices * out.header.coefficientCount());
+    assert(frame.local_coefficients.size() == (out.header.local ? vertices * out.header.local->coefficientCount() : 0));
     const auto append = [&](FrameStream& stream, std::span<const float> values) {
         // Readers refuse such numbers.
         if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
@@ -133,17 +141,16 @@ void VisibilityWriter::writeFrame(const VisibilityFrame& frame) {
     append(out.bones, floatsOf(frame.bones));
     append(out.pose, frame.pose);
     append(out.coefficients, frame.coefficients);
+    append(out.local, frame.local_coefficients);
     ++out.frames_written;
     if (out.frames_written % out.block_frames != 0 && out.frames_written != frames) return;
-    for (FrameStream* stream : {&out.positions, &out.normals, &out.bones, &out.pose, &out.coefficients})
-        out.flush(*stream);
+    for (FrameStream* stream : out.streams()) out.flush(*stream);
 }
 
 void VisibilityWriter::finish() {
     Impl& out = *impl_;
     assert(out.frames_written == out.header.frames.frameCount());
-    for (FrameStream* stream : {&out.positions, &out.normals, &out.bones, &out.pose, &out.coefficients})
-        stream->dataset.close(out.what);
+    for (FrameStream* stream : out.streams()) stream->dataset.close(out.what);
     closeHdf5(out.file);
     out.partial.commit();
 }

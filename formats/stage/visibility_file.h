@@ -18,13 +18,27 @@ namespace penumbra {
 
 constexpr int kVisibilityVersion = 1;
 
+// The moments of what nearby parts of the skeleton block (/visibility/local). They are hemisphere moments like the
+// coefficients, but only the local triangles of the mesh block rays: those whose part lies within `steps` of the
+// vertex' part (formats/common/part_table.h). Without a skin all triangles of the mesh are local. The ground and
+// occluders never are.
+struct LocalMoments {
+    int order = 5;  // SH bands, kLeastLocalOrder..kMostLocalOrder
+    int steps = 2;  // 1..kMostLocalSteps
+
+    std::size_t coefficientCount() const { return std::size_t(order) * std::size_t(order); }
+    bool operator==(const LocalMoments&) const = default;
+};
+constexpr int kLeastLocalOrder = 5, kMostLocalOrder = 6, kMostLocalSteps = 8;
+
 struct VisibilityHeader {
     int order = 5;
     std::string quantity = "hemisphere_visibility";  // or mirrored_visibility
     int rays = 0;                                    // directions above the horizon
     std::uint64_t seed = 0;
     int bounces = 0;
-    std::optional<float> ground_y;  // height of the ground plane that blocked rays, if there was one
+    std::optional<LocalMoments> local;  // set when the file has local moments
+    std::optional<float> ground_y;      // height of the ground plane that blocked rays, if there was one
     Mesh mesh;
     std::optional<Skin> skin;
     // [V] rest normals that skinVertices() turned into the frames' normals (/mesh/rest_normals)
@@ -40,12 +54,14 @@ struct VisibilityHeader {
     std::size_t coefficientCount() const { return std::size_t(order) * order; }
 };
 
-// One frame; the sizes are V, V, J (0 without skin), P and V n^2.
+// One frame; the sizes are V, V, J (0 without skin), P, V n^2 and V m^2 with the order m of the local moments (0
+// without them).
 struct VisibilityFrame {
     std::vector<Vec3> positions, normals;
     std::vector<Affine> bones;
     std::vector<float> pose;
-    std::vector<float> coefficients;  // [V, n^2], model frame
+    std::vector<float> coefficients;             // [V, n^2], model frame
+    std::vector<float> local_coefficients = {};  // [V, m^2], model frame
 };
 
 enum class Precision { kFloat32, kFloat16 };
@@ -90,10 +106,13 @@ public:
     Precision precision() const;
     bool isVirtual() const;
     VisibilityFrame readFrame(std::size_t frame) const;
-    // Reads a frame without its coefficients, which is all that features and renderers need.
+    // Reads a frame without its coefficients and local moments, which is all that features and renderers need.
     VisibilityFrame readPose(std::size_t frame) const;
     // Reads the coefficients of vertices [begin, end) in all frames: out is [F, end - begin, n^2].
     void readVertices(std::size_t begin, std::size_t end, std::span<float> out) const;
+    // Reads the local moments of vertices [begin, end) in all frames: out is [F, end - begin, m^2] with the order m of
+    // header().local, which must be set.
+    void readLocalVertices(std::size_t begin, std::size_t end, std::span<float> out) const;
 
 private:
     struct Impl;

@@ -43,6 +43,11 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     if (header.shard) writeShard(file, *header.shard);
 }
 
+void writeLocalAttributes(hid_t file, const LocalMoments& local) {
+    writeIntegerAttribute(file, kLocal, "steps", local.steps);
+    writeIntegerAttribute(file, kLocal, "order", local.order);
+}
+
 namespace {
 
 // Reads the place of the shard. Every frame must be one of the sampled frames of a clip, in ascending order.
@@ -92,6 +97,13 @@ std::vector<std::string> readInputNames(const Hdf5Reader& in) {
     return names;
 }
 
+LocalMoments readLocalMoments(const Hdf5Reader& in) {
+    LocalMoments local;
+    local.steps = int(readIntegerAttribute(in, kLocal, "steps", 1, kMostLocalSteps));
+    local.order = int(readIntegerAttribute(in, kLocal, "order", kLeastLocalOrder, kMostLocalOrder));
+    return local;
+}
+
 }  // namespace
 
 void checkPose(const std::string& name, const VisibilityHeader& header) {
@@ -127,6 +139,7 @@ VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     if (exists(in, "/skin")) header.skin = readSkin(in, vertices);
     header.frames = readFrameList(in);
     if (exists(in, "/shard")) header.shard = readShard(in, header.frames);
+    if (exists(in, kLocal)) header.local = readLocalMoments(in);
     return header;
 }
 

@@ -6,10 +6,13 @@
 namespace penumbra {
 
 constexpr const char* kCoefficients = "/visibility/coefficients";
+constexpr const char* kLocal = "/visibility/local";
 
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header);
 // Reads everything except what stands at /frames/pose.
 VisibilityHeader readVisibilityHeader(const Hdf5Reader& in);
+// Writes the attributes of /visibility/local, which exists already.
+void writeLocalAttributes(hid_t file, const LocalMoments& local);
 // Throws InvalidInput, which starts with `name`, unless the length of /frames/pose fits edges and inputs.
 void checkPose(const std::string& name, const VisibilityHeader& header);
 

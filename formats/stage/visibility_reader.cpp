@@ -17,10 +17,13 @@ namespace fs = std::filesystem;
 // The frames that one file holds.
 struct FrameStore {
     Hdf5Reader in;
-    Hdf5Dataset positions, normals, bones, pose, coefficients;
+    Hdf5Dataset positions, normals, bones, pose, coefficients, local;
     bool has_bones = false, has_pose = false;
     std::once_flag by_frame;  // set when coefficients are read by frame; reading by vertex range needs no cache
     std::size_t frames() const { return coefficients.shape[0]; }
+};
+struct VertexRange {
+    std::size_t begin, end;
 };
 
 }  // namespace
@@ -32,6 +35,8 @@ struct VisibilityReader::Impl {
 
     void openSources(const Hdf5Reader& in, const fs::path& path);
     FrameStore& storeOf(std::size_t& frame) const;  // turns `frame` of the whole into that of the store
+    void readRange(Hdf5Dataset FrameStore::*dataset, VertexRange range, std::size_t numbers,
+                   std::span<float> out) const;
 };
 
 namespace {
@@ -62,6 +67,10 @@ std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHeader& he
     if (store->has_pose) cacheOneFrame(store->in, "/frames/pose", store->pose);
     shape = {frames, vertices, header.coefficientCount()};
     store->coefficients = openFloats(store->in, kCoefficients, shape);
+    if (header.local) {
+        shape = {frames, vertices, header.local->coefficientCount()};
+        store->local = openFloats(store->in, kLocal, shape);
+    }
     return store;
 }
 
@@ -177,27 +186,46 @@ VisibilityFrame VisibilityReader::readPose(std::size_t frame) const {
 VisibilityFrame VisibilityReader::readFrame(std::size_t frame) const {
     VisibilityFrame out = readPose(frame);
     FrameStore& store = impl_->storeOf(frame);
-    std::call_once(store.by_frame, [&] { cacheOneFrame(store.in, kCoefficients, store.coefficients); });
-    out.coefficients.resize(impl_->header.mesh.vertexCount() * impl_->header.coefficientCount());
+    const VisibilityHeader& header = impl_->header;
+    std::call_once(store.by_frame, [&] {
+        cacheOneFrame(store.in, kCoefficients, store.coefficients);
+        if (header.local) cacheOneFrame(store.in, kLocal, store.local);
+    });
+    out.coefficients.resize(header.mesh.vertexCount() * header.coefficientCount());
     readFrameOf(store.coefficients, frame, out.coefficients);
+    if (header.local) {
+        out.local_coefficients.resize(header.mesh.vertexCount() * header.local->coefficientCount());
+        readFrameOf(store.local, frame, out.local_coefficients);
+    }
     return out;
 }
 
-void VisibilityReader::readVertices(std::size_t begin, std::size_t end, std::span<float> out) const {
-    const std::size_t n2 = impl_->header.coefficientCount(), row = (end - begin) * n2;
-    assert(begin <= end && end <= impl_->header.mesh.vertexCount());
-    assert(out.size() == impl_->header.frames.frameCount() * row);
-    if (impl_->source.empty())
-        return readPart(impl_->stores[0]->coefficients, {0, begin, 0}, {impl_->stores[0]->frames(), end - begin, n2},
-                        out);
+// Reads vertices [begin, end) of one dataset in all frames. `numbers` is what it has of each vertex.
+void VisibilityReader::Impl::readRange(Hdf5Dataset FrameStore::*dataset, VertexRange range, std::size_t numbers,
+                                       std::span<float> out) const {
+    const std::size_t width = range.end - range.begin, row = width * numbers;
+    assert(range.begin <= range.end && range.end <= header.mesh.vertexCount());
+    assert(out.size() == header.frames.frameCount() * row);
+    const auto read = [&](const FrameStore& store, std::span<float> values) {
+        readPart(store.*dataset, {0, range.begin, 0}, {store.frames(), width, numbers}, values);
+    };
+    if (source.empty()) return read(*stores[0], out);
     std::vector<float> part;
-    for (std::uint32_t s = 0; s < impl_->stores.size(); ++s) {
-        const FrameStore& store = *impl_->stores[s];
-        part.resize(store.frames() * row);
-        readPart(store.coefficients, {0, begin, 0}, {store.frames(), end - begin, n2}, part);
-        for (std::size_t f = 0; f < impl_->source.size(); ++f)
-            if (impl_->source[f].file == s) std::copy_n(&part[impl_->source[f].frame * row], row, &out[f * row]);
+    for (std::uint32_t s = 0; s < stores.size(); ++s) {
+        part.resize(stores[s]->frames() * row);
+        read(*stores[s], part);
+        for (std::size_t f = 0; f < source.size(); ++f)
+            if (source[f].file == s) std::copy_n(&part[source[f].frame * row], row, &out[f * row]);
     }
+}
+
+void VisibilityReader::readVertices(std::size_t begin, std::size_t end, std::span<float> out) const {
+    impl_->readRange(&FrameStore::coefficients, {begin, end}, impl_->header.coefficientCount(), out);
+}
+
+void VisibilityReader::readLocalVertices(std::size_t begin, std::size_t end, std::span<float> out) const {
+    assert(impl_->header.local);
+    impl_->readRange(&FrameStore::local, {begin, end}, impl_->header.local->coefficientCount(), out);
 }
 
 void checkFrames(const VisibilityReader& reader) {

@@ -60,6 +60,11 @@ void writeVirtualVisibility(const std::filesystem::path& path, const VisibilityH
     const Hdf5Handle half = halfType();
     createVirtualDataset(file, kCoefficients, precision == Precision::kFloat16 ? hid_t(half) : H5T_IEEE_F32LE,
                          {frames, vertices, header.coefficientCount()}, runs);
+    if (header.local) {
+        createVirtualDataset(file, kLocal, precision == Precision::kFloat16 ? hid_t(half) : H5T_IEEE_F32LE,
+                             {frames, vertices, header.local->coefficientCount()}, runs);
+        writeLocalAttributes(file, *header.local);
+    }
     closeHdf5(file);
     partial.commit();
 }

@@ -8,6 +8,9 @@
 // Here: vertices form clusters. setPose() computes for each cluster what its model sees and the cluster's few scores,
 // once and on one thread. That is cheap. evaluateCluster() then expands the scores to the vertices (combine.h), which
 // is nearly all of the work, and clusters are independent, so that the caller may spread them over threads.
+//
+// A composed asset expands its scores to what each vertex sees past the nearby parts, multiplies that by what the far
+// parts leave visible at the vertex as it is skinned now, and adds the residual (docs/formulas.md, section 7).
 #include "player/runtime/evaluator.h"
 
 #include <algorithm>
@@ -29,17 +32,20 @@ bool hasBytes(const ClusterView& cluster) { return cluster.basis.precision == As
 std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& asset) {
     const auto decoded = std::make_shared<Decoded>();
     Decoded& d = *decoded;
-    for (const ClusterView& cluster : asset.model.clusters) {
-        const ModelEvaluator& model = d.models.emplace_back(asset.model, cluster);
+    for (const ClusterView& cluster : asset.model.clusters) d.clusters.push_back(&cluster);
+    if (asset.model.composition)
+        for (const ClusterView& cluster : asset.model.composition->residual) d.clusters.push_back(&cluster);
+    for (const ClusterView* cluster : d.clusters) {
+        const ModelEvaluator& model = d.models.emplace_back(asset.model, *cluster);
         d.first_score.push_back(d.scores);
         d.scores += model.components();
         d.scratch = std::max(d.scratch, model.scratchSize());
         d.first_pair_byte.push_back(d.pairs.size());
         d.first_pair_weight.push_back(d.pair_weights);
-        if (!hasBytes(cluster)) continue;
-        appendPairs(reinterpret_cast<const std::int8_t*>(cluster.basis.data), cluster.components(), cluster.mean.count,
-                    d.pairs);
-        d.pair_weights += (cluster.components() + 1) / 2;
+        if (!hasBytes(*cluster)) continue;
+        appendPairs(reinterpret_cast<const std::int8_t*>(cluster->basis.data), cluster->components(),
+                    cluster->mean.count, d.pairs);
+        d.pair_weights += (cluster->components() + 1) / 2;
     }
     d.pairs.shrink_to_fit();
     d.ambient_weights.resize(std::size_t(asset.model.stride));
@@ -50,7 +56,31 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     for (const InputJointView& input : asset.model.input_joints)
         d.absolute[std::size_t(input.joint)] = input.absolute();
     if (asset.model.deforming) d.deformation = std::make_unique<Deformation>(asset);
+    if (asset.model.composition) d.composed = compose(asset.model);
     return decoded;
+}
+
+std::unique_ptr<Evaluator::Composed> Evaluator::compose(const ModelView& model) {
+    const CompositionView& composition = *model.composition;
+    auto composed = std::make_unique<Composed>();
+    for (const PartFieldView& part : composition.parts) {
+        composed->fields.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
+        composed->fields.joints.push_back(part.field.joint);
+    }
+    composed->far_parts = farParts(composition.steps, composition.parts.size(), composition.local_steps);
+    for (const ClusterView& cluster : composition.residual) {
+        const std::size_t first = composed->residual_mean.size();
+        composed->residual_mean.resize(first + cluster.mean.count);
+        penumbra::decode(cluster.mean, std::span(composed->residual_mean).subspan(first));
+    }
+    // Tables of products are made when they are first used; no frame is to wait for them.
+    const int order = model.convention.order;
+    std::array<float, coefficientCount(kMaxOrder)> a{}, out;
+    const std::span<const float> far = std::span(a).first(kFarNumbers);
+    multiplyMirrored(kFieldOrder, far, kFieldOrder, far, kFieldOrder, std::span(out).first(kFarNumbers));
+    const auto size = std::size_t(mirroredCount(order));
+    multiplyMirrored(order, std::span(a).first(size), order, far, kFieldOrder, std::span(out).first(size));
+    return composed;
 }
 
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(asset)), path_(evaluatorPaths().back()) {
@@ -62,10 +92,14 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     if (asset.model.features == FeatureKind::kRelativeBones) features_.resize(12 * (bones_.size() - 1));
     scores_.resize(decoded_->scores);
     std::size_t components = 0;
-    for (const ClusterView& cluster : asset.model.clusters) components = std::max(components, cluster.components());
+    for (const ClusterView* cluster : decoded_->clusters) components = std::max(components, cluster->components());
     weights_.resize(components);
     pair_weights_.resize(decoded_->pair_weights);
-    units_.resize(clusterCount());
+    units_.resize(decoded_->clusters.size());
+    if (composed()) {
+        posed_.resize(decoded_->composed->fields.tables.size());
+        far_.resize(vertexCount() * kFarNumbers);
+    }
     if (!decoded_->deformation) return;
     const std::span<const Vec3> rest = decoded_->deformation->rest();
     points_.assign(rest.begin(), rest.end());
@@ -118,12 +152,20 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         rotations_[c] = bone_rotations_[std::size_t(cluster.joint)];
         if (!angles && features_of != cluster.joint) relativeBoneFeatures(std::size_t(cluster.joint));
         features_of = cluster.joint;
-        const std::span<float> y = std::span(scores_).subspan(decoded_->first_score[c], cluster.components());
         const std::span<const float> seen = angles ? pose : std::span<const float>(features_);
-        out_of_range += double(cluster.vertex_count) * double(decoded_->models[c].evaluate(seen, scratch_, y));
-        setScores(c, y);
+        regress(c, seen, out_of_range);
+        double ignored = 0;  // the range of a composed model is that of its local features
+        if (c + clusterCount() < decoded_->clusters.size()) regress(c + clusterCount(), seen, ignored);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
+    if (decoded_->composed) poseParts(decoded_->composed->fields, bones_, posed_);
+}
+
+void Evaluator::regress(std::size_t cluster, std::span<const float> seen, double& out_of_range) {
+    const ClusterView& view = *decoded_->clusters[cluster];
+    const std::span<float> y = std::span(scores_).subspan(decoded_->first_score[cluster], view.components());
+    out_of_range += double(view.vertex_count) * double(decoded_->models[cluster].evaluate(seen, scratch_, y));
+    setScores(cluster, y);
 }
 
 void Evaluator::setPositions(std::span<const Vec3> points, std::span<const float> inputs) {
@@ -144,7 +186,7 @@ void Evaluator::setFrame(std::size_t frame) {
 }
 
 void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
-    const ClusterView& view = asset_->model.clusters[cluster];
+    const ClusterView& view = *decoded_->clusters[cluster];
     for (std::size_t k = 0; k < scores.size(); ++k) scores_[decoded_->first_score[cluster] + k] = scores[k];
     if (!hasBytes(view)) return;
     // combine.h multiplies bytes by 16-bit weights, so the scales go into the weights first.
@@ -158,32 +200,85 @@ std::span<const float> Evaluator::scores(std::size_t cluster) const {
     return std::span(scores_).subspan(decoded_->first_score[cluster], asset_->model.clusters[cluster].components());
 }
 
+std::span<const float> Evaluator::residualScores(std::size_t cluster) const {
+    const std::size_t index = cluster + clusterCount();
+    if (index >= decoded_->clusters.size()) return {};
+    return std::span(scores_).subspan(decoded_->first_score[index], decoded_->clusters[index]->components());
+}
+
 const Mat3& Evaluator::clusterRotation(std::size_t cluster) const { return rotations_[cluster]; }
 
-void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) const {
-    const ClusterView& view = asset_->model.clusters[cluster];
-    const std::size_t stride = std::size_t(asset_->model.stride);
-    assert(numbers.size() == vertexCount() * stride);
-    const std::span<float> out = numbers.subspan(view.first_vertex * stride, view.mean.count);
-    const bool half_mean = view.mean.precision == AssetPrecision::kF16;
+// Writes mean + sum of score times component, clamped. `out` may be the mean itself.
+void Evaluator::combine(std::size_t cluster, const void* mean, bool half_mean, const AmbientClamp& clamp,
+                        float* out) const {
+    const ClusterView& view = *decoded_->clusters[cluster];
     const Decoded& d = *decoded_;
-    const AmbientClamp clamp{d.ambient_weights.data(), stride, d.ambient_norm2};
     // A basis of bytes is combined and clamped in one call; halves and floats are clamped afterwards.
     if (hasBytes(view)) {
-        const PairInput input{view.mean.data,
+        const PairInput input{mean,
                               half_mean,
                               d.pairs.data() + d.first_pair_byte[cluster],
                               pair_weights_.data() + d.first_pair_weight[cluster],
                               units_[cluster],
                               (view.components() + 1) / 2,
                               view.mean.count};
-        path_.i8(input, clamp, out.data());
+        path_.i8(input, clamp, out);
         return;
     }
-    const CombineInput input{view.mean.data,         half_mean,         view.basis.data,
-                             scores(cluster).data(), view.components(), view.mean.count};
-    (view.basis.precision == AssetPrecision::kF16 ? path_.f16 : path_.f32)(input, out.data());
-    path_.clamp(clamp, out.data(), view.vertex_count);
+    const CombineInput input{
+        mean, half_mean, view.basis.data, scores_.data() + d.first_score[cluster], view.components(), view.mean.count};
+    (view.basis.precision == AssetPrecision::kF16 ? path_.f16 : path_.f32)(input, out);
+    path_.clamp(clamp, out, view.vertex_count);
+}
+
+void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) const {
+    const ClusterView& view = asset_->model.clusters[cluster];
+    const std::size_t stride = std::size_t(asset_->model.stride);
+    assert(numbers.size() == vertexCount() * stride);
+    if (composed()) {
+        evaluateFar(cluster, far_);
+        return composeCluster(cluster, far_, numbers);
+    }
+    const bool half_mean = view.mean.precision == AssetPrecision::kF16;
+    const AmbientClamp clamp{decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2};
+    combine(cluster, view.mean.data, half_mean, clamp, numbers.data() + view.first_vertex * stride);
+}
+
+void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far) const {
+    const ClusterView& view = asset_->model.clusters[cluster];
+    const Composed& composed = *decoded_->composed;
+    assert(far.size() == vertexCount() * kFarNumbers);
+    for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v)
+        farVisibility(composed.fields, posed_, composed.far_parts[asset_->model.composition->part_of_vertex[v]],
+                      skinned(v, cluster), far.subspan(v * kFarNumbers, kFarNumbers));
+}
+
+void Evaluator::composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const {
+    const ClusterView& view = asset_->model.clusters[cluster];
+    const Composed& composed = *decoded_->composed;
+    const int order = asset_->model.convention.order;
+    const std::size_t stride = std::size_t(asset_->model.stride), size = std::size_t(mirroredCount(order));
+    assert(far.size() == vertexCount() * kFarNumbers && numbers.size() == vertexCount() * stride);
+    // 1. What the vertices see past the nearby parts. Weights of 0 clamp nothing.
+    constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};
+    const std::size_t first = view.first_vertex * stride;
+    float* const out = numbers.data() + first;
+    combine(cluster, view.mean.data, view.mean.precision == AssetPrecision::kF16, {kNoWeights.data(), stride, 1}, out);
+    // 2. Times what the far parts leave visible, plus the mean of the residual.
+    const float* mean = composed.residual_mean.empty() ? nullptr : composed.residual_mean.data() + first;
+    std::array<float, coefficientCount(kMaxOrder)> product;
+    for (std::size_t v = 0; v < view.vertex_count; ++v) {
+        const std::span<float> row(out + v * stride, size);
+        multiplyMirrored(order, row, order, far.subspan((view.first_vertex + v) * kFarNumbers, kFarNumbers),
+                         kFieldOrder, std::span(product).first(size));
+        for (std::size_t i = 0; i < size; ++i) row[i] = product[i] + (mean ? mean[v * stride + i] : 0);
+    }
+    // 3. The components of the residual.
+    const AmbientClamp clamp{decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2};
+    if (mean)
+        combine(cluster + clusterCount(), out, false, clamp, out);
+    else
+        path_.clamp(clamp, out, view.vertex_count);
 }
 
 namespace {
@@ -204,29 +299,37 @@ Affine blendBones(const MeshView& mesh, std::size_t vertex, std::span<const Affi
 
 }  // namespace
 
+Receiver Evaluator::skinned(std::size_t vertex, std::size_t cluster) const {
+    const MeshView& mesh = asset_->mesh;
+    Receiver out;
+    if (deformation()) {
+        const std::size_t point = mesh.pointOf(vertex);
+        out.position = points_[point];
+        out.normal = mesh.isBack(vertex) ? -point_normals_[point] : point_normals_[point];
+    } else {
+        const Affine blend = blendBones(mesh, vertex, bones_);
+        out.position = blend.point(mesh.positions[vertex]);
+        out.normal = normalized(cofactor(blend.linear()) * mesh.normals[vertex]);
+    }
+    out.tangent = tangentOf(out.normal, rotations_[cluster] * mesh.tangents[vertex]);
+    return out;
+}
+
 void Evaluator::skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
                      std::span<Vec3> tangents) const {
     assert(end <= vertexCount() && positions.size() == vertexCount() && normals.size() == vertexCount() &&
            tangents.size() == vertexCount());
-    const MeshView& mesh = asset_->mesh;
     const std::vector<ClusterView>& clusters = asset_->model.clusters;
     // Clusters are contiguous ranges of vertices: find the one that has `begin`, then go along.
     const auto after = std::upper_bound(clusters.begin(), clusters.end(), begin,
                                         [](std::size_t v, const ClusterView& c) { return v < c.first_vertex; });
     std::size_t cluster = std::size_t(after - clusters.begin()) - 1;
-    const bool given = deformation() != nullptr;
     for (std::size_t v = begin; v < end; ++v) {
         if (v >= clusters[cluster].first_vertex + std::size_t(clusters[cluster].vertex_count)) ++cluster;
-        if (given) {
-            const std::size_t point = mesh.pointOf(v);
-            positions[v] = points_[point];
-            normals[v] = mesh.isBack(v) ? -point_normals_[point] : point_normals_[point];
-        } else {
-            const Affine blend = blendBones(mesh, v, bones_);
-            positions[v] = blend.point(mesh.positions[v]);
-            normals[v] = normalized(cofactor(blend.linear()) * mesh.normals[v]);
-        }
-        tangents[v] = tangentOf(normals[v], rotations_[cluster] * mesh.tangents[v]);
+        const Receiver vertex = skinned(v, cluster);
+        positions[v] = vertex.position;
+        normals[v] = vertex.normal;
+        tangents[v] = vertex.tangent;
     }
 }
 

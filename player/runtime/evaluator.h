@@ -11,6 +11,7 @@
 #include "player/runtime/combine.h"
 #include "player/runtime/deformation.h"
 #include "player/runtime/model_evaluator.h"
+#include "sh/far_visibility.h"
 
 namespace penumbra {
 
@@ -43,6 +44,8 @@ public:
 
     std::span<const Affine> bones() const { return bones_; }   // [J] of the pose
     std::span<const float> scores(std::size_t cluster) const;  // [K]
+    // The same of the residual of a composed asset; empty where it has none.
+    std::span<const float> residualScores(std::size_t cluster) const;
     // Replaces scores until the next pose, so that one can look at what a component does. `scores` may be scores()
     // itself.
     void setScores(std::size_t cluster, std::span<const float> scores);
@@ -54,8 +57,15 @@ public:
     double outOfRange() const { return out_of_range_; }
 
     // Writes numbers[v * stride + i] for the cluster's vertices. `numbers` is the array of all vertices, V * stride
-    // floats.
+    // floats. For a composed asset it skins them on the way, since the far parts are seen from where they are now.
     void evaluateCluster(std::size_t cluster, std::span<float> numbers) const;
+
+    // The two halves of that for a composed asset, which otherwise must not be asked for. evaluateFar() writes what the
+    // far parts leave visible at the cluster's vertices (farVisibility(), sh/far_visibility.h): far[v * kFarNumbers +
+    // i] of all vertices. composeCluster() multiplies it by the local visibility and adds the residual.
+    bool composed() const { return decoded_->composed != nullptr; }
+    void evaluateFar(std::size_t cluster, std::span<float> far) const;
+    void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const;
 
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
     // For a deforming asset these are its given positions and the normals of its triangles (sh/vertex_normals.h).
@@ -65,17 +75,25 @@ public:
               std::span<Vec3> tangents) const;
 
 private:
-    // Made of the asset once; copies of the evaluator share it.
+    // What composed assets have on top.
+    struct Composed {
+        FarFields fields;
+        std::vector<std::vector<std::uint16_t>> far_parts;  // [P]
+        std::vector<float> residual_mean;                   // [V, stride], or empty
+    };
+    // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model.
     struct Decoded {
-        std::vector<ModelEvaluator> models;    // [cluster]
-        std::vector<std::size_t> first_score;  // [cluster]
-        std::vector<float> ambient_weights;    // [stride], E = sum of weight times number
-        float ambient_norm2 = 0;               // sum of squared weights
+        std::vector<const ClusterView*> clusters;  // [cluster]
+        std::vector<ModelEvaluator> models;        // [cluster]
+        std::vector<std::size_t> first_score;      // [cluster]
+        std::vector<float> ambient_weights;        // [stride], E = sum of weight times number
+        float ambient_norm2 = 0;                   // sum of squared weights
         std::vector<std::int8_t> pairs;  // bytes of all clusters with a basis of bytes, in the layout of combine.h
         std::vector<std::size_t> first_pair_byte, first_pair_weight;  // [cluster]
         std::size_t scores = 0, pair_weights = 0, scratch = 0;
         std::vector<bool> absolute;                // [J], true for joints that stand for a number
         std::unique_ptr<Deformation> deformation;  // only for a deforming asset
+        std::unique_ptr<Composed> composed;        // only for a composed asset
     };
     const AssetView* asset_;
     std::shared_ptr<const Decoded> decoded_;
@@ -90,6 +108,9 @@ private:
     std::vector<std::uint32_t> pair_weights_;  // of all clusters with a basis of bytes
     std::vector<float> units_;                 // [cluster], unit of its pair weights
     EvaluatorPath path_;
+    // Only for a composed asset; else empty.
+    std::vector<PosedPart> posed_;    // [P]
+    mutable std::vector<float> far_;  // [V, kFarNumbers]; calls on different clusters write different places
     // Only for a deforming asset; else empty.
     std::vector<Vec3> points_, point_normals_;  // [Vs]
     std::vector<Affine> fitted_bones_;          // [J]
@@ -97,7 +118,11 @@ private:
     DeformationScratch deformation_scratch_;
 
     void relativeBoneFeatures(std::size_t joint);
+    void regress(std::size_t cluster, std::span<const float> seen, double& out_of_range);
+    void combine(std::size_t cluster, const void* mean, bool half_mean, const AmbientClamp& clamp, float* out) const;
+    Receiver skinned(std::size_t vertex, std::size_t cluster) const;
     static std::shared_ptr<const Decoded> decode(const AssetView& asset);
+    static std::unique_ptr<Composed> compose(const ModelView& model);
 };
 
 }  // namespace penumbra

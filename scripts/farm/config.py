@@ -185,7 +185,8 @@ def slots(key, value, folder):
 # Keys of bake, fit, pack, a material and a light are the options of the programs, with _ for -.
 BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
             ground=either(number(-1e9), True, False), poses=a_file, units=lambda key, value, folder: str(value), up=one_of("y", "z"),
-            cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(an_occluder), inputs=a_file)
+            cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(an_occluder), inputs=a_file,
+            local=one_of(True, False), local_steps=number(1, True), local_order=number(5, True))
 FIT = dict(model=one_of("linear", "quadratic", "neural", "additive"), parts=either(number(1, True), "auto"),
            features=one_of("relative-bones", "joint-angles", "dihedral-angles"),
            clusters=either(number(1, True), "auto"), input_variance=either(number(0), "auto"), output_variance=number(0),

@@ -46,7 +46,7 @@ inline std::vector<float> momentsOf(const shapes::Shape& shape, const shapes::Sh
     tracer.mesh = &sheet.mesh;
     tracer.vertices = sheet.positions;
     std::vector<float> b(sheet.positions.size() * kSize);
-    traceMoments(tracer, sheet.positions, sheet.normals, b);
+    traceMoments(tracer, sheet.positions, sheet.normals, {b});
     return b;
 }
 

@@ -23,15 +23,15 @@ std::vector<float> coefficients(std::size_t frame) { return samples::visibilityF
 // Leaves the journal of a bake that was killed after `frames` frames.
 void leaveJournal(const fs::path& output, std::size_t frames, Precision precision = Precision::kFloat32) {
     BakeJournal journal(output, header(), precision, true);
-    for (std::size_t f = journal.framesKept(); f < frames; ++f) journal.append(coefficients(f));
+    for (std::size_t f = journal.framesKept(); f < frames; ++f) journal.append(samples::visibilityFrame(header(), f));
 }
 
 // Returns the number of frames kept, each of which must be the one that was put in.
 std::size_t framesIn(const BakeJournal& journal) {
-    std::vector<float> found(coefficients(0).size());
+    VisibilityFrame found = samples::visibilityFrame(header(), kFrames);
     for (std::size_t f = 0; f < journal.framesKept(); ++f) {
         journal.read(f, found);
-        EXPECT_EQ(found, coefficients(f)) << f;
+        EXPECT_EQ(found.coefficients, coefficients(f)) << f;
     }
     return journal.framesKept();
 }
@@ -61,9 +61,37 @@ TEST(BakeJournal, KeepsHalvesAsTheFileWill) {
     leaveJournal(output, 3, Precision::kFloat16);
     const BakeJournal journal(output, header(), Precision::kFloat16, true);
     ASSERT_EQ(journal.framesKept(), 3u);
-    std::vector<float> found(coefficients(0).size());
+    VisibilityFrame found = samples::visibilityFrame(header(), 0);
     journal.read(2, found);
-    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i], halfToFloat(floatToHalf(coefficients(2)[i])));
+    for (std::size_t i = 0; i < found.coefficients.size(); ++i)
+        EXPECT_EQ(found.coefficients[i], halfToFloat(floatToHalf(coefficients(2)[i])));
+}
+
+TEST(BakeJournal, KeepsLocalMoments) {
+    const samples::Folder folder("journal_local");
+    const fs::path output = folder.path / "x.vis.h5";
+    const VisibilityHeader with_local = samples::localHeader(2, kFrames);
+    for (const Precision precision : {Precision::kFloat32, Precision::kFloat16}) {
+        {
+            BakeJournal journal(output, with_local, precision, true);
+            for (std::size_t f = 0; f < 3; ++f) journal.append(samples::visibilityFrame(with_local, f));
+        }
+        BakeJournal journal(output, with_local, precision, true);
+        ASSERT_EQ(journal.framesKept(), 3u);
+        VisibilityFrame found = samples::visibilityFrame(with_local, 0);
+        const VisibilityFrame expected = samples::visibilityFrame(with_local, 2);
+        journal.read(2, found);
+        const bool half = precision == Precision::kFloat16;
+        const auto stored = [&](float value) { return half ? halfToFloat(floatToHalf(value)) : value; };
+        for (std::size_t i = 0; i < found.coefficients.size(); ++i)
+            ASSERT_EQ(found.coefficients[i], stored(expected.coefficients[i])) << i;
+        for (std::size_t i = 0; i < found.local_coefficients.size(); ++i)
+            ASSERT_EQ(found.local_coefficients[i], stored(expected.local_coefficients[i])) << i;
+        journal.finish();
+    }
+    // A bake without local moments cannot go on from one with them.
+    { BakeJournal(output, with_local, Precision::kFloat32, true).append(samples::visibilityFrame(with_local, 0)); }
+    EXPECT_EQ(framesIn(output), 0u);
 }
 
 TEST(BakeJournal, CutAnywhereItKeepsTheWholeFrames) {
@@ -98,7 +126,7 @@ TEST(BakeJournal, AnotherBakesIsNamedAndNotUsed) {
     other.provenance.options_json = R"({"order":3,"rays":128})";
     {
         BakeJournal journal(output, other, Precision::kFloat32, true);
-        journal.append(coefficients(0));
+        journal.append(samples::visibilityFrame(header(), 0));
     }
     {
         const BakeJournal journal(output, header(), Precision::kFloat32, true);
@@ -116,7 +144,7 @@ TEST(BakeJournal, BelongsToOneBakeAtATime) {
     const samples::Folder folder("journal_lock");
     const fs::path output = folder.path / "x.vis.h5";
     BakeJournal first(output, header(), Precision::kFloat32, true);
-    first.append(coefficients(0));
+    first.append(samples::visibilityFrame(header(), 0));
     EXPECT_THROW(BakeJournal(output, header(), Precision::kFloat32, true), IoError);
     const BakeJournal second(output, header(), Precision::kFloat32, false);
     EXPECT_THAT(second.note(), HasSubstr("another bake"));
@@ -131,7 +159,7 @@ TEST(BakeJournal, ADeepKeyIsOnlyForeign) {
     const fs::path output = folder.path / "x.vis.h5";
     VisibilityHeader deep = header();
     deep.provenance.options_json = R"({"a":)" + std::string(1000, '[') + std::string(1000, ']') + "}";
-    { BakeJournal(output, deep, Precision::kFloat32, true).append(coefficients(0)); }
+    { BakeJournal(output, deep, Precision::kFloat32, true).append(samples::visibilityFrame(header(), 0)); }
     const BakeJournal journal(output, header(), Precision::kFloat32, true);
     EXPECT_THAT(journal.note(), AllOf(HasSubstr("of another bake"), Not(HasSubstr("("))));  // nobody looked into it
 }

@@ -23,7 +23,7 @@ std::vector<float> momentsOf(const Shape& shape, const std::vector<Vec3>& points
     const OcclusionScene scene(scaled, shape.triangles);
     const RayDirections directions = makeRayDirections(rays, seed, order);
     std::vector<float> b(points.size() * std::size_t(coefficientCount(order)));
-    traceMoments({scene, directions, scale, 1e-4f, ground}, points, normals, b);
+    traceMoments({scene, directions, scale, 1e-4f, ground}, points, normals, {b});
     return b;
 }
 

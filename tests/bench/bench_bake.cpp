@@ -227,7 +227,7 @@ void benchKernel(const Case& c, const Settings& settings) {
             const std::size_t begin = block * kBlock, size = std::min(kBlock, vertices - begin);
             traced +=
                 traceMoments(tracer, std::span(c.positions).subspan(begin, size),
-                             std::span(c.normals).subspan(begin, size), std::span(b).subspan(begin * 25, size * 25));
+                             std::span(c.normals).subspan(begin, size), {std::span(b).subspan(begin * 25, size * 25)});
         });
     };
     std::size_t counts[4] = {};

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formats/stage/brdf_file.h"
+#include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
@@ -144,13 +145,22 @@ inline VisibilityHeader sheetHeader(std::uint32_t quads, std::size_t frames) {
     return header;
 }
 
+// Makes a bake with local moments of order 6.
+inline VisibilityHeader localHeader(std::uint32_t quads, std::size_t frames) {
+    VisibilityHeader header = visibilityHeader(quads, frames);
+    header.local = LocalMoments{6, 3};
+    return header;
+}
+
 inline VisibilityFrame visibilityFrame(const VisibilityHeader& header, std::size_t frame) {
     const std::size_t vertices = header.mesh.vertexCount();
     const double phase = double(frame);
-    return {vectors(vertices, phase), vectors(vertices, phase + 1),
+    return {vectors(vertices, phase),
+            vectors(vertices, phase + 1),
             bones(header.skin ? header.skin->jointCount() : 0, phase + 2),
             numbers(std::size_t(header.pose_size), phase + 3),
-            numbers(vertices * header.coefficientCount(), phase + 4)};
+            numbers(vertices * header.coefficientCount(), phase + 4),
+            numbers(header.local ? vertices * header.local->coefficientCount() : 0, phase + 5)};
 }
 
 inline void writeVisibility(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision) {
@@ -168,6 +178,36 @@ inline PoseFile poseFile() {
     out.joint_names = {"root", "Ellbogen-\xc3\xa4"};
     out.rotations = numbers(2 * 6, 3);
     out.provenance = {"penumbra-bake poses", "0.1.0", R"({"choose":5})", {{"strip.glb", std::string(64, 'a')}}};
+    return out;
+}
+
+// Makes fields of two parts of three joints. The last joint moves with the second part.
+inline FieldFile fieldFile() {
+    FieldFile out;
+    out.joint_names = {"root", "Ellbogen-\xc3\xa4", "hand"};
+    out.part_of_joint = {0, 1, 1};
+    out.steps = {0, 1, 1, 0};
+    out.vertex_count = 9;
+    out.mesh_sha256 = std::string(64, 'b');
+    out.rays = 64;
+    for (std::uint32_t p = 0; p < 2; ++p) {
+        PartField part;
+        part.joint = p;
+        part.centre = {0.5f * float(p), 1, 0};
+        part.radius = 0.25f;
+        part.boxes[0] = {{0, 0.5f, -1}, {1, 1.5f, 1}, {2, 3, 2}};
+        part.boxes[1] = {{-1, 0, -2}, {2, 2, 2}, {2, 2, 2}};
+        for (auto& bands : part.scale) bands.fill(1.0f / 1024);
+        part.distance_scale = 1.0f / 512;
+        std::vector<std::int8_t> values(part.pointCount() * kFieldNumbers), distances(part.boxes[0].pointCount());
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::int8_t(int((i * 7 + p) % 255) - 127);
+        for (std::size_t i = 0; i < distances.size(); ++i) distances[i] = std::int8_t(int(i * 11) - 60);
+        out.fields.parts.push_back(part);
+        out.fields.values.push_back(values);
+        out.fields.distances.push_back(distances);
+    }
+    out.fields.fade = 0.01f;
+    out.provenance = {"penumbra-bake fields", "0.1.0", R"({"rays":64})", {{"strip.glb", std::string(64, 'a')}}};
     return out;
 }
 

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <limits>
 #include <random>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/hdf5_handle.h"
+#include "formats/stage/visibility_header.h"
 #include "tests/formats/stage_samples.h"
 #include "tests/synthetic_cloth.h"
 
@@ -17,6 +19,9 @@ namespace {
 void readAllOfVisibility(const std::filesystem::path& path) {
     const VisibilityReader reader(path);
     for (std::size_t f = 0; f < reader.header().frames.frameCount(); ++f) (void)reader.readFrame(f);
+    if (!reader.header().local) return;
+    std::vector<float> local(reader.header().frames.frameCount() * reader.header().local->coefficientCount());
+    reader.readLocalVertices(0, 1, local);
 }
 
 struct Victim {
@@ -33,6 +38,9 @@ const std::vector<Victim>& victims() {
         {"visibility f16",
          [](const auto& path) { samples::writeVisibility(path, samples::visibilityHeader(3, 2), Precision::kFloat16); },
          readAllOfVisibility},
+        {"visibility with local moments",
+         [](const auto& path) { samples::writeVisibility(path, samples::localHeader(3, 2), Precision::kFloat16); },
+         readAllOfVisibility},
         {"sheet",
          [](const auto& path) { samples::writeVisibility(path, samples::sheetHeader(3, 2), Precision::kFloat32); },
          readAllOfVisibility},
@@ -45,6 +53,8 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { (void)readModel(path); }},
         {"poses", [](const auto& path) { writePoseFile(path, samples::poseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},
+        {"fields", [](const auto& path) { writeFields(path, samples::fieldFile()); },
+         [](const auto& path) { (void)readFields(path); }},
         {"mixed poses", [](const auto& path) { writePoseFile(path, samples::mixedPoseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},
         {"brdf",
@@ -229,6 +239,46 @@ TEST(HostileFiles, SheetsAreChecked) {
     expectRefused(asItIs, "/inputs/names", with([](auto& h) { h.input_names[1] = h.input_names[0]; }));
     expectRefused([](hid_t file) { removeLink(file, "/inputs/names"); }, "/frames/pose", sheet);
     expectRefused([](hid_t file) { removeLink(file, "/mesh/edges"); }, "/frames/pose", sheet);
+}
+
+TEST(HostileFiles, LocalMomentsAreChecked) {
+    const auto withAttribute = [](const char* name, std::int64_t value) {
+        return [=](hid_t file) {
+            checkHdf5(H5Adelete_by_name(file, kLocal, name, H5P_DEFAULT), name);
+            writeIntegerAttribute(file, kLocal, name, value);
+        };
+    };
+    const VisibilityHeader good = samples::localHeader(3, 2);
+    for (const int steps : {-1, 0, 9, 255}) expectRefused(withAttribute("steps", steps), "steps", good);
+    for (const int order : {-5, 0, 4, 7}) expectRefused(withAttribute("order", order), "order", good);
+    expectRefused(withAttribute("order", 5), "/visibility/local", good);  // a wrong shape
+    for (const char* name : {"steps", "order"})
+        expectRefused([&](hid_t file) { checkHdf5(H5Adelete_by_name(file, kLocal, name, H5P_DEFAULT), name); }, name,
+                      good);
+    const std::vector<float> zeros(2 * 8 * 36);
+    const auto reshaped = [&](const std::vector<hsize_t>& shape) {
+        return [&, shape](hid_t file) {
+            removeLink(file, kLocal);
+            writeFloats(file, kLocal, zeros, shape);
+            writeLocalAttributes(file, {6, 3});
+        };
+    };
+    expectRefused(reshaped({8, 2, 36}), "/visibility/local", good);
+    expectRefused(reshaped({2 * 8 * 36}), "/visibility/local", good);
+    expectRefused(
+        [&](hid_t file) {
+            std::vector<float> spoiled = zeros;
+            spoiled[3] = std::numeric_limits<float>::quiet_NaN();
+            const Hdf5Handle dataset(H5Dopen2(file, kLocal, H5P_DEFAULT), H5Dclose, "test");
+            checkHdf5(H5Dwrite(dataset, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, spoiled.data()), "test");
+        },
+        "/visibility/local: not a finite number", good);
+    expectRefused(
+        [](hid_t file) {
+            removeLink(file, kLocal);
+            makeGroup(file, kLocal);
+        },
+        "/visibility/local", good);
 }
 
 TEST(HostileFiles, OtherVersionsAndKindsAreNotGuessedAt) {

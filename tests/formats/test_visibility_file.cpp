@@ -16,6 +16,7 @@ void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
     EXPECT_EQ(a.seed, b.seed);
     EXPECT_EQ(a.bounces, b.bounces);
     EXPECT_EQ(a.ground_y, b.ground_y);
+    EXPECT_EQ(a.local, b.local);
     EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
     EXPECT_EQ(a.mesh.rest_positions, b.mesh.rest_positions);
     EXPECT_EQ(a.mesh.source_vertex, b.mesh.source_vertex);
@@ -53,6 +54,7 @@ void expectSame(const VisibilityFrame& a, const VisibilityFrame& b) {
     EXPECT_EQ(a.bones, b.bones);
     EXPECT_EQ(a.pose, b.pose);
     EXPECT_EQ(a.coefficients, b.coefficients);
+    EXPECT_EQ(a.local_coefficients, b.local_coefficients);
 }
 
 // 150 frames and 202 vertices are two whole blocks of frames and a rest, and four columns of chunks.
@@ -66,6 +68,36 @@ TEST(VisibilityFile, RoundTripInFloat32) {
     for (std::size_t f : {0u, 63u, 64u, 149u}) expectSame(reader.readFrame(f), samples::visibilityFrame(header, f));
     EXPECT_TRUE(reader.readPose(5).coefficients.empty());
     EXPECT_EQ(reader.readPose(5).pose, samples::visibilityFrame(header, 5).pose);
+}
+
+TEST(VisibilityFile, KeepsLocalMoments) {
+    const samples::Folder folder("vis_local");
+    const VisibilityHeader header = samples::localHeader(100, 70);
+    for (Precision precision : {Precision::kFloat32, Precision::kFloat16}) {
+        samples::writeVisibility(folder.path / "x.vis.h5", header, precision);
+        const VisibilityReader reader(folder.path / "x.vis.h5");
+        expectSame(reader.header(), header);
+        VisibilityFrame expected = samples::visibilityFrame(header, 65);
+        if (precision == Precision::kFloat16)
+            for (std::vector<float>* numbers : {&expected.coefficients, &expected.local_coefficients})
+                for (float& c : *numbers) c = halfToFloat(floatToHalf(c));
+        expectSame(reader.readFrame(65), expected);
+        EXPECT_TRUE(reader.readPose(65).local_coefficients.empty());
+    }
+}
+
+TEST(VisibilityFile, ReadsLocalMomentsOverAllFrames) {
+    const samples::Folder folder("vis_local_vertices");
+    const VisibilityHeader header = samples::localHeader(100, 70);
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    const VisibilityReader reader(folder.path / "x.vis.h5");
+    const std::size_t begin = 60, end = 131, m2 = 36;
+    std::vector<float> out(70 * (end - begin) * m2);
+    reader.readLocalVertices(begin, end, out);
+    for (std::size_t f = 0; f < 70; ++f) {
+        const std::vector<float> frame = samples::visibilityFrame(header, f).local_coefficients;
+        EXPECT_TRUE(std::equal(&frame[begin * m2], &frame[end * m2], &out[f * (end - begin) * m2])) << f;
+    }
 }
 
 TEST(VisibilityFile, KeepsThePlaceOfAShard) {

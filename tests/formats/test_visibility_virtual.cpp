@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 // Three files of 4 frames in shards/, and an index of their 12 frames in turn in out/.
 struct Index {
     samples::Folder folder;
-    VisibilityHeader whole = samples::visibilityHeader(20, 12);
+    VisibilityHeader whole = samples::localHeader(20, 12);
     VirtualSources sources;
     fs::path path;
 
@@ -24,7 +24,7 @@ struct Index {
         fs::create_directories(folder.path / "out");
         for (std::uint32_t s = 0; s < 3; ++s) {
             const fs::path shard = shardPath(s);
-            VisibilityWriter writer(shard, samples::visibilityHeader(20, 4), precision);
+            VisibilityWriter writer(shard, samples::localHeader(20, 4), precision);
             for (std::uint32_t f = 0; f < 4; ++f) writer.writeFrame(samples::visibilityFrame(whole, 3 * f + s));
             writer.finish();
             sources.files.push_back("../shards/" + shard.filename().string());
@@ -57,6 +57,7 @@ TEST(VisibilityVirtual, ShowsTheFramesOfItsFiles) {
     for (std::size_t f = 0; f < 12; ++f) {
         const VisibilityFrame expected = samples::visibilityFrame(index.whole, f), found = reader.readFrame(f);
         EXPECT_EQ(found.coefficients, expected.coefficients) << f;
+        EXPECT_EQ(found.local_coefficients, expected.local_coefficients) << f;
         EXPECT_EQ(found.positions, expected.positions) << f;
         EXPECT_EQ(found.pose, expected.pose) << f;
         EXPECT_EQ(reader.readPose(f).bones, expected.bones) << f;
@@ -68,6 +69,10 @@ TEST(VisibilityVirtual, ShowsTheFramesOfItsFiles) {
         const std::vector<float> frame = samples::visibilityFrame(index.whole, f).coefficients;
         EXPECT_TRUE(std::equal(&frame[begin * n2], &frame[end * n2], &out[f * row])) << f;
     }
+    std::vector<float> local(12 * 36);
+    EXPECT_EQ(reader.header().local, index.whole.local);
+    reader.readLocalVertices(30, 31, local);
+    EXPECT_EQ(local[5 * 36 + 7], samples::visibilityFrame(index.whole, 5).local_coefficients[30 * 36 + 7]);
     EXPECT_EQ(VisibilityReader(Index("virtual_f16", Precision::kFloat16).path).precision(), Precision::kFloat16);
 }
 
@@ -116,8 +121,13 @@ TEST(VisibilityVirtual, RefusesAListThatDoesNotFit) {
     index.sources.sha256[2] = sha256OfFile(index.shardPath(2));
     rewrite();
     EXPECT_THAT(refusal<InvalidInput>(index.path), HasSubstr("2.vis.h5: /frames/positions"));
+    // This one has no local moments.
+    samples::writeVisibility(index.shardPath(2), samples::visibilityHeader(20, 4), Precision::kFloat32);
+    index.sources.sha256[2] = sha256OfFile(index.shardPath(2));
+    rewrite();
+    EXPECT_THAT(refusal<InvalidInput>(index.path), HasSubstr("2.vis.h5: /visibility/local: missing"));
     // This one has fewer frames than the list wants.
-    samples::writeVisibility(index.shardPath(2), samples::visibilityHeader(20, 3), Precision::kFloat32);
+    samples::writeVisibility(index.shardPath(2), samples::localHeader(20, 3), Precision::kFloat32);
     index.sources.sha256[2] = sha256OfFile(index.shardPath(2));
     rewrite();
     EXPECT_THAT(refusal<InvalidInput>(index.path), HasSubstr("/virtual/frame_in_file"));

@@ -7,14 +7,14 @@
 namespace {
 
 const penumbra::VisibilityHeader& header() {
-    static const penumbra::VisibilityHeader one = penumbra::samples::visibilityHeader(1, 3);
+    static const penumbra::VisibilityHeader one = penumbra::samples::localHeader(1, 3);
     return one;
 }
 
 std::string goodJournal(const std::filesystem::path& output, const std::filesystem::path& journal) {
     {
         penumbra::BakeJournal out(output, header(), penumbra::Precision::kFloat32, true);
-        for (std::size_t f = 0; f < 3; ++f) out.append(penumbra::samples::visibilityFrame(header(), f).coefficients);
+        for (std::size_t f = 0; f < 3; ++f) out.append(penumbra::samples::visibilityFrame(header(), f));
     }
     return penumbra::samples::bytesOf(journal);
 }
@@ -30,7 +30,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::ofstream(journal, std::ios::binary | std::ios::trunc)
         << good.substr(0, kept) << std::string(reinterpret_cast<const char*>(data) + 1, size - 1);
     const penumbra::BakeJournal found(output, header(), penumbra::Precision::kFloat32, true);
-    std::vector<float> frame(header().mesh.vertexCount() * header().coefficientCount());
+    penumbra::VisibilityFrame frame = penumbra::samples::visibilityFrame(header(), 0);
     for (std::size_t f = 0; f < found.framesKept(); ++f) found.read(f, frame);
     return 0;
 }

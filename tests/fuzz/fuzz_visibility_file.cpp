@@ -9,6 +9,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const penumbra::VisibilityReader reader(path);
         for (std::size_t f = 0; f < std::min<std::size_t>(reader.header().frames.frameCount(), 3); ++f)
             (void)reader.readFrame(f);
+        if (const auto& local = reader.header().local) {
+            std::vector<float> first(reader.header().frames.frameCount() * local->coefficientCount());
+            reader.readLocalVertices(0, 1, first);
+        }
     } catch (const penumbra::InvalidInput&) {
     } catch (const penumbra::Unsupported&) {
     } catch (const penumbra::IoError&) {

@@ -65,12 +65,20 @@ def bakes():
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--report", "r.json", "--depfile", "a.d", "-v")
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--resume")
     run(OK, "bake", "visibility", bend, "-o", "dry.vis.h5", *SMALL, "--dry-run")
+    run(OK, "bake", "visibility", bend, "-o", "l.vis.h5", *SMALL, "--local", "--local-steps", 1, "--local-order", 6)
     for i, part in enumerate(("0:7", "7:15")):
         run(OK, "bake", "visibility", bend, "-o", f"s{i}.vis.h5", *SMALL, "--frames", part, "--precision", "f16", "--threads", 2)
     run(OK, "bake", "merge", "s0.vis.h5", "s1.vis.h5", "-o", "m.vis.h5", "--frames", "0:15")
     run(OK, "bake", "merge", "s0.vis.h5", "s1.vis.h5", "-o", "v.vis.h5", "--frames", "0:15", "--virtual")
     run(OK, "bake", "poses", bend, "-o", "a.poses.h5", "--fps", 2, "--choose", 3, "--sample", 2)
     run(OK, "bake", "poses", bend, "-o", "poses.glb", "--fps", 2, "--choose", 3)
+    fields = ["bake", "fields", bend, "--rays", 16, "--cells", 4]
+    run(OK, *fields, "-o", "a.fields.h5", "--report", "r.json", "--depfile", "f.d", "--fade", "0.01", "--seed", 2)
+    run(OK, *fields, "-o", "dry.fields.h5", "--dry-run")
+    for i, part in enumerate(("0:1", "1:2")):
+        run(OK, *fields, "-o", f"s{i}.fields.h5", "--parts", part)
+    run(OK, "bake", "merge", "s1.fields.h5", "s0.fields.h5", "-o", "m.fields.h5")
+    run(OK, "bake", "fields", "quad.obj", "-o", "quad.fields.h5", "--rays", 16, "--cells", 4, "--units", "cm", "--up", "z")
     run(OK, "bake", "visibility", bend, "-o", "p.vis.h5", "--rays", 16, "--order", 1, "--poses", "a.poses.h5")
     man = os.path.join(SAMPLES, "capsule_man.glb")
     run(OK, "bake", "poses", man, "-o", "mixed.poses.h5", "--fps", 1, "--choose", 3, "--mix", 2, "--cover", 1)
@@ -111,7 +119,7 @@ def packs():
     run(OK, "pack", "truth", "a.vis.h5", "-o", "a.truth.pnb")
     for model in ("linear", "quadratic", "neural", "additive"):
         run(OK, "pack", "check", model + ".pnb", "a.vis.h5", "--predictions", model + ".pred.vis.h5", "--model", model + ".model.h5")
-    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
+    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
                  "a.truth.pnb"):
         run(OK, "bake", "info", name)
     run(OK, "bake", "info", "a.vis.h5", "--all")
@@ -152,6 +160,7 @@ def damaged_files():
     kinds += [("quad.obj", lambda bad: bake(bad, "quad.mdd")), ("quad.mdd", lambda bad: bake("quad.obj", bad)),
               ("inputs.csv", lambda bad: bake(sample("sheet.npz"), "--inputs", bad)),
               ("a.poses.h5", lambda bad: bake(sample("bend.glb"), "--poses", bad)),
+              ("a.fields.h5", lambda bad: ("bake", "info", bad)), ("s0.fields.h5", lambda bad: ("bake", "merge", bad, *out)),
               ("mixed.poses.h5", lambda bad: bake(sample("capsule_man.glb"), "--poses", bad)),
               ("a.vis.h5", lambda bad: ("bake", "info", bad)), ("a.vis.h5", lambda bad: ("bake", "merge", bad, *out)),
               ("a.vis.h5", lambda bad: ("fit", "visibility", bad, *out, "--convention", "A3", "--model", "linear")),

@@ -1,0 +1,48 @@
+#pragma once
+// The triangles of one rigid part, and where their surface is nearest to a point.
+#include <span>
+#include <vector>
+
+#include "formats/common/mesh.h"
+#include "sh/part_field.h"
+
+namespace penumbra {
+
+// The vertices that a part uses, and its triangles over these.
+struct PartMesh {
+    std::vector<Vec3> positions;
+    std::vector<Triangle> triangles;
+};
+// Takes the triangles [T] for which part_of_triangle is `part` out of a mesh.
+PartMesh partMesh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                  std::span<const std::uint16_t> part_of_triangle, std::size_t part);
+
+// A sphere around all points. It is deterministic, and at most a few percent larger than the smallest one.
+struct BoundingSphere {
+    Vec3d centre;
+    double radius = 0;
+};
+BoundingSphere boundingSphere(std::span<const Vec3> points);
+
+// Places the grids of a part: a fine box 0.25 radii around its own, a coarse one 1.5 radii around it, and the spheres.
+// A box has about `cells`^3 points, whose cells are nearly cubes. Scales and joint stay 0.
+PartField placeField(const PartMesh& mesh, int cells);
+
+struct NearestPoint {
+    Vec3d point, normal;  // on the surface; the unit normal of the triangle's front
+    double distance = 0;
+};
+// Finds nearest points exactly. It compares a point with the bounding spheres of all triangles first, which is fast
+// enough for some millions of them, and always the same.
+class NearestSurface {
+public:
+    // `triangles` is not empty, and every triangle has an area. Positions are of a size near 1 (see SceneScale).
+    NearestSurface(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+    NearestPoint nearest(Vec3 point) const;
+
+private:
+    std::vector<std::array<Vec3d, 3>> corners_;
+    std::vector<float> x_, y_, z_, radius_;  // of the triangles' bounding spheres
+};
+
+}  // namespace penumbra

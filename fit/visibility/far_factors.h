@@ -1,0 +1,38 @@
+#pragma once
+// The far visibility of a model's vertices, for fits and predictions of composed models (docs/formulas.md, section 7).
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/stage/model_file.h"
+#include "sh/far_visibility.h"
+
+namespace penumbra {
+
+// What a composed model needs beside the pose. P counts parts.
+struct FarTables {
+    FarFields fields;
+    std::vector<std::vector<std::uint16_t>> far;  // [P] the far parts of each part
+};
+// `composition` must fit the model: fields, parts of vertices and steps.
+FarTables makeFarTables(const Composition& composition);
+
+// Some vertices of a model, as a mesh of their own that can be skinned.
+struct VertexSet {
+    Mesh mesh;  // without triangles
+    Skin skin;
+    std::vector<Vec3> rest_normals, rest_tangents;
+    std::vector<std::uint16_t> part;   // [V of the set]
+    std::vector<std::uint16_t> joint;  // [V of the set] the joint that carries the tangent
+};
+VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices, std::span<const int> joint_of_cluster);
+
+// Writes the far visibility of every vertex of the set in one pose, [V of the set, kFarNumbers] in the local frames.
+// `posed` are the parts in this pose.
+void farFactors(const FarTables& tables, const VertexSet& set, std::span<const Affine> bones,
+                std::span<const PosedPart> posed, std::span<float> out);
+
+// Multiplies local numbers [V, n] in convention D by far factors [V, kFarNumbers].
+void multiplyByFar(const Convention& convention, std::span<const float> far, std::span<float> numbers);
+
+}  // namespace penumbra

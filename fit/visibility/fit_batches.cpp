@@ -1,0 +1,185 @@
+#include "fit/visibility/fit_batches.h"
+
+#include <algorithm>
+#include <functional>
+#include <mutex>
+#include <numbers>
+
+#include "formats/common/parallel_for.h"
+#include "formats/common/part_table.h"
+#include "formats/common/write_file.h"
+
+namespace penumbra {
+
+namespace {
+
+// Groups consecutive clusters whose numbers together fit in batch_bytes.
+std::vector<std::pair<std::size_t, std::size_t>> makeBatches(const VertexClusters& clusters,
+                                                             std::size_t bytes_per_vertex, std::size_t batch_bytes) {
+    std::vector<std::pair<std::size_t, std::size_t>> batches;
+    std::size_t bytes = 0;
+    for (std::size_t c = 0; c < clusters.vertices.size(); ++c) {
+        const std::size_t size = clusters.vertices[c].size() * bytes_per_vertex;
+        if (batches.empty() || bytes + size > batch_bytes) {
+            batches.emplace_back(c, c);
+            bytes = 0;
+        }
+        bytes += size;
+        batches.back().second = c + 1;
+    }
+    return batches;
+}
+
+Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
+    Vec3d sum;
+    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
+    return toFloat(sum / double(vertices.size()));
+}
+
+// Tells the observer from whichever thread makes progress. The share never goes down.
+class SharedProgress {
+public:
+    SharedProgress(const FitObserver& observer, double total) : observer_(observer), total_(total) {}
+    void add(double amount) {
+        const std::scoped_lock lock(mutex_);
+        done_ += amount;
+        if (observer_.progress) observer_.progress(done_ / total_);
+    }
+
+private:
+    const FitObserver& observer_;
+    double total_, done_ = 0;
+    std::mutex mutex_;
+};
+
+// Returns the weights that give E = (1/pi) integral of V cos from a vertex' numbers. Cosine-weighted numbers hold that
+// integral as sqrt(4 pi) times the first. In the model frame the weights would turn with the normal, so there are none.
+std::vector<float> ambientWeightsOf(const FitOptions& options) {
+    if (options.frame == Frame::kGlobal) return {};
+    std::vector<float> weights(std::size_t(options.convention.size()));
+    if (options.target == Target::kCosineWeighted)
+        weights[0] = float(2 * std::numbers::inv_sqrtpi);
+    else
+        ambientWeights(options.convention, weights);
+    return weights;
+}
+
+// Reads the numbers of the clusters [begin, end).
+using ReadNumbers = std::function<std::vector<MatrixF>(std::size_t begin, std::size_t end, Occluders occluders)>;
+// Fits the cluster c, which is number i of its batch.
+using FitBatch = std::function<void(std::size_t begin, std::size_t end, const ReadNumbers& read)>;
+
+// Calls `fit` for one batch of clusters after the other. Each takes about `copies` times its numbers in memory.
+void forBatches(const FitJob& job, const Model& model, std::size_t copies, const FitBatch& fit) {
+    const std::size_t bytes_per_vertex =
+        job.poses.frameCount() * std::size_t(model.convention.size()) * sizeof(float) * copies;
+    const std::size_t batch_bytes = job.options.batch_bytes
+                                        ? job.options.batch_bytes
+                                        : std::clamp(bytes_per_vertex * model.mesh.vertexCount() / 5,
+                                                     std::size_t(32) << 20, std::size_t(256) << 20);
+    // Reading and rotating a vertex' numbers takes about as long as fitting them, so each counts half.
+    SharedProgress progress(job.observer, 2.0 * double(copies) * double(model.mesh.vertexCount()));
+    const ReadNumbers read = [&](std::size_t begin, std::size_t end, Occluders occluders) {
+        ClusterNumbersRequest request;
+        request.convention = model.convention;
+        request.frames = {&model.rest_tangents, &model.cluster_of_vertex, job.clusters.joint};
+        request.vertices_of_cluster = std::span(job.clusters.vertices).subspan(begin, end - begin);
+        request.target = job.options.target;
+        request.frame = job.options.frame;
+        request.occluders = occluders;
+        request.threads = job.options.threads;
+        request.vertices_done = [&](std::size_t n) { progress.add(double(n)); };
+        return readClusterNumbers(job.reader, job.poses, request);
+    };
+    for (auto [begin, end] : makeBatches(job.clusters, bytes_per_vertex, batch_bytes)) {
+        fit(begin, end, read);
+        for (std::size_t c = begin; c < end; ++c) progress.add(double(copies * job.clusters.vertices[c].size()));
+    }
+}
+
+ClusterProblem problemOf(const FitJob& job, const Model& model, const FeatureRecipe& recipe, std::size_t cluster) {
+    return {job.options.model, &recipe, &job.poses, job.split.train, &job.folds, ambientWeightsOf(job.options),
+            job.options.clamp,
+            // The angles went through one PCA together, so none is dropped here.
+            model.features == FeatureKind::kDihedrals ? 1.0 : inputVariance(job.options), job.options.output_variance,
+            job.clusters.joint[cluster], centerOf(model.mesh, job.clusters.vertices[cluster])};
+}
+
+}  // namespace
+
+std::vector<ClusterFit> fitClusters(const FitJob& job, const Model& model) {
+    const FeatureRecipe recipe = recipeOf(model);
+    std::vector<ClusterFit> fits(job.clusters.vertices.size());
+    forBatches(job, model, 1, [&](std::size_t begin, std::size_t end, const ReadNumbers& read) {
+        std::vector<MatrixF> numbers = read(begin, end, Occluders::kAll);
+        parallelFor(numbers.size(), job.options.threads, [&](std::size_t i) {
+            throwIfInterrupted();
+            fits[begin + i] = fitCluster(problemOf(job, model, recipe, begin + i), numbers[i]);
+            fits[begin + i].model.vertices = job.clusters.vertices[begin + i];
+            numbers[i] = {};
+        });
+    });
+    return fits;
+}
+
+namespace {
+
+// Poses all parts in all frames, [F, P].
+std::vector<PosedPart> posedParts(const FitJob& job, const FarFields& fields) {
+    const std::size_t parts = fields.tables.size();
+    std::vector<PosedPart> posed(job.poses.frameCount() * parts);
+    parallelFor(job.poses.frameCount(), job.options.threads, [&](std::size_t f) {
+        poseParts(fields, job.poses.bonesOf(f), std::span(posed).subspan(f * parts, parts));
+    });
+    return posed;
+}
+
+// Returns a recipe that sees the joints whose parts are local to the joint's, and joints that stand for inputs. A joint
+// that moves nothing is not seen: it repeats what others say.
+FeatureRecipe localRecipe(const FeatureRecipe& recipe, const PartTable& table, int steps, int joint) {
+    FeatureRecipe local = recipe;
+    const std::size_t own = table.part_of_joint[std::size_t(joint)];
+    local.seen.assign(recipe.joint_centers.size(), true);
+    for (std::size_t j = 0; j < table.part_of_joint.size(); ++j) {
+        const std::array<float, 9>& spread = recipe.joint_spreads[j].m;
+        const bool moves = std::any_of(spread.begin(), spread.end(), [](float x) { return x != 0; });
+        local.seen[j] = moves && int(table.stepsBetween(own, table.part_of_joint[j])) <= steps;
+    }
+    return local;
+}
+
+}  // namespace
+
+std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model) {
+    const FeatureRecipe recipe = recipeOf(model);
+    const PartTable table = makePartTable(model.mesh, model.skin);
+    const FarTables far = makeFarTables(*model.composition);
+    const std::vector<PosedPart> posed = posedParts(job, far.fields);
+    std::vector<ComposedFit> fits(job.clusters.vertices.size());
+    forBatches(job, model, 2, [&](std::size_t begin, std::size_t end, const ReadNumbers& read) {
+        std::vector<MatrixF> local = read(begin, end, Occluders::kLocalParts),
+                             whole = read(begin, end, Occluders::kAll);
+        parallelFor(whole.size(), job.options.threads, [&](std::size_t i) {
+            throwIfInterrupted();
+            const std::size_t c = begin + i;
+            const FeatureRecipe near =
+                localRecipe(recipe, table, model.composition->local_steps, job.clusters.joint[c]);
+            const VertexSet vertices = vertexSet(model, job.clusters.vertices[c], job.clusters.joint);
+            ComposedProblem problem{problemOf(job, model, near, c),
+                                    problemOf(job, model, recipe, c),
+                                    model.convention,
+                                    &far,
+                                    &vertices,
+                                    posed};
+            problem.residual.clamp = false;
+            problem.residual.ambient_weights.clear();
+            fits[c] = fitComposed(problem, local[i], whole[i]);
+            for (ClusterFit* part : {&fits[c].local, &fits[c].residual})
+                part->model.vertices = job.clusters.vertices[c];
+            local[i] = whole[i] = {};
+        });
+    });
+    return fits;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,114 @@
+// Fits one cluster of a composed model.
+//
+// Problem: predict what a vertex sees in poses that nobody baked. Parts of the body that hide the same piece of sky do
+// not add up, so a sum over bones is wrong where two of them do.
+//
+// Naive: learn the visibility as a whole. It depends on all bones at once, and no bake shows all their combinations.
+//
+// Here: most of what hides the sky is far along the skeleton and rigid, so geometry gives it for any pose
+// (sh/far_visibility.h). Only what nearby parts hide is learned, from the few joints between them, and is multiplied by
+// the visibility of the far parts. The product is cut to a few bands and far parts bend a little after all; a second
+// model, of all joints, learns what the product leaves.
+#include "fit/visibility/fit_composed.h"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "fit/numerics/pca.h"
+
+namespace penumbra {
+
+namespace {
+
+// Sums over the vertices of one frame, for the three arrays of FrameErrors.
+void addFrame(std::span<const float> ambient, std::span<const float> truth, std::span<const float> predicted,
+              std::size_t f, FrameErrors& errors) {
+    for (std::size_t c = 0; c < truth.size(); c += ambient.size()) {
+        double e = 0;
+        for (std::size_t i = 0; i < ambient.size(); ++i) {
+            const double d = double(predicted[c + i]) - truth[c + i];
+            errors.squared[f] += d * d;
+            e += ambient[i] * d;
+        }
+        errors.ambient[f] += std::abs(e);
+    }
+}
+
+FrameErrors noErrors(const std::vector<double>& variance) {
+    return {std::vector<double>(variance.size()), variance, std::vector<double>(variance.size())};
+}
+
+std::vector<double> varianceOf(const MatrixF& numbers, std::span<const std::size_t> train) {
+    const std::vector<double> mean = meanOfRows(numbers, train);
+    std::vector<double> variance(numbers.rows);
+    for (std::size_t f = 0; f < numbers.rows; ++f)
+        for (std::size_t c = 0; c < numbers.columns; ++c)
+            variance[f] += (numbers(f, c) - mean[c]) * (numbers(f, c) - mean[c]);
+    return variance;
+}
+
+void clampAll(std::span<const float> ambient, std::span<float> numbers) {
+    const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
+    for (std::size_t c = 0; c < numbers.size(); c += ambient.size())
+        clampAmbient(ambient, norm2, numbers.subspan(c, ambient.size()));
+}
+
+// Sets the relative squared errors of a cluster's parts.
+double ratioOver(const FrameErrors& errors, std::span<const std::size_t> train, bool trained) {
+    std::vector<bool> in_train(errors.squared.size());
+    for (std::size_t f : train) in_train[f] = true;
+    double squared = 0, variance = 0;
+    std::size_t count = 0;
+    for (std::size_t f = 0; f < in_train.size(); ++f)
+        if (in_train[f] == trained) squared += errors.squared[f], variance += errors.variance[f], ++count;
+    if (count == 0) return std::numeric_limits<double>::quiet_NaN();
+    return variance > 0 ? squared / variance : 0;
+}
+
+}  // namespace
+
+ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF& whole) {
+    const std::vector<float>& ambient = problem.local.ambient_weights;
+    const std::size_t frames = whole.rows, parts = problem.far->fields.tables.size();
+    ComposedFit fit;
+    // 1. Learn the local numbers. The fit turns them into truth - prediction.
+    const MatrixF true_local = local;
+    fit.local = fitCluster(problem.local, local);
+    const std::vector<double> variance = varianceOf(whole, problem.local.train);
+    fit.errors = fit.without_residual = fit.split = noErrors(variance);
+    // 2. Multiply predictions and truth by the far parts. `local` becomes the product, `whole` what it leaves.
+    MatrixF truth = whole;
+    std::vector<float> far(problem.vertices->part.size() * kFarNumbers), exact(whole.columns);
+    for (std::size_t f = 0; f < frames; ++f) {
+        farFactors(*problem.far, *problem.vertices, problem.local.poses->bonesOf(f),
+                   problem.posed.subspan(f * parts, parts), far);
+        std::copy_n(true_local.row(f).data(), exact.size(), exact.begin());
+        for (std::size_t c = 0; c < exact.size(); ++c) local(f, c) = exact[c] - local(f, c);
+        multiplyByFar(problem.convention, far, exact);
+        multiplyByFar(problem.convention, far, local.row(f));
+        for (std::size_t c = 0; c < exact.size(); ++c) whole(f, c) -= local(f, c);
+        clampAll(ambient, exact);
+        addFrame(ambient, truth.row(f), exact, f, fit.split);
+        std::copy_n(local.row(f).data(), exact.size(), exact.begin());
+        clampAll(ambient, exact);
+        addFrame(ambient, truth.row(f), exact, f, fit.without_residual);
+    }
+    // 3. Learn what is left.
+    const std::vector<double> left = varianceOf(whole, problem.local.train);
+    for (std::size_t f : problem.local.train) fit.left += left[f];
+    fit.residual = fitCluster(problem.residual, whole);
+    // 4. Measure the whole prediction. `whole` now holds what it leaves before the clamp.
+    for (std::size_t f = 0; f < frames; ++f) {
+        for (std::size_t c = 0; c < exact.size(); ++c) exact[c] = truth(f, c) - whole(f, c);
+        clampAll(ambient, exact);
+        addFrame(ambient, truth.row(f), exact, f, fit.errors);
+    }
+    for (ClusterFit* part : {&fit.local, &fit.residual}) {
+        part->model.train_error = ratioOver(fit.errors, problem.local.train, true);
+        part->model.holdout_error = ratioOver(fit.errors, problem.local.train, false);
+    }
+    return fit;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,32 @@
+#pragma once
+// Fits one cluster of a composed model: the local visibility, and what the product with the far parts leaves
+// (docs/formulas.md, section 7).
+#include <span>
+#include <vector>
+
+#include "fit/visibility/far_factors.h"
+#include "fit/visibility/fit_cluster.h"
+
+namespace penumbra {
+
+struct ComposedProblem {
+    ClusterProblem local;     // its recipe sees the nearby joints
+    ClusterProblem residual;  // neither clamped nor with ambient weights
+    Convention convention;
+    const FarTables* far = nullptr;
+    const VertexSet* vertices = nullptr;  // those of the cluster
+    std::span<const PosedPart> posed;     // [F, P]
+};
+
+struct ComposedFit {
+    ClusterFit local, residual;
+    FrameErrors errors;            // of local x far + residual
+    FrameErrors without_residual;  // of local x far alone
+    FrameErrors split;             // of the true local x far: what no local model can do better
+    double left = 0;               // energy over training frames of what the residual model is to predict
+};
+
+// Fits the cluster to its local numbers and its whole numbers, both [F, Vc n]. Both are used up.
+ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF& whole);
+
+}  // namespace penumbra

@@ -1,0 +1,115 @@
+// The checks of version 5: composed models.
+#include <array>
+#include <cmath>
+
+#include "asset_generated.h"
+#include "formats/asset/asset_checks.h"
+#include "formats/asset/asset_field.h"
+
+namespace penumbra {
+
+namespace {
+
+// Squares of such lengths, and of their inverses, are still numbers.
+constexpr float kLargestLength = 1e15f;
+
+Vec3 pointOf(const flatbuffers::Vector<float>* stored, const Field& at) {
+    if (!stored || stored->size() != 3) at.fail("has not 3 elements");
+    const Vec3 point{stored->Get(0), stored->Get(1), stored->Get(2)};
+    for (int i = 0; i < 3; ++i) at.require(std::abs(point[i]) <= kLargestLength, "is not finite, or above 1e15");
+    return point;
+}
+
+float lengthOf(float stored, const Field& at) {
+    at.require(stored >= 1 / kLargestLength && stored <= kLargestLength, "is not in [1e-15, 1e15]");
+    return stored;
+}
+
+FieldBox boxOf(const fbs::FieldBox& stored, const Field& at) {
+    FieldBox box;
+    box.low = pointOf(stored.low(), at / "low");
+    box.high = pointOf(stored.high(), at / "high");
+    if (!stored.size() || stored.size()->size() != 3) (at / "size").fail("has not 3 elements");
+    for (int i = 0; i < 3; ++i) {
+        (at / "high").require(box.low[i] < box.high[i], "is not above low");
+        box.size[std::size_t(i)] = stored.size()->Get(flatbuffers::uoffset_t(i));
+        checkRange((at / "size")[std::size_t(i)], box.size[std::size_t(i)], 2, 65535);
+    }
+    return box;
+}
+
+// Sizes of 16 bits cannot overflow the counts, which have 64.
+PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t joints) {
+    PartFieldView part;
+    part.field.joint = stored.joint();
+    checkRange(at / "joint", stored.joint(), 0, std::int64_t(joints) - 1);
+    part.field.centre = pointOf(stored.center(), at / "center");
+    part.field.radius = lengthOf(stored.radius(), at / "radius");
+    if (!stored.boxes() || stored.boxes()->size() != 2) (at / "boxes").fail("has not 2 elements");
+    for (std::size_t b = 0; b < 2; ++b)
+        part.field.boxes[b] = boxOf(*stored.boxes()->Get(flatbuffers::uoffset_t(b)), (at / "boxes")[b]);
+    constexpr std::size_t kScales = kFieldLevels * kFieldOrder;
+    if (!stored.scale() || stored.scale()->size() != kScales) (at / "scale").fail("has not 18 elements");
+    for (std::size_t i = 0; i < kScales; ++i) {
+        const float scale = stored.scale()->Get(flatbuffers::uoffset_t(i));
+        (at / "scale")[i].require(scale >= 0 && scale <= kLargestLength, "is not in [0, 1e15]");
+        part.field.scale[i / kFieldOrder][i % kFieldOrder] = scale;
+    }
+    part.field.distance_scale = lengthOf(stored.distance_scale(), at / "distance_scale");
+    part.bytes.values = spanOf<std::int8_t>(stored.values(), at / "values");
+    checkCount(at / "values", part.bytes.values, std::uint64_t(part.field.pointCount()) * kFieldNumbers);
+    part.bytes.distances = spanOf<std::int8_t>(stored.distances(), at / "distances");
+    checkCount(at / "distances", part.bytes.distances, part.field.boxes[0].pointCount());
+    return part;
+}
+
+std::vector<ClusterView> residualOf(const fbs::Composition& stored, const Field& at, const ModelView& model,
+                                    const ReadCluster& read_cluster) {
+    std::vector<ClusterView> residual;
+    if (!stored.residual() || stored.residual()->size() == 0) return residual;
+    const std::size_t clusters = model.clusters.size();
+    checkRange(at, std::int64_t(stored.residual()->size()), std::int64_t(clusters), std::int64_t(clusters));
+    for (const fbs::Cluster* cluster : *stored.residual()) {
+        const Field here = at[residual.size()];
+        const ClusterView& local = model.clusters[residual.size()];
+        checkRange(here / "joint", cluster->joint(), local.joint, local.joint);
+        checkRange(here / "first_vertex", cluster->first_vertex(), local.first_vertex, local.first_vertex);
+        checkRange(here / "vertex_count", cluster->vertex_count(), local.vertex_count, local.vertex_count);
+        residual.push_back(read_cluster(*cluster, here));
+    }
+    return residual;
+}
+
+}  // namespace
+
+void setComposition(const fbs::Model& stored, const Field& model_at, const AssetView& asset,
+                    const ReadCluster& read_cluster, ModelView& model) {
+    if (!stored.composition()) return;
+    const fbs::Composition& composed = *stored.composition();
+    const Field at = model_at / "composition";
+    at.require(!model.deforming, "is given, but the mesh is deforming");
+    at.require(model.convention.below == BelowHorizon::kMirrored, "is given, but the convention is not mirrored (D)");
+    CompositionView composition;
+    composition.local_steps = composed.local_steps();
+    if (!composed.fields() || composed.fields()->size() == 0) (at / "fields").fail("is missing");
+    const std::size_t parts = composed.fields()->size();
+    checkRange(at / "fields", std::int64_t(parts), 1, 65535);
+    for (const fbs::PartField* part : *composed.fields())
+        composition.parts.push_back(
+            partOf(*part, (at / "fields")[composition.parts.size()], asset.animation.jointCount()));
+    composition.fade = lengthOf(composed.fade(), at / "fade");
+    composition.steps = spanOf<std::uint8_t>(composed.steps(), at / "steps");
+    checkCount(at / "steps", composition.steps, std::uint64_t(parts) * parts);
+    composition.part_of_vertex = spanOf<std::uint16_t>(composed.part_of_vertex(), at / "part_of_vertex");
+    checkCount(at / "part_of_vertex", composition.part_of_vertex, asset.mesh.positions.size());
+    checkIndices(at / "part_of_vertex", composition.part_of_vertex, parts);
+    composition.residual = residualOf(composed, at / "residual", model, read_cluster);
+    model.composition = std::move(composition);
+}
+
+int lowestVersion(const fbs::Asset& asset) {
+    if (asset.model() && asset.model()->composition()) return kAssetVersion;
+    return usesVersion4(asset) ? kDeformingAssetVersion : kSkinnedAssetVersion;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,129 @@
+"""Composed models as a user makes them: local moments, fields, fit, prediction; bad input.
+
+usage: test_composed.py BIN
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+BIN = sys.argv[1]
+BAKE, FIT = (os.path.join(BIN, name) for name in ("penumbra-bake", "penumbra-fit"))
+SAMPLES = os.path.join(BIN, "..", "samples")
+MAN = os.path.join(SAMPLES, "capsule_man.glb")
+
+
+def run(*words):
+    return subprocess.run([*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def must(*words):
+    result = run(*words)
+    assert result.returncode == 0, (words, result.stderr)
+    return result.stdout
+
+
+def refused(code, part, *words):
+    result = run(*words)
+    assert result.returncode == code and part in result.stderr, (words, result.returncode, result.stderr)
+
+
+def fit(vis, out, *words):
+    report = out + ".json"
+    must(FIT, "visibility", vis, "-o", out, "--holdout", "squat", "--report", report, *words)
+    return json.load(open(report))["figures"]
+
+
+def check_fit(vis, fields, folder):
+    """The composed model predicts unseen poses better than the additive one, and so does its file."""
+    out = os.path.join(folder, "composed.model.h5")
+    composed = fit(vis, out, "--model", "composed", "--fields", fields)
+    additive = fit(vis, os.path.join(folder, "additive.model.h5"))
+    parts = composed["composed"]
+    assert composed["held_out"]["relative_error"] < 0.9 * additive["held_out"]["relative_error"], (composed, additive)
+    # No local model can be better than the true local moments.
+    assert parts["true_local"]["held_out"]["relative_error"] < composed["held_out"]["relative_error"]
+    with h5py.File(out) as f:
+        assert f.attrs["format_version"] == 4
+        assert f["composition"].attrs["local_steps"] == 2
+        assert f["residual"].attrs["count"] == (len(f["clusters"]) if parts["residual"] else 0)
+        assert f["composition/part_of_vertex"].shape == (f["mesh/rest_positions"].shape[0],)
+    # The prediction has the errors that the fit reported: the ambient term of the mirrored function does not depend
+    # on the frame of a vertex' tangent, only on its normal.
+    prediction = os.path.join(folder, "prediction.vis.h5")
+    must(FIT, "predict", out, vis, "-o", prediction)
+    with h5py.File(vis) as truth, h5py.File(prediction) as predicted:
+        frames = truth["frames/clip"][:] == [n.decode() for n in truth["clips/names"][:]].index("squat")
+        normals = truth["frames/normals"][:][frames].astype(float)
+        # E = 1/pi integral of V max(n.s, 0): band 1 of the hemisphere moments, half of the mirrored function's cosine.
+        moments = truth["visibility/coefficients"][:][frames].astype(float)
+        e = 2 / np.sqrt(3 * np.pi) * (
+            -normals[..., 0] * moments[..., 3] - normals[..., 1] * moments[..., 1] + normals[..., 2] * moments[..., 2]
+        )
+        numbers = predicted["visibility/coefficients"][:][frames].astype(float)
+        assert np.isfinite(numbers).all()
+        # |cos| / 2 in bands 0, 2 and 4 of the mirrored function.
+        bands = [np.sqrt(np.pi) / 2, np.sqrt(5 * np.pi) / 8, -np.sqrt(np.pi) / 16]
+        x, y, z = np.moveaxis(normals, -1, 0)
+        band2 = np.stack([1.0925484 * x * y, -1.0925484 * y * z, 0.3153916 * (3 * z * z - 1), -1.0925484 * x * z,
+                          0.5462742 * (x * x - y * y)], -1)
+        z2, z4 = z * z, z**4
+        band4 = np.stack([2.5033430 * x * y * (x * x - y * y), -1.7701308 * y * z * (3 * x * x - y * y),
+                          0.9461747 * x * y * (7 * z2 - 1), -0.6690466 * y * z * (7 * z2 - 3),
+                          0.1057855 * (35 * z4 - 30 * z2 + 3), -0.6690466 * x * z * (7 * z2 - 3),
+                          0.4730873 * (x * x - y * y) * (7 * z2 - 1), -1.7701308 * x * z * (x * x - 3 * y * y),
+                          0.6258357 * (x * x * (x * x - 3 * y * y) - y * y * (3 * x * x - y * y))], -1)
+        predicted_e = (
+            bands[0] * numbers[..., 0]
+            + bands[1] * np.sqrt(4 * np.pi / 5) * (band2 * numbers[..., 4:9]).sum(-1)
+            + bands[2] * np.sqrt(4 * np.pi / 9) * (band4 * numbers[..., 16:25]).sum(-1)
+        ) / np.pi
+        error = np.abs(predicted_e - e).mean()
+        # Bands 0, 2 and 4 have all but 0.3% of |cos|.
+        assert abs(error - composed["held_out"]["ambient_error"]) < 2e-3, (error, composed["held_out"])
+        assert predicted_e.min() > -1e-3 and predicted_e.max() < 1 + 1e-3
+
+
+def check_threads(vis, fields, folder):
+    outputs = set()
+    for threads in (1, 2, 8):
+        out = os.path.join(folder, f"threads{threads}.model.h5")
+        must(FIT, "visibility", vis, "-o", out, "--model", "composed", "--fields", fields, "--threads", threads)
+        outputs.add(open(out, "rb").read())
+    assert len(outputs) == 1
+
+
+def check_refusals(vis, fields, folder):
+    out = os.path.join(folder, "no.model.h5")
+    refused(1, "--fields", FIT, "visibility", vis, "-o", out, "--model", "composed")
+    refused(1, "--fields", FIT, "visibility", vis, "-o", out, "--fields", fields)
+    refused(1, "--local-model", FIT, "visibility", vis, "-o", out, "--local-model", "linear")
+    composed = [FIT, "visibility", vis, "-o", out, "--model", "composed", "--fields"]
+    refused(1, "convention D", *composed, fields, "--convention", "A4")
+    bare = os.path.join(folder, "bare.vis.h5")
+    must(BAKE, "visibility", MAN, "-o", bare, "--fps", 2, "--rays", 16)
+    refused(3, "/visibility/local", FIT, "visibility", bare, "-o", out, "--model", "composed", "--fields", fields)
+    other = os.path.join(folder, "other.fields.h5")
+    with open(fields, "rb") as source, open(other, "wb") as copy:
+        copy.write(source.read())
+    with h5py.File(other, "r+") as f:
+        f.attrs["mesh_sha256"] = "0" * 64
+    refused(3, "another character", *composed, other)
+    with open(other, "wb") as cut:
+        cut.write(open(fields, "rb").read()[:-1000])
+    refused(3, "other.fields.h5", *composed, other)
+    assert not os.path.exists(out)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    vis, fields = os.path.join(folder, "man.vis.h5"), os.path.join(folder, "man.fields.h5")
+    must(BAKE, "visibility", MAN, "-o", vis, "--fps", 8, "--rays", 128, "--local")
+    must(BAKE, "fields", MAN, "-o", fields, "--rays", 256)
+    check_fit(vis, fields, folder)
+    check_threads(vis, fields, folder)
+    check_refusals(vis, fields, folder)
+print("composed models: ok")
