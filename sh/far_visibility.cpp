@@ -14,8 +14,6 @@ namespace penumbra {
 namespace {
 
 constexpr float kSingular = 1e-9f;
-// A part that blocks less than the first share of the sphere does not count, above the second it counts in full.
-constexpr float kLeastBlocked = 0.001f, kFullBlocked = 0.003f;
 constexpr float kSqrt4Pi = float(2 / std::numbers::inv_sqrtpi);
 
 // Returns the inverse of an affine map. Where it has none, the rotation that is nearest replaces the linear part.

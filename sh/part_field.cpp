@@ -12,8 +12,6 @@ namespace {
 
 constexpr std::size_t kSpherePoints = kFieldSphereSide * kFieldSphereSide;
 constexpr std::size_t kDistance = kFieldNumbers;  // where a point of a table has its signed distance
-// Over these shares of the radius a box fades into the next level, so that no border shows.
-constexpr std::array<float, 2> kBlendWidth = {0.1f, 0.3f};
 
 // Eight points of a level and their weights, which sum to 1.
 struct Corners {
@@ -149,8 +147,8 @@ float sampleField(const FieldTable& field, Vec3 point, std::span<float> out) {
     assert(out.size() == kFieldNumbers);
     const Vec3 offset = point - field.centre;
     // 1. Levels blend into one another.
-    const float fine = depthInBox(field.boxes[0], point, kBlendWidth[0] * field.radius);
-    const float coarse = (1 - fine) * depthInBox(field.boxes[1], point, kBlendWidth[1] * field.radius);
+    const float fine = depthInBox(field.boxes[0], point, kFieldBlendWidth[0] * field.radius);
+    const float coarse = (1 - fine) * depthInBox(field.boxes[1], point, kFieldBlendWidth[1] * field.radius);
     const float beyond = 1 - fine - coarse;
     const std::size_t first_coarse = field.boxes[0].pointCount();
     std::array<float, FieldTable::kStride> sum{};

@@ -22,6 +22,8 @@ constexpr std::size_t kFieldLevels = 3;      // fine box, coarse box, spheres
 constexpr std::size_t kFieldSpheres = 6;     // radii r / u for u of kFieldSphereScales
 constexpr std::size_t kFieldSphereSide = 7;  // points along a side of the octahedral map of a sphere
 constexpr std::array<float, kFieldSpheres> kFieldSphereScales = {0.08f, 0.16f, 0.27f, 0.4f, 0.55f, 0.7f};
+// Over these shares of the radius a box fades into the next level, so that no border shows.
+constexpr std::array<float, 2> kFieldBlendWidth = {0.1f, 0.3f};
 
 // A grid of points at the corners of cells. x runs fastest, then y, then z.
 struct FieldBox {

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "player/runtime/far_kernel.h"
+
 namespace penumbra {
 
 struct CombineInput {
@@ -58,6 +60,7 @@ struct EvaluatorPath {
     CombinePairs i8 = nullptr;
     Combine f16 = nullptr, f32 = nullptr;
     ClampAmbients clamp = nullptr;
+    const FarPath* far = nullptr;  // the far parts of composed assets
 };
 
 // Returns the paths that this processor can run, slowest first. Tests compare each of them with the first. With

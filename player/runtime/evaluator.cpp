@@ -17,7 +17,10 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
+#include <tuple>
 
+#include "sh/bounding_box.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
@@ -56,31 +59,44 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     for (const InputJointView& input : asset.model.input_joints)
         d.absolute[std::size_t(input.joint)] = input.absolute();
     if (asset.model.deforming) d.deformation = std::make_unique<Deformation>(asset);
-    if (asset.model.composition) d.composed = compose(asset.model);
+    if (asset.model.composition) d.composed = std::make_unique<Composed>(asset);
     return decoded;
 }
 
-std::unique_ptr<Evaluator::Composed> Evaluator::compose(const ModelView& model) {
-    const CompositionView& composition = *model.composition;
-    auto composed = std::make_unique<Composed>();
-    for (const PartFieldView& part : composition.parts) {
-        composed->fields.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
-        composed->fields.joints.push_back(part.field.joint);
+namespace {
+
+// Orders points along a curve that fills space, so that neighbours stand together (Morton order, 10 bits an axis).
+std::uint32_t placeOnCurve(Vec3 point, const BoundingBox& box) {
+    std::uint32_t place = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float along = (point[axis] - box.low[axis]) / (box.high[axis] - box.low[axis]);
+        const auto cell = along > 0 ? std::uint32_t(1023 * std::min(along, 1.0f)) : 0u;
+        for (int bit = 0; bit < 10; ++bit) place |= (cell >> bit & 1) << (3 * bit + axis);
     }
-    composed->far_parts = farParts(composition.steps, composition.parts.size(), composition.local_steps);
+    return place;
+}
+
+}  // namespace
+
+Evaluator::Composed::Composed(const AssetView& asset)
+    : far(*asset.model.composition, asset.model.convention.order), receivers(asset.mesh.positions.size()) {
+    const CompositionView& composition = *asset.model.composition;
+    const BoundingBox box = boundsOf(asset.mesh.positions);
+    std::iota(receivers.begin(), receivers.end(), 0u);
+    for (const ClusterView& cluster : asset.model.clusters) {
+        const auto first = receivers.begin() + std::ptrdiff_t(cluster.first_vertex);
+        std::sort(first, first + std::ptrdiff_t(cluster.vertex_count), [&](std::uint32_t a, std::uint32_t b) {
+            const auto key = [&](std::uint32_t v) {
+                return std::tuple(composition.part_of_vertex[v], placeOnCurve(asset.mesh.positions[v], box), v);
+            };
+            return key(a) < key(b);
+        });
+    }
     for (const ClusterView& cluster : composition.residual) {
-        const std::size_t first = composed->residual_mean.size();
-        composed->residual_mean.resize(first + cluster.mean.count);
-        penumbra::decode(cluster.mean, std::span(composed->residual_mean).subspan(first));
+        const std::size_t begin = residual_mean.size();
+        residual_mean.resize(begin + cluster.mean.count);
+        penumbra::decode(cluster.mean, std::span(residual_mean).subspan(begin));
     }
-    // Tables of products are made when they are first used; no frame is to wait for them.
-    const int order = model.convention.order;
-    std::array<float, coefficientCount(kMaxOrder)> a{}, out;
-    const std::span<const float> far = std::span(a).first(kFarNumbers);
-    multiplyMirrored(kFieldOrder, far, kFieldOrder, far, kFieldOrder, std::span(out).first(kFarNumbers));
-    const auto size = std::size_t(mirroredCount(order));
-    multiplyMirrored(order, std::span(a).first(size), order, far, kFieldOrder, std::span(out).first(size));
-    return composed;
 }
 
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(asset)), path_(evaluatorPaths().back()) {
@@ -97,7 +113,7 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     pair_weights_.resize(decoded_->pair_weights);
     units_.resize(decoded_->clusters.size());
     if (composed()) {
-        posed_.resize(decoded_->composed->fields.tables.size());
+        far_pose_ = FarPose(decoded_->composed->far);
         far_.resize(vertexCount() * kFarNumbers);
     }
     if (!decoded_->deformation) return;
@@ -158,7 +174,7 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         if (c + clusterCount() < decoded_->clusters.size()) regress(c + clusterCount(), seen, ignored);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
-    if (decoded_->composed) poseParts(decoded_->composed->fields, bones_, posed_);
+    if (composed()) far_pose_.set(decoded_->composed->far, bones_);
 }
 
 void Evaluator::regress(std::size_t cluster, std::span<const float> seen, double& out_of_range) {
@@ -247,17 +263,36 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
 void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far) const {
     const ClusterView& view = asset_->model.clusters[cluster];
     const Composed& composed = *decoded_->composed;
+    const std::span<const std::uint16_t> part_of = asset_->model.composition->part_of_vertex;
     assert(far.size() == vertexCount() * kFarNumbers);
-    for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v)
-        farVisibility(composed.fields, posed_, composed.far_parts[asset_->model.composition->part_of_vertex[v]],
-                      skinned(v, cluster), far.subspan(v * kFarNumbers, kFarNumbers));
+    std::array<Vec3, kMostReceivers> positions, normals, tangents;
+    std::array<float, kMostReceivers * kFarNumbers> out;
+    const std::uint32_t* receiver = composed.receivers.data() + view.first_vertex;
+    const std::uint32_t* const end = receiver + view.vertex_count;
+    while (receiver < end) {
+        // As many vertices of one part as the kernel takes at once.
+        std::size_t count = 0;
+        for (; count < kMostReceivers && receiver + count < end && part_of[receiver[count]] == part_of[*receiver];
+             ++count) {
+            const Receiver vertex = skinned(receiver[count], cluster);
+            positions[count] = vertex.position;
+            normals[count] = vertex.normal;
+            tangents[count] = vertex.tangent;
+        }
+        const std::span<const std::uint16_t> parts = composed.far.partsSeenBy(part_of[*receiver]);
+        path_.far->far(composed.far.constants(), composed.far.tables(), far_pose_.parts.data(), parts.data(),
+                       parts.size(), {positions.data(), normals.data(), tangents.data(), count}, out.data());
+        for (std::size_t i = 0; i < count; ++i)
+            std::copy_n(out.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
+                        far.begin() + std::ptrdiff_t(receiver[i] * kFarNumbers));
+        receiver += count;
+    }
 }
 
 void Evaluator::composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const {
     const ClusterView& view = asset_->model.clusters[cluster];
     const Composed& composed = *decoded_->composed;
-    const int order = asset_->model.convention.order;
-    const std::size_t stride = std::size_t(asset_->model.stride), size = std::size_t(mirroredCount(order));
+    const std::size_t stride = std::size_t(asset_->model.stride);
     assert(far.size() == vertexCount() * kFarNumbers && numbers.size() == vertexCount() * stride);
     // 1. What the vertices see past the nearby parts. Weights of 0 clamp nothing.
     constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};
@@ -266,13 +301,8 @@ void Evaluator::composeCluster(std::size_t cluster, std::span<const float> far, 
     combine(cluster, view.mean.data, view.mean.precision == AssetPrecision::kF16, {kNoWeights.data(), stride, 1}, out);
     // 2. Times what the far parts leave visible, plus the mean of the residual.
     const float* mean = composed.residual_mean.empty() ? nullptr : composed.residual_mean.data() + first;
-    std::array<float, coefficientCount(kMaxOrder)> product;
-    for (std::size_t v = 0; v < view.vertex_count; ++v) {
-        const std::span<float> row(out + v * stride, size);
-        multiplyMirrored(order, row, order, far.subspan((view.first_vertex + v) * kFarNumbers, kFarNumbers),
-                         kFieldOrder, std::span(product).first(size));
-        for (std::size_t i = 0; i < size; ++i) row[i] = product[i] + (mean ? mean[v * stride + i] : 0);
-    }
+    path_.far->compose(composed.far.constants().compose, far.data() + view.first_vertex * kFarNumbers, mean,
+                       view.vertex_count, stride, out);
     // 3. The components of the residual.
     const AmbientClamp clamp{decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2};
     if (mean)

@@ -10,8 +10,8 @@
 #include "formats/asset/asset_file.h"
 #include "player/runtime/combine.h"
 #include "player/runtime/deformation.h"
+#include "player/runtime/far_tables.h"
 #include "player/runtime/model_evaluator.h"
-#include "sh/far_visibility.h"
 
 namespace penumbra {
 
@@ -77,9 +77,11 @@ public:
 private:
     // What composed assets have on top.
     struct Composed {
-        FarFields fields;
-        std::vector<std::vector<std::uint16_t>> far_parts;  // [P]
-        std::vector<float> residual_mean;                   // [V, stride], or empty
+        FarTables far;
+        std::vector<float> residual_mean;      // [V, stride], or empty
+        std::vector<std::uint32_t> receivers;  // [V], of each cluster its vertices by part, neighbours together
+
+        Composed(const AssetView& asset);
     };
     // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model.
     struct Decoded {
@@ -109,7 +111,7 @@ private:
     std::vector<float> units_;                 // [cluster], unit of its pair weights
     EvaluatorPath path_;
     // Only for a composed asset; else empty.
-    std::vector<PosedPart> posed_;    // [P]
+    FarPose far_pose_;
     mutable std::vector<float> far_;  // [V, kFarNumbers]; calls on different clusters write different places
     // Only for a deforming asset; else empty.
     std::vector<Vec3> points_, point_normals_;  // [Vs]
@@ -122,7 +124,6 @@ private:
     void combine(std::size_t cluster, const void* mean, bool half_mean, const AmbientClamp& clamp, float* out) const;
     Receiver skinned(std::size_t vertex, std::size_t cluster) const;
     static std::shared_ptr<const Decoded> decode(const AssetView& asset);
-    static std::unique_ptr<Composed> compose(const ModelView& model);
 };
 
 }  // namespace penumbra

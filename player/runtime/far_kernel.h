@@ -1,0 +1,83 @@
+#pragma once
+// The inner loop of far visibility (farVisibility(), sh/far_visibility.h) for many receivers of one part. It reads
+// plain tables and works on 8 receivers at a time. Its source (far_lanes.h) is compiled once for any processor and once
+// for AVX2. docs/formulas.md, section 7, has the formulas.
+#include <cstddef>
+#include <cstdint>
+
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+constexpr std::size_t kFarLanes = 8;
+constexpr std::size_t kMostReceivers = 64;  // of a call
+
+// A box of a field: cell coordinate = (p - low) * per_cell, clamped to [0, cells].
+struct FarBox {
+    float low[3], high[3], per_cell[3], cells[3];
+    float per_width;  // 1 / width over which it fades into the next level
+    std::int32_t stride[3];
+    std::int32_t first;  // its first point
+};
+// A FieldTable (sh/part_field.h) as the kernel reads it.
+struct FarTable {
+    FarBox boxes[2];
+    std::int32_t first_sphere;
+    float centre[3], radius;
+    float per_fade;      // 1 / width of the fade at the surface
+    float scale[3][40];  // [level]
+    const std::int8_t* points;
+};
+// A PosedPart.
+struct FarPart {
+    float to_part[12], centre[3], radius;
+    const float* to_model;  // blocks of the rotation, band after band
+};
+
+struct FarTerm {
+    std::uint16_t from;
+    float value;
+};
+// A sparse matrix: row r has terms[first[r]] up to terms[first[r + 1]].
+struct FarMatrix {
+    const std::uint16_t* first;
+    const FarTerm* terms;
+};
+// Products of mirrored functions. Pair n is a_j b_k + a_k b_j, or a_j b_j where j = k; a product's number i is the sum
+// of value times pair over row i. Rows have multiples of 4 terms.
+constexpr std::size_t kMostPairs = 576;
+struct FarProduct {
+    const std::uint8_t *j, *k;
+    std::size_t pairs;
+    FarMatrix rows;
+    int size_out;
+};
+struct FarConstants {
+    FarMatrix turn, turn_back;  // R(X(90)) and its transpose, without band 0
+    FarMatrix mirror;           // mirrorAtHorizon()
+    FarProduct product;         // of two far visibilities
+    FarProduct compose;         // of the local visibility and a far one
+    float sphere_scales[6];     // kFieldSphereScales
+    // Parts that block up to near[0] of the sphere are summed and exponentiated, those above near[1] are multiplied in
+    // one by one. Between the two both ways have a share.
+    float near[2];
+};
+
+struct FarReceivers {
+    const Vec3 *positions, *normals, *tangents;  // [count], count <= kMostReceivers
+    std::size_t count;
+};
+
+struct FarPath {
+    // Writes far[r * 21 + i] of every receiver. `parts` are those that they see.
+    void (*far)(const FarConstants& constants, const FarTable* tables, const FarPart* posed, const std::uint16_t* parts,
+                std::size_t part_count, const FarReceivers& receivers, float* far) = nullptr;
+    // Multiplies numbers[v * stride + i] by far[v * 21 + i] and adds mean[v * stride + i], unless mean is null.
+    void (*compose)(const FarProduct& product, const float* far, const float* mean, std::size_t vertices,
+                    std::size_t stride, float* numbers) = nullptr;
+};
+
+extern const FarPath kFarPortable;
+extern const FarPath* const kFarAvx2;  // null where the compiler has no such target
+
+}  // namespace penumbra

@@ -1,0 +1,151 @@
+#include "player/runtime/far_tables.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <map>
+
+#include "sh/reflectance.h"
+#include "sh/sh_product.h"
+
+namespace penumbra {
+
+static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == 6 &&
+                  kFieldSphereSide == 7,
+              "far_lanes.h has these numbers too");
+static_assert(mirroredCount(kMaxOrder) == 36);
+
+namespace {
+
+// Parts that block less than the first share of the sphere are summed, above the second they are multiplied in.
+constexpr float kNearFrom = 0.01f, kNearFull = 0.02f;
+
+FarBox boxOf(const FieldBox& box, std::size_t first, float width) {
+    FarBox out{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        out.low[axis] = box.low[int(axis)];
+        out.high[axis] = box.high[int(axis)];
+        out.cells[axis] = float(box.size[axis] - 1);
+        out.per_cell[axis] = out.cells[axis] / (out.high[axis] - out.low[axis]);
+    }
+    out.stride[0] = 1;
+    out.stride[1] = box.size[0];
+    out.stride[2] = box.size[0] * box.size[1];
+    out.first = std::int32_t(first);
+    out.per_width = 1 / width;
+    return out;
+}
+
+FarTable tableOf(const FieldTable& field) {
+    FarTable out{};
+    const std::size_t fine = field.boxes[0].pointCount(), boxes = fine + field.boxes[1].pointCount();
+    out.boxes[0] = boxOf(field.boxes[0], 0, kFieldBlendWidth[0] * field.radius);
+    out.boxes[1] = boxOf(field.boxes[1], fine, kFieldBlendWidth[1] * field.radius);
+    out.first_sphere = std::int32_t(boxes);
+    for (std::size_t axis = 0; axis < 3; ++axis) out.centre[axis] = field.centre[int(axis)];
+    out.radius = field.radius;
+    out.per_fade = 1 / field.fade;
+    for (std::size_t level = 0; level < kFieldLevels; ++level)
+        std::copy(field.scale[level].begin(), field.scale[level].end(), out.scale[level]);
+    out.points = field.points.data();
+    return out;
+}
+
+}  // namespace
+
+// Ends a row, filled up with terms of 0 to a multiple.
+void FarTables::Matrix::endRow(std::size_t multiple) {
+    while ((terms.size() - first.back()) % multiple != 0) terms.push_back({0, 0});
+    first.push_back(std::uint16_t(terms.size()));
+}
+
+FarTables::Product FarTables::makeProduct(int order_out, int order_a, int order_b) {
+    const auto places = [](int order) {
+        std::map<int, std::uint16_t> place;
+        for (int i : evenIndices(order)) place.emplace(i, std::uint16_t(place.size()));
+        return place;
+    };
+    const std::map<int, std::uint16_t> out = places(order_out), a = places(order_a), b = places(order_b);
+    std::map<std::pair<int, int>, std::uint16_t> pairs;
+    std::vector<std::map<std::uint16_t, float>> rows(out.size());
+    Product product;
+    for (const TripleProductEntry& e : tripleProduct(order_out, order_a, order_b)) {
+        if (!out.contains(e.i) || !a.contains(e.j) || !b.contains(e.k)) continue;
+        const std::pair<int, int> pair = std::minmax(int(a.at(e.j)), int(b.at(e.k)));
+        const auto [place, fresh] = pairs.emplace(pair, std::uint16_t(pairs.size()));
+        if (fresh) {
+            product.j.push_back(std::uint8_t(pair.first));
+            product.k.push_back(std::uint8_t(pair.second));
+        }
+        rows[out.at(e.i)][place->second] = float(e.value);  // the same for (j, k) and (k, j)
+    }
+    for (const std::map<std::uint16_t, float>& row : rows) {
+        for (const auto& [from, value] : row) product.rows.terms.push_back({from, value});
+        product.rows.endRow(4);
+    }
+    assert(pairs.size() <= kMostPairs);
+    return product;
+}
+
+FarTables::FarTables(const CompositionView& composition, int order)
+    : product_(makeProduct(kFieldOrder, kFieldOrder, kFieldOrder)), compose_(makeProduct(order, order, kFieldOrder)) {
+    for (const PartFieldView& part : composition.parts) {
+        fields_.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
+        fields_.joints.push_back(part.field.joint);
+    }
+    for (const FieldTable& field : fields_.tables) tables_.push_back(tableOf(field));
+    far_parts_ = farParts(composition.steps, partCount(), composition.local_steps);
+    // 1. The turns by 90 degrees about x, as rows.
+    const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
+    std::array<float, kFieldNumbers> unit{}, out;
+    std::vector<std::array<float, kFieldNumbers>> columns;
+    for (std::size_t i = 0; i < kFieldNumbers; ++i) {
+        unit.fill(0);
+        unit[i] = 1;
+        apply(turn, unit, out);
+        columns.push_back(out);
+    }
+    for (std::size_t r = 0; r < kFieldNumbers; ++r) {
+        for (std::uint16_t i = 0; i < kFieldNumbers; ++i) {
+            if (std::abs(columns[i][r]) > 1e-6f) turn_.terms.push_back({i, columns[i][r]});
+            if (std::abs(columns[r][i]) > 1e-6f) turn_back_.terms.push_back({i, columns[r][i]});
+        }
+        turn_.endRow();
+        turn_back_.endRow();
+    }
+    // 2. The mirror, as rows.
+    std::vector<std::array<float, kFarNumbers>> mirrored(kFieldNumbers);
+    for (std::size_t i = 0; i < kFieldNumbers; ++i) {
+        unit.fill(0);
+        unit[i] = 1;
+        mirrorAtHorizon(kFieldOrder, unit, mirrored[i]);
+    }
+    for (std::size_t r = 0; r < kFarNumbers; ++r) {
+        for (std::uint16_t i = 0; i < kFieldNumbers; ++i)
+            if (std::abs(mirrored[i][r]) > 1e-7f) mirror_.terms.push_back({i, mirrored[i][r]});
+        mirror_.endRow();
+    }
+    const auto viewOf = [](const Product& product) {
+        return FarProduct{product.j.data(), product.k.data(), product.j.size(), product.rows.view(),
+                          int(product.rows.first.size()) - 1};
+    };
+    constants_ = {turn_.view(), turn_back_.view(), mirror_.view(), viewOf(product_), viewOf(compose_), {}, {}};
+    std::copy(kFieldSphereScales.begin(), kFieldSphereScales.end(), constants_.sphere_scales);
+    constants_.near[0] = kNearFrom;
+    constants_.near[1] = kNearFull;
+}
+
+void FarPose::set(const FarTables& tables, std::span<const Affine> bones) {
+    poseParts(tables.fields(), bones, posed);
+    for (std::size_t p = 0; p < posed.size(); ++p) {
+        const PosedPart& part = posed[p];
+        FarPart& out = parts[p];
+        std::copy(part.to_part.m.begin(), part.to_part.m.end(), out.to_part);
+        for (std::size_t axis = 0; axis < 3; ++axis) out.centre[axis] = part.centre[int(axis)];
+        out.radius = part.radius;
+        out.to_model = part.to_model.blocks.data();
+    }
+}
+
+}  // namespace penumbra

@@ -1,0 +1,56 @@
+#pragma once
+// Lays out the fields of a composed asset, and the constants of its products and turns, for the kernel of far_kernel.h.
+#include <vector>
+
+#include "formats/asset/asset_file.h"
+#include "player/runtime/far_kernel.h"
+#include "sh/far_visibility.h"
+
+namespace penumbra {
+
+class FarTables {
+public:
+    explicit FarTables(const CompositionView& composition, int order);
+    FarTables(const FarTables&) = delete;  // the tables point into one another
+    FarTables& operator=(const FarTables&) = delete;
+
+    std::size_t partCount() const { return fields_.tables.size(); }
+    const FarFields& fields() const { return fields_; }
+    const FarConstants& constants() const { return constants_; }
+    // Parts that a vertex of `part` sees as far ones.
+    std::span<const std::uint16_t> partsSeenBy(std::size_t part) const { return far_parts_[part]; }
+    const FarTable* tables() const { return tables_.data(); }
+
+private:
+    struct Matrix {
+        std::vector<std::uint16_t> first{0};
+        std::vector<FarTerm> terms;
+        void endRow(std::size_t multiple = 1);
+        FarMatrix view() const { return {first.data(), terms.data()}; }
+    };
+    struct Product {
+        std::vector<std::uint8_t> j, k;
+        Matrix rows;
+    };
+    FarFields fields_;
+    std::vector<std::vector<std::uint16_t>> far_parts_;  // [P]
+    std::vector<FarTable> tables_;                       // [P]
+    Matrix turn_, turn_back_, mirror_;
+    Product product_, compose_;
+    FarConstants constants_;
+
+    static Product makeProduct(int order_out, int order_a, int order_b);
+};
+
+// The parts of one pose. Copies are independent.
+struct FarPose {
+    std::vector<PosedPart> posed;
+    std::vector<FarPart> parts;
+
+    explicit FarPose(const FarTables& tables) : posed(tables.partCount()), parts(tables.partCount()) {}
+    FarPose() = default;
+    // Allocates nothing.
+    void set(const FarTables& tables, std::span<const Affine> bones);
+};
+
+}  // namespace penumbra
