@@ -59,6 +59,13 @@ void reportSizes(const Packed& packed, bool quiet, Report& report) {
             std::printf("  playback: %zu frames, every position within %.2e m of where it was\n",
                         asset.animation.frameCount(), double(playback.error));
     }
+    if (asset.model.composition) {
+        const double megabytes = double(asset.model.composition->byteCount()) / 1e6;
+        report.figures["fields_megabytes"] = megabytes;
+        if (!quiet)
+            std::printf("  fields of %zu parts: %.2f MB, not counted in the bytes a vertex\n",
+                        asset.model.composition->parts.size(), megabytes);
+    }
     const double all = double(packed.bytes.size());
     report.figures["bytes"]["file"] = packed.bytes.size();
     report.figures["model_bytes_per_vertex"] = model / vertices;

@@ -33,6 +33,7 @@ namespace {
 struct Sums {
     double error = 0, truth_squares = 0, outside = 0, ambient = 0, prediction = 0;
     double sh_outside = 0, noise = 0, unpacked = 0, unpacked_outside = 0, packing = 0;
+    double without_residual = 0, split = 0, local = 0;
 
     void add(const Sums& other) {
         sh_outside += other.sh_outside;
@@ -40,6 +41,9 @@ struct Sums {
         unpacked += other.unpacked;
         unpacked_outside += other.unpacked_outside;
         packing += other.packing;
+        without_residual += other.without_residual;
+        split += other.split;
+        local += other.local;
         error += other.error;
         truth_squares += other.truth_squares;
         outside += other.outside;
@@ -60,6 +64,8 @@ struct ClipSums {
 // Buffers for one frame as both sides see it, in asset order.
 struct FrameBuffers {
     std::vector<float> evaluated, truth, predicted, second, unpacked;  // [V * stride]
+    std::vector<float> local_far;                                      // [V * stride], only for a composed asset
+    std::vector<float> far;                                            // [V * kFarNumbers], the same
     std::vector<Vec3> positions, normals, tangents;
     std::vector<float> e_evaluated, e_truth;
 };
@@ -113,6 +119,8 @@ private:
     std::vector<double> frame_error_;  // [cluster], squared, of the frame that was added last
 
     void compareVertex(std::size_t vertex, const BakedFrames& baked, Sums& sums);
+    const LocalMoments* trueLocal() const;
+    void compareComposition(std::size_t cluster, const BakedFrames& baked, Sums& sums);
     void compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip);
     ErrorFigures figuresOf(std::span<const ClipSums* const> clips, std::span<const double> mean) const;
 };
@@ -176,6 +184,8 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
                 zeros,
                 zeros,
                 zeros,
+                evaluator_.composed() ? zeros : std::vector<float>(),
+                std::vector<float>(evaluator_.composed() ? count * kFarNumbers : 0),
                 std::vector<Vec3>(count),
                 std::vector<Vec3>(count),
                 std::vector<Vec3>(count),
@@ -235,13 +245,62 @@ void Checker::compareVertex(std::size_t v, const BakedFrames& baked, Sums& sums)
     }
 }
 
+// Returns the truth's local moments where they are what the local part of the asset stands for, else null.
+const LocalMoments* Checker::trueLocal() const {
+    const std::optional<LocalMoments>& local = truth_.header().local;
+    if (!evaluator_.composed() || !local) return nullptr;
+    const ModelView& model = asset_.model;
+    const bool fits = local->order >= model.convention.order && local->steps == model.composition->local_steps;
+    return fits ? &*local : nullptr;
+}
+
+// Adds the errors of local visibility x far parts without the residual, by the model and by the truth. Their numbers
+// are moved to where E lies in [0, 1], as those of the model are.
+void Checker::compareComposition(std::size_t cluster, const BakedFrames& baked, Sums& sums) {
+    const ClusterView& view = asset_.model.clusters[cluster];
+    const Convention& convention = asset_.model.convention;
+    const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
+    const LocalMoments* moments = trueLocal();
+    FrameBuffers& b = buffers_;
+    std::array<float, coefficientCount(kMaxOrder)> weight_buffer, local, product, by_truth;
+    const std::span<float> weights = std::span(weight_buffer).first(size);
+    ambientWeights(convention, weights);
+    float norm2 = 0;
+    for (float w : weights) norm2 += w * w;
+    evaluator_.evaluateLocal(cluster, b.local_far);
+    for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v) {
+        const std::span<const float> far = std::span(b.far).subspan(v * kFarNumbers, kFarNumbers);
+        const auto composed = [&](std::span<const float> from, std::span<float> to) {
+            multiplyMirrored(convention.order, from, convention.order, far, kFieldOrder, to);
+            clampAmbient(weights, norm2, to);
+        };
+        const std::span<const float> y = std::span(b.truth).subspan(v * stride, size);
+        const std::span<float> model = std::span(product).first(size), truth = std::span(by_truth).first(size);
+        composed(std::span(b.local_far).subspan(v * stride, size), model);
+        sums.without_residual += squaredDifference(model, y);
+        if (!moments) continue;
+        const std::size_t n = moments->coefficientCount(), point = asset_.mesh.shading_point[v];
+        numbersFromMoments(convention, std::span(baked.truth.local_coefficients).subspan(point * n, n), b.normals[v],
+                           b.tangents[v], std::span(local).first(size));
+        composed(std::span(local).first(size), truth);
+        sums.split += squaredDifference(truth, y);
+        sums.local += squaredDifference(truth, model);
+    }
+}
+
 // Evaluates one cluster and adds its errors to the sums of the clip.
 void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip) {
     const ClusterView& view = asset_.model.clusters[cluster];
     const std::size_t begin = view.first_vertex, end = begin + view.vertex_count;
     const std::size_t stride = std::size_t(asset_.model.stride);
     FrameBuffers& b = buffers_;
-    evaluator_.evaluateCluster(cluster, b.evaluated);
+    const bool composed = evaluator_.composed();
+    if (composed) {
+        evaluator_.evaluateFar(cluster, b.far);
+        evaluator_.composeCluster(cluster, b.far, b.evaluated);
+    } else {
+        evaluator_.evaluateCluster(cluster, b.evaluated);
+    }
     evaluator_.skin(begin, end, b.positions, b.normals, b.tangents);
     Sums sums;
     for (std::size_t v = begin; v < end; ++v) compareVertex(v, baked, sums);
@@ -251,12 +310,19 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
     const std::span<const float> y = part(b.truth);
     for (std::size_t i = 0; i < y.size(); ++i) clip.truth_sum[begin * stride + i] += y[i];
     sums.error = frame_error_[cluster] = squaredDifference(part(b.evaluated), y);
-    sums.outside = spans_.squaredDistance(view, cluster, b.truth);
+    if (composed)
+        compareComposition(cluster, baked, sums);
+    else
+        sums.outside = spans_.squaredDistance(view, cluster, b.truth);
     if (unpacked_) {
-        unpacked_->evaluateCluster(cluster, b.unpacked);
+        if (composed)
+            unpacked_->composeCluster(cluster, b.far, b.unpacked);  // the far parts are the same
+        else
+            unpacked_->evaluateCluster(cluster, b.unpacked);
         sums.unpacked = squaredDifference(part(b.unpacked), y);
-        sums.unpacked_outside =
-            unpacked_spans_->squaredDistance(references_.unpacked->model.clusters[cluster], cluster, b.truth);
+        if (!composed)
+            sums.unpacked_outside =
+                unpacked_spans_->squaredDistance(references_.unpacked->model.clusters[cluster], cluster, b.truth);
         sums.packing = squaredDifference(part(b.unpacked), part(b.evaluated));
     }
     ambient(asset_.model.convention, int(stride), begin, end, b.evaluated, b.e_evaluated);
@@ -327,18 +393,23 @@ ErrorFigures Checker::figuresOf(std::span<const ClipSums* const> clips, std::spa
     variation += total.truth_squares;
     const double vertices = double(figures.frames) * double(evaluator_.vertexCount());
     figures.relative_error = std::sqrt(total.error / variation);
-    figures.truncation = std::sqrt(total.outside / variation);
-    figures.regression = std::sqrt(std::max(0.0, total.error - total.outside) / variation);
     figures.prediction_difference = std::sqrt(total.prediction / variation);
     figures.rms_v = std::sqrt(total.error / vertices / (4 * std::numbers::pi));
     figures.signal_rms_v = std::sqrt(variation / vertices / (4 * std::numbers::pi));
     const auto relative = [&](double squares, bool measured) {
         return measured ? std::sqrt(std::max(0.0, squares) / variation) : std::numeric_limits<double>::quiet_NaN();
     };
+    const bool composed = figures.composed = evaluator_.composed();
+    const bool has_local = trueLocal() != nullptr;
+    figures.truncation = relative(total.outside, !composed);
+    figures.regression = relative(total.error - total.outside, !composed);
+    figures.without_residual = relative(total.without_residual, composed);
+    figures.split = relative(total.split, has_local);
+    figures.local = relative(total.local, has_local);
     figures.sh_truncation = relative(total.sh_outside, true);
     figures.bake_noise = relative(total.noise * double(figures.frames) / second_frames, second_frames > 0);
     figures.unpacked_error = relative(total.unpacked, references_.unpacked);
-    figures.unpacked_truncation = relative(total.unpacked_outside, references_.unpacked);
+    figures.unpacked_truncation = relative(total.unpacked_outside, references_.unpacked && !composed);
     figures.packing = relative(total.packing, references_.unpacked);
     figures.ambient_error = total.ambient / vertices;
     return figures;
@@ -371,6 +442,7 @@ CheckResult Checker::result() const {
     }
     if (!training.empty()) result.training = figuresOf(training, mean);
     if (!held_out.empty()) result.held_out = figuresOf(held_out, mean);
+    result.training.composed = result.held_out.composed = evaluator_.composed();
     result.training.name = "all training";
     result.held_out.name = "all held out";
     result.held_out.held_out = true;

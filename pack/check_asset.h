@@ -19,8 +19,8 @@ struct ErrorFigures {
     bool held_out = false;
     std::size_t frames = 0;
     double relative_error = 0, rms_v = 0, ambient_error = 0;
-    double truncation = 0;  // the part of the truth outside the span of the stored mean and components
-    double regression = 0;  // the rest: scores that are not the best ones
+    double truncation = 0;  // the part of the truth outside the span of the stored mean and components; NaN if composed
+    double regression = 0;  // the rest: scores that are not the best ones; NaN if composed
     // difference of the evaluator and the predictions, relative; 0 without predictions
     double prediction_difference = 0;
     double signal_rms_v = 0;   // rms V of y - mean y
@@ -29,6 +29,11 @@ struct ErrorFigures {
     // The error of the unpacked model, the part of the truth outside the span of its components, and the difference
     // between its numbers and the packed ones.
     double unpacked_error = 0, unpacked_truncation = 0, packing = 0;
+    // Composed models have these instead of truncation and regression; of others they are NaN.
+    bool composed = false;
+    double without_residual = 0;  // the error of local visibility x far parts alone
+    double split = 0;             // the error of the truth's local visibility x far parts, if the truth has that
+    double local = 0;             // the difference of these two: what the local model costs
 };
 
 // A frame of the truth: its error, beside what the evaluator itself can tell about the pose.

@@ -72,6 +72,10 @@ void reportBudget(const CheckResult& result, Report& report) {
                 json = nullptr;
         }
     }
+    if (result.training.composed) {
+        std::printf("squares add up: total + SH truncation = against all bands. Bake noise is in the truth.\n");
+        return;
+    }
     std::printf(
         "squares add up: output PCA + regression = unpacked model; total + SH truncation = against all bands;\n"
         "unpacked model + rank and quantisation = total up to their correlation. Bake noise is in the truth.\n");

@@ -13,7 +13,28 @@
 
 namespace penumbra {
 
+namespace {
+
+std::vector<BudgetRow> composedBudget(const ErrorFigures& figures) {
+    return {{"bake noise", figures.bake_noise, 0, "--second-bake"},
+            {"SH truncation", figures.sh_truncation, 0, ""},
+            {"true local x far", figures.split, 0, "a truth with --local"},
+            {"local model", figures.local, 0, "a truth with --local"},
+            {"without residual", figures.without_residual, 0, ""},
+            {"unpacked model", figures.unpacked_error, 0, "--model"},
+            {"rank and quantisation", figures.packing, 0, "--model"},
+            {"total", figures.relative_error, 0, ""},
+            {"against all bands", std::hypot(figures.relative_error, figures.sh_truncation), 0, ""}};
+}
+
+}  // namespace
+
 std::vector<BudgetRow> errorBudget(const ErrorFigures& figures) {
+    if (figures.composed) {
+        std::vector<BudgetRow> rows = composedBudget(figures);
+        for (BudgetRow& row : rows) row.rms_v = row.relative * figures.signal_rms_v;
+        return rows;
+    }
     const bool unpacked = !std::isnan(figures.packing);
     const double model = figures.unpacked_error, pca = figures.unpacked_truncation;
     std::vector<BudgetRow> rows = {

@@ -21,6 +21,11 @@ struct BudgetRow {
 // rank and quantisation packed against unpacked numbers
 // total                 packed against truth: nearly unpacked model^2 + rank and quantisation^2
 // against all bands     total^2 + SH truncation^2
+// Of a composed model there are these in the place of output PCA and regression:
+// true local x far      the truth's local visibility times the far parts: fields, products of SH and the split itself
+// local model           the difference of that to the model's local visibility times the far parts: regression, output
+//                       PCA and quantisation of the local part, as they show in the final numbers
+// without residual      the model's local visibility times the far parts; what the total has less is the residual's
 // Without the unpacked model, output PCA is that of the stored components, and regression is the rest of the total.
 std::vector<BudgetRow> errorBudget(const ErrorFigures& figures);
 

@@ -70,9 +70,14 @@ void benchModelPainter(Subject& subject, const OffscreenTarget& target, ValuePai
     const Clock::time_point start = Clock::now();
     const auto asset = std::make_shared<GlAsset>(*subject.asset, subject.shading);
     ModelPainter painter(asset, 1);
-    const PosedCharacter character{&evaluator, {}, subject.shading};
+    PosedCharacter character{&evaluator, {}, subject.shading};
+    FrameVertices vertices;
     const auto draw = [&](std::size_t run, const FrameView& view) {
         evaluator.setFrame(run % frames);
+        if (evaluator.composed()) {  // the CPU evaluates, and the GPU does the rest
+            evaluateNumbers(evaluator, subject.threads, vertices);
+            character.numbers = vertices.numbers;
+        }
         target.begin();
         painter.evaluate(subject.channel, {&character, 1}, view.eye);
         painter.draw(view);

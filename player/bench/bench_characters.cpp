@@ -90,7 +90,10 @@ public:
     // Measures the GLSL path, where each character looks like the first.
     GpuCost onGpu(const OffscreenTarget& target, bool software, int runs) const {
         std::vector<PosedCharacter> posed;
-        for (const Character& c : characters_) posed.push_back({&c.evaluator, c.offset, shading_});
+        for (const Character& c : characters_) {
+            posed.push_back({&c.evaluator, c.offset, shading_});
+            if (c.evaluator.composed()) posed.back().numbers = c.vertices.numbers;
+        }
         const Channel channel = shading_ ? Channel::kShaded : Channel::kAmbient;
         FrameView view = view_;
         view.eye = eye_;

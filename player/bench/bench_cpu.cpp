@@ -27,6 +27,12 @@ public:
         evaluator_.setFrame(frame);
     }
     void skin() { skinFrame(evaluator_, threads_, vertices_); }
+    // The far parts of a composed asset; evaluate() has them in it.
+    void far(int threads) {
+        far_.resize(evaluator_.vertexCount() * kFarNumbers);
+        parallelFor(evaluator_.clusterCount(), threads, [&](std::size_t c) { evaluator_.evaluateFar(c, far_); });
+    }
+    void far() { far(threads_); }
     void evaluate(int threads) { evaluateNumbers(evaluator_, threads, vertices_); }
     void evaluate() { evaluate(threads_); }
     void shade() {
@@ -45,6 +51,7 @@ private:
     Evaluator evaluator_;
     FrameVertices vertices_;
     std::vector<Vec3> radiance_;
+    std::vector<float> far_;
     std::vector<int> swept_;
 };
 
@@ -78,6 +85,13 @@ std::vector<TimedStage> stagesOf(const AssetView& asset, const ShadingSet* shadi
          [&](std::size_t) { stages.emptyCaches(); },
          [&](std::size_t) { stages.evaluate(); },
          std::min(runs, 10)}};
+    if (asset.model.composition) {
+        const StageWork far = farWork(asset);
+        const std::vector<TimedStage> far_stages = {
+            {{"far, 1 thread", {}, far, 1}, nothing, [&](std::size_t) { stages.far(1); }, runs},
+            {{"far", {}, far, threads}, nothing, [&](std::size_t) { stages.far(); }, runs}};
+        timed.insert(timed.begin() + 2, far_stages.begin(), far_stages.end());
+    }
     if (shading)
         timed.push_back(
             {{"shade", {}, shadeWork(*shading), threads}, nothing, [&](std::size_t) { stages.shade(); }, runs});

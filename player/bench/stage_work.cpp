@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sh/far_visibility.h"
+
 namespace penumbra {
 
 namespace {
@@ -72,6 +74,13 @@ StageWork poseWork(const AssetView& asset) {
             work.read += numbers.count * kFloat;
         work.written += cluster.components() * kFloat;
     }
+    if (!model.composition) return work;
+    for (const ClusterView& cluster : model.composition->residual) {
+        work.flop += regressionFlop(model, cluster);
+        for (const NumbersView& numbers : {cluster.group_min, cluster.group_max, cluster.hidden, cluster.weights})
+            work.read += numbers.count * kFloat;
+        work.written += cluster.components() * kFloat;
+    }
     return work;
 }
 
@@ -93,6 +102,28 @@ StageWork skinWork(const AssetView& asset) {
     return work;
 }
 
+namespace {
+
+// Counts far_lanes.h. A product has some 200 pairs of two multiplications and 560 multiply-adds.
+constexpr double kProductFlop = 200 * 3 + 560 * 2;
+// A lookup is 8 corners of 36 numbers; a rotation by bands of 1..11 numbers is 285 multiply-adds.
+constexpr double kFarPartFlop = 2 * 8 * 36 + 2 * 285 + 4 * 36;
+// Two turns into the local frame (each 3 turns about z and two by a right angle) and an exponential.
+constexpr double kFarSumFlop = 2 * (3 * 15 * 6 + 2 * 2 * 80) + 2 * kProductFlop;
+
+}  // namespace
+
+StageWork farWork(const AssetView& asset) {
+    const CompositionView& composition = *asset.model.composition;
+    StageWork work = skinWork(asset);
+    work.read += composition.byteCount() * FieldTable::kStride / kFieldNumbers;
+    work.written = composition.part_of_vertex.size() * kFarNumbers * kFloat;
+    const auto far_parts = farParts(composition.steps, composition.parts.size(), composition.local_steps);
+    for (const std::uint16_t part : composition.part_of_vertex)
+        work.flop += double(far_parts[part].size()) * kFarPartFlop + kFarSumFlop;
+    return work;
+}
+
 StageWork evaluateWork(const AssetView& asset) {
     const ModelView& model = asset.model;
     StageWork work;
@@ -101,6 +132,14 @@ StageWork evaluateWork(const AssetView& asset) {
         work.written += cluster.mean.count * kFloat;
         work.flop += 2 * double(cluster.basis.count);
     }
+    if (!model.composition) return work;
+    for (const ClusterView& cluster : model.composition->residual) {
+        work.read += cluster.mean.count * kFloat + storedBytes(cluster.basis);
+        work.flop += 2 * double(cluster.basis.count);
+    }
+    const StageWork far = farWork(asset);
+    work.read += far.read;
+    work.flop += far.flop + double(asset.mesh.positions.size()) * kProductFlop;
     return work;
 }
 

@@ -18,6 +18,9 @@ struct StageWork {
 StageWork poseWork(const AssetView& asset);      // Evaluator::setPose: features and regression
 StageWork skinWork(const AssetView& asset);      // Evaluator::skin
 StageWork evaluateWork(const AssetView& asset);  // Evaluator::evaluateCluster, all clusters
+// Evaluator::evaluateFar of a composed asset, all clusters, as if every far part counted at every vertex. It is a part
+// of evaluateWork().
+StageWork farWork(const AssetView& asset);
 StageWork shadeWork(const ShadingSet& shading);  // ShadingSet::shade with what is on
 
 }  // namespace penumbra

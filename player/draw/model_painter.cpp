@@ -95,6 +95,7 @@ void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
 void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
     const std::size_t vertices = asset_->vertexCount();
     const auto given = [](const PosedCharacter& character) { return !character.numbers.empty(); };
+    assert(!asset_->view().model.composition || std::all_of(characters.begin(), characters.end(), given));
     has_numbers_ = std::any_of(characters.begin(), characters.end(), given);
     if (has_numbers_) {
         uploadArrays(numbers_, characters, &PosedCharacter::numbers,

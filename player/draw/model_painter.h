@@ -10,10 +10,11 @@ namespace penumbra {
 
 // One of the characters, for one frame.
 struct PosedCharacter {
-    const Evaluator* evaluator = nullptr;      // it has the pose
-    Vec3 offset = {};                          // offset of its model frame in the scene
-    const ShadingSet* shading = nullptr;       // what is on in it; only for kShaded
-    std::span<const float> numbers = {};       // [V, stride], in the place of the model's, or empty
+    const Evaluator* evaluator = nullptr;  // it has the pose
+    Vec3 offset = {};                      // offset of its model frame in the scene
+    const ShadingSet* shading = nullptr;   // what is on in it; only for kShaded
+    // [V, stride], in the place of the model's; empty: the GPU evaluates the model. That of a composed asset it cannot.
+    std::span<const float> numbers = {};
     std::span<const float> true_ambient = {};  // [V], only for kError
 };
 

@@ -34,7 +34,8 @@ void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const F
     const ShadingSet* shading = shading_ ? &*shading_ : nullptr;
     if (!model_painter_) model_painter_.emplace(std::make_shared<GlAsset>(*asset_, shading), 1);
     PosedCharacter character{&frame.evaluator(), {}, shading};
-    if (panel.source == VisibilitySource::kTruth) character.numbers = frame.numbers(VisibilitySource::kTruth);
+    if (panel.source == VisibilitySource::kTruth || frame.evaluator().composed())
+        character.numbers = frame.numbers(panel.source);
     if (panel.channel == Channel::kError) character.true_ambient = frame.ambient(VisibilitySource::kTruth);
     model_painter_->evaluate(panel.channel, {&character, 1}, view.eye);
     target_.begin();

@@ -289,16 +289,23 @@ void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far) const {
     }
 }
 
+void Evaluator::evaluateLocal(std::size_t cluster, std::span<float> numbers) const {
+    const ClusterView& view = asset_->model.clusters[cluster];
+    const std::size_t stride = std::size_t(asset_->model.stride);
+    assert(numbers.size() == vertexCount() * stride);
+    constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};  // these clamp nothing
+    combine(cluster, view.mean.data, view.mean.precision == AssetPrecision::kF16, {kNoWeights.data(), stride, 1},
+            numbers.data() + view.first_vertex * stride);
+}
+
 void Evaluator::composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const {
     const ClusterView& view = asset_->model.clusters[cluster];
     const Composed& composed = *decoded_->composed;
-    const std::size_t stride = std::size_t(asset_->model.stride);
-    assert(far.size() == vertexCount() * kFarNumbers && numbers.size() == vertexCount() * stride);
-    // 1. What the vertices see past the nearby parts. Weights of 0 clamp nothing.
-    constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};
-    const std::size_t first = view.first_vertex * stride;
+    const std::size_t stride = std::size_t(asset_->model.stride), first = view.first_vertex * stride;
+    assert(far.size() == vertexCount() * kFarNumbers);
+    // 1. What the vertices see past the nearby parts.
+    evaluateLocal(cluster, numbers);
     float* const out = numbers.data() + first;
-    combine(cluster, view.mean.data, view.mean.precision == AssetPrecision::kF16, {kNoWeights.data(), stride, 1}, out);
     // 2. Times what the far parts leave visible, plus the mean of the residual.
     const float* mean = composed.residual_mean.empty() ? nullptr : composed.residual_mean.data() + first;
     path_.far->compose(composed.far.constants().compose, far.data() + view.first_vertex * kFarNumbers, mean,

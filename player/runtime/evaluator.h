@@ -65,6 +65,8 @@ public:
     // i] of all vertices. composeCluster() multiplies it by the local visibility and adds the residual.
     bool composed() const { return decoded_->composed != nullptr; }
     void evaluateFar(std::size_t cluster, std::span<float> far) const;
+    // Writes the local visibility alone, which composeCluster() begins with, as evaluateCluster() does; not clamped.
+    void evaluateLocal(std::size_t cluster, std::span<float> numbers) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const;
 
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].

@@ -1,5 +1,6 @@
 #include "player/view/view_painter.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "player/view/visibility_lobe.h"
@@ -19,9 +20,11 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
     return view;
 }
 
-// Differences of vertex values and the error's figures are computed on the CPU.
+// Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets.
 bool ScenePainter::needsValues(const ViewState& state) const {
-    return path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
+    const bool composed = std::any_of(scene_->characters.begin(), scene_->characters.end(),
+                                      [](const auto& character) { return character->evaluator->composed(); });
+    return composed || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value();
 }
 
