@@ -17,11 +17,11 @@
 namespace penumbra {
 
 constexpr int kFieldOrder = 6;
-constexpr std::size_t kFieldNumbers = 36;    // SH coefficients of a point
-constexpr std::size_t kFieldLevels = 3;      // fine box, coarse box, spheres
-constexpr std::size_t kFieldSpheres = 6;     // radii r / u for u of kFieldSphereScales
-constexpr std::size_t kFieldSphereSide = 7;  // points along a side of the octahedral map of a sphere
-constexpr std::array<float, kFieldSpheres> kFieldSphereScales = {0.08f, 0.16f, 0.27f, 0.4f, 0.55f, 0.7f};
+constexpr std::size_t kFieldNumbers = 36;     // SH coefficients of a point
+constexpr std::size_t kFieldLevels = 3;       // fine box, coarse box, spheres
+constexpr std::size_t kFieldSpheres = 4;      // radii r / u for u of kFieldSphereScales
+constexpr std::size_t kFieldSphereSide = 13;  // points along a side of the octahedral map of a sphere
+constexpr std::array<float, kFieldSpheres> kFieldSphereScales = {0.08f, 0.3f, 0.5f, 0.7f};
 // Over these shares of the radius a box fades into the next level, so that no border shows.
 constexpr std::array<float, 2> kFieldBlendWidth = {0.1f, 0.3f};
 
