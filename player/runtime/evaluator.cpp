@@ -17,10 +17,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numeric>
-#include <tuple>
 
-#include "sh/bounding_box.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
@@ -65,34 +62,17 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
 
 namespace {
 
-// Orders points along a curve that fills space, so that neighbours stand together (Morton order, 10 bits an axis).
-std::uint32_t placeOnCurve(Vec3 point, const BoundingBox& box) {
-    std::uint32_t place = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const float along = (point[axis] - box.low[axis]) / (box.high[axis] - box.low[axis]);
-        const auto cell = along > 0 ? std::uint32_t(1023 * std::min(along, 1.0f)) : 0u;
-        for (int bit = 0; bit < 10; ++bit) place |= (cell >> bit & 1) << (3 * bit + axis);
-    }
-    return place;
+FarLayout layoutOf(const AssetView& asset, const FarTables& tables) {
+    std::vector<std::size_t> part_counts;
+    for (std::size_t p = 0; p < tables.partCount(); ++p) part_counts.push_back(tables.partsSeenBy(p).size());
+    return makeFarLayout(asset, part_counts);
 }
 
 }  // namespace
 
 Evaluator::Composed::Composed(const AssetView& asset)
-    : far(*asset.model.composition, asset.model.convention.order), receivers(asset.mesh.positions.size()) {
-    const CompositionView& composition = *asset.model.composition;
-    const BoundingBox box = boundsOf(asset.mesh.positions);
-    std::iota(receivers.begin(), receivers.end(), 0u);
-    for (const ClusterView& cluster : asset.model.clusters) {
-        const auto first = receivers.begin() + std::ptrdiff_t(cluster.first_vertex);
-        std::sort(first, first + std::ptrdiff_t(cluster.vertex_count), [&](std::uint32_t a, std::uint32_t b) {
-            const auto key = [&](std::uint32_t v) {
-                return std::tuple(composition.part_of_vertex[v], placeOnCurve(asset.mesh.positions[v], box), v);
-            };
-            return key(a) < key(b);
-        });
-    }
-    for (const ClusterView& cluster : composition.residual) {
+    : far(*asset.model.composition, asset.model.convention.order), layout(layoutOf(asset, far)) {
+    for (const ClusterView& cluster : asset.model.composition->residual) {
         const std::size_t begin = residual_mean.size();
         residual_mean.resize(begin + cluster.mean.count);
         penumbra::decode(cluster.mean, std::span(residual_mean).subspan(begin));
@@ -115,6 +95,7 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     if (composed()) {
         far_pose_ = FarPose(decoded_->composed->far);
         far_.resize(vertexCount() * kFarNumbers);
+        anchors_.resize(decoded_->composed->layout.values);
     }
     if (!decoded_->deformation) return;
     const std::span<const Vec3> rest = decoded_->deformation->rest();
@@ -261,31 +242,58 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
 }
 
 void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far) const {
-    const ClusterView& view = asset_->model.clusters[cluster];
-    const Composed& composed = *decoded_->composed;
-    const std::span<const std::uint16_t> part_of = asset_->model.composition->part_of_vertex;
+    const FarLayout& layout = decoded_->composed->layout;
     assert(far.size() == vertexCount() * kFarNumbers);
+    for (std::uint32_t r = layout.first_run[cluster]; r < layout.first_run[cluster + 1]; ++r)
+        evaluateRun(layout.runs[r], cluster, far);
+}
+
+namespace {
+
+// Skinned vertices, as many as the kernel takes at once.
+struct FarBatch {
     std::array<Vec3, kMostReceivers> positions, normals, tangents;
+    std::size_t count = 0;
+
+    void add(const Receiver& vertex) {
+        positions[count] = vertex.position;
+        normals[count] = vertex.normal;
+        tangents[count++] = vertex.tangent;
+    }
+    FarReceivers view() const { return {positions.data(), normals.data(), tangents.data(), count}; }
+};
+
+}  // namespace
+
+void Evaluator::evaluateRun(const FarRun& run, std::size_t cluster, std::span<float> far) const {
+    const Composed& composed = *decoded_->composed;
+    const FarLayout& layout = composed.layout;
+    const std::span<const std::uint16_t> parts = composed.far.partsSeenBy(run.part);
+    const FarConstants& constants = composed.far.constants();
+    const FarScene scene{composed.far.tables(), far_pose_.parts.data(), parts.data(), parts.size()};
+    // 1. The anchors. Their tangents do not matter.
+    FarAnchors anchors;
+    anchors.stride = anchorStride(parts.size());
+    if (run.anchor_count > 0) anchors.values = anchors_.data() + run.first_value;
+    for (std::size_t first = 0; first < run.anchor_count; first += kMostReceivers) {
+        FarBatch batch;
+        for (std::size_t a = first; a < std::min<std::size_t>(run.anchor_count, first + kMostReceivers); ++a)
+            batch.add(skinned(layout.anchors[run.first_anchor + a], cluster));
+        path_.far->anchors(constants, scene, batch.view(),
+                           anchors_.data() + run.first_value + first * anchors.stride);
+    }
+    // 2. The vertices.
     std::array<float, kMostReceivers * kFarNumbers> out;
-    const std::uint32_t* receiver = composed.receivers.data() + view.first_vertex;
-    const std::uint32_t* const end = receiver + view.vertex_count;
-    while (receiver < end) {
-        // As many vertices of one part as the kernel takes at once.
-        std::size_t count = 0;
-        for (; count < kMostReceivers && receiver + count < end && part_of[receiver[count]] == part_of[*receiver];
-             ++count) {
-            const Receiver vertex = skinned(receiver[count], cluster);
-            positions[count] = vertex.position;
-            normals[count] = vertex.normal;
-            tangents[count] = vertex.tangent;
-        }
-        const std::span<const std::uint16_t> parts = composed.far.partsSeenBy(part_of[*receiver]);
-        path_.far->far(composed.far.constants(), composed.far.tables(), far_pose_.parts.data(), parts.data(),
-                       parts.size(), {positions.data(), normals.data(), tangents.data(), count}, out.data());
-        for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t first = run.first; first < run.first + run.count; first += kMostReceivers) {
+        FarBatch batch;
+        const std::size_t end = std::min<std::size_t>(run.first + run.count, first + kMostReceivers);
+        for (std::size_t r = first; r < end; ++r) batch.add(skinned(layout.receivers[r], cluster));
+        anchors.anchor = layout.anchor.data() + first * kAnchorsOfReceiver;
+        anchors.weight = layout.weight.data() + first * kAnchorsOfReceiver;
+        path_.far->far(constants, scene, anchors, batch.view(), out.data());
+        for (std::size_t i = 0; i < batch.count; ++i)
             std::copy_n(out.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
-                        far.begin() + std::ptrdiff_t(receiver[i] * kFarNumbers));
-        receiver += count;
+                        far.begin() + std::ptrdiff_t(layout.receivers[first + i] * kFarNumbers));
     }
 }
 

@@ -10,6 +10,7 @@
 #include "formats/asset/asset_file.h"
 #include "player/runtime/combine.h"
 #include "player/runtime/deformation.h"
+#include "player/runtime/far_anchors.h"
 #include "player/runtime/far_tables.h"
 #include "player/runtime/model_evaluator.h"
 
@@ -80,8 +81,8 @@ private:
     // What composed assets have on top.
     struct Composed {
         FarTables far;
-        std::vector<float> residual_mean;      // [V, stride], or empty
-        std::vector<std::uint32_t> receivers;  // [V], of each cluster its vertices by part, neighbours together
+        FarLayout layout;
+        std::vector<float> residual_mean;  // [V, stride], or empty
 
         Composed(const AssetView& asset);
     };
@@ -114,7 +115,9 @@ private:
     EvaluatorPath path_;
     // Only for a composed asset; else empty.
     FarPose far_pose_;
-    mutable std::vector<float> far_;  // [V, kFarNumbers]; calls on different clusters write different places
+    // Calls on different clusters write different places of these.
+    mutable std::vector<float> far_;      // [V, kFarNumbers]
+    mutable std::vector<float> anchors_;  // [FarLayout::values]
     // Only for a deforming asset; else empty.
     std::vector<Vec3> points_, point_normals_;  // [Vs]
     std::vector<Affine> fitted_bones_;          // [J]
@@ -124,6 +127,7 @@ private:
     void relativeBoneFeatures(std::size_t joint);
     void regress(std::size_t cluster, std::span<const float> seen, double& out_of_range);
     void combine(std::size_t cluster, const void* mean, bool half_mean, const AmbientClamp& clamp, float* out) const;
+    void evaluateRun(const FarRun& run, std::size_t cluster, std::span<float> far) const;
     Receiver skinned(std::size_t vertex, std::size_t cluster) const;
     static std::shared_ptr<const Decoded> decode(const AssetView& asset);
 };

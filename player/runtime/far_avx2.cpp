@@ -8,7 +8,7 @@
 namespace penumbra {
 namespace {
 
-const FarPath kPath{farLanes, composeLanes};
+const FarPath kPath{anchorLanes, farLanes, composeLanes};
 
 }  // namespace
 const FarPath* const kFarAvx2 = &kPath;

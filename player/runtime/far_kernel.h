@@ -68,10 +68,32 @@ struct FarReceivers {
     std::size_t count;
 };
 
+// The parts that receivers see, and their fields.
+struct FarScene {
+    const FarTable* tables;
+    const FarPart* posed;
+    const std::uint16_t* parts;
+    std::size_t part_count;
+};
+
+// What anchors know, for the receivers around them. An anchor has `stride` floats: two sums [36] over the parts that
+// block little, then how near each part is (0..1, as `near` above tells by what it blocks).
+constexpr std::size_t kAnchorSums = 72, kMostAnchorParts = 32, kAnchorsOfReceiver = 4;
+constexpr std::size_t anchorStride(std::size_t part_count) { return kAnchorSums + (part_count + 7) / 8 * 8; }
+struct FarAnchors {
+    const float* values = nullptr;          // [anchors, stride]; null: receivers find out for themselves
+    std::size_t stride = 0;                 // anchorStride(part_count), part_count <= kMostAnchorParts
+    const std::uint16_t* anchor = nullptr;  // [receivers, kAnchorsOfReceiver]
+    const float* weight = nullptr;          // [receivers, kAnchorsOfReceiver], rows sum to 1
+};
+
 struct FarPath {
-    // Writes far[r * 21 + i] of every receiver. `parts` are those that they see.
-    void (*far)(const FarConstants& constants, const FarTable* tables, const FarPart* posed, const std::uint16_t* parts,
-                std::size_t part_count, const FarReceivers& receivers, float* far) = nullptr;
+    // Writes the values of anchors at `receivers`. It does not read their tangents.
+    void (*anchors)(const FarConstants& constants, const FarScene& scene, const FarReceivers& receivers,
+                    float* values) = nullptr;
+    // Writes far[r * 21 + i] of every receiver.
+    void (*far)(const FarConstants& constants, const FarScene& scene, const FarAnchors& anchors,
+                const FarReceivers& receivers, float* far) = nullptr;
     // Multiplies numbers[v * stride + i] by far[v * 21 + i] and adds mean[v * stride + i], unless mean is null.
     void (*compose)(const FarProduct& product, const float* far, const float* mean, std::size_t vertices,
                     std::size_t stride, float* numbers) = nullptr;

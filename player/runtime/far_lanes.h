@@ -13,6 +13,8 @@
 // - A product needs each a_j b_k + a_k b_j once.
 // - Parts that block little are summed in the model frame instead of being multiplied: log V is nearly V - 1. One
 //   exponential brings them in at the end. Parts move from one way to the other smoothly.
+// - These sums vary slowly over a part, so that a few anchors compute them, and the receivers around take their mean.
+//   Anchors also say how near each part is, so that what they leave out is what receivers add, and nothing pops.
 //
 // far_portable.cpp and far_avx2.cpp include this source and differ in the processor that they are compiled for.
 // Everything has internal linkage and calls nothing inline from the standard library (shade_lanes.h tells why).
@@ -316,9 +318,9 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
     for (int i = 0; i < kFull; ++i) out[i] *= scale;
 }
 
-// Tells how high a part stands over the horizon of each receiver, as farVisibility() has it; -1 where it does not
-// count.
-inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height) {
+// Tells how high a part stands over the horizon of each receiver, as farVisibility() has it, and which receivers its
+// sphere covers too little of.
+inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, Ints& small) {
     Lanes way[3];
     for (int axis = 0; axis < 3; ++axis) way[axis] = posed.centre[axis] - frames.position[axis];
     const Lanes* n = frames.normal;
@@ -326,8 +328,18 @@ inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height) 
     clamp(height, kZeros - 1, kZeros + 1);
     const Lanes square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
     const float radius2 = posed.radius * posed.radius;
-    const Ints small = (kZeros + radius2) < 4 * kLeastBlocked * (square - radius2);
-    choose(small, kZeros - 1, height, height);
+    small = (kZeros + radius2) < 4 * kLeastBlocked * (square - radius2);
+}
+
+// What a part blocks at the receivers that are wanted: V - 1 in its rest frame [40], its share of the sphere, and the
+// weight by which it counts. Returns whether it counts anywhere.
+inline bool blockedBy(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Frames& frames,
+                      const Ints& wanted, Lanes* blocked, Lanes& share, Lanes& weight) {
+    sample(constants, table, posed, frames, wanted, blocked);
+    share = blocked[0] * (-1 / kRootOfSphere);
+    weight = (share - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
+    clamp(weight, kZeros, kZeros + 1);
+    return any(weight > 0);
 }
 
 // Adds block times f of one band to `out`.
@@ -360,43 +372,66 @@ struct Seen {
     bool has_near, has_rest;
 };
 
-inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, Seen& seen) {
-    Lanes height;
-    heightOf(posed, seen.frames, height);
-    if (!any(height > -1)) return;
-    // 1. What the part blocks.
-    Lanes blocked[kRow], model[kFull], local[kEven], out[kEven];
-    sample(constants, table, posed, seen.frames, height > -1, blocked);
-    const Lanes share = blocked[0] * (-1 / kRootOfSphere);
-    Lanes weight = (share - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
-    clamp(weight, kZeros, kZeros + 1);
-    if (!any(weight > 0)) return;
-    toModel(posed.to_model, blocked, model);
-    // 2. The part of it that is summed. `sure` is mirrorPart()'s; all of what is surely above is doubled.
-    Lanes near = (share - constants.near[0]) * (1 / (constants.near[1] - constants.near[0])), doubled;
-    clamp(near, kZeros, kZeros + 1);
-    const Lanes sure = height * height;
-    choose(height > 0, 2 * sure, kZeros, doubled);
-    if (any(near < 1)) {
-        const Lanes rest = weight * (1 - near), by_bands = rest * (1 - sure), by_height = rest * doubled;
-        for (int i = 0; i < kFull; ++i) {
-            seen.rest[0][i] += by_bands * model[i];
-            seen.rest[1][i] += by_height * model[i];
-        }
-        seen.has_rest = true;
+// Adds `weight` times the part to the sums. mirrorPart() has the rule: what is surely above the horizon is doubled.
+inline void addToRest(const Lanes& weight, const Lanes& height, const Lanes* model, Seen& seen) {
+    const Lanes sure = height * height, by_bands = weight * (1 - sure);
+    Lanes by_height;
+    choose(height > 0, 2 * weight * sure, kZeros, by_height);
+    for (int i = 0; i < kFull; ++i) {
+        seen.rest[0][i] += by_bands * model[i];
+        seen.rest[1][i] += by_height * model[i];
     }
-    near *= weight;
-    if (!any(near > 0)) return;
-    // 3. The part of it that is multiplied.
+    seen.has_rest = true;
+}
+
+// Multiplies by 1 + `weight` times the part.
+inline void addToProduct(const FarConstants& constants, const Lanes& weight, const Lanes& height, Lanes* model,
+                         Seen& seen) {
+    Lanes local[kEven], out[kEven], by_height;
     toLocal(constants, seen.frames, model);
     multiply(constants.mirror, 0, kEven, model, local);
-    const Lanes by_bands = near * (1 - sure), by_height = near * doubled;
+    const Lanes sure = height * height, by_bands = weight * (1 - sure);
+    choose(height > 0, 2 * weight * sure, kZeros, by_height);
     for (int l = 0, i = 0; l < kOrder; ++l)
         for (int m = 0; m <= l; ++m, ++i) local[i] = by_bands * local[i] + by_height * model[l * l + 2 * m];
     local[0] += kRootOfSphere;
     if (seen.has_near) product(constants.product, seen.near, local, out);
     for (int i = 0; i < kEven; ++i) seen.near[i] = seen.has_near ? out[i] : local[i];
     seen.has_near = true;
+}
+
+// How near a part is by the share that it blocks.
+inline void nearOf(const FarConstants& constants, const Lanes& share, Lanes& near) {
+    near = (share - constants.near[0]) * (1 / (constants.near[1] - constants.near[0]));
+    clamp(near, kZeros, kZeros + 1);
+}
+
+// Adds a part to receivers that have no anchors.
+inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, Seen& seen) {
+    Lanes height, blocked[kRow], model[kFull], share, weight, near;
+    Ints small;
+    heightOf(posed, seen.frames, height, small);
+    const Ints wanted = (height > -1) & ~small;
+    if (!any(wanted)) return;
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight)) return;
+    toModel(posed.to_model, blocked, model);
+    nearOf(constants, share, near);
+    if (any(near < 1)) addToRest(weight * (1 - near), height, model, seen);
+    near *= weight;
+    if (any(near > 0)) addToProduct(constants, near, height, model, seen);
+}
+
+// Adds a part to receivers whose anchors say how near it is.
+inline void addNearPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& near,
+                        Seen& seen) {
+    Lanes height, blocked[kRow], model[kFull], share, weight;
+    Ints small;
+    heightOf(posed, seen.frames, height, small);
+    const Ints wanted = (height > -1) & ~small & (near > 0);
+    if (!any(wanted)) return;
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight)) return;
+    toModel(posed.to_model, blocked, model);
+    addToProduct(constants, near * weight, height, model, seen);
 }
 
 // exp(f) = exp(c) (1 + g/2 + g^2/8)^2, where c is the constant part of f and g is the rest of it.
@@ -431,17 +466,101 @@ inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
     if (seen.has_near) product(constants.product, seen.near, rest, out);
 }
 
-inline void farLanes(const FarConstants& constants, const FarTable* tables, const FarPart* posed,
-                     const std::uint16_t* parts, std::size_t part_count, const FarReceivers& receivers, float* far) {
-    Seen seen[kMostReceivers / kFarLanes];
+inline void begin(const FarReceivers& receivers, std::size_t first, Seen& seen) {
+    gatherFrames(receivers, first, seen.frames);
+    seen.has_near = seen.has_rest = false;
+    for (int i = 0; i < kFull; ++i) seen.rest[0][i] = seen.rest[1][i] = kZeros;
+}
+
+// Writes the sums, and how near each part is. That does not depend on the horizon, which is another one at each
+// receiver around.
+inline void anchorLanes(const FarConstants& constants, const FarScene& scene, const FarReceivers& receivers,
+                        float* values) {
+    const std::size_t stride = anchorStride(scene.part_count);
+    for (std::size_t first = 0; first < receivers.count; first += kFarLanes) {
+        Seen seen;
+        begin(receivers, first, seen);
+        Lanes nears[kMostAnchorParts];
+        for (std::size_t p = 0; p < scene.part_count; ++p) {
+            const FarPart& posed = scene.posed[scene.parts[p]];
+            Lanes height, blocked[kRow], model[kFull], share, weight;
+            Ints small;
+            nears[p] = kZeros;
+            heightOf(posed, seen.frames, height, small);
+            if (!any(~small)) continue;
+            if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked, share, weight))
+                continue;
+            nearOf(constants, share, nears[p]);
+            const Lanes rest = weight * (1 - nears[p]);
+            if (!any((rest > 0) & (height > -1))) continue;
+            toModel(posed.to_model, blocked, model);
+            addToRest(rest, height, model, seen);
+        }
+        for (std::size_t lane = 0; lane < kFarLanes && first + lane < receivers.count; ++lane) {
+            float* out = values + (first + lane) * stride;
+            for (int i = 0; i < kFull; ++i) {
+                out[i] = seen.rest[0][i][lane];
+                out[kFull + i] = seen.rest[1][i][lane];
+            }
+            for (std::size_t p = 0; p < scene.part_count; ++p) out[kAnchorSums + p] = nears[p][lane];
+        }
+    }
+}
+
+// Takes the sums of a block, and how near each part is, from its anchors.
+inline void interpolate(const FarAnchors& anchors, const FarReceivers& receivers, std::size_t first, Seen& seen,
+                        Lanes* nears) {
+    constexpr std::size_t kMostColumns = anchorStride(kMostAnchorParts) / 8;
+    const std::size_t columns = anchors.stride / 8;
+    Lanes rows[kFarLanes][kMostColumns];
+    for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
+        const std::size_t r = first + lane < receivers.count ? first + lane : receivers.count - 1;
+        const std::uint16_t* anchor = anchors.anchor + r * kAnchorsOfReceiver;
+        const float* weight = anchors.weight + r * kAnchorsOfReceiver;
+        const float* from[kAnchorsOfReceiver];
+        for (std::size_t a = 0; a < kAnchorsOfReceiver; ++a) from[a] = anchors.values + anchor[a] * anchors.stride;
+        for (std::size_t i = 0; i < columns; ++i) {
+            Lanes value;
+            loadFloats(from[0] + 8 * i, value);
+            Lanes sum = weight[0] * value;
+            for (std::size_t a = 1; a < kAnchorsOfReceiver; ++a) {
+                loadFloats(from[a] + 8 * i, value);
+                sum += weight[a] * value;
+            }
+            rows[lane][i] = sum;
+        }
+    }
+    const float* numbers = (const float*)rows;
+    Lanes sums[kAnchorSums];
+    for (std::size_t i = 0; i < kAnchorSums / 8; ++i) transpose(numbers + 8 * i, 8 * kMostColumns, sums + 8 * i);
+    for (std::size_t i = kAnchorSums / 8; i < columns; ++i)
+        transpose(numbers + 8 * i, 8 * kMostColumns, nears + 8 * i - kAnchorSums);
+    for (int i = 0; i < kFull; ++i) {
+        seen.rest[0][i] = sums[i];
+        seen.rest[1][i] = sums[kFull + i];
+    }
+    seen.has_rest = any((sums[0] < 0) | (sums[kFull] < 0));  // sums of V - 1
+}
+
+inline void farLanes(const FarConstants& constants, const FarScene& scene, const FarAnchors& anchors,
+                     const FarReceivers& receivers, float* far) {
+    constexpr std::size_t kMostBlocks = kMostReceivers / kFarLanes;
+    Seen seen[kMostBlocks];
+    Lanes nears[kMostBlocks][kMostAnchorParts];
     const std::size_t blocks = (receivers.count + kFarLanes - 1) / kFarLanes;
     for (std::size_t b = 0; b < blocks; ++b) {
-        gatherFrames(receivers, b * kFarLanes, seen[b].frames);
-        seen[b].has_near = seen[b].has_rest = false;
-        for (int i = 0; i < kFull; ++i) seen[b].rest[0][i] = seen[b].rest[1][i] = kZeros;
+        begin(receivers, b * kFarLanes, seen[b]);
+        if (anchors.values) interpolate(anchors, receivers, b * kFarLanes, seen[b], nears[b]);
     }
-    for (std::size_t p = 0; p < part_count; ++p)
-        for (std::size_t b = 0; b < blocks; ++b) addPart(constants, tables[parts[p]], posed[parts[p]], seen[b]);
+    for (std::size_t p = 0; p < scene.part_count; ++p)
+        for (std::size_t b = 0; b < blocks; ++b) {
+            const FarTable& table = scene.tables[scene.parts[p]];
+            const FarPart& posed = scene.posed[scene.parts[p]];
+            if (!anchors.values)
+                addPart(constants, table, posed, seen[b]);
+            else if (any(nears[b][p] > 0))
+                addNearPart(constants, table, posed, nears[b][p], seen[b]);
+        }
     for (std::size_t b = 0; b < blocks; ++b) {
         Lanes out[kEven];
         finish(constants, seen[b], out);

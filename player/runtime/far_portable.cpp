@@ -2,6 +2,6 @@
 
 namespace penumbra {
 
-const FarPath kFarPortable{farLanes, composeLanes};
+const FarPath kFarPortable{anchorLanes, farLanes, composeLanes};
 
 }  // namespace penumbra

@@ -141,7 +141,8 @@ TEST(FarKernel, MatchesFarVisibilityOnEveryPath) {
         std::vector<float> far(kMostReceivers * kFarNumbers), expected(kFarNumbers);
         for (std::size_t first = 0; first < positions.size(); first += kMostReceivers) {
             const std::size_t count = std::min(kMostReceivers, positions.size() - first);
-            path.far->far(constants, tables.tables(), pose.parts.data(), parts.data(), parts.size(),
+            const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
+            path.far->far(constants, scene, {},
                           {&positions[first], &normals[first], &tangents[first], count}, far.data());
             for (std::size_t i = 0; i < count; ++i) {
                 const std::size_t r = first + i;
