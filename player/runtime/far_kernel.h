@@ -10,6 +10,7 @@
 namespace penumbra {
 
 constexpr std::size_t kFarLanes = 8;
+constexpr int kMostSpheres = 4;             // of a field
 constexpr std::size_t kMostReceivers = 64;  // of a call
 
 // A box of a field: cell coordinate = (p - low) * per_cell, clamped to [0, cells].
@@ -24,7 +25,7 @@ struct FarTable {
     FarBox boxes[2];
     std::int32_t first_sphere;
     float centre[3], radius;
-    float per_fade;      // 1 / width of the fade at the surface
+    float per_fade;      // 1 / depth over which a point inside goes dark
     float scale[3][40];  // [level]
     const std::int8_t* points;
 };
@@ -53,11 +54,11 @@ struct FarProduct {
     int size_out;
 };
 struct FarConstants {
-    FarMatrix turn, turn_back;  // R(X(90)) and its transpose, without band 0
-    FarMatrix mirror;           // mirrorAtHorizon()
-    FarProduct product;         // of two far visibilities
-    FarProduct compose;         // of the local visibility and a far one
-    float sphere_scales[6];     // kFieldSphereScales
+    FarMatrix turn, turn_back;          // R(X(90)) and its transpose, without band 0
+    FarMatrix mirror;                   // mirrorAtHorizon()
+    FarProduct product;                 // of two far visibilities
+    FarProduct compose;                 // of the local visibility and a far one
+    float sphere_scales[kMostSpheres];  // kFieldSphereScales
     // Parts that block up to near[0] of the sphere are summed and exponentiated, those above near[1] are multiplied in
     // one by one. Between the two both ways have a share.
     float near[2];

@@ -224,14 +224,14 @@ inline void boxLevel(const FarBox& box, const Lanes* p, Level& out) {
 
 inline void sphereLevel(const FarConstants& constants, const FarTable& table, const Lanes* offset, const Lanes& square,
                         Level& out) {
-    constexpr std::int32_t kSide = 7;
+    constexpr std::int32_t kSide = 13;
     Lanes distance = square, u;
     root(distance);
     choose(distance > 0, table.radius / distance, (kZeros + 1), u);
-    clamp(u, (kZeros + constants.sphere_scales[0]), (kZeros + constants.sphere_scales[5]));
+    clamp(u, (kZeros + constants.sphere_scales[0]), (kZeros + constants.sphere_scales[kMostSpheres - 1]));
     Lanes low = (kZeros + constants.sphere_scales[0]), high = (kZeros + constants.sphere_scales[1]);
     Ints sphere = (Ints)kZeros;
-    for (int s = 1; s < 5; ++s) {
+    for (int s = 1; s < kMostSpheres - 1; ++s) {
         const Ints beyond = u > constants.sphere_scales[s];
         sphere -= beyond;
         choose(beyond, (kZeros + constants.sphere_scales[s]), low, low);
@@ -286,9 +286,10 @@ inline void addLevel(const FarTable& table, int level, const Level& at, std::siz
     }
 }
 
-// Writes V - 1 of a part, faded, in its rest frame, for the receivers that are wanted, and 0 for others: out [40].
+// Writes V - 1 of a part in its rest frame, for the receivers that are wanted, and 0 for others: out [40]. `inside`
+// tells how dark it is inside the part, as sampleField() has it.
 inline void sample(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Frames& frames,
-                   const Ints& wanted, Lanes* out) {
+                   const Ints& wanted, Lanes* out, Lanes& inside) {
     Lanes point[3], offset[3];
     const Lanes* p = frames.position;
     for (int axis = 0; axis < 3; ++axis) {
@@ -312,9 +313,9 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
     }
     for (std::size_t i = 0; i < 5; ++i) transpose((const float*)rows + 8 * i, kRow, out + 8 * i);
     const Lanes fine = levels[0].share;
-    Lanes sunk = out[kDistance] * table.per_fade + 0.5f * fine;
-    clamp(sunk, kZeros, fine);
-    const Lanes scale = (1 - fine + sunk) / (square + 0.25f * table.radius * table.radius);
+    inside = out[kDistance] * -table.per_fade;
+    clamp(inside, kZeros, fine);
+    const Lanes scale = 1 / (square + 0.25f * table.radius * table.radius);
     for (int i = 0; i < kFull; ++i) out[i] *= scale;
 }
 
@@ -334,12 +335,12 @@ inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, 
 // What a part blocks at the receivers that are wanted: V - 1 in its rest frame [40], its share of the sphere, and the
 // weight by which it counts. Returns whether it counts anywhere.
 inline bool blockedBy(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Frames& frames,
-                      const Ints& wanted, Lanes* blocked, Lanes& share, Lanes& weight) {
-    sample(constants, table, posed, frames, wanted, blocked);
+                      const Ints& wanted, Lanes* blocked, Lanes& share, Lanes& weight, Lanes& inside) {
+    sample(constants, table, posed, frames, wanted, blocked, inside);
     share = blocked[0] * (-1 / kRootOfSphere);
     weight = (share - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
     clamp(weight, kZeros, kZeros + 1);
-    return any(weight > 0);
+    return any((weight > 0) | (inside > 0));
 }
 
 // Adds block times f of one band to `out`.
@@ -369,6 +370,7 @@ struct Seen {
     Lanes near[kEven];  // product of the parts that block much
     // Sums of V - 1 of the others in the model frame: what is to be mirrored by its bands, and what by its height.
     Lanes rest[2][kFull];
+    Lanes light;  // what being inside of parts leaves, 1 outside of all
     bool has_near, has_rest;
 };
 
@@ -408,12 +410,13 @@ inline void nearOf(const FarConstants& constants, const Lanes& share, Lanes& nea
 
 // Adds a part to receivers that have no anchors.
 inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, Seen& seen) {
-    Lanes height, blocked[kRow], model[kFull], share, weight, near;
+    Lanes height, blocked[kRow], model[kFull], share, weight, near, inside;
     Ints small;
     heightOf(posed, seen.frames, height, small);
     const Ints wanted = (height > -1) & ~small;
     if (!any(wanted)) return;
-    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight)) return;
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight, inside)) return;
+    seen.light *= 1 - inside;
     toModel(posed.to_model, blocked, model);
     nearOf(constants, share, near);
     if (any(near < 1)) addToRest(weight * (1 - near), height, model, seen);
@@ -424,12 +427,13 @@ inline void addPart(const FarConstants& constants, const FarTable& table, const 
 // Adds a part to receivers whose anchors say how near it is.
 inline void addNearPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& near,
                         Seen& seen) {
-    Lanes height, blocked[kRow], model[kFull], share, weight;
+    Lanes height, blocked[kRow], model[kFull], share, weight, inside;
     Ints small;
     heightOf(posed, seen.frames, height, small);
     const Ints wanted = (height > -1) & ~small & (near > 0);
     if (!any(wanted)) return;
-    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight)) return;
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight, inside)) return;
+    seen.light *= 1 - inside * near;
     toModel(posed.to_model, blocked, model);
     addToProduct(constants, near * weight, height, model, seen);
 }
@@ -449,11 +453,8 @@ inline void exponential(const FarConstants& constants, const Lanes* f, Lanes* ou
 
 inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
     if (!seen.has_rest) {
-        for (int i = 0; i < kEven; ++i) out[i] = seen.near[i];
-        if (!seen.has_near) {
-            for (int i = 0; i < kEven; ++i) out[i] = kZeros;
-            out[0] = (kZeros + kRootOfSphere);
-        }
+        for (int i = 0; i < kEven; ++i) out[i] = seen.has_near ? seen.light * seen.near[i] : kZeros;
+        if (!seen.has_near) out[0] = seen.light * kRootOfSphere;
         return;
     }
     Lanes local[kEven], rest[kEven];
@@ -464,11 +465,13 @@ inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
         for (int m = 0; m <= l; ++m, ++i) local[i] += seen.rest[1][l * l + 2 * m];
     exponential(constants, local, seen.has_near ? rest : out);
     if (seen.has_near) product(constants.product, seen.near, rest, out);
+    for (int i = 0; i < kEven; ++i) out[i] *= seen.light;
 }
 
 inline void begin(const FarReceivers& receivers, std::size_t first, Seen& seen) {
     gatherFrames(receivers, first, seen.frames);
     seen.has_near = seen.has_rest = false;
+    seen.light = kZeros + 1;
     for (int i = 0; i < kFull; ++i) seen.rest[0][i] = seen.rest[1][i] = kZeros;
 }
 
@@ -483,12 +486,13 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
         Lanes nears[kMostAnchorParts];
         for (std::size_t p = 0; p < scene.part_count; ++p) {
             const FarPart& posed = scene.posed[scene.parts[p]];
-            Lanes height, blocked[kRow], model[kFull], share, weight;
+            Lanes height, blocked[kRow], model[kFull], share, weight, inside;
             Ints small;
             nears[p] = kZeros;
             heightOf(posed, seen.frames, height, small);
             if (!any(~small)) continue;
-            if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked, share, weight))
+            if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked, share, weight,
+                           inside))
                 continue;
             nearOf(constants, share, nears[p]);
             const Lanes rest = weight * (1 - nears[p]);
