@@ -279,8 +279,7 @@ void Evaluator::evaluateRun(const FarRun& run, std::size_t cluster, std::span<fl
         FarBatch batch;
         for (std::size_t a = first; a < std::min<std::size_t>(run.anchor_count, first + kMostReceivers); ++a)
             batch.add(skinned(layout.anchors[run.first_anchor + a], cluster));
-        path_.far->anchors(constants, scene, batch.view(),
-                           anchors_.data() + run.first_value + first * anchors.stride);
+        path_.far->anchors(constants, scene, batch.view(), anchors_.data() + run.first_value + first * anchors.stride);
     }
     // 2. The vertices.
     std::array<float, kMostReceivers * kFarNumbers> out;

@@ -23,7 +23,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kVerticesOfAnchor = 16, kMostAnchors = 2048;  // of a part
-constexpr std::size_t kFewVertices = 64;  // a part with no more has no anchors
+constexpr std::size_t kFewVertices = 64;                            // a part with no more has no anchors
 // The difference of opposite normals counts as this share of the part's diagonal.
 constexpr float kNormalShare = 0.5f;
 
@@ -86,8 +86,8 @@ PartAnchors chooseAnchors(const MeshView& mesh, const std::vector<std::uint32_t>
         chosen.vertices.push_back(vertices[next]);
         chosen.places.push_back(placeOf(mesh, vertices[next], chosen.normal_scale));
         for (std::size_t i = 0; i < vertices.size(); ++i)
-            distance[i] = std::min(distance[i], squaredDistance(chosen.places.back(),
-                                                                placeOf(mesh, vertices[i], chosen.normal_scale)));
+            distance[i] = std::min(
+                distance[i], squaredDistance(chosen.places.back(), placeOf(mesh, vertices[i], chosen.normal_scale)));
         next = std::size_t(std::max_element(distance.begin(), distance.end()) - distance.begin());
     }
     return chosen;
@@ -153,7 +153,8 @@ FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& 
     for (std::uint32_t v = 0; v < part_of.size(); ++v) vertices[part_of[v]].push_back(v);
     std::vector<PartAnchors> anchors(part_counts.size());
     for (std::size_t p = 0; p < vertices.size(); ++p)
-        if (part_counts[p] > 0 && part_counts[p] <= kMostAnchorParts) anchors[p] = chooseAnchors(asset.mesh, vertices[p]);
+        if (part_counts[p] > 0 && part_counts[p] <= kMostAnchorParts)
+            anchors[p] = chooseAnchors(asset.mesh, vertices[p]);
     // 2. Runs.
     for (const ClusterView& cluster : asset.model.clusters) {
         layout.first_run.push_back(std::uint32_t(layout.runs.size()));

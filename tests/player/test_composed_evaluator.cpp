@@ -142,8 +142,8 @@ TEST(FarKernel, MatchesFarVisibilityOnEveryPath) {
         for (std::size_t first = 0; first < positions.size(); first += kMostReceivers) {
             const std::size_t count = std::min(kMostReceivers, positions.size() - first);
             const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
-            path.far->far(constants, scene, {},
-                          {&positions[first], &normals[first], &tangents[first], count}, far.data());
+            path.far->far(constants, scene, {}, {&positions[first], &normals[first], &tangents[first], count},
+                          far.data());
             for (std::size_t i = 0; i < count; ++i) {
                 const std::size_t r = first + i;
                 farVisibility(tables.fields(), pose.posed, parts, {positions[r], normals[r], tangents[r]}, expected);
