@@ -80,7 +80,7 @@ void defineFields(CLI::App& app, FieldsCommand& command) {
     app.add_option("--rays", options.rays, "directions that each point is traced with");
     app.add_option("--seed", command.seed, "turns the set of directions");
     app.add_option("--cells", options.cells, "points along a side of a box, if it were a cube");
-    app.add_option("--fade", options.fade, "width over which a part fades in at its surface, in rest diagonals");
+    app.add_option("--fade", options.fade, "depth over which a point inside a part goes dark, in rest diagonals");
     app.add_option("--parts", command.parts, "A:B, half-open: these parts only, for a shard that merge puts together");
     app.add_option("--units", command.units, "of a point cache: m, cm, mm, inch or metres (default: m)");
     app.add_option("--up", command.up, "of a point cache: y or z (default: y)");

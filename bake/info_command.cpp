@@ -212,7 +212,9 @@ Json describePoses(const fs::path& path) {
 
 Json describePart(const FieldFile& file, std::size_t p) {
     const PartField& part = file.fields.parts[p];
-    Json json{{"joint", file.partName(p)}, {"radius", part.radius}};
+    Json json = Json::object();
+    if (!file.joint_names.empty()) json["joint"] = file.partName(p);
+    json["radius"] = part.radius;
     const auto size = [](const FieldBox& box) {
         return std::to_string(box.size[0]) + "x" + std::to_string(box.size[1]) + "x" + std::to_string(box.size[2]);
     };

@@ -31,6 +31,7 @@ struct Skeleton {
     std::vector<Vec3d> origin;               // [J]
     std::vector<std::vector<Vec3d>> places;  // [J] rest positions of the vertices that the joint dominates
     std::vector<char> carries;               // [J]
+    std::vector<Vec3d> center;               // [J] subtreeCenters()
     double diagonal = 1;
 };
 
@@ -69,6 +70,21 @@ void placeVertices(const Rig& rig, Skeleton& out) {
     }
 }
 
+// Returns the mean of the origins of the joints of each subtree that carry vertices. It tells joints apart that stand
+// at one place, like the first joints of two legs.
+std::vector<Vec3d> subtreeCenters(const Skeleton& skeleton) {
+    std::vector<Vec3d> sum = skeleton.origin;
+    std::vector<double> count(sum.size(), 1);
+    for (auto joint = skeleton.order.rbegin(); joint != skeleton.order.rend(); ++joint) {
+        const auto j = std::size_t(*joint);
+        if (skeleton.parents[j] < 0 || !skeleton.carries[j]) continue;
+        sum[std::size_t(skeleton.parents[j])] += sum[j];
+        count[std::size_t(skeleton.parents[j])] += count[j];
+    }
+    for (std::size_t j = 0; j < sum.size(); ++j) sum[j] = sum[j] / count[j];
+    return sum;
+}
+
 Skeleton skeletonOf(const Rig& rig) {
     Skeleton out;
     buildTree(rig, out);
@@ -80,6 +96,7 @@ Skeleton skeletonOf(const Rig& rig) {
     for (auto j = out.order.rbegin(); j != out.order.rend(); ++j)
         if (const int parent = out.parents[std::size_t(*j)]; parent >= 0 && out.carries[std::size_t(*j)])
             out.carries[std::size_t(parent)] = 1;
+    out.center = subtreeCenters(out);
     return out;
 }
 
@@ -191,34 +208,19 @@ Plane planeThroughMedian(const Skeleton& skeleton, int axis) {
     return {axis, (at[(at.size() - 1) / 2] + at[at.size() / 2]) / 2};
 }
 
-// Returns the mean of the origins of the joints of each subtree that carry vertices. It tells joints apart that stand
-// at one place, like the first joints of two legs.
-std::vector<Vec3d> subtreeCenters(const Skeleton& skeleton) {
-    std::vector<Vec3d> sum = skeleton.origin;
-    std::vector<double> count(sum.size(), 1);
-    for (auto joint = skeleton.order.rbegin(); joint != skeleton.order.rend(); ++joint) {
-        const auto j = std::size_t(*joint);
-        if (skeleton.parents[j] < 0 || !skeleton.carries[j]) continue;
-        sum[std::size_t(skeleton.parents[j])] += sum[j];
-        count[std::size_t(skeleton.parents[j])] += count[j];
-    }
-    for (std::size_t j = 0; j < sum.size(); ++j) sum[j] = sum[j] / count[j];
-    return sum;
-}
-
 struct Images {
     std::vector<int> joint;          // [J], -1 where there is none
     std::size_t found = 0, off = 0;  // joints that carry vertices and have an image; of these, off the plane
 };
 
 // Matches each of `joints` with the one of `others` that lies nearest to its image.
-void matchSiblings(const Skeleton& skeleton, const std::vector<Vec3d>& centers, const Plane& plane,
-                   const std::vector<int>& joints, const std::vector<int>& others, Images& images) {
+void matchSiblings(const Skeleton& skeleton, const Plane& plane, const std::vector<int>& joints,
+                   const std::vector<int>& others, Images& images) {
     const auto distance = [&](int a, int b) {
         return length(plane.image(skeleton.origin[std::size_t(a)]) - skeleton.origin[std::size_t(b)]);
     };
     const auto apart = [&](int a, int b) {
-        return distance(a, b) + length(plane.image(centers[std::size_t(a)]) - centers[std::size_t(b)]);
+        return distance(a, b) + length(plane.image(skeleton.center[std::size_t(a)]) - skeleton.center[std::size_t(b)]);
     };
     for (const int a : joints) {
         int best = -1;
@@ -249,16 +251,15 @@ void keepMutual(const Skeleton& skeleton, const Plane& plane, Images& images) {
 // Goes down the tree. The children of a joint are matched with those of its image, or with one another where it has
 // none, so that an asymmetric trunk does not hide that the arms are symmetric.
 Images findImages(const Skeleton& skeleton, const Plane& plane) {
-    const std::vector<Vec3d> centers = subtreeCenters(skeleton);
     Images images{std::vector<int>(skeleton.parents.size(), -1)};
     std::vector<int> roots;
     std::copy_if(skeleton.order.begin(), skeleton.order.end(), std::back_inserter(roots),
                  [&](int j) { return skeleton.parents[std::size_t(j)] < 0; });
-    matchSiblings(skeleton, centers, plane, roots, roots, images);
+    matchSiblings(skeleton, plane, roots, roots, images);
     for (const int joint : skeleton.order) {
         const int image = images.joint[std::size_t(joint)] < 0 ? joint : images.joint[std::size_t(joint)];
-        matchSiblings(skeleton, centers, plane, skeleton.children[std::size_t(joint)],
-                      skeleton.children[std::size_t(image)], images);
+        matchSiblings(skeleton, plane, skeleton.children[std::size_t(joint)], skeleton.children[std::size_t(image)],
+                      images);
     }
     keepMutual(skeleton, plane, images);
     return images;

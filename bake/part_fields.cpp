@@ -6,7 +6,7 @@
 // Naive: one grid of V - 1 around the part. Far away it wastes points, near by it has too few, and V - 1 itself falls
 // with the square of the distance, which linear interpolation follows badly.
 //
-// Here: two nested boxes and six spheres (sh/part_field.h), which hold (V - 1)(d^2 + r^2/4). A point inside the part
+// Here: two nested boxes and four spheres (sh/part_field.h), which hold (V - 1)(d^2 + r^2/4). A point inside the part
 // would be blocked all around and would bleed into its neighbours outside; it holds what the nearest surface point sees
 // instead, and a signed distance tells lookups how deep they are.
 #include "bake/part_fields.h"
@@ -61,7 +61,7 @@ std::string optionsJson(const FieldOptions& options) {
 }
 
 // The parts of a mesh without joints: there is one.
-PartTable onePart(const Mesh& mesh) {
+PartTable wholeAsOnePart(const Mesh& mesh) {
     PartTable table;
     table.joint_of_part = {0};
     table.part_of_triangle.assign(mesh.triangles.size(), 0);
@@ -111,7 +111,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     const double diagonal = boxDiagonal(mesh.rest_positions);
     if (!(diagonal > 0 && std::isfinite(diagonal)))
         throw InvalidInput(paths.front().string() + ": the rest positions have no extent");
-    const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : onePart(mesh);
+    const PartTable table = source.rig ? makePartTable(mesh, source.rig->skin) : wholeAsOnePart(mesh);
     FieldPlan plan;
     plan.files_read = source.filesRead();
     FieldFile& file = plan.file;
@@ -194,7 +194,7 @@ void quantizeField(const FieldSamples& samples, float fade, PartField& part, std
     for (int axis = 0; axis < 3; ++axis)
         cell = std::max(cell, (part.boxes[0].high[axis] - part.boxes[0].low[axis]) /
                                   float(part.boxes[0].size[std::size_t(axis)] - 1));
-    part.distance_scale = std::max(4 * cell, 0.5f * fade) / kFullByte;
+    part.distance_scale = std::max(4 * cell, fade) / kFullByte;
     distances.resize(samples.distances.size());
     for (std::size_t p = 0; p < distances.size(); ++p)
         distances[p] = roundedToByte(samples.distances[p], part.distance_scale);

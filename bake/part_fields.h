@@ -16,8 +16,8 @@ namespace penumbra {
 struct FieldOptions {
     int rays = 512;          // directions a point, 16..2^16
     std::uint64_t seed = 1;  // 1 is the plain set of directions; any other seed turns it
-    int cells = 12;          // a box has about this many points to the power of 3, 4..64
-    double fade = 0.0042;    // width of the fade at the surface in diagonals of the rest positions, 1e-6..1
+    int cells = 10;          // a box has about this many points to the power of 3, 4..64
+    double fade = 0.0042;    // depth over which a point inside goes dark, in diagonals of the rest positions, 1e-6..1
     std::optional<FrameRange> parts = {};  // these parts only; unset = all parts
     PointCacheOptions cache = {};
 };
@@ -42,7 +42,7 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
 FieldFile bakeFields(const FieldPlan& plan, const FieldOptions& options, int threads, ProgressStyle progress);
 
 // Rounds what was traced at the points of a part to bytes, and sets the part's scales. values: [points, kFieldNumbers]
-// V - 1; distances: [points of the fine box]. Distances are clamped at 4 cells of the fine box, or at half the fade
+// V - 1; distances: [points of the fine box]. Distances are clamped at 4 cells of the fine box, or at the fade
 // where that is more.
 struct FieldSamples {
     std::vector<float> values, distances;

@@ -89,10 +89,10 @@ void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, st
         // 1. What the part blocks, in its rest frame.
         const float height = heightOf(posed[p], receiver);
         if (height == -1) continue;
-        sampleField(fields.tables[p], posed[p].to_part.point(receiver.position), blocked);
+        const float inside = sampleField(fields.tables[p], posed[p].to_part.point(receiver.position), blocked);
         const float weight =
             std::clamp((-blocked[0] / kSqrt4Pi - kLeastBlocked) / (kFullBlocked - kLeastBlocked), 0.0f, 1.0f);
-        if (weight == 0) continue;
+        if (weight == 0 && inside == 0) continue;
         // 2. The same in the local frame, mirrored.
         if (from_local.order == 0) from_local = makeShRotation(kFieldOrder, frame);
         apply(posed[p].to_model, blocked, turned);
@@ -100,6 +100,7 @@ void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, st
         mirrorPart(height, blocked, visible);
         for (float& x : visible) x *= weight;
         visible[0] += kSqrt4Pi;
+        for (float& x : visible) x *= 1 - inside;
         // 3. The product over all parts.
         if (std::exchange(first, false)) {
             std::copy(visible.begin(), visible.end(), out.begin());

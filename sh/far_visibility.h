@@ -44,7 +44,8 @@ struct Receiver {
 
 // Writes the far visibility of a receiver in its local frame, mirrored at its horizon, as mirroredCount(kFieldOrder)
 // numbers. `parts` are the parts that it sees, by ascending index. Parts that lie below the horizon or block less than
-// 0.1% of the sphere do not count; they fade out before that, so that no part appears at once.
+// 0.1% of the sphere do not count; they fade out before that, so that no part appears at once. A receiver inside a part
+// is dark.
 void farVisibility(const FarFields& fields, std::span<const PosedPart> posed, std::span<const std::uint16_t> parts,
                    const Receiver& receiver, std::span<float> out);
 

@@ -143,7 +143,7 @@ FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float 
     return table;
 }
 
-void sampleField(const FieldTable& field, Vec3 point, std::span<float> out) {
+float sampleField(const FieldTable& field, Vec3 point, std::span<float> out) {
     assert(out.size() == kFieldNumbers);
     const Vec3 offset = point - field.centre;
     // 1. Levels blend into one another.
@@ -158,10 +158,10 @@ void sampleField(const FieldTable& field, Vec3 point, std::span<float> out) {
         addLevel(field, 2, first_coarse + field.boxes[1].pointCount(), sphereCorners(field.radius, offset), beyond,
                  sum);
     // 2. What is stored varies little with the distance; V - 1 falls with its square.
-    float scale = 1 / (dot(offset, offset) + 0.25f * field.radius * field.radius);
-    // 3. A point that has sunk into the part does not see it.
-    if (fine > 0) scale *= 1 - fine + std::clamp(sum[kDistance] / field.fade + 0.5f * fine, 0.0f, fine);
+    const float scale = 1 / (dot(offset, offset) + 0.25f * field.radius * field.radius);
     for (std::size_t i = 0; i < kFieldNumbers; ++i) out[i] = scale * sum[i];
+    // 3. The signed distance is that of the fine box, whose share it carries.
+    return std::clamp(-sum[kDistance] / field.fade, 0.0f, fine);
 }
 
 }  // namespace penumbra

@@ -5,8 +5,8 @@
 //
 // Three levels hold a part: a fine box close around it, a coarse box, and spheres beyond. What they store is (V - 1)
 // (d^2 + r^2/4), d the distance from the part's centre and r its radius: far away that hardly changes. Points inside
-// the part hold what its nearest surface point sees; a signed distance from the surface tells where they are, and the
-// part fades out for a point that sinks into it, as skin does into skin.
+// the part hold what its nearest surface point sees, and a signed distance from the surface tells where they are: a
+// point that sinks into a part, as skin does into skin, goes dark there.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -17,11 +17,11 @@
 namespace penumbra {
 
 constexpr int kFieldOrder = 6;
-constexpr std::size_t kFieldNumbers = 36;    // SH coefficients of a point
-constexpr std::size_t kFieldLevels = 3;      // fine box, coarse box, spheres
-constexpr std::size_t kFieldSpheres = 6;     // radii r / u for u of kFieldSphereScales
-constexpr std::size_t kFieldSphereSide = 7;  // points along a side of the octahedral map of a sphere
-constexpr std::array<float, kFieldSpheres> kFieldSphereScales = {0.08f, 0.16f, 0.27f, 0.4f, 0.55f, 0.7f};
+constexpr std::size_t kFieldNumbers = 36;     // SH coefficients of a point
+constexpr std::size_t kFieldLevels = 3;       // fine box, coarse box, spheres
+constexpr std::size_t kFieldSpheres = 4;      // radii r / u for u of kFieldSphereScales
+constexpr std::size_t kFieldSphereSide = 13;  // points along a side of the octahedral map of a sphere
+constexpr std::array<float, kFieldSpheres> kFieldSphereScales = {0.08f, 0.3f, 0.5f, 0.7f};
 // Over these shares of the radius a box fades into the next level, so that no border shows.
 constexpr std::array<float, 2> kFieldBlendWidth = {0.1f, 0.3f};
 
@@ -66,14 +66,15 @@ struct FieldTable {
     float radius = 0;
     std::array<FieldBox, 2> boxes;
     std::array<std::array<float, kStride>, kFieldLevels> scale{};  // of each number of a point
-    float fade = 0;                                                // width of the fade at the surface
+    float fade = 0;                                                // depth below the surface at which it is dark
     std::vector<std::int8_t> points;
 };
-// `fade` is the distance over which a part fades in from half a width inside its surface to half a width outside.
+// `fade` is the depth below the surface of the part over which a point goes dark.
 FieldTable makeFieldTable(const PartField& part, const FieldBytes& bytes, float fade);
 
-// Writes V - 1 of the part at `point` of its rest frame, faded; out.size() == kFieldNumbers. It is continuous in the
-// point everywhere. Works for any point; what it writes for one that is not finite means nothing.
-void sampleField(const FieldTable& field, Vec3 point, std::span<float> out);
+// Writes V - 1 of the part as `point` of its rest frame sees it, or as the surface near a point inside does; out.size()
+// == kFieldNumbers. Returns how dark it is there besides: 0 outside, 1 from the depth `fade` on. Both are continuous in
+// the point everywhere. Works for any point; what it writes for one that is not finite means nothing.
+float sampleField(const FieldTable& field, Vec3 point, std::span<float> out);
 
 }  // namespace penumbra

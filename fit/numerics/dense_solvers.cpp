@@ -5,6 +5,8 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
+#include "fit/numerics/fixed_blocks.h"
+
 namespace penumbra {
 
 namespace {
@@ -18,6 +20,8 @@ bool solvedByCholesky(const Eigen::MatrixXd& a, const Rows& b, Rows& x) {
 }
 
 }  // namespace
+
+void useFixedBlocks() { Eigen::setCpuCacheSizes(48 << 10, 2 << 20, 32 << 20); }
 
 EigenPairs symmetricEigenPairs(const Eigen::MatrixXd& a) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a);

@@ -12,7 +12,7 @@ struct PartFields {
     std::vector<PartField> parts;                     // [P]
     std::vector<std::vector<std::int8_t>> values;     // [P] bytes of each part, [points, 36]
     std::vector<std::vector<std::int8_t>> distances;  // [P] [points of the fine box]
-    float fade = 0;  // width over which a part fades in at its surface, in the space of the rest positions, > 0
+    float fade = 0;  // depth below a part's surface over which a point goes dark, rest positions, > 0
 
     FieldBytes bytesOf(std::size_t part) const { return {values[part], distances[part]}; }
     std::size_t byteCount() const {

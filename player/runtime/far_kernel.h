@@ -10,6 +10,7 @@
 namespace penumbra {
 
 constexpr std::size_t kFarLanes = 8;
+constexpr int kMostSpheres = 4;             // of a field
 constexpr std::size_t kMostReceivers = 64;  // of a call
 
 // A box of a field: cell coordinate = (p - low) * per_cell, clamped to [0, cells].
@@ -24,7 +25,7 @@ struct FarTable {
     FarBox boxes[2];
     std::int32_t first_sphere;
     float centre[3], radius;
-    float per_fade;      // 1 / width of the fade at the surface
+    float per_fade;      // 1 / depth over which a point inside goes dark
     float scale[3][40];  // [level]
     const std::int8_t* points;
 };
@@ -62,9 +63,9 @@ struct FarConstants {
     float quarter_turn[286];  // blocks of R(X(90)), band after band
     float mirror[21][6];      // [even][l]: what mirrorAtHorizon() takes from the odd coefficient (l, m) of the same m
     FarGrid grid;
-    FarProduct compose;      // of the local visibility and a far one; only of orders above 6
-    int order;               // of the local visibility
-    float sphere_scales[6];  // kFieldSphereScales
+    FarProduct compose;                 // of the local visibility and a far one; only of orders above 6
+    int order;                          // of the local visibility
+    float sphere_scales[kMostSpheres];  // kFieldSphereScales
     // Parts that block up to near[0] of the sphere are summed and exponentiated, those above near[1] are multiplied in
     // one by one. Between the two both ways have a share.
     float near[2];

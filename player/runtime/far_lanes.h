@@ -421,14 +421,14 @@ inline void boxLevel(const FarBox& box, const Lanes* p, Level& out) {
 
 inline void sphereLevel(const FarConstants& constants, const FarTable& table, const Lanes* offset, const Lanes& square,
                         Level& out) {
-    constexpr std::int32_t kSide = 7;
+    constexpr std::int32_t kSide = 13;
     Lanes distance = square, u;
     root(distance);
     choose(distance > 0, table.radius / distance, (kZeros + 1), u);
-    clamp(u, (kZeros + constants.sphere_scales[0]), (kZeros + constants.sphere_scales[5]));
+    clamp(u, (kZeros + constants.sphere_scales[0]), (kZeros + constants.sphere_scales[kMostSpheres - 1]));
     Lanes low = (kZeros + constants.sphere_scales[0]), high = (kZeros + constants.sphere_scales[1]);
     Ints sphere = (Ints)kZeros;
-    for (int s = 1; s < 5; ++s) {
+    for (int s = 1; s < kMostSpheres - 1; ++s) {
         const Ints beyond = u > constants.sphere_scales[s];
         sphere -= beyond;
         choose(beyond, (kZeros + constants.sphere_scales[s]), low, low);
@@ -499,10 +499,10 @@ inline void addLevel(const FarTable& table, int level, const Level& at, std::siz
     }
 }
 
-// Writes V - 1 of a part, faded, in its rest frame, for the receivers that are wanted, and 0 for others: out [40].
-// `share` is what the part blocks of the sphere, before it is faded.
+// Writes V - 1 of a part in its rest frame, for the receivers that are wanted, and 0 for others: out [40]. `inside`
+// tells how dark it is inside the part, as sampleField() has it.
 inline void sample(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Frames& frames,
-                   const Ints& wanted, Lanes* out, Lanes& share) {
+                   const Ints& wanted, Lanes* out, Lanes& inside) {
     Lanes point[3], offset[3];
     const Lanes* p = frames.position;
     for (int axis = 0; axis < 3; ++axis) {
@@ -537,11 +537,9 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
     }
     for (std::size_t i = 0; i < 5; ++i) transpose((const float*)rows + 8 * i, kRow, out + 8 * i);
     const Lanes fine = levels[0].share;
-    Lanes sunk = out[kDistance] * table.per_fade + 0.5f * fine;
-    clamp(sunk, kZeros, fine);
-    Lanes scale = 1 / (square + 0.25f * table.radius * table.radius);
-    share = (-1 / kRootOfSphere) * scale * out[0];
-    scale *= 1 - fine + sunk;
+    inside = out[kDistance] * -table.per_fade;
+    clamp(inside, kZeros, fine);
+    const Lanes scale = 1 / (square + 0.25f * table.radius * table.radius);
     for (int i = 0; i < kFull; ++i) out[i] *= scale;
 }
 
@@ -558,14 +556,22 @@ inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, 
     small = (kZeros + radius2) < 4 * kLeastBlocked * (square - radius2);
 }
 
-// What a part blocks at the receivers that are wanted: V - 1 in its rest frame [40], its share of the sphere before it
-// is faded, and the weight by which it counts. Returns whether it counts anywhere.
+// What a part blocks at the receivers that are wanted.
+struct Blocked {
+    Lanes numbers[kRow];  // V - 1 in its rest frame
+    Lanes share;          // of the sphere
+    Lanes weight;         // by which it counts
+    Lanes inside;         // how dark it is inside of it
+};
+
+// Returns whether the part counts anywhere.
 inline bool blockedBy(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Frames& frames,
-                      const Ints& wanted, Lanes* blocked, Lanes& share, Lanes& weight) {
-    sample(constants, table, posed, frames, wanted, blocked, share);
-    weight = (blocked[0] * (-1 / kRootOfSphere) - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
-    clamp(weight, kZeros, kZeros + 1);
-    return any(weight > 0);
+                      const Ints& wanted, Blocked& out) {
+    sample(constants, table, posed, frames, wanted, out.numbers, out.inside);
+    out.share = out.numbers[0] * (-1 / kRootOfSphere);
+    out.weight = (out.share - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
+    clamp(out.weight, kZeros, kZeros + 1);
+    return any((out.weight > 0) | (out.inside > 0));
 }
 
 // Adds block times f of one band to `out`.
@@ -595,6 +601,7 @@ struct Seen {
     Lanes near[kDirections];  // product of the parts that block much
     // Sums of V - 1 of the others in the model frame: what is to be mirrored by its bands, and what by its height.
     Lanes rest[2][kFull];
+    Lanes light;  // what being inside of parts leaves, 1 outside of all
     bool has_near, has_rest;
 };
 
@@ -632,30 +639,34 @@ inline void nearOf(const FarConstants& constants, const Lanes& share, Lanes& nea
 
 // Adds a part to receivers that have no anchors.
 inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, Seen& seen) {
-    Lanes height, blocked[kRow], model[kFull], share, weight, near;
+    Lanes height, model[kFull], near;
+    Blocked blocked;
     Ints small;
     heightOf(posed, seen.frames, height, small);
     const Ints wanted = (height > -1) & ~small;
     if (!any(wanted)) return;
-    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight)) return;
-    toModel(posed.to_model, blocked, model);
-    nearOf(constants, share, near);
-    if (any(near < 1)) addToRest(weight * (1 - near), height, model, seen);
-    near *= weight;
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
+    seen.light *= 1 - blocked.inside;
+    toModel(posed.to_model, blocked.numbers, model);
+    nearOf(constants, blocked.share, near);
+    if (any(near < 1)) addToRest(blocked.weight * (1 - near), height, model, seen);
+    near *= blocked.weight;
     if (any(near > 0)) addToProduct(constants, near, height, model, seen);
 }
 
 // Adds a part to receivers whose anchors say how near it is.
 inline void addNearPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& near,
                         Seen& seen) {
-    Lanes height, blocked[kRow], model[kFull], share, weight;
+    Lanes height, model[kFull];
+    Blocked blocked;
     Ints small;
     heightOf(posed, seen.frames, height, small);
     const Ints wanted = (height > -1) & ~small & (near > 0);
     if (!any(wanted)) return;
-    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight)) return;
-    toModel(posed.to_model, blocked, model);
-    addToProduct(constants, near * weight, height, model, seen);
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
+    seen.light *= 1 - blocked.inside * near;
+    toModel(posed.to_model, blocked.numbers, model);
+    addToProduct(constants, near * blocked.weight, height, model, seen);
 }
 
 // Sets x to exp(x) = exp(x / 8)^8, for x in [-6, 2].
@@ -682,19 +693,24 @@ inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
             seen.near[d] = seen.has_near ? seen.near[d] * values[d] : values[d];
         }
     }
-    if (seen.has_rest || seen.has_near) return fromGrid<kOrder>(constants.grid, seen.near, out);
+    if (seen.has_rest || seen.has_near) {
+        fromGrid<kOrder>(constants.grid, seen.near, out);
+        for (int i = 0; i < kEven; ++i) out[i] *= seen.light;
+        return;
+    }
     for (int i = 0; i < kEven; ++i) out[i] = kZeros;
-    out[0] = kZeros + kRootOfSphere;
+    out[0] = kRootOfSphere * seen.light;
 }
 
 inline void begin(const FarReceivers& receivers, std::size_t first, Seen& seen) {
     gatherFrames(receivers, first, seen.frames);
     seen.has_near = seen.has_rest = false;
+    seen.light = kZeros + 1;
     for (int i = 0; i < kFull; ++i) seen.rest[0][i] = seen.rest[1][i] = kZeros;
 }
 
-// Writes the sums, and how near each part is. That depends neither on the horizon, which is another one at each
-// receiver around, nor on whether the anchor has sunk into the part.
+// Writes the sums, and how near each part is. That does not depend on the horizon, which is another one at each
+// receiver around.
 inline void anchorLanes(const FarConstants& constants, const FarScene& scene, const FarReceivers& receivers,
                         float* values) {
     const std::size_t stride = anchorStride(scene.part_count);
@@ -704,18 +720,17 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
         Lanes nears[kMostAnchorParts];
         for (std::size_t p = 0; p < scene.part_count; ++p) {
             const FarPart& posed = scene.posed[scene.parts[p]];
-            Lanes height, blocked[kRow], model[kFull], share, weight;
+            Lanes height, model[kFull];
+            Blocked blocked;
             Ints small;
             nears[p] = kZeros;
             heightOf(posed, seen.frames, height, small);
             if (!any(~small)) continue;
-            const bool counts =
-                blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked, share, weight);
-            nearOf(constants, share, nears[p]);
-            if (!counts) continue;
-            const Lanes rest = weight * (1 - nears[p]);
+            if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked)) continue;
+            nearOf(constants, blocked.share, nears[p]);
+            const Lanes rest = blocked.weight * (1 - nears[p]);
             if (!any((rest > 0) & (height > -1))) continue;
-            toModel(posed.to_model, blocked, model);
+            toModel(posed.to_model, blocked.numbers, model);
             addToRest(rest, height, model, seen);
         }
         for (std::size_t lane = 0; lane < kFarLanes && first + lane < receivers.count; ++lane) {

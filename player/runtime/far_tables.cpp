@@ -12,8 +12,8 @@
 
 namespace penumbra {
 
-static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == 6 &&
-                  kFieldSphereSide == 7,
+static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == kMostSpheres &&
+                  kFieldSphereSide == 13,
               "far_lanes.h has these numbers too");
 static_assert(mirroredCount(kMaxOrder) == 36 && rotationEntryCount(kFieldOrder) == 286);
 

@@ -103,7 +103,7 @@ TEST(LocalMoments, AreNeverBelowTheWhole) {
                 }
             }
         }
-        EXPECT_GT(more, 500u) << steps;  // 2 steps: more than this
+        EXPECT_GT(more, 500u) << steps;
         EXPECT_GT(countLarger(baked), 300u);
     }
 }
@@ -127,13 +127,14 @@ std::vector<float> momentsOfLocalMesh(const Baked& baked, std::size_t vertex) {
 TEST(LocalMoments, AreThoseOfTheLocalTrianglesAlone) {
     for (const int steps : {1, 2}) {
         const Baked baked("capsule_man.glb", squat(steps, 6), 3);
-        double worst = 0;
+        std::size_t different = 0;
         for (std::size_t v = 0; v < baked.posed.frame.positions.size(); v += 13) {
             const std::vector<float> expected = momentsOfLocalMesh(baked, v);
             ASSERT_EQ(expected.size(), 36u);
-            worst = std::max(worst, shapes::relativeError(std::span(baked.local).subspan(v * 36, 36), expected));
+            different += !std::equal(expected.begin(), expected.end(), &baked.local[v * 36]);
         }
-        EXPECT_EQ(worst, 0) << steps;
+        // Measured: none of 110. Another tree tests other boxes, so that a ray along an edge may fall to either side.
+        EXPECT_LE(different, 1u) << steps;
     }
 }
 

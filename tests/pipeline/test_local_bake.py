@@ -118,6 +118,17 @@ def check_without_skin(place):
     assert (ground[1] == alone[1]).all() and (ground[0][..., 0] < alone[0][..., 0]).any()
 
 
+def check_prediction(place):
+    """A model of such a bake predicts the whole visibility alone."""
+    bake(place("f.vis.h5"), "--local")
+    fit = os.path.join(BIN, "penumbra-fit")
+    for words in (["visibility", place("f.vis.h5"), "-o", place("f.model.h5"), "--model", "linear", "--clusters", 13],
+                  ["predict", place("f.model.h5"), place("f.vis.h5"), "-o", place("p.vis.h5")]):
+        subprocess.run([fit, *map(str, words), "-q"], check=True, stdout=subprocess.DEVNULL)
+    whole, local, _ = read(place("p.vis.h5"))
+    assert whole.shape[1] == 1430 and local is None
+
+
 def check_refusals(place):
     for words, part in ((["--local-steps", "2"], "--local-steps goes with --local"), (["--local-order", "5"], "--local-order goes with --local"),
                         (["--local", "--local-steps", "9"], "--local-steps must be 1..8"), (["--local", "--local-steps", "0"], "not 0"),
@@ -129,7 +140,7 @@ def check_refusals(place):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         place = lambda name: os.path.join(folder, name)
-        for check in (check_content, check_splits, check_resume, check_without_skin, check_refusals):
+        for check in (check_content, check_splits, check_resume, check_without_skin, check_prediction, check_refusals):
             check(place)
             print(f"{check.__name__}: ok")
 

@@ -342,11 +342,12 @@ std::vector<Affine> curl(const Model& model, double angle) {
     return bones;
 }
 
-// The tube curls up until its ends touch. Parts come above the horizon, into reach and into each other on the way. E of
-// the far parts alone changes by .78. Measured: no step is above .0134, and none exceeds the larger of those next to it
-// by more than .0007.
+// The tube curls up until its ends go through one another. Parts come above the horizon, into reach and into each other
+// on the way. E of the far parts alone changes by .88. Measured: no step is above .0124, and none exceeds the larger of
+// those next to it by more than .0052: that is where a vertex begins to go dark inside a part, over a depth of 0.2.
+// Before that it is .0007.
 TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
-    const Model model = composedTube(kManyVertices, {.residual = false});
+    const Model model = composedTube(kManyVertices, {.fade = 0.2f, .residual = false});
     const Packed packed = pack(model, AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
@@ -369,7 +370,7 @@ TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
         }
     EXPECT_GT(range, 0.1f) << "nothing happens";
     EXPECT_LT(largest, 0.02f);
-    EXPECT_LT(jump, 0.002f);
+    EXPECT_LT(jump, 0.008f);
 }
 
 }  // namespace

@@ -97,16 +97,16 @@ TEST(PartField, SphereDirectionsCoverTheSphere) {
             }
             sum += d;
         }
-    EXPECT_NEAR(sphereDirection(3, 3).z, 1, 1e-6f);
+    EXPECT_NEAR(sphereDirection(kFieldSphereSide / 2, kFieldSphereSide / 2).z, 1, 1e-6f);
     EXPECT_NEAR(sum.x, 0, 1e-5f);
     EXPECT_NEAR(sum.y, 0, 1e-5f);
-    // No direction is farther than 0.4 (23 degrees) from the nearest one; 0.337 was measured.
+    // No direction is farther than 0.25 (14 degrees) from the nearest one.
     for (int i = 0; i < 2000; ++i) {
         float nearest = 2;
         for (std::size_t p = 0; p < kFieldSphereSide * kFieldSphereSide; ++p)
             nearest = std::min(nearest, length(spiralDirection(i, 2000) -
                                                sphereDirection(p / kFieldSphereSide, p % kFieldSphereSide)));
-        ASSERT_LT(nearest, 0.4f);
+        ASSERT_LT(nearest, 0.25f);
     }
 }
 
@@ -122,8 +122,8 @@ TEST(PartField, PointsStandAtTheCornersOfTheBoxesAndOnTheSpheres) {
     EXPECT_NEAR(length(points.back() - part.centre), kRadius / kFieldSphereScales.back(), 1e-6f);
 }
 
-// At a point of the grid only rounding to bytes is left: half a byte of every band, 25 of which 36 numbers make at most
-// .0035 here; .0013 was measured.
+// At a point of the grid only rounding to bytes is left. Far away V - 1 is about 5.3 r^2 / d^2 long, and .156 r^2 /
+// d^2 is the largest error that was measured.
 TEST(PartField, PointsOfTheGridHaveTheClosedFormOfACap) {
     const SphereField sphere = sphereField();
     const FieldTable table = sphere.table();
@@ -137,17 +137,19 @@ TEST(PartField, PointsOfTheGridHaveTheClosedFormOfACap) {
         const float factor = dot(points[p] - kCentre, points[p] - kCentre) / (kRadius * kRadius);
         worst = std::max(worst, factor * distanceBetween(out, blockedBySphere(points[p])));
     }
-    EXPECT_LT(worst, 0.08f);
-    RecordProperty("worst", std::to_string(worst));
+    EXPECT_LT(worst, 0.17f);
 }
 
-// Errors relative to the largest V - 1 that there is at that distance.
+// The rms error over all directions, relative to V - 1. The boxes left .122, .063 and .059 of it. The points of a
+// sphere are up to 45 degrees apart, within which functions of order 6 change their sign: .355, .533 and .548 were
+// left.
 TEST(PartField, BetweenPointsTheClosedFormIsNear) {
     const FieldTable table = sphereField().table();
     struct Row {
         float distance, bound;
     };
-    for (const Row row : {Row{1.1f, 0.2f}, Row{1.5f, 0.2f}, Row{2, 0.2f}, Row{3, 0.2f}, Row{6, 0.2f}, Row{20, 0.2f}}) {
+    for (const Row row :
+         {Row{1.1f, 0.15f}, Row{1.5f, 0.08f}, Row{2, 0.08f}, Row{3, 0.4f}, Row{6, 0.6f}, Row{20, 0.6f}}) {
         double error = 0, truth = 0;
         for (int i = 0; i < 500; ++i) {
             const Vec3 point = kCentre + spiralDirection(i, 500) * (row.distance * kRadius);
@@ -158,7 +160,6 @@ TEST(PartField, BetweenPointsTheClosedFormIsNear) {
             truth += std::pow(double(distanceBetween(expected, {})), 2);
         }
         EXPECT_LT(std::sqrt(error / truth), row.bound) << row.distance;
-        std::printf("distance %g: %g\n", row.distance, std::sqrt(error / truth));
     }
 }
 
@@ -180,21 +181,15 @@ TEST(PartField, ALineThroughAllLevelsHasNoJump) {
     EXPECT_LT(fine, 0.2f * coarse);  // an eighth, and .13 was measured; a jump would make it 1
 }
 
-TEST(PartField, ThePartIsGoneDeepInsideAndWholeOutside) {
+TEST(PartField, APointInsideGoesDarkWithItsDepth) {
     const FieldTable table = sphereField().table();
-    FieldTable unfaded = table;
-    for (std::size_t p = 0; p < unfaded.points.size(); p += FieldTable::kStride)
-        unfaded.points[p + kFieldNumbers] = 127;
     for (int i = 0; i < 200; ++i) {
         const Vec3 direction = spiralDirection(i, 200);
-        Numbers inside, outside, whole;
-        sampleField(table, kCentre + direction * (0.7f * kRadius), inside);
-        EXPECT_EQ(inside, Numbers{});
-        const Vec3 point = kCentre + direction * (1.15f * kRadius);
-        sampleField(table, point, outside);
-        sampleField(unfaded, point, whole);
-        EXPECT_LT(distanceBetween(outside, whole), 1e-6f);
-        EXPECT_LT(outside[0], -0.5f);
+        Numbers out;
+        EXPECT_EQ(sampleField(table, kCentre + direction * (0.7f * kRadius), out), 1);
+        EXPECT_LT(out[0], -0.5f);  // it still has what the surface there sees
+        EXPECT_EQ(sampleField(table, kCentre + direction * (1.15f * kRadius), out), 0);
+        EXPECT_EQ(sampleField(table, kCentre + direction * (9 * kRadius), out), 0);
     }
 }
 
