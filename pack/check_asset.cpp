@@ -13,13 +13,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <optional>
 
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
+#include "pack/baked_frames.h"
 #include "pack/least_squares.h"
 #include "pack/rank_correlation.h"
 #include "player/runtime/evaluator.h"
@@ -79,25 +79,6 @@ struct Spans {
     double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const;
 };
 
-// Finds frames of another file by clip and time.
-class FrameFinder {
-public:
-    FrameFinder(const VisibilityReader* reader, std::string name);
-    bool has(const std::string& clip, double time) const { return frame_of_.contains({clip, time}); }
-    // Returns an empty frame without a reader. Throws InvalidInput when the frame is not there.
-    VisibilityFrame read(const std::string& clip, double time) const;
-
-private:
-    const VisibilityReader* reader_;
-    std::string name_;
-    std::map<std::pair<std::string, double>, std::size_t> frame_of_;
-};
-
-// One frame as the files have it.
-struct BakedFrames {
-    VisibilityFrame truth, predicted, second;
-};
-
 class Checker {
 public:
     Checker(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references);
@@ -141,21 +122,6 @@ double Spans::squaredDistance(const ClusterView& cluster, std::size_t index, std
     const std::size_t count = cluster.mean.count;
     const std::size_t first = count / std::max<std::size_t>(1, cluster.vertex_count) * cluster.first_vertex;
     return projectors[index].squaredDistance(numbers.subspan(first, count), std::span(mean).subspan(first, count));
-}
-
-FrameFinder::FrameFinder(const VisibilityReader* reader, std::string name) : reader_(reader), name_(std::move(name)) {
-    if (!reader) return;
-    const FrameList& frames = reader->header().frames;
-    for (std::size_t f = 0; f < frames.frameCount(); ++f)
-        frame_of_[{frames.clip_names[frames.clip[f]], frames.time[f]}] = f;
-}
-
-VisibilityFrame FrameFinder::read(const std::string& clip, double time) const {
-    if (!reader_) return {};
-    const auto found = frame_of_.find({clip, time});
-    if (found == frame_of_.end())
-        throw InvalidInput(name_ + ": no frame of clip \"" + clip + "\" at " + std::to_string(time) + " s");
-    return reader_->readFrame(found->second);
 }
 
 Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references)
@@ -329,33 +295,6 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
     ambient(asset_.model.convention, int(stride), begin, end, b.truth, b.e_truth);
     for (std::size_t v = begin; v < end; ++v) sums.ambient += std::abs(double(b.e_evaluated[v]) - b.e_truth[v]);
     clip.of_cluster[cluster].add(sums);
-}
-
-InvalidInput otherPose(const std::string& clip, double time) {
-    return InvalidInput("second bake: the pose of clip \"" + clip + "\" at " + std::to_string(time) +
-                        " s is not that of the truth");
-}
-
-// Checks that two bakes have the same pose: bones (for a deforming mesh: positions) of one animation are the same
-// numbers. 1e-4 leaves room for another rounding of them.
-void checkSamePose(const VisibilityFrame& truth, const VisibilityFrame& second, const std::string& clip, double time) {
-    for (std::size_t j = 0; j < truth.bones.size(); ++j)
-        for (std::size_t e = 0; e < 12; ++e)
-            if (!(std::abs(truth.bones[j].m[e] - second.bones[j].m[e]) <= 1e-4f)) throw otherPose(clip, time);
-    if (!truth.bones.empty()) return;
-    for (std::size_t v = 0; v < truth.positions.size(); ++v)
-        if (!(length(truth.positions[v] - second.positions[v]) <= 1e-4f)) throw otherPose(clip, time);
-}
-
-// Poses the evaluator as the bake was. The inputs are the last numbers of a baked pose.
-void poseAs(Evaluator& evaluator, const VisibilityFrame& baked) {
-    const AssetView& asset = evaluator.asset();
-    const std::span<const float> inputs = std::span(baked.pose).last(asset.animation.input_names.size());
-    if (evaluator.deformation())
-        return evaluator.setPositions(std::span(baked.positions).first(evaluator.points().size()), inputs);
-    std::vector<Affine> bones = baked.bones;  // the joints that stand for inputs come last
-    for (const InputJointView& input : asset.model.input_joints) bones.push_back(inputBone(asset, input, inputs));
-    evaluator.setPose(bones, baked.pose);
 }
 
 void Checker::addFrame(std::size_t frame, int threads) {

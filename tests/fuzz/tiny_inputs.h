@@ -8,10 +8,11 @@
 #include "pack/pack_asset.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/synthetic_cloth.h"
+#include "tests/synthetic_composition.h"
 
 namespace penumbra {
 
-// Tiny assets, one for each kind of model and of features.
+// Tiny assets, one for each kind of model and of features, and a composed one.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -38,6 +39,10 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
             const Model cloth = synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2, .features = features});
             made.push_back(packAsset(cloth, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
         }
+        const Model composed = synthetic::composedTube(
+            {.rings = 3, .segments = 3, .joints = 4, .clusters = 1, .components = 1, .inputs = 1, .frames = 2},
+            {.cells = 2});
+        made.push_back(packAsset(composed, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
         return made;
     }();
     return all;

@@ -1,0 +1,94 @@
+// Counts the bytes of an asset by what they are for.
+#include <algorithm>
+
+#include "pack/pack_asset.h"
+
+namespace penumbra {
+
+namespace {
+
+std::size_t bytesOf(const NumbersView& numbers) {
+    return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
+}
+
+std::size_t visibilityBytes(const std::vector<ClusterView>& clusters) {
+    std::size_t bytes = 0;
+    for (const ClusterView& c : clusters) bytes += bytesOf(c.mean) + bytesOf(c.basis);
+    return bytes;
+}
+
+std::size_t regressionBytes(const std::vector<ClusterView>& clusters) {
+    std::size_t bytes = 0;
+    for (const ClusterView& c : clusters)
+        bytes += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + bytesOf(c.weights) + bytesOf(c.group_min) +
+                 bytesOf(c.group_max) + bytesOf(c.hidden) + c.bias.size_bytes() + c.groups.size_bytes() +
+                 c.group_weight.size_bytes() + c.unit_group.size_bytes() + c.input_min.size_bytes() +
+                 c.input_max.size_bytes();
+    return bytes;
+}
+
+}  // namespace
+
+std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) {
+    const MeshView& m = asset.mesh;
+    const AnimationView& a = asset.animation;
+    std::size_t regression =
+        asset.model.joint_centers.size_bytes() + asset.model.pose_mean.size_bytes() + bytesOf(asset.model.pose_basis);
+    const std::size_t visibility = visibilityBytes(asset.model.clusters);
+    regression += regressionBytes(asset.model.clusters);
+    const std::optional<CompositionView>& composition = asset.model.composition;
+    if (composition)
+        regression += regressionBytes(composition->residual) + composition->steps.size_bytes() +
+                      composition->part_of_vertex.size_bytes();
+    std::size_t materials = 0, lights = 0;
+    for (const MaterialView& material : asset.materials)
+        materials +=
+            material.stored_slices.size_bytes() + material.operators.u.size_bytes() + material.operators.w.size_bytes();
+    for (const LightView& light : asset.lights)
+        lights += light.sh.size_bytes() + light.lobes.directions.size_bytes() + light.lobes.coefficients.size_bytes();
+    std::vector<SizeOf> sizes = {
+        {"mesh", m.positions.size_bytes() + m.normals.size_bytes() + m.tangents.size_bytes() +
+                     m.triangles.size_bytes() + m.shading_point.size_bytes() + m.source_vertex.size_bytes()},
+        {"skin", m.skin_joints.size_bytes() + m.skin_weights.size_bytes()},
+        {"animation", a.times.size_bytes() + a.bones.size_bytes() + a.pose.size_bytes() + a.parents.size_bytes() +
+                          a.inputs.size_bytes()},
+        {composition ? "local" : "visibility", visibility},
+        {"regression", regression},
+        {"truth", asset.truth.data.size()},
+        {"materials", materials},
+        {"lights", lights}};
+    if (asset.model.deforming) sizes.insert(sizes.begin() + 3, {"playback", a.playback.positions.size_bytes()});
+    if (composition) {
+        const auto local =
+            std::find_if(sizes.begin(), sizes.end(), [](const SizeOf& s) { return s.section == "local"; });
+        sizes.insert(local + 1,
+                     {{"residual", visibilityBytes(composition->residual)}, {"fields", composition->byteCount()}});
+    }
+    std::size_t sum = 0;
+    for (const SizeOf& size : sizes) sum += size.bytes;
+    sizes.push_back({"names and layout", file_size - std::min(sum, file_size)});
+    return sizes;
+}
+
+std::size_t modelBytes(const AssetView& asset, std::size_t file_size) {
+    std::size_t bytes = 0;
+    for (const SizeOf& size : sectionSizes(asset, file_size))
+        for (const char* section : {"visibility", "local", "residual", "regression", "names and layout"})
+            if (size.section == section) bytes += size.bytes;
+    return bytes;
+}
+
+std::vector<double> componentBytes(const AssetView& asset) {
+    std::vector<double> bytes;
+    const auto add = [&](const std::vector<ClusterView>& clusters) {
+        for (const ClusterView& c : clusters) {
+            const double rows = double(bytesOf(c.basis) + bytesOf(c.weights) + c.bias.size_bytes());
+            bytes.push_back(c.components() > 0 ? rows / double(c.components()) : 0);
+        }
+    };
+    add(asset.model.clusters);
+    if (asset.model.composition) add(asset.model.composition->residual);
+    return bytes;
+}
+
+}  // namespace penumbra
