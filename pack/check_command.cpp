@@ -108,8 +108,8 @@ void reportCheck(const CheckResult& result, const AssetView& asset, bool predict
         printRow(*all, predictions);
         report.figures[all->held_out ? "held_out" : "training"] = toJson(*all, predictions);
     }
-    std::printf("packing, as stored: %.2e of the signal (relative squared = truncation squared + regression squared)\n",
-                double(asset.model.quantization_error));
+    std::printf("packing, as stored: %.2e of the signal%s\n", double(asset.model.quantization_error),
+                asset.model.composition ? "" : " (relative squared = truncation squared + regression squared)");
     report.figures["quantization_error"] = asset.model.quantization_error;
     report.figures["mean_from_truth"] = result.mean_from_truth;
     if (!result.mean_from_truth)
