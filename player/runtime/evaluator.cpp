@@ -315,8 +315,8 @@ void Evaluator::composeCluster(std::size_t cluster, std::span<const float> far, 
     float* const out = numbers.data() + first;
     // 2. Times what the far parts leave visible, plus the mean of the residual.
     const float* mean = composed.residual_mean.empty() ? nullptr : composed.residual_mean.data() + first;
-    path_.far->compose(composed.far.constants().compose, far.data() + view.first_vertex * kFarNumbers, mean,
-                       view.vertex_count, stride, out);
+    path_.far->compose(composed.far.constants(), far.data() + view.first_vertex * kFarNumbers, mean, view.vertex_count,
+                       stride, out);
     // 3. The components of the residual.
     const AmbientClamp clamp{decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2};
     if (mean)

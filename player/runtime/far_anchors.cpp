@@ -22,7 +22,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kVerticesOfAnchor = 16, kMostAnchors = 2048;  // of a part
+constexpr std::size_t kVerticesOfAnchor = 12, kMostAnchors = 2048;  // of a part
 constexpr std::size_t kFewVertices = 64;                            // a part with no more has no anchors
 // The difference of opposite normals counts as this share of the part's diagonal.
 constexpr float kNormalShare = 0.5f;

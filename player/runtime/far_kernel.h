@@ -44,8 +44,14 @@ struct FarMatrix {
     const std::uint16_t* first;
     const FarTerm* terms;
 };
-// Products of mirrored functions. Pair n is a_j b_k + a_k b_j, or a_j b_j where j = k; a product's number i is the sum
-// of value times pair over row i. Rows have multiples of 4 terms.
+// Values of mirrored functions of order 6 at a grid of directions above the horizon: 4 rings of 16. Ring k lies at the
+// height of a Gauss-Legendre node; `ring` has the part of y_i that depends on it, in the order of evenIndices(), and
+// `ring_back` that times the weight of the node. Products of two such functions come back exact.
+struct FarGrid {
+    float ring[4][21], ring_back[4][21];
+};
+// Products of mirrored functions of any order. Pair n is a_j b_k + a_k b_j, or a_j b_j where j = k; a product's number
+// i is the sum of value times pair over row i. Rows have multiples of 4 terms.
 constexpr std::size_t kMostPairs = 576;
 struct FarProduct {
     const std::uint8_t *j, *k;
@@ -54,10 +60,11 @@ struct FarProduct {
     int size_out;
 };
 struct FarConstants {
-    FarMatrix turn, turn_back;          // R(X(90)) and its transpose, without band 0
-    FarMatrix mirror;                   // mirrorAtHorizon()
-    FarProduct product;                 // of two far visibilities
-    FarProduct compose;                 // of the local visibility and a far one
+    float quarter_turn[286];  // blocks of R(X(90)), band after band
+    float mirror[21][6];      // [even][l]: what mirrorAtHorizon() takes from the odd coefficient (l, m) of the same m
+    FarGrid grid;
+    FarProduct compose;                 // of the local visibility and a far one; only of orders above 6
+    int order;                          // of the local visibility
     float sphere_scales[kMostSpheres];  // kFieldSphereScales
     // Parts that block up to near[0] of the sphere are summed and exponentiated, those above near[1] are multiplied in
     // one by one. Between the two both ways have a share.
@@ -96,7 +103,7 @@ struct FarPath {
     void (*far)(const FarConstants& constants, const FarScene& scene, const FarAnchors& anchors,
                 const FarReceivers& receivers, float* far) = nullptr;
     // Multiplies numbers[v * stride + i] by far[v * 21 + i] and adds mean[v * stride + i], unless mean is null.
-    void (*compose)(const FarProduct& product, const float* far, const float* mean, std::size_t vertices,
+    void (*compose)(const FarConstants& constants, const float* far, const float* mean, std::size_t vertices,
                     std::size_t stride, float* numbers) = nullptr;
 };
 

@@ -10,7 +10,8 @@
 // - Only the 8 corners of a lookup are gathered receiver by receiver, 40 bytes each.
 // - The rotation into the model frame is the same for all lanes. The one from there into the local frames takes three
 //   turns about z and two fixed ones, without trigonometry (as in shade_lanes.h).
-// - A product needs each a_j b_k + a_k b_j once.
+// - Products are taken at 64 directions above the horizon. There and back take a third of what the product of SH
+//   coefficients takes, and several products in a row, and the exponential, need no way back in between.
 // - Parts that block little are summed in the model frame instead of being multiplied: log V is nearly V - 1. One
 //   exponential brings them in at the end. Parts move from one way to the other smoothly.
 // - These sums vary slowly over a part, so that a few anchors compute them, and the receivers around take their mean.
@@ -39,11 +40,27 @@ typedef signed char Bytes __attribute__((vector_size(kFarLanes)));
 
 const Lanes kZeros = {};
 inline void choose(const Ints& mask, const Lanes& yes, const Lanes& no, Lanes& out) {
+#ifdef __AVX2__
+    out = (Lanes)_mm256_blendv_ps((__m256)no, (__m256)yes, (__m256)mask);
+#else
     out = (Lanes)((mask & (Ints)yes) | (~mask & (Ints)no));
+#endif
 }
 // The smaller and the larger of the two; b where a is not a number.
-inline void least(const Lanes& a, const Lanes& b, Lanes& out) { choose(a < b, a, b, out); }
-inline void most(const Lanes& a, const Lanes& b, Lanes& out) { choose(a > b, a, b, out); }
+inline void least(const Lanes& a, const Lanes& b, Lanes& out) {
+#ifdef __AVX2__
+    out = (Lanes)_mm256_min_ps((__m256)a, (__m256)b);
+#else
+    choose(a < b, a, b, out);
+#endif
+}
+inline void most(const Lanes& a, const Lanes& b, Lanes& out) {
+#ifdef __AVX2__
+    out = (Lanes)_mm256_max_ps((__m256)a, (__m256)b);
+#else
+    choose(a > b, a, b, out);
+#endif
+}
 inline void clamp(Lanes& x, const Lanes& low, const Lanes& high) {
     most(x, low, x);
     least(x, high, x);
@@ -142,25 +159,70 @@ inline void makeTurns(Frames& q) {
     q.turned = true;
 }
 
+// Lists numbers 0..n-1 as template arguments, so that a loop over them unrolls and its indices are constants.
+template <int... I>
+struct Numbers {};
+template <int N, int... I>
+struct Count : Count<N - 1, N - 1, I...> {};
+template <int... I>
+struct Count<0, I...> {
+    using List = Numbers<I...>;
+};
+template <int N>
+using Upto = typename Count<N>::List;
+
 // Sets f to R(Z(angle)) f.
+template <int L, int... M>
+inline void turnBandAboutZ(const Lanes* cosine, const Lanes* sine, Lanes* f, Numbers<M...>) {
+    const auto turnPair = [&](int m) __attribute__((always_inline)) {
+        Lanes &plus = f[L * L + L + m], &minus = f[L * L + L - m];
+        const Lanes turned = cosine[m] * plus - sine[m] * minus;
+        minus = cosine[m] * minus + sine[m] * plus;
+        plus = turned;
+    };
+    (turnPair(M + 1), ...);
+}
 inline void turn(const Lanes* cosine, const Lanes* sine, Lanes* f) {
-    for (int l = 1; l < kOrder; ++l)
-        for (int m = 1; m <= l; ++m) {
-            Lanes &plus = f[l * l + l + m], &minus = f[l * l + l - m];
-            const Lanes turned = cosine[m] * plus - sine[m] * minus;
-            minus = cosine[m] * minus + sine[m] * plus;
-            plus = turned;
-        }
+    turnBandAboutZ<1>(cosine, sine, f, Upto<1>());
+    turnBandAboutZ<2>(cosine, sine, f, Upto<2>());
+    turnBandAboutZ<3>(cosine, sine, f, Upto<3>());
+    turnBandAboutZ<4>(cosine, sine, f, Upto<4>());
+    turnBandAboutZ<5>(cosine, sine, f, Upto<5>());
 }
 
-inline void multiply(const FarMatrix& matrix, int first_row, int rows, const Lanes* in, Lanes* out) {
-    const FarTerm* term = matrix.terms + matrix.first[first_row];
-    for (int r = first_row; r < rows; ++r) {
-        const FarTerm* end = matrix.terms + matrix.first[r + 1];
-        Lanes sum = kZeros;
-        for (; term < end; ++term) sum += term->value * in[term->from];
-        out[r] = sum;
-    }
+// Tells whether R(X(90)) takes coefficient (l, from) to (l, to). It keeps what is odd in x odd in x, and turns what is
+// odd in z into what is odd in y, and the other way round. y_lm is odd in y for m < 0, odd in z for odd l + m.
+constexpr bool oddInY(int m) { return m < 0; }
+constexpr bool oddInZ(int l, int m) { return (l + m) % 2 != 0; }
+constexpr bool oddInX(int m) { return (m % 2 != 0) != (m < 0); }
+constexpr bool turnsInto(int l, int from, int to) {
+    return oddInX(from) == oddInX(to) && oddInZ(l, from) == oddInY(to) && oddInY(from) == oddInZ(l, to);
+}
+
+// Computes a row of R(X(90)) f, or of its transpose, for a band; `block` is that of R(X(90)).
+template <int L, int To, bool kBack, int... I>
+inline void quarterTurnRow(const float* block, const Lanes* f, Lanes& out, Numbers<I...>) {
+    constexpr int kSize = 2 * L + 1;
+    Lanes sum = kZeros;
+    const auto add = [&]<int From>(Numbers<From>) __attribute__((always_inline)) {
+        if constexpr (kBack ? turnsInto(L, To - L, From - L) : turnsInto(L, From - L, To - L))
+            sum += block[kBack ? From * kSize + To : To * kSize + From] * f[From];
+    };
+    (add(Numbers<I>()), ...);
+    out = sum;
+}
+template <int L, bool kBack, int... To>
+inline void quarterTurnBand(const float* block, const Lanes* f, Lanes* out, Numbers<To...>) {
+    (quarterTurnRow<L, To, kBack>(block, f, out[To], Upto<2 * L + 1>()), ...);
+}
+template <bool kBack>
+inline void quarterTurn(const float* blocks, const Lanes* f, Lanes* out) {
+    out[0] = f[0];
+    quarterTurnBand<1, kBack>(blocks + 1, f + 1, out + 1, Upto<3>());
+    quarterTurnBand<2, kBack>(blocks + 10, f + 4, out + 4, Upto<5>());
+    quarterTurnBand<3, kBack>(blocks + 35, f + 9, out + 9, Upto<7>());
+    quarterTurnBand<4, kBack>(blocks + 84, f + 16, out + 16, Upto<9>());
+    quarterTurnBand<5, kBack>(blocks + 165, f + 25, out + 25, Upto<11>());
 }
 
 // Turns f [36] of the model frame into the local frames, in place.
@@ -168,11 +230,32 @@ inline void toLocal(const FarConstants& constants, Frames& frames, Lanes* f) {
     if (!frames.turned) makeTurns(frames);
     Lanes turned[kFull];
     turn(frames.cos_c, frames.sin_c, f);
-    turned[0] = f[0];
-    multiply(constants.turn, 1, kFull, f, turned);
+    quarterTurn<false>(constants.quarter_turn, f, turned);
     turn(frames.cos_b, frames.sin_b, turned);
-    multiply(constants.turn_back, 1, kFull, turned, f);
+    quarterTurn<true>(constants.quarter_turn, turned, f);
     turn(frames.cos_a, frames.sin_a, f);
+}
+
+constexpr int evenPlace(int l, int m) { return l * (l + 1) / 2 + (m + l) / 2; }  // of (l, m) with even l + m
+
+// Mirrors at the horizon: the even coefficients stay, and odd ones of the same m come in. `by_bands` is the weight of
+// this, `by_height` that of the even coefficients alone.
+template <int M>
+inline void mirrorOrder(const float (*mirror)[kOrder], const Lanes* f, const Lanes& by_bands, const Lanes& by_height,
+                        Lanes* out) {
+    constexpr int kFirst = M < 0 ? -M : M;
+    for (int l = kFirst; l < kOrder; l += 2) {
+        const int e = evenPlace(l, M);
+        Lanes sum = f[l * l + l + M];
+        const Lanes alone = by_height * sum;
+        for (int odd = kFirst + 1; odd < kOrder; odd += 2) sum += mirror[e][odd] * f[odd * odd + odd + M];
+        out[e] = by_bands * sum + alone;
+    }
+}
+template <int... I>
+inline void mirror(const FarConstants& constants, const Lanes* f, const Lanes& by_bands, const Lanes& by_height,
+                   Lanes* out, Numbers<I...>) {
+    (mirrorOrder<I - kOrder + 1>(constants.mirror, f, by_bands, by_height, out), ...);
 }
 
 inline void product(const FarProduct& table, const Lanes* a, const Lanes* b, Lanes* out) {
@@ -182,17 +265,131 @@ inline void product(const FarProduct& table, const Lanes* a, const Lanes* b, Lan
         pair[n] = a[j] * b[k];
         if (j != k) pair[n] += a[k] * b[j];
     }
-    const FarTerm* term = table.rows.terms;
     for (int i = 0; i < table.size_out; ++i) {
-        const FarTerm* end = table.rows.terms + table.rows.first[i + 1];
-        Lanes s0 = kZeros, s1 = s0, s2 = s0, s3 = s0;
-        for (; term < end; term += 4) {
-            s0 += term[0].value * pair[term[0].from];
-            s1 += term[1].value * pair[term[1].from];
-            s2 += term[2].value * pair[term[2].from];
-            s3 += term[3].value * pair[term[3].from];
+        Lanes sum = kZeros;
+        for (const FarTerm* term = table.rows.terms + table.rows.first[i];
+             term < table.rows.terms + table.rows.first[i + 1]; ++term)
+            sum += term->value * pair[term->from];
+        out[i] = sum;
+    }
+}
+
+constexpr int kRings = 4, kAround = 16, kDirections = kRings * kAround;
+// cos(pi n / 8) and sin(pi n / 8).
+constexpr float kCos1 = 0.92387953f, kCos2 = 0.70710678f, kCos3 = 0.38268343f;
+
+// Sums ring times f over the bands of order m.
+template <int kN, int M>
+inline void sumBands(const float* ring, const Lanes* f, Lanes& out) {
+    constexpr int kFirst = M < 0 ? -M : M;
+    if constexpr (kFirst >= kN) {
+        out = kZeros;
+    } else {
+        out = ring[evenPlace(kFirst, M)] * f[evenPlace(kFirst, M)];
+        if constexpr (kFirst + 2 < kN) out += ring[evenPlace(kFirst + 2, M)] * f[evenPlace(kFirst + 2, M)];
+        if constexpr (kFirst + 4 < kN) out += ring[evenPlace(kFirst + 4, M)] * f[evenPlace(kFirst + 4, M)];
+    }
+}
+// Adds ring times x to the bands of order m of f, or begins them.
+template <int kN, int M>
+inline void addToBands(const float* ring, const Lanes& x, bool begins, Lanes* f) {
+    constexpr int kFirst = M < 0 ? -M : M;
+    const auto add = [&](int l) __attribute__((always_inline)) {
+        const int i = evenPlace(l, M);
+        f[i] = begins ? ring[i] * x : f[i] + ring[i] * x;
+    };
+    if constexpr (kFirst < kN) add(kFirst);
+    if constexpr (kFirst + 2 < kN) add(kFirst + 2);
+    if constexpr (kFirst + 4 < kN) add(kFirst + 4);
+}
+
+// Writes the values of f [count of order kN] at the directions. Around a ring f is sum of c_m cos(m phi) + s_m sin(m
+// phi), phi = pi q / 8. Even and odd m repeat or turn over after half a round, so that half of each is computed.
+template <int kN>
+inline void toGrid(const FarGrid& grid, const Lanes* f, Lanes* values) {
+    for (int k = 0; k < kRings; ++k, values += kAround) {
+        const float* ring = grid.ring[k];
+        Lanes c[kOrder], s[kOrder];
+        sumBands<kN, 0>(ring, f, c[0]);
+        sumBands<kN, 1>(ring, f, c[1]);
+        sumBands<kN, 2>(ring, f, c[2]);
+        sumBands<kN, 3>(ring, f, c[3]);
+        sumBands<kN, 4>(ring, f, c[4]);
+        sumBands<kN, 5>(ring, f, c[5]);
+        sumBands<kN, -1>(ring, f, s[1]);
+        sumBands<kN, -2>(ring, f, s[2]);
+        sumBands<kN, -3>(ring, f, s[3]);
+        sumBands<kN, -4>(ring, f, s[4]);
+        sumBands<kN, -5>(ring, f, s[5]);
+        // 1. Even m: 4 values that repeat, and 4 that turn over.
+        const Lanes same[4] = {c[0] + c[4], c[0] + s[4], c[0] - c[4], c[0] - s[4]};
+        const Lanes over[4] = {c[2], kCos2 * (c[2] + s[2]), s[2], kCos2 * (s[2] - c[2])};
+        Lanes even[8], odd[8];
+        for (int q = 0; q < 4; ++q) {
+            even[q] = same[q] + over[q];
+            even[q + 4] = same[q] - over[q];
         }
-        out[i] = (s0 + s1) + (s2 + s3);
+        // 2. Odd m: cosines are odd about a quarter of a round, sines are even.
+        const Lanes cosine[4] = {c[1] + c[3] + c[5], kCos1 * c[1] + kCos3 * c[3] - kCos3 * c[5],
+                                 kCos2 * (c[1] - c[3] - c[5]), kCos3 * c[1] - kCos1 * c[3] + kCos1 * c[5]};
+        const Lanes sine[5] = {kZeros, kCos3 * s[1] + kCos1 * s[3] + kCos1 * s[5], kCos2 * (s[1] + s[3] - s[5]),
+                               kCos1 * s[1] - kCos3 * s[3] - kCos3 * s[5], s[1] - s[3] + s[5]};
+        odd[0] = cosine[0];
+        odd[4] = sine[4];
+        for (int q = 1; q < 4; ++q) {
+            odd[q] = sine[q] + cosine[q];
+            odd[8 - q] = sine[q] - cosine[q];
+        }
+        for (int q = 0; q < 8; ++q) {
+            values[q] = even[q] + odd[q];
+            values[q + 8] = even[q] - odd[q];
+        }
+    }
+}
+
+// The transpose of toGrid(), with the weights of the directions: f_i = integral of the values times y_i.
+template <int kN>
+inline void fromGrid(const FarGrid& grid, const Lanes* values, Lanes* f) {
+    for (int k = 0; k < kRings; ++k, values += kAround) {
+        const float* ring = grid.ring_back[k];
+        Lanes even[8], odd[8], same[4], over[4], c[kOrder], s[kOrder];
+        for (int q = 0; q < 8; ++q) {
+            even[q] = values[q] + values[q + 8];
+            odd[q] = values[q] - values[q + 8];
+        }
+        for (int q = 0; q < 4; ++q) {
+            same[q] = even[q] + even[q + 4];
+            over[q] = even[q] - even[q + 4];
+        }
+        c[0] = (same[0] + same[2]) + (same[1] + same[3]);
+        c[4] = same[0] - same[2];
+        s[4] = same[1] - same[3];
+        c[2] = over[0] + kCos2 * (over[1] - over[3]);
+        s[2] = over[2] + kCos2 * (over[1] + over[3]);
+        Lanes cosine[4], sine[4];
+        for (int q = 1; q < 4; ++q) {
+            cosine[q] = odd[q] - odd[8 - q];
+            sine[q] = odd[q] + odd[8 - q];
+        }
+        const Lanes c2 = kCos2 * cosine[2], s2 = kCos2 * sine[2];
+        c[1] = odd[0] + kCos1 * cosine[1] + c2 + kCos3 * cosine[3];
+        c[3] = odd[0] + kCos3 * cosine[1] - c2 - kCos1 * cosine[3];
+        c[5] = odd[0] - kCos3 * cosine[1] - c2 + kCos1 * cosine[3];
+        s[1] = odd[4] + kCos3 * sine[1] + s2 + kCos1 * sine[3];
+        s[3] = kCos1 * sine[1] + s2 - kCos3 * sine[3] - odd[4];
+        s[5] = kCos1 * sine[1] - s2 - kCos3 * sine[3] + odd[4];
+        const bool begins = k == 0;
+        addToBands<kN, 0>(ring, c[0], begins, f);
+        addToBands<kN, 1>(ring, c[1], begins, f);
+        addToBands<kN, 2>(ring, c[2], begins, f);
+        addToBands<kN, 3>(ring, c[3], begins, f);
+        addToBands<kN, 4>(ring, c[4], begins, f);
+        addToBands<kN, 5>(ring, c[5], begins, f);
+        addToBands<kN, -1>(ring, s[1], begins, f);
+        addToBands<kN, -2>(ring, s[2], begins, f);
+        addToBands<kN, -3>(ring, s[3], begins, f);
+        addToBands<kN, -4>(ring, s[4], begins, f);
+        addToBands<kN, -5>(ring, s[5], begins, f);
     }
 }
 
@@ -268,17 +465,33 @@ inline void addLevel(const FarTable& table, int level, const Level& at, std::siz
     const std::int8_t* first = table.points + std::int64_t(at.first[lane]) * kRow;
     const float weight[8] = {(1 - x) * (1 - y) * (1 - z), x * (1 - y) * (1 - z), (1 - x) * y * (1 - z), x * y * (1 - z),
                              (1 - x) * (1 - y) * z,       x * (1 - y) * z,       (1 - x) * y * z,       x * y * z};
-    Lanes sum[5] = {};
-    for (int c = 0; c < 8; ++c) {
-        const std::int64_t point = (c & 1 ? std::int64_t(at.stride[0]) : 0) + (c & 2 ? std::int64_t(at.stride[1]) : 0) +
-                                   (c & 4 ? std::int64_t(at.stride[2]) : 0);
-        const std::int8_t* bytes = first + point * kRow;
-        for (int i = 0; i < 5; ++i) {
-            Lanes value;
-            loadBytes(bytes + 8 * i, value);
-            sum[i] += weight[c] * value;
-        }
-    }
+    const std::int64_t dx = at.stride[0] * kRow, dy = at.stride[1] * kRow, dz = at.stride[2] * std::int64_t(kRow);
+    const std::int8_t* const corner[8] = {first,      first + dx,      first + dy,      first + dx + dy,
+                                          first + dz, first + dx + dz, first + dy + dz, first + dx + dy + dz};
+    Lanes s0, s1, s2, s3, s4;
+    const auto add = [&](int c, bool begins) __attribute__((always_inline)) {
+        Lanes v0, v1, v2, v3, v4;
+        loadBytes(corner[c], v0);
+        loadBytes(corner[c] + 8, v1);
+        loadBytes(corner[c] + 16, v2);
+        loadBytes(corner[c] + 24, v3);
+        loadBytes(corner[c] + 32, v4);
+        const float w = weight[c];
+        s0 = begins ? w * v0 : s0 + w * v0;
+        s1 = begins ? w * v1 : s1 + w * v1;
+        s2 = begins ? w * v2 : s2 + w * v2;
+        s3 = begins ? w * v3 : s3 + w * v3;
+        s4 = begins ? w * v4 : s4 + w * v4;
+    };
+    add(0, true);
+    add(1, false);
+    add(2, false);
+    add(3, false);
+    add(4, false);
+    add(5, false);
+    add(6, false);
+    add(7, false);
+    const Lanes sum[5] = {s0, s1, s2, s3, s4};
     for (int i = 0; i < 5; ++i) {
         Lanes scale;
         loadFloats(table.scale[level] + 8 * i, scale);
@@ -298,12 +511,23 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
         offset[axis] = point[axis] - table.centre[axis];
     }
     const Lanes square = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
-    Level levels[3];
+    Level levels[3] = {};
     boxLevel(table.boxes[0], point, levels[0]);
     boxLevel(table.boxes[1], point, levels[1]);
     levels[1].share *= 1 - levels[0].share;
     levels[2].share = 1 - levels[0].share - levels[1].share;
-    sphereLevel(constants, table, offset, square, levels[2]);
+    if (any(levels[2].share > 0)) sphereLevel(constants, table, offset, square, levels[2]);
+    // The corners of all receivers are on their way while the first of them are read.
+    for (std::size_t lane = 0; lane < kFarLanes; ++lane)
+        for (int level = 0; level < 3; ++level) {
+            if (!wanted[lane] || !(levels[level].share[lane] > 0)) continue;
+            const std::int8_t* first = table.points + std::int64_t(levels[level].first[lane]) * kRow;
+            const std::int64_t dy = levels[level].stride[1] * kRow, dz = levels[level].stride[2] * std::int64_t(kRow);
+            __builtin_prefetch(first);
+            __builtin_prefetch(first + dy);
+            __builtin_prefetch(first + dz);
+            __builtin_prefetch(first + dy + dz);
+        }
     Lanes rows[kFarLanes][5];
     for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
         for (int i = 0; i < 5; ++i) rows[lane][i] = kZeros;
@@ -332,15 +556,22 @@ inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, 
     small = (kZeros + radius2) < 4 * kLeastBlocked * (square - radius2);
 }
 
-// What a part blocks at the receivers that are wanted: V - 1 in its rest frame [40], its share of the sphere, and the
-// weight by which it counts. Returns whether it counts anywhere.
+// What a part blocks at the receivers that are wanted.
+struct Blocked {
+    Lanes numbers[kRow];  // V - 1 in its rest frame
+    Lanes share;          // of the sphere
+    Lanes weight;         // by which it counts
+    Lanes inside;         // how dark it is inside of it
+};
+
+// Returns whether the part counts anywhere.
 inline bool blockedBy(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Frames& frames,
-                      const Ints& wanted, Lanes* blocked, Lanes& share, Lanes& weight, Lanes& inside) {
-    sample(constants, table, posed, frames, wanted, blocked, inside);
-    share = blocked[0] * (-1 / kRootOfSphere);
-    weight = (share - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
-    clamp(weight, kZeros, kZeros + 1);
-    return any((weight > 0) | (inside > 0));
+                      const Ints& wanted, Blocked& out) {
+    sample(constants, table, posed, frames, wanted, out.numbers, out.inside);
+    out.share = out.numbers[0] * (-1 / kRootOfSphere);
+    out.weight = (out.share - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
+    clamp(out.weight, kZeros, kZeros + 1);
+    return any((out.weight > 0) | (out.inside > 0));
 }
 
 // Adds block times f of one band to `out`.
@@ -367,7 +598,7 @@ inline void toModel(const float* blocks, const Lanes* f, Lanes* out) {
 // What a block of 8 receivers has seen so far.
 struct Seen {
     Frames frames;
-    Lanes near[kEven];  // product of the parts that block much
+    Lanes near[kDirections];  // product of the parts that block much
     // Sums of V - 1 of the others in the model frame: what is to be mirrored by its bands, and what by its height.
     Lanes rest[2][kFull];
     Lanes light;  // what being inside of parts leaves, 1 outside of all
@@ -389,16 +620,14 @@ inline void addToRest(const Lanes& weight, const Lanes& height, const Lanes* mod
 // Multiplies by 1 + `weight` times the part.
 inline void addToProduct(const FarConstants& constants, const Lanes& weight, const Lanes& height, Lanes* model,
                          Seen& seen) {
-    Lanes local[kEven], out[kEven], by_height;
+    Lanes local[kEven], values[kDirections], by_height;
     toLocal(constants, seen.frames, model);
-    multiply(constants.mirror, 0, kEven, model, local);
     const Lanes sure = height * height, by_bands = weight * (1 - sure);
     choose(height > 0, 2 * weight * sure, kZeros, by_height);
-    for (int l = 0, i = 0; l < kOrder; ++l)
-        for (int m = 0; m <= l; ++m, ++i) local[i] = by_bands * local[i] + by_height * model[l * l + 2 * m];
+    mirror(constants, model, by_bands, by_height, local, Upto<2 * kOrder - 1>());
     local[0] += kRootOfSphere;
-    if (seen.has_near) product(constants.product, seen.near, local, out);
-    for (int i = 0; i < kEven; ++i) seen.near[i] = seen.has_near ? out[i] : local[i];
+    toGrid<kOrder>(constants.grid, local, values);
+    for (int d = 0; d < kDirections; ++d) seen.near[d] = seen.has_near ? seen.near[d] * values[d] : values[d];
     seen.has_near = true;
 }
 
@@ -410,62 +639,67 @@ inline void nearOf(const FarConstants& constants, const Lanes& share, Lanes& nea
 
 // Adds a part to receivers that have no anchors.
 inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, Seen& seen) {
-    Lanes height, blocked[kRow], model[kFull], share, weight, near, inside;
+    Lanes height, model[kFull], near;
+    Blocked blocked;
     Ints small;
     heightOf(posed, seen.frames, height, small);
     const Ints wanted = (height > -1) & ~small;
     if (!any(wanted)) return;
-    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight, inside)) return;
-    seen.light *= 1 - inside;
-    toModel(posed.to_model, blocked, model);
-    nearOf(constants, share, near);
-    if (any(near < 1)) addToRest(weight * (1 - near), height, model, seen);
-    near *= weight;
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
+    seen.light *= 1 - blocked.inside;
+    toModel(posed.to_model, blocked.numbers, model);
+    nearOf(constants, blocked.share, near);
+    if (any(near < 1)) addToRest(blocked.weight * (1 - near), height, model, seen);
+    near *= blocked.weight;
     if (any(near > 0)) addToProduct(constants, near, height, model, seen);
 }
 
 // Adds a part to receivers whose anchors say how near it is.
 inline void addNearPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& near,
                         Seen& seen) {
-    Lanes height, blocked[kRow], model[kFull], share, weight, inside;
+    Lanes height, model[kFull];
+    Blocked blocked;
     Ints small;
     heightOf(posed, seen.frames, height, small);
     const Ints wanted = (height > -1) & ~small & (near > 0);
     if (!any(wanted)) return;
-    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked, share, weight, inside)) return;
-    seen.light *= 1 - inside * near;
-    toModel(posed.to_model, blocked, model);
-    addToProduct(constants, near * weight, height, model, seen);
+    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
+    seen.light *= 1 - blocked.inside * near;
+    toModel(posed.to_model, blocked.numbers, model);
+    addToProduct(constants, near * blocked.weight, height, model, seen);
 }
 
-// exp(f) = exp(c) (1 + g/2 + g^2/8)^2, where c is the constant part of f and g is the rest of it.
-inline void exponential(const FarConstants& constants, const Lanes* f, Lanes* out) {
-    Lanes g[kEven], square[kEven], scale;
-    for (std::size_t lane = 0; lane < kFarLanes; ++lane) scale[lane] = __builtin_expf(f[0][lane] * (1 / kRootOfSphere));
-    for (int i = 0; i < kEven; ++i) g[i] = 0.5f * f[i];
-    g[0] = kZeros;
-    product(constants.product, g, g, square);
-    for (int i = 0; i < kEven; ++i) g[i] += 0.5f * square[i];
-    g[0] += kRootOfSphere;
-    product(constants.product, g, g, out);
-    for (int i = 0; i < kEven; ++i) out[i] *= scale;
+// Sets x to exp(x) = exp(x / 8)^8, for x in [-6, 2].
+inline void exponential(Lanes& x) {
+    clamp(x, kZeros - 6, kZeros + 2);
+    x *= 0.125f;
+    x = 1 + x * (1 + x * (0.5f + x * (1.0f / 6 + x * (1.0f / 24))));
+    x *= x;
+    x *= x;
+    x *= x;
 }
 
 inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
-    if (!seen.has_rest) {
-        for (int i = 0; i < kEven; ++i) out[i] = seen.has_near ? seen.light * seen.near[i] : kZeros;
-        if (!seen.has_near) out[0] = seen.light * kRootOfSphere;
+    if (seen.has_rest) {
+        Lanes local[kEven], values[kDirections];
+        toLocal(constants, seen.frames, seen.rest[0]);
+        toLocal(constants, seen.frames, seen.rest[1]);
+        mirror(constants, seen.rest[0], kZeros + 1, kZeros, local, Upto<2 * kOrder - 1>());
+        for (int l = 0, i = 0; l < kOrder; ++l)
+            for (int m = 0; m <= l; ++m, ++i) local[i] += seen.rest[1][l * l + 2 * m];
+        toGrid<kOrder>(constants.grid, local, values);
+        for (int d = 0; d < kDirections; ++d) {
+            exponential(values[d]);
+            seen.near[d] = seen.has_near ? seen.near[d] * values[d] : values[d];
+        }
+    }
+    if (seen.has_rest || seen.has_near) {
+        fromGrid<kOrder>(constants.grid, seen.near, out);
+        for (int i = 0; i < kEven; ++i) out[i] *= seen.light;
         return;
     }
-    Lanes local[kEven], rest[kEven];
-    toLocal(constants, seen.frames, seen.rest[0]);
-    toLocal(constants, seen.frames, seen.rest[1]);
-    multiply(constants.mirror, 0, kEven, seen.rest[0], local);
-    for (int l = 0, i = 0; l < kOrder; ++l)
-        for (int m = 0; m <= l; ++m, ++i) local[i] += seen.rest[1][l * l + 2 * m];
-    exponential(constants, local, seen.has_near ? rest : out);
-    if (seen.has_near) product(constants.product, seen.near, rest, out);
-    for (int i = 0; i < kEven; ++i) out[i] *= seen.light;
+    for (int i = 0; i < kEven; ++i) out[i] = kZeros;
+    out[0] = kRootOfSphere * seen.light;
 }
 
 inline void begin(const FarReceivers& receivers, std::size_t first, Seen& seen) {
@@ -486,18 +720,17 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
         Lanes nears[kMostAnchorParts];
         for (std::size_t p = 0; p < scene.part_count; ++p) {
             const FarPart& posed = scene.posed[scene.parts[p]];
-            Lanes height, blocked[kRow], model[kFull], share, weight, inside;
+            Lanes height, model[kFull];
+            Blocked blocked;
             Ints small;
             nears[p] = kZeros;
             heightOf(posed, seen.frames, height, small);
             if (!any(~small)) continue;
-            if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked, share, weight,
-                           inside))
-                continue;
-            nearOf(constants, share, nears[p]);
-            const Lanes rest = weight * (1 - nears[p]);
+            if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked)) continue;
+            nearOf(constants, blocked.share, nears[p]);
+            const Lanes rest = blocked.weight * (1 - nears[p]);
             if (!any((rest > 0) & (height > -1))) continue;
-            toModel(posed.to_model, blocked, model);
+            toModel(posed.to_model, blocked.numbers, model);
             addToRest(rest, height, model, seen);
         }
         for (std::size_t lane = 0; lane < kFarLanes && first + lane < receivers.count; ++lane) {
@@ -573,20 +806,36 @@ inline void farLanes(const FarConstants& constants, const FarScene& scene, const
     }
 }
 
-inline void composeLanes(const FarProduct& table, const float* far, const float* mean, std::size_t vertices,
+// Multiplies on the grid, which is exact up to order 6.
+template <int kN>
+inline void multiplyOnGrid(const FarConstants& constants, const Lanes* a, const Lanes* b, Lanes* out) {
+    Lanes local[kDirections], far[kDirections];
+    toGrid<kN>(constants.grid, a, local);
+    toGrid<kOrder>(constants.grid, b, far);
+    for (int d = 0; d < kDirections; ++d) far[d] *= local[d];
+    fromGrid<kN>(constants.grid, far, out);
+}
+
+inline void composeLanes(const FarConstants& constants, const float* far, const float* mean, std::size_t vertices,
                          std::size_t stride, float* numbers) {
+    const int size = constants.compose.size_out;
     for (std::size_t first = 0; first < vertices; first += kFarLanes) {
         const std::size_t lanes = vertices - first < kFarLanes ? vertices - first : kFarLanes;
         Lanes a[kMostEven] = {}, b[kMostEven] = {}, out[kMostEven];
         for (std::size_t lane = 0; lane < lanes; ++lane) {
             const std::size_t v = first + lane;
-            for (int i = 0; i < table.size_out; ++i) a[i][lane] = numbers[v * stride + std::size_t(i)];
+            for (int i = 0; i < size; ++i) a[i][lane] = numbers[v * stride + std::size_t(i)];
             for (int i = 0; i < kEven; ++i) b[i][lane] = far[v * kEven + std::size_t(i)];
         }
-        product(table, a, b, out);
+        if (constants.order == 5)
+            multiplyOnGrid<5>(constants, a, b, out);
+        else if (constants.order <= kOrder)
+            multiplyOnGrid<kOrder>(constants, a, b, out);
+        else
+            product(constants.compose, a, b, out);
         for (std::size_t lane = 0; lane < lanes; ++lane) {
             float* row = numbers + (first + lane) * stride;
-            for (int i = 0; i < table.size_out; ++i)
+            for (int i = 0; i < size; ++i)
                 row[i] = out[i][lane] + (mean ? mean[(first + lane) * stride + std::size_t(i)] : 0);
         }
     }

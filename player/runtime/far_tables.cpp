@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
@@ -14,7 +15,7 @@ namespace penumbra {
 static_assert(kFieldOrder == 6 && kFarNumbers == 21 && FieldTable::kStride == 40 && kFieldSpheres == kMostSpheres &&
                   kFieldSphereSide == 13,
               "far_lanes.h has these numbers too");
-static_assert(mirroredCount(kMaxOrder) == 36);
+static_assert(mirroredCount(kMaxOrder) == 36 && rotationEntryCount(kFieldOrder) == 286);
 
 namespace {
 
@@ -52,13 +53,48 @@ FarTable tableOf(const FieldTable& field) {
     return out;
 }
 
+// The 4 positive nodes of the Gauss-Legendre rule with 8 nodes, which is exact up to degree 15, and their weights.
+constexpr double kHeights[4] = {0.18343464249564980, 0.52553240991632899, 0.79666647741362674, 0.96028985649753623};
+constexpr double kHeightWeights[4] = {0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
+                                      0.10122853629037626};
+
+// y_i is a function of height times cos(m phi) or sin(m phi). It is read where that is 1.
+FarGrid makeGrid() {
+    FarGrid grid{};
+    std::vector<double> y(kFieldNumbers);
+    for (std::size_t k = 0; k < 4; ++k) {
+        const double z = kHeights[k], flat = std::sqrt(1 - z * z);
+        std::size_t i = 0;
+        for (int l = 0; l < kFieldOrder; ++l)
+            for (int m = -l; m <= l; m += 2, ++i) {
+                const double phi = m < 0 ? std::numbers::pi / (-2.0 * m) : 0;
+                evalBasis(kFieldOrder, Vec3d{flat * std::cos(phi), flat * std::sin(phi), z}, std::span<double>(y));
+                const double value = y[std::size_t(shIndex(l, m))];
+                grid.ring[k][i] = float(value);
+                // Twice for the mirror image below the horizon, and an eighth of pi for each of 16 directions.
+                grid.ring_back[k][i] = float(2 * kHeightWeights[k] * std::numbers::pi / 8 * value);
+            }
+    }
+    return grid;
+}
+
+void setMirror(FarConstants& constants) {
+    for (int l = 0; l < kFieldOrder; ++l)
+        for (int m = 1 - l; m < l; m += 2) {  // odd l + m
+            std::array<float, kFieldNumbers> odd{};
+            std::array<float, kFarNumbers> even;
+            odd[std::size_t(shIndex(l, m))] = 1;
+            mirrorAtHorizon(kFieldOrder, odd, even);
+            for (int to = std::abs(m); to < kFieldOrder; to += 2) {
+                const int place = to * (to + 1) / 2 + (m + to) / 2;
+                constants.mirror[place][l] = even[std::size_t(place)];
+            }
+        }
+}
+
 }  // namespace
 
-// Ends a row, filled up with terms of 0 to a multiple.
-void FarTables::Matrix::endRow(std::size_t multiple) {
-    while ((terms.size() - first.back()) % multiple != 0) terms.push_back({0, 0});
-    first.push_back(std::uint16_t(terms.size()));
-}
+void FarTables::Matrix::endRow() { first.push_back(std::uint16_t(terms.size())); }
 
 FarTables::Product FarTables::makeProduct(int order_out, int order_a, int order_b) {
     const auto places = [](int order) {
@@ -82,55 +118,25 @@ FarTables::Product FarTables::makeProduct(int order_out, int order_a, int order_
     }
     for (const std::map<std::uint16_t, float>& row : rows) {
         for (const auto& [from, value] : row) product.rows.terms.push_back({from, value});
-        product.rows.endRow(4);
+        product.rows.endRow();
     }
     assert(pairs.size() <= kMostPairs);
     return product;
 }
 
-FarTables::FarTables(const CompositionView& composition, int order)
-    : product_(makeProduct(kFieldOrder, kFieldOrder, kFieldOrder)), compose_(makeProduct(order, order, kFieldOrder)) {
+FarTables::FarTables(const CompositionView& composition, int order) : compose_(makeProduct(order, order, kFieldOrder)) {
     for (const PartFieldView& part : composition.parts) {
         fields_.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
         fields_.joints.push_back(part.field.joint);
     }
     for (const FieldTable& field : fields_.tables) tables_.push_back(tableOf(field));
     far_parts_ = farParts(composition.steps, partCount(), composition.local_steps);
-    // 1. The turns by 90 degrees about x, as rows.
+    const FarProduct compose{compose_.j.data(), compose_.k.data(), compose_.j.size(), compose_.rows.view(),
+                             int(compose_.rows.first.size()) - 1};
+    constants_ = {{}, {}, makeGrid(), compose, order, {}, {}};
     const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
-    std::array<float, kFieldNumbers> unit{}, out;
-    std::vector<std::array<float, kFieldNumbers>> columns;
-    for (std::size_t i = 0; i < kFieldNumbers; ++i) {
-        unit.fill(0);
-        unit[i] = 1;
-        apply(turn, unit, out);
-        columns.push_back(out);
-    }
-    for (std::size_t r = 0; r < kFieldNumbers; ++r) {
-        for (std::uint16_t i = 0; i < kFieldNumbers; ++i) {
-            if (std::abs(columns[i][r]) > 1e-6f) turn_.terms.push_back({i, columns[i][r]});
-            if (std::abs(columns[r][i]) > 1e-6f) turn_back_.terms.push_back({i, columns[r][i]});
-        }
-        turn_.endRow();
-        turn_back_.endRow();
-    }
-    // 2. The mirror, as rows.
-    std::vector<std::array<float, kFarNumbers>> mirrored(kFieldNumbers);
-    for (std::size_t i = 0; i < kFieldNumbers; ++i) {
-        unit.fill(0);
-        unit[i] = 1;
-        mirrorAtHorizon(kFieldOrder, unit, mirrored[i]);
-    }
-    for (std::size_t r = 0; r < kFarNumbers; ++r) {
-        for (std::uint16_t i = 0; i < kFieldNumbers; ++i)
-            if (std::abs(mirrored[i][r]) > 1e-7f) mirror_.terms.push_back({i, mirrored[i][r]});
-        mirror_.endRow();
-    }
-    const auto viewOf = [](const Product& product) {
-        return FarProduct{product.j.data(), product.k.data(), product.j.size(), product.rows.view(),
-                          int(product.rows.first.size()) - 1};
-    };
-    constants_ = {turn_.view(), turn_back_.view(), mirror_.view(), viewOf(product_), viewOf(compose_), {}, {}};
+    std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants_.quarter_turn);
+    setMirror(constants_);
     std::copy(kFieldSphereScales.begin(), kFieldSphereScales.end(), constants_.sphere_scales);
     constants_.near[0] = kNearFrom;
     constants_.near[1] = kNearFull;

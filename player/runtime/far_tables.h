@@ -25,7 +25,7 @@ private:
     struct Matrix {
         std::vector<std::uint16_t> first{0};
         std::vector<FarTerm> terms;
-        void endRow(std::size_t multiple = 1);
+        void endRow();
         FarMatrix view() const { return {first.data(), terms.data()}; }
     };
     struct Product {
@@ -35,8 +35,7 @@ private:
     FarFields fields_;
     std::vector<std::vector<std::uint16_t>> far_parts_;  // [P]
     std::vector<FarTable> tables_;                       // [P]
-    Matrix turn_, turn_back_, mirror_;
-    Product product_, compose_;
+    Product compose_;
     FarConstants constants_;
 
     static Product makeProduct(int order_out, int order_a, int order_b);

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "pack/pack_asset.h"
 #include "player/bench/bench.h"
 #include "tests/player/synthetic_asset.h"
+#include "tests/synthetic_composition.h"
 
 namespace penumbra {
 namespace {
@@ -34,6 +36,24 @@ TEST(Bench, TimesEveryStage) {
     EXPECT_LT(result.gl.path_difference, 0.5) << "8-bit steps";
     EXPECT_GT(result.gl.model.evaluate, 0);
     EXPECT_GT(result.gl.model.bytes_uploaded, 12 * sizeof(float) * data.asset.animation.jointCount());
+}
+
+// The GPU has the CPU's numbers of a composed asset and shades them.
+TEST(Bench, TimesTheFarPartsOfAComposedAsset) {
+    const std::vector<BrdfFile> brdfs = {synthetic::lambert()};
+    const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};
+    const Packed packed =
+        packAsset(synthetic::composedTube(), brdfs, lights, {.precision = AssetPrecision::kI8}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    const BenchResult result = benchAsset(smallPicture(), asset, 2, 2, {2});
+    ASSERT_EQ(result.cpu.stages.size(), 8u);
+    EXPECT_EQ(std::string(result.cpu.stages[3].name), "far");
+    for (const CpuStage& stage : result.cpu.stages) {
+        EXPECT_GT(stage.time.best, 0) << stage.name;
+        EXPECT_GT(stage.work.flop, 0) << stage.name;
+    }
+    EXPECT_LT(result.gl.path_difference, 0.5) << "8-bit steps";
+    EXPECT_GT(result.characters.back().glsl.evaluate, 0);
 }
 
 TEST(Bench, DrawsAmbientWhereThereIsNoMaterial) {

@@ -16,6 +16,10 @@ using synthetic::composedTube;
 const synthetic::TubeOptions kTube{
     .rings = 20, .segments = 9, .joints = 6, .clusters = 4, .components = 5, .inputs = 4};
 
+// The parts of this one have anchors.
+const synthetic::TubeOptions kManyVertices{
+    .rings = 120, .segments = 16, .joints = 6, .clusters = 4, .components = 5, .inputs = 4};
+
 Packed pack(const Model& model, AssetPrecision precision) {
     return packAsset(model, {}, {}, {.precision = precision}, "{}", 1);
 }
@@ -115,9 +119,28 @@ std::vector<float> expectedFar(const AssetView& asset, std::span<const Affine> b
     return far;
 }
 
-// Receivers all over the tube and inside its balls; every part is multiplied in, as farVisibility() does. Far numbers
-// reach 3.5. Measured: 2e-6.
-TEST(FarKernel, MatchesFarVisibilityOnEveryPath) {
+// Receivers all over the tube and inside its balls.
+struct ScatteredReceivers {
+    std::vector<Vec3> positions, normals, tangents;
+
+    ScatteredReceivers() {
+        synthetic::Noise noise(3);
+        for (std::size_t i = 0; i < 1021; ++i) {
+            const float size = i % 5 == 0 ? 30.0f : 0.4f;
+            positions.push_back(Vec3{noise(), 2 + 2.5f * noise(), noise()} * size);
+            normals.push_back(normalized(Vec3{noise(), noise(), noise()}));
+            if (i < 3) normals.back() = {0, i == 1 ? -1.0f : 0.0f, i == 1 ? 0.0f : 1.0f};
+            tangents.push_back(normalized(cross(normals.back(), Vec3{noise(), noise(), noise()})));
+        }
+    }
+};
+
+struct KernelError {
+    double largest = 0, rms = 0, blocked = 0;  // blocked: most of the sphere
+};
+
+// Compares a path with farVisibility() for receivers that see `parts`, all of which are multiplied in.
+KernelError kernelError(const EvaluatorPath& path, const std::vector<std::uint16_t>& parts) {
     const Packed packed = pack(composedTube(kTube), AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     const FarTables tables(*asset.model.composition, 5);
@@ -126,37 +149,50 @@ TEST(FarKernel, MatchesFarVisibilityOnEveryPath) {
     FarConstants constants = tables.constants();
     constants.near[0] = -2;
     constants.near[1] = -1;
-    synthetic::Noise noise(3);
-    std::vector<Vec3> positions, normals, tangents;
-    for (std::size_t i = 0; i < 1021; ++i) {
-        const float size = i % 5 == 0 ? 30.0f : 0.4f;
-        positions.push_back(Vec3{noise(), 2 + 2.5f * noise(), noise()} * size);
-        normals.push_back(normalized(Vec3{noise(), noise(), noise()}));
-        if (i < 3) normals.back() = {0, i == 1 ? -1.0f : 0.0f, i == 1 ? 0.0f : 1.0f};
-        tangents.push_back(normalized(cross(normals.back(), Vec3{noise(), noise(), noise()})));
-    }
-    const std::span<const std::uint16_t> parts = tables.partsSeenBy(0);
-    for (const EvaluatorPath& path : evaluatorPaths()) {
-        double off = 0, blocked = 0;
-        std::vector<float> far(kMostReceivers * kFarNumbers), expected(kFarNumbers);
-        for (std::size_t first = 0; first < positions.size(); first += kMostReceivers) {
-            const std::size_t count = std::min(kMostReceivers, positions.size() - first);
-            const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
-            path.far->far(constants, scene, {}, {&positions[first], &normals[first], &tangents[first], count},
-                          far.data());
-            for (std::size_t i = 0; i < count; ++i) {
-                const std::size_t r = first + i;
-                farVisibility(tables.fields(), pose.posed, parts, {positions[r], normals[r], tangents[r]}, expected);
-                off = std::max(off, largestDifference(std::span(far).subspan(i * kFarNumbers, kFarNumbers), expected));
-                blocked = std::max(blocked, 1 - expected[0] / std::sqrt(4 * std::numbers::pi));
+    const ScatteredReceivers all;
+    const FarScene scene{tables.tables(), pose.parts.data(), parts.data(), parts.size()};
+    KernelError error;
+    std::vector<float> far(kMostReceivers * kFarNumbers), expected(kFarNumbers);
+    for (std::size_t first = 0; first < all.positions.size(); first += kMostReceivers) {
+        const std::size_t count = std::min(kMostReceivers, all.positions.size() - first);
+        path.far->far(constants, scene, {}, {&all.positions[first], &all.normals[first], &all.tangents[first], count},
+                      far.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t r = first + i;
+            farVisibility(tables.fields(), pose.posed, parts, {all.positions[r], all.normals[r], all.tangents[r]},
+                          expected);
+            for (std::size_t n = 0; n < kFarNumbers; ++n) {
+                const double off = far[i * kFarNumbers + n] - expected[n];
+                error.largest = std::max(error.largest, std::abs(off));
+                error.rms += off * off;
             }
+            error.blocked = std::max(error.blocked, 1 - expected[0] / std::sqrt(4 * std::numbers::pi));
         }
-        EXPECT_GT(blocked, 0.2);
-        EXPECT_LT(off, 1e-5) << path.name;
+    }
+    error.rms = std::sqrt(error.rms / double(all.positions.size() * kFarNumbers));
+    return error;
+}
+
+// A product of two functions comes back from the directions exactly. Far numbers reach 3.5. Measured: 4e-6.
+TEST(FarKernel, MatchesFarVisibilityForTwoPartsOnEveryPath) {
+    for (const EvaluatorPath& path : evaluatorPaths())
+        for (const std::vector<std::uint16_t>& parts : {std::vector<std::uint16_t>{}, {2}, {2, 4}, {3, 5}}) {
+            const KernelError error = kernelError(path, parts);
+            EXPECT_LT(error.largest, 2e-5) << path.name;
+            EXPECT_TRUE(error.blocked > 0.2 || parts.empty());
+        }
+}
+
+// farVisibility() cuts each product off at order 6, and the directions do not. Measured: rms .0011 and .023 at most.
+TEST(FarKernel, IsCloseToFarVisibilityForManyParts) {
+    for (const EvaluatorPath& path : evaluatorPaths()) {
+        const KernelError error = kernelError(path, {0, 1, 2, 3, 4, 5});
+        EXPECT_LT(error.rms, 0.002) << path.name;
+        EXPECT_LT(error.largest, 0.05) << path.name;
     }
 }
 
-// Numbers reach 4. Measured: 1e-6.
+// Numbers reach 4. Measured: 3e-6.
 TEST(ComposedEvaluator, MatchesTheFormulas) {
     double off = 0;
     for (const char* convention : {"D5", "D3", "D6", "D8"})
@@ -174,16 +210,12 @@ TEST(ComposedEvaluator, MatchesTheFormulas) {
                     std::max(off, largestDifference(numbersOf(evaluator, bones), expectedNumbers(model, asset, bones)));
             }
         }
-    EXPECT_LT(off, 3e-6);
+    EXPECT_LT(off, 1e-5);
 }
 
-// Parts that block little are summed instead of being multiplied, which changes little. Measured: .049 of what the
-// far parts take away.
-TEST(ComposedEvaluator, SummedPartsAreCloseToAProduct) {
-    synthetic::TubeOptions tube = kTube;
-    tube.joints = 12;
-    const Model model = composedTube(tube, {.radius = 0.08f});
-    const Packed packed = pack(model, AssetPrecision::kF32);
+// Returns how far the far parts of all frames are from farVisibility(), relative to what they take away.
+double farError(const synthetic::TubeOptions& tube, float radius) {
+    const Packed packed = pack(composedTube(tube, {.radius = radius}), AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     double difference = 0, signal = 0;
@@ -199,7 +231,18 @@ TEST(ComposedEvaluator, SummedPartsAreCloseToAProduct) {
         }
     }
     EXPECT_GT(signal, 1);
-    EXPECT_LT(std::sqrt(difference / signal), 0.08);
+    return std::sqrt(difference / signal);
+}
+
+// Parts that block little are summed instead of being multiplied, in small parts at every vertex and in others at
+// anchors. Measured: .046 and .16 of what the far parts take away.
+TEST(ComposedEvaluator, SummedPartsAreCloseToAProduct) {
+    synthetic::TubeOptions few = kTube;
+    few.joints = 12;
+    EXPECT_LT(farError(few, 0.08f), 0.08);
+    synthetic::TubeOptions many = kManyVertices;
+    many.joints = 12;
+    EXPECT_LT(farError(many, 0.08f), 0.2);
 }
 
 TEST(ComposedEvaluator, ARigOfOnePartHasNoFarPart) {
@@ -224,7 +267,7 @@ TEST(ComposedEvaluator, ARigOfOnePartHasNoFarPart) {
 
 TEST(ComposedEvaluator, EveryPathAgreesWithThePortableOne) {
     for (AssetPrecision precision : {AssetPrecision::kF32, AssetPrecision::kF16, AssetPrecision::kI8}) {
-        const Packed packed = pack(composedTube(kTube), precision);
+        const Packed packed = pack(composedTube(kManyVertices), precision);
         const AssetView asset = openAsset(packed.bytes);
         Evaluator evaluator(asset);
         const std::vector<EvaluatorPath> paths = evaluatorPaths();
@@ -239,7 +282,7 @@ TEST(ComposedEvaluator, EveryPathAgreesWithThePortableOne) {
 }
 
 TEST(ComposedEvaluator, AllocatesNothing) {
-    const Packed packed = pack(composedTube(kTube), AssetPrecision::kI8);
+    const Packed packed = pack(composedTube(kManyVertices), AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     std::vector<float> numbers(evaluator.vertexCount() * std::size_t(asset.model.stride));
@@ -250,7 +293,7 @@ TEST(ComposedEvaluator, AllocatesNothing) {
 }
 
 TEST(ComposedEvaluator, SameNumbersForAnyThreadCountAndForCopies) {
-    const Packed packed = pack(composedTube(kTube), AssetPrecision::kI8);
+    const Packed packed = pack(composedTube(kManyVertices), AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     const std::vector<float> expected = numbersOf(evaluator, asset.animation.bonesOf(2));
@@ -265,12 +308,12 @@ TEST(ComposedEvaluator, SameNumbersForAnyThreadCountAndForCopies) {
 
 // A pose of huge or singular bones means little, but its numbers are finite and E stays in [0, 1].
 TEST(ComposedEvaluator, NoPoseMakesItExplode) {
-    const Packed packed = pack(composedTube(kTube), AssetPrecision::kI8);
+    const Packed packed = pack(composedTube(kManyVertices), AssetPrecision::kI8);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     std::vector<float> e(evaluator.vertexCount());
     for (float size : {0.0f, 1.0f, 1e3f, 1e6f}) {
-        std::vector<Affine> bones(std::size_t(kTube.joints));
+        std::vector<Affine> bones(std::size_t(kManyVertices.joints));
         for (std::size_t j = 0; j < bones.size(); ++j)
             for (std::size_t i = 0; i < 12; ++i) bones[j].m[i] = size * std::sin(float(7 * j + 3 * i) + size);
         const std::vector<float> numbers = numbersOf(evaluator, bones);
@@ -299,19 +342,22 @@ std::vector<Affine> curl(const Model& model, double angle) {
     return bones;
 }
 
-// The tube curls up until its ends touch. Parts come above the horizon, into reach and into each other on the way.
-// E changes by .43. Measured: no step is above .029, where an end goes dark inside the other, and none exceeds the
-// larger of those next to it by more than .0009.
+// The tube curls up until its ends go through one another. Parts come above the horizon, into reach and into each other
+// on the way. E of the far parts alone changes by .88. Measured: no step is above .0124, and none exceeds the larger of
+// those next to it by more than .0052: that is where a vertex begins to go dark inside a part, over a depth of 0.2.
+// Before that it is .0007.
 TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
-    const Model model = composedTube(kTube, {.residual = false});
+    const Model model = composedTube(kManyVertices, {.fade = 0.2f, .residual = false});
     const Packed packed = pack(model, AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
     const std::size_t count = evaluator.vertexCount();
+    std::vector<float> far(count * kFarNumbers);
     std::vector<std::vector<float>> e;
     for (int frame = 0; frame < 1000; ++frame) {
-        const std::vector<float> numbers = numbersOf(evaluator, curl(model, 1.25 * frame / 1000));
-        ambient(asset.model.convention, asset.model.stride, 0, count, numbers, e.emplace_back(count));
+        evaluator.setPose(curl(model, 1.25 * frame / 1000), {});
+        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateFar(c, far);
+        ambient(parseConvention("D6"), int(kFarNumbers), 0, count, far, e.emplace_back(count));
     }
     float largest = 0, jump = 0, range = 0;
     for (std::size_t v = 0; v < count; ++v)
@@ -323,8 +369,8 @@ TEST(ComposedEvaluator, NothingPopsOverAThousandFrames) {
             range = std::max(range, std::abs(e[f][v] - e[0][v]));
         }
     EXPECT_GT(range, 0.1f) << "nothing happens";
-    EXPECT_LT(largest, 0.04f);
-    EXPECT_LT(jump, 0.002f);
+    EXPECT_LT(largest, 0.02f);
+    EXPECT_LT(jump, 0.008f);
 }
 
 }  // namespace
