@@ -67,21 +67,20 @@ std::vector<double> ambientErrors(const std::vector<float>& w, const MatrixF& re
     return sums;
 }
 
-// Sets the relative squared errors of the model over training frames and over all other frames.
-void setErrorRatios(ClusterFit& fit, std::span<const std::size_t> train) {
+}  // namespace
+
+void setErrorRatios(const FrameErrors& errors, std::span<const std::size_t> train, ClusterModel& model) {
     double squared[2] = {}, variance[2] = {};
-    std::vector<bool> trained(fit.errors.squared.size());
+    std::vector<bool> trained(errors.squared.size());
     for (std::size_t f : train) trained[f] = true;
     for (std::size_t f = 0; f < trained.size(); ++f) {
-        squared[trained[f]] += fit.errors.squared[f];
-        variance[trained[f]] += fit.errors.variance[f];
+        squared[trained[f]] += errors.squared[f];
+        variance[trained[f]] += errors.variance[f];
     }
     const auto ratio = [&](bool t) { return variance[t] > 0 ? squared[t] / variance[t] : 0.0; };
-    fit.model.train_error = ratio(true);
-    fit.model.holdout_error = train.size() == trained.size() ? std::numeric_limits<double>::quiet_NaN() : ratio(false);
+    model.train_error = ratio(true);
+    model.holdout_error = train.size() == trained.size() ? std::numeric_limits<double>::quiet_NaN() : ratio(false);
 }
-
-}  // namespace
 
 ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     // 1. Take the training mean off the numbers.
@@ -114,7 +113,7 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     subtractPrediction(problem, fit.model, raw, numbers);
     fit.errors.squared = squaredNorms(numbers);
     fit.errors.ambient = ambientErrors(problem.ambient_weights, numbers);
-    setErrorRatios(fit, problem.train);
+    setErrorRatios(fit.errors, problem.train, fit.model);
     return fit;
 }
 

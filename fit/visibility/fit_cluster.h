@@ -37,6 +37,9 @@ struct ClusterFit {
     double left_by_pca = 0;      // energy of the outputs that the output PCA dropped
 };
 
+// Sets the relative squared errors of a cluster over training frames and over all other frames.
+void setErrorRatios(const FrameErrors& errors, std::span<const std::size_t> train, ClusterModel& model);
+
 // Fits the cluster to `numbers` [F, Vc n]. They are used up: afterwards they hold the residuals.
 ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers);
 

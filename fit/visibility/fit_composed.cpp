@@ -12,7 +12,6 @@
 #include "fit/visibility/fit_composed.h"
 
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "fit/numerics/pca.h"
@@ -54,18 +53,6 @@ void clampAll(std::span<const float> ambient, std::span<float> numbers) {
         clampAmbient(ambient, norm2, numbers.subspan(c, ambient.size()));
 }
 
-// Sets the relative squared errors of a cluster's parts.
-double ratioOver(const FrameErrors& errors, std::span<const std::size_t> train, bool trained) {
-    std::vector<bool> in_train(errors.squared.size());
-    for (std::size_t f : train) in_train[f] = true;
-    double squared = 0, variance = 0;
-    std::size_t count = 0;
-    for (std::size_t f = 0; f < in_train.size(); ++f)
-        if (in_train[f] == trained) squared += errors.squared[f], variance += errors.variance[f], ++count;
-    if (count == 0) return std::numeric_limits<double>::quiet_NaN();
-    return variance > 0 ? squared / variance : 0;
-}
-
 }  // namespace
 
 ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF& whole) {
@@ -103,10 +90,6 @@ ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF&
         for (std::size_t c = 0; c < exact.size(); ++c) exact[c] = truth(f, c) - whole(f, c);
         clampAll(ambient, exact);
         addFrame(ambient, truth.row(f), exact, f, fit.errors);
-    }
-    for (ClusterFit* part : {&fit.local, &fit.residual}) {
-        part->model.train_error = ratioOver(fit.errors, problem.local.train, true);
-        part->model.holdout_error = ratioOver(fit.errors, problem.local.train, false);
     }
     return fit;
 }

@@ -266,7 +266,12 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
                       local = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.local.errors; });
     const FrameErrors& errors = keep ? with : without;
     std::vector<ClusterFit> parts;
-    for (ComposedFit& fit : fits) parts.push_back(std::move(fit.local));
+    for (ComposedFit& fit : fits) {
+        // Both parts of a cluster state the errors of the whole prediction.
+        for (ClusterFit* part : {&fit.local, &fit.residual})
+            setErrorRatios(keep ? fit.errors : fit.without_residual, split.train, part->model);
+        parts.push_back(std::move(fit.local));
+    }
     model.clip_errors = errorsByClip(errors, model);
     result.report = reportOf(parts, local, split, model);
     const std::size_t vertices = model.mesh.vertexCount();
