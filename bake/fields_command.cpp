@@ -79,7 +79,9 @@ void defineFields(CLI::App& app, FieldsCommand& command) {
     app.add_option("-o,--output", command.output, "X.fields.h5")->required();
     app.add_option("--rays", options.rays, "directions that each point is traced with");
     app.add_option("--seed", command.seed, "turns the set of directions");
-    app.add_option("--cells", options.cells, "points along a side of a box, if it were a cube");
+    app.add_option("--cells", options.cells, "points along a side of the mean box, if it were a cube");
+    app.add_option("--megabytes", options.megabytes,
+                   "bound on all fields, in millions of bytes; takes fewer points to stay below");
     app.add_option("--fade", options.fade, "depth over which a point inside a part goes dark, in rest diagonals");
     app.add_option("--parts", command.parts, "A:B, half-open: these parts only, for a shard that merge puts together");
     app.add_option("--units", command.units, "of a point cache: m, cm, mm, inch or metres (default: m)");

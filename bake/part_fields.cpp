@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "bake/bake_source.h"
 #include "bake/out_of_range.h"
@@ -31,6 +32,7 @@ namespace {
 
 constexpr int kFullByte = 127;
 constexpr std::size_t kPointsPerTask = 64;
+constexpr double kMegabyte = 1e6;
 
 }  // namespace
 
@@ -39,6 +41,8 @@ std::string findProblem(const FieldOptions& options) {
         return outOfRange("--rays", "16..65536 directions a point", options.rays);
     if (options.cells < 4 || options.cells > 64)
         return outOfRange("--cells", "4..64 points along a side", options.cells);
+    if (!(options.megabytes >= 0.01 && options.megabytes <= 1000))
+        return outOfRange("--megabytes", "0.01..1000 million bytes", options.megabytes);
     if (!(options.fade >= 1e-6 && options.fade <= 1))
         return outOfRange("--fade", "1e-6..1 diagonals of the rest positions", options.fade);
     return findProblem(options.cache);
@@ -53,6 +57,7 @@ std::string optionsJson(const FieldOptions& options) {
     json["rays"] = options.rays;
     json["seed"] = options.seed;
     json["cells"] = options.cells;
+    json["megabytes"] = options.megabytes;
     json["fade"] = options.fade;
     if (options.parts) json["parts"] = {options.parts->begin, options.parts->end};
     if (options.cache.metres != 1) json["metres"] = options.cache.metres;
@@ -85,11 +90,15 @@ void addParts(const Mesh& mesh, const PartTable& table, const FieldOptions& opti
     if (range.end > table.partCount())
         throw UsageError("--parts ends at " + std::to_string(range.end) + ", but there are " +
                          std::to_string(table.partCount()) + " parts");
+    std::vector<PartMesh> meshes;
+    for (std::size_t part = 0; part < table.partCount(); ++part)
+        meshes.push_back(partMesh(mesh.rest_positions, mesh.triangles, table.part_of_triangle, part));
+    const std::vector<PartField> fields =
+        placeFields(meshes, options.cells, std::size_t(options.megabytes * kMegabyte));
     for (std::size_t part = range.begin; part < range.end; ++part) {
-        plan.meshes.push_back(partMesh(mesh.rest_positions, mesh.triangles, table.part_of_triangle, part));
-        PartField field = placeField(plan.meshes.back(), options.cells);
-        field.joint = table.joint_of_part[part];
-        plan.file.fields.parts.push_back(field);
+        plan.meshes.push_back(std::move(meshes[part]));
+        plan.file.fields.parts.push_back(fields[part]);
+        plan.file.fields.parts.back().joint = table.joint_of_part[part];
         checkPart(plan.files_read.front(), plan.file, plan.meshes.size() - 1);
     }
     if (options.parts) plan.file.shard = FieldShard{range.begin, table.partCount()};

@@ -14,10 +14,11 @@
 namespace penumbra {
 
 struct FieldOptions {
-    int rays = 512;          // directions a point, 16..2^16
-    std::uint64_t seed = 1;  // 1 is the plain set of directions; any other seed turns it
-    int cells = 10;          // a box has about this many points to the power of 3, 4..64
-    double fade = 0.0042;    // depth over which a point inside goes dark, in diagonals of the rest positions, 1e-6..1
+    int rays = 512;           // directions a point, 16..2^16
+    std::uint64_t seed = 1;   // 1 is the plain set of directions; any other seed turns it
+    int cells = 12;           // a box has this many points to the power of 3 on average, if they fit, 4..64
+    double megabytes = 2.95;  // all points take at most so many million bytes, 0.01..1000
+    double fade = 0.0042;     // depth over which a point inside goes dark, in diagonals of the rest positions, 1e-6..1
     std::optional<FrameRange> parts = {};  // these parts only; unset = all parts
     PointCacheOptions cache = {};
 };

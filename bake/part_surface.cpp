@@ -55,26 +55,67 @@ BoundingSphere boundingSphere(std::span<const Vec3> points) {
 
 namespace {
 
-FieldBox boxAround(const BoundingBox& bounds, float border, int cells) {
-    FieldBox box{bounds.low - Vec3{border, border, border}, bounds.high + Vec3{border, border, border}, {}};
+FieldBox boxOf(Vec3 low, Vec3 high, double cells) {
+    FieldBox box{low, high, {}};
     const Vec3d extent = toDouble(box.high) - toDouble(box.low);
-    const double side = std::cbrt(extent.x * extent.y * extent.z) / double(cells - 1);
+    const double side = std::cbrt(extent.x * extent.y * extent.z) / std::max(cells - 1, 1.0);
     for (int axis = 0; axis < 3; ++axis)
         box.size[std::size_t(axis)] = std::max(std::int32_t(std::ceil(extent[axis] / side - 0.3)) + 1, 4);
     return box;
 }
 
-}  // namespace
+constexpr float kFineBorder = 0.12f, kCoarseBorder = 0.9f;  // in radii
+// A part has points in proportion to its fine box' volume to this power. Equal numbers (0) spend most of them on parts
+// that cover little, equal cells (1) leave too few for a hand. Chosen on training frames of mh_male and the knight,
+// whose errors of true local x far go from .264 and .322 to .245 and .272 at equal size.
+constexpr double kPointsOfVolume = 0.75;
 
-PartField placeField(const PartMesh& mesh, int cells) {
+PartField placeField(const PartMesh& mesh, double cells) {
     const BoundingSphere sphere = boundingSphere(mesh.positions);
     const BoundingBox bounds = boundsOf(mesh.positions);
     PartField part;
     part.centre = toFloat(sphere.centre);
     // A little more than the sphere, so that every triangle lies in the cone that a point is traced in.
     part.radius = float(sphere.radius * 1.001);
-    part.boxes = {boxAround(bounds, 0.25f * part.radius, cells), boxAround(bounds, 1.5f * part.radius, cells)};
+    // The coarse box also holds the smallest of the spheres of points, which take over from there.
+    Vec3 fine_border, low = bounds.low, high = bounds.high;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float sphere_radius = part.radius / kFieldSphereScales.back();
+        fine_border[axis] = kFineBorder * part.radius;
+        low[axis] = std::min(low[axis] - kCoarseBorder * part.radius, part.centre[axis] - sphere_radius);
+        high[axis] = std::max(high[axis] + kCoarseBorder * part.radius, part.centre[axis] + sphere_radius);
+    }
+    part.boxes = {boxOf(bounds.low - fine_border, bounds.high + fine_border, cells), boxOf(low, high, cells)};
     return part;
+}
+
+double volumeOf(const FieldBox& box) {
+    const Vec3d extent = toDouble(box.high) - toDouble(box.low);
+    return extent.x * extent.y * extent.z;
+}
+
+}  // namespace
+
+std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cells, std::size_t most_bytes) {
+    // 1. How many points each part has for each of the average.
+    std::vector<double> share;
+    double sum = 0;
+    for (const PartMesh& mesh : meshes) {
+        share.push_back(std::pow(volumeOf(placeField(mesh, cells).boxes[0]), kPointsOfVolume));
+        sum += share.back();
+    }
+    // 2. As many as fit.
+    constexpr double kLeastCells = 2, kStep = 0.99;
+    for (;; cells *= kStep) {
+        std::vector<PartField> parts;
+        std::size_t bytes = 0;
+        for (std::size_t p = 0; p < meshes.size(); ++p) {
+            const double of_mean = sum > 0 ? share[p] / sum * double(meshes.size()) : 1;
+            parts.push_back(placeField(meshes[p], cells * std::cbrt(of_mean)));
+            bytes += parts.back().pointCount() * kFieldNumbers + parts.back().boxes[0].pointCount();
+        }
+        if (bytes <= most_bytes || cells < kLeastCells) return parts;
+    }
 }
 
 // --- Nearest point --------------------------------------------------------------------------------------------------

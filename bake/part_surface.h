@@ -24,9 +24,11 @@ struct BoundingSphere {
 };
 BoundingSphere boundingSphere(std::span<const Vec3> points);
 
-// Places the grids of a part: a fine box 0.25 radii around its own, a coarse one 1.5 radii around it, and the spheres.
-// A box has about `cells`^3 points, whose cells are nearly cubes. Scales and joint stay 0.
-PartField placeField(const PartMesh& mesh, int cells);
+// Places the grids of all parts of a character: for each a fine box 0.12 radii around its own, a coarse one 0.9 radii
+// around it that holds the smallest sphere, and the spheres. Cells of a box are nearly cubes. A box has cells^3 points
+// on average, with more in large parts than in small ones, and fewer in all where the points would take more than
+// `most_bytes`, but never fewer than 4 along a side. Scales and joints stay 0.
+std::vector<PartField> placeFields(std::span<const PartMesh> meshes, double cells, std::size_t most_bytes);
 
 struct NearestPoint {
     Vec3d point, normal;  // on the surface; the unit normal of the triangle's front

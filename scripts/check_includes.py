@@ -14,18 +14,19 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache")}
 MAY_INCLUDE = {
     "sh": set(),
+    "sh/far": {"sh"},
     "formats/common": {"sh"},
     **{f"formats/{room}": {"sh", "formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
     "formats/cache": {"sh", "formats/common", "formats/rig"},
     "bake": {"sh"} | FORMATS,
     "fit/numerics": {"sh"} | FORMATS,
     **{f"fit/{room}": {"sh", "fit/numerics"} | FORMATS for room in ("clusters", "models", "light", "reflectance")},
-    "fit/visibility": {"sh", "fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
+    "fit/visibility": {"sh", "sh/far", "fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/compare": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
     "fit": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/compare"} | FORMATS,
     "pack": {"sh", "player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
-    "player/runtime": {"sh", "formats/common", "formats/asset"},
+    "player/runtime": {"sh", "sh/far", "formats/common", "formats/asset"},
     "player/gl": {"sh", "player/runtime"} | FORMATS,
     "player/frame": {"sh", "player/runtime", "player/gl"} | FORMATS,
     "player/draw": {"sh", "player/runtime", "player/gl", "player/frame"} | FORMATS,

@@ -21,15 +21,16 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-// Returns the median time of predictNumbers() over frames spread over the file.
+// Returns the median time of a prediction over frames spread over the file.
 double evaluationMilliseconds(const Model& model, const PoseTable& poses) {
     constexpr std::size_t kFrames = 9;
+    const Predictor predictor(model);
     std::vector<double> times;
     for (std::size_t i = 0; i < kFrames; ++i) {
         throwIfInterrupted();
         const std::size_t f = i * (poses.frameCount() - 1) / (kFrames - 1);
         const steady_clock::time_point start = steady_clock::now();
-        predictNumbers(model, poses.bonesOf(f), poses.poseOf(f));
+        predictor.predict(poses.bonesOf(f), poses.poseOf(f));
         times.push_back(1000 * secondsSince(start));
     }
     return median(times);

@@ -31,7 +31,7 @@ struct CompareFit {
     double bytes_per_vertex = 0;        // size of the clusters' 32-bit numbers, divided by the number of vertices
     double fit_seconds = 0;             // clusters, tangents, reading of the numbers, cross-validation and fit
     std::vector<double> turn_ambient;   // E along the comparison's joint sweep; empty when there is none
-    double evaluate_milliseconds = 0;   // predictNumbers() for a frame on one thread, median over frames
+    double evaluate_milliseconds = 0;   // Predictor::predict() for a frame on one thread, median over frames
 };
 
 // Runs one fit and measures it. `sweep` may be null. `progress` is told the share of this fit that is done.

@@ -143,7 +143,8 @@ Figure costFigure(const Comparison& comparison) {
     figure.method =
         "One point for each number of clusters. Size: the 32-bit numbers of all clusters, before any quantisation. "
         "Time to fit: clusters, tangents, reading of the numbers, cross-validation and fit, on the threads of this "
-        "run. Time to evaluate: predictNumbers() of the fit library, one thread, median of 9 frames; penumbra-player "
+        "run. Time to evaluate: Predictor::predict() of the fit library, one thread, median of 9 frames; "
+        "penumbra-player "
         "bench times the run-time evaluator, which is another implementation.";
     figure.table.columns = {"model", "clusters", "output variance", "convention", "held out", "inputs a cluster"};
     for (const char* name : {"components a cluster", "bytes a vertex", "fit, s", "evaluate, ms"})

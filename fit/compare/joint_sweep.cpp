@@ -143,11 +143,12 @@ std::optional<JointSweep> findJointSweep(const CompareInput& input, const Compar
 std::vector<double> sweepAmbient(const CompareInput& input, const JointSweep& sweep, const Model& model) {
     std::vector<float> weights(std::size_t(model.convention.size()));
     ambientWeights(model.convention, weights);
+    const Predictor predictor(model);
     std::vector<double> ambient;
     for (double angle : sweep.angles) {
         throwIfInterrupted();
         const TurnedPose turned = poseAt(input, sweep.turn, angle);
-        const Prediction prediction = predictNumbers(model, turned.bones, turned.pose);
+        const Prediction prediction = predictor.predict(turned.bones, turned.pose);
         double sum = 0;
         for (std::size_t i = 0; i < weights.size(); ++i)
             sum += double(weights[i]) * prediction.numbers[sweep.vertex * weights.size() + i];

@@ -3,20 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <numeric>
+#include <utility>
 
 #include "fit/clusters/tangent_frames.h"
 
 namespace penumbra {
 
-FarTables makeFarTables(const Composition& composition) {
-    FarTables tables;
-    const PartFields& fields = composition.fields;
-    for (std::size_t p = 0; p < fields.parts.size(); ++p) {
-        tables.fields.tables.push_back(makeFieldTable(fields.parts[p], fields.bytesOf(p), fields.fade));
-        tables.fields.joints.push_back(fields.parts[p].joint);
+FarTables makeFarTables(const Composition& composition, const Convention& convention) {
+    const PartFields& parts = composition.fields;
+    FarFields fields;
+    for (std::size_t p = 0; p < parts.parts.size(); ++p) {
+        fields.tables.push_back(makeFieldTable(parts.parts[p], parts.bytesOf(p), parts.fade));
+        fields.joints.push_back(parts.parts[p].joint);
     }
-    tables.far = farParts(composition.steps, fields.parts.size(), composition.local_steps);
-    return tables;
+    auto far = farParts(composition.steps, parts.parts.size(), composition.local_steps);
+    return {std::move(fields), std::move(far), convention.order};
 }
 
 VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices,
@@ -38,36 +40,64 @@ VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices,
             set.skin.weights.push_back(skin.weights[i]);
         }
     }
+    set.order.resize(set.part.size());
+    std::iota(set.order.begin(), set.order.end(), 0u);
+    std::stable_sort(set.order.begin(), set.order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return set.part[a] < set.part[b]; });
     return set;
 }
+
+namespace {
+
+// Vertices of one part, skinned, as many as the kernel takes at once.
+struct FarBatch {
+    std::array<Vec3, kMostReceivers> positions, normals, tangents;
+    std::array<std::uint32_t, kMostReceivers> vertex;
+    std::size_t count = 0;
+};
+
+}  // namespace
 
 void farFactors(const FarTables& tables, const VertexSet& set, std::span<const Affine> bones,
                 std::span<const PosedPart> posed, std::span<float> out) {
     assert(out.size() == set.part.size() * kFarNumbers);
     std::vector<Vec3> positions, normals;
     skinVertices(set.mesh, set.skin, set.rest_normals, {bones.begin(), bones.end()}, positions, normals);
+    std::vector<FarPart> parts;
+    for (const PosedPart& part : posed) parts.push_back(farPart(part));
     std::vector<Mat3> rotations(bones.size());
     std::vector<bool> known(bones.size());
-    for (std::size_t v = 0; v < set.part.size(); ++v) {
-        const std::size_t joint = set.joint[v];
-        if (!known[joint]) rotations[joint] = nearestRotation(bones[joint].linear());
-        known[joint] = true;
-        const Vec3 tangent = carriedTangent(normals[v], rotations[joint], set.rest_tangents[v]);
-        farVisibility(tables.fields, posed, tables.far[set.part[v]], {positions[v], normals[v], tangent},
-                      out.subspan(v * kFarNumbers, kFarNumbers));
+    std::array<float, kMostReceivers * kFarNumbers> far;
+    for (std::size_t next = 0; next < set.order.size();) {
+        // 1. The next vertices of one part.
+        const std::uint16_t part = set.part[set.order[next]];
+        FarBatch batch;
+        for (; next < set.order.size() && batch.count < kMostReceivers && set.part[set.order[next]] == part; ++next) {
+            const std::uint32_t v = set.order[next];
+            const std::size_t joint = set.joint[v], i = batch.count++;
+            if (!known[joint]) rotations[joint] = nearestRotation(bones[joint].linear());
+            known[joint] = true;
+            batch.vertex[i] = v;
+            batch.positions[i] = positions[v];
+            batch.normals[i] = normals[v];
+            batch.tangents[i] = carriedTangent(normals[v], rotations[joint], set.rest_tangents[v]);
+        }
+        // 2. What the far parts leave visible there.
+        const std::span<const std::uint16_t> seen = tables.partsSeenBy(part);
+        const FarScene scene{tables.tables(), parts.data(), seen.data(), seen.size()};
+        fastestFarPath().far(tables.constants(), scene, {},
+                             {batch.positions.data(), batch.normals.data(), batch.tangents.data(), batch.count},
+                             far.data());
+        for (std::size_t i = 0; i < batch.count; ++i)
+            std::copy_n(far.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
+                        out.begin() + std::ptrdiff_t(batch.vertex[i] * kFarNumbers));
     }
 }
 
-void multiplyByFar(const Convention& convention, std::span<const float> far, std::span<float> numbers) {
-    assert(convention.below == BelowHorizon::kMirrored);
-    const auto n = std::size_t(convention.size());
-    std::array<float, mirroredCount(kMaxOrder)> product;
-    for (std::size_t v = 0; v * n < numbers.size(); ++v) {
-        const std::span<float> vertex = numbers.subspan(v * n, n), sum = std::span(product).first(n);
-        multiplyMirrored(convention.order, vertex, convention.order, far.subspan(v * kFarNumbers, kFarNumbers),
-                         kFieldOrder, sum);
-        for (std::size_t i = 0; i < n; ++i) vertex[i] = sum[i];
-    }
+void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> numbers) {
+    const FarConstants& constants = tables.constants();
+    fastestFarPath().compose(constants, far.data(), nullptr, far.size() / kFarNumbers,
+                             std::size_t(mirroredCount(constants.order)), numbers.data());
 }
 
 }  // namespace penumbra

@@ -5,17 +5,12 @@
 #include <vector>
 
 #include "formats/stage/model_file.h"
-#include "sh/far_visibility.h"
+#include "sh/far/far_tables.h"
 
 namespace penumbra {
 
-// What a composed model needs beside the pose. P counts parts.
-struct FarTables {
-    FarFields fields;
-    std::vector<std::vector<std::uint16_t>> far;  // [P] the far parts of each part
-};
-// `composition` must fit the model: fields, parts of vertices and steps.
-FarTables makeFarTables(const Composition& composition);
+// What a composed model needs beside the pose. `composition` must fit the model: fields, parts of vertices and steps.
+FarTables makeFarTables(const Composition& composition, const Convention& convention);
 
 // Some vertices of a model, as a mesh of their own that can be skinned.
 struct VertexSet {
@@ -24,6 +19,7 @@ struct VertexSet {
     std::vector<Vec3> rest_normals, rest_tangents;
     std::vector<std::uint16_t> part;   // [V of the set]
     std::vector<std::uint16_t> joint;  // [V of the set] the joint that carries the tangent
+    std::vector<std::uint32_t> order;  // [V of the set] its vertices, those of one part together
 };
 VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices, std::span<const int> joint_of_cluster);
 
@@ -33,6 +29,6 @@ void farFactors(const FarTables& tables, const VertexSet& set, std::span<const A
                 std::span<const PosedPart> posed, std::span<float> out);
 
 // Multiplies local numbers [V, n] in convention D by far factors [V, kFarNumbers].
-void multiplyByFar(const Convention& convention, std::span<const float> far, std::span<float> numbers);
+void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> numbers);
 
 }  // namespace penumbra

@@ -153,8 +153,8 @@ FeatureRecipe localRecipe(const FeatureRecipe& recipe, const PartTable& table, i
 std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe = recipeOf(model);
     const PartTable table = makePartTable(model.mesh, model.skin);
-    const FarTables far = makeFarTables(*model.composition);
-    const std::vector<PosedPart> posed = posedParts(job, far.fields);
+    const FarTables far = makeFarTables(*model.composition, model.convention);
+    const std::vector<PosedPart> posed = posedParts(job, far.fields());
     std::vector<ComposedFit> fits(job.clusters.vertices.size());
     forBatches(job, model, 2, [&](std::size_t begin, std::size_t end, const ReadNumbers& read) {
         std::vector<MatrixF> local = read(begin, end, Occluders::kLocalParts),
@@ -165,11 +165,7 @@ std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& mod
             const FeatureRecipe near =
                 localRecipe(recipe, table, model.composition->local_steps, job.clusters.joint[c]);
             const VertexSet vertices = vertexSet(model, job.clusters.vertices[c], job.clusters.joint);
-            ComposedProblem problem{problemOf(job, model, near, c),
-                                    problemOf(job, model, recipe, c),
-                                    model.convention,
-                                    &far,
-                                    &vertices,
+            ComposedProblem problem{problemOf(job, model, near, c), problemOf(job, model, recipe, c), &far, &vertices,
                                     posed};
             problem.residual.clamp = false;
             problem.residual.ambient_weights.clear();

@@ -57,7 +57,7 @@ void clampAll(std::span<const float> ambient, std::span<float> numbers) {
 
 ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF& whole) {
     const std::vector<float>& ambient = problem.local.ambient_weights;
-    const std::size_t frames = whole.rows, parts = problem.far->fields.tables.size();
+    const std::size_t frames = whole.rows, parts = problem.far->partCount();
     ComposedFit fit;
     // 1. Learn the local numbers. The fit turns them into truth - prediction.
     const MatrixF true_local = local;
@@ -72,8 +72,8 @@ ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF&
                    problem.posed.subspan(f * parts, parts), far);
         std::copy_n(true_local.row(f).data(), exact.size(), exact.begin());
         for (std::size_t c = 0; c < exact.size(); ++c) local(f, c) = exact[c] - local(f, c);
-        multiplyByFar(problem.convention, far, exact);
-        multiplyByFar(problem.convention, far, local.row(f));
+        multiplyByFar(*problem.far, far, exact);
+        multiplyByFar(*problem.far, far, local.row(f));
         for (std::size_t c = 0; c < exact.size(); ++c) whole(f, c) -= local(f, c);
         clampAll(ambient, exact);
         addFrame(ambient, truth.row(f), exact, f, fit.split);

@@ -12,7 +12,6 @@ namespace penumbra {
 struct ComposedProblem {
     ClusterProblem local;     // its recipe sees the nearby joints
     ClusterProblem residual;  // neither clamped nor with ambient weights
-    Convention convention;
     const FarTables* far = nullptr;
     const VertexSet* vertices = nullptr;  // those of the cluster
     std::span<const PosedPart> posed;     // [F, P]

@@ -34,7 +34,7 @@ struct FitOptions {
     // A or B only, and not both second values at once.
     Target target = Target::kVisibility;
     Frame frame = Frame::kLocal;
-    // Measures the errors of predictions that are moved to where E lies in [0, 1], as predictNumbers() and the run time
+    // Measures the errors of predictions that are moved to where E lies in [0, 1], as Predictor and the run time
     // give them. It is false only in comparisons. In the model frame it must be false, because the weights of E turn
     // with the normal.
     bool clamp = true;

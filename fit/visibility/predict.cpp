@@ -8,7 +8,6 @@
 #include "fit/clusters/deforming_pose.h"
 #include "fit/clusters/tangent_frames.h"
 #include "fit/models/regressor.h"
-#include "fit/visibility/far_factors.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
@@ -49,33 +48,6 @@ std::vector<int> jointsOfClusters(const Model& model) {
     std::vector<int> joints;
     for (const ClusterModel& cluster : model.clusters) joints.push_back(cluster.joint);
     return joints;
-}
-
-// Turns the local numbers of all vertices into whole ones: the far parts' visibility is multiplied in and the residual
-// is added.
-void compose(const Model& model, const FeatureRecipe& recipe, std::span<const Affine> bones,
-             std::span<const Mat3> rotations, std::span<const float> pose, std::span<const float> ambient,
-             std::span<float> numbers) {
-    const Composition& composition = *model.composition;
-    // 1. Local x far.
-    std::vector<std::uint32_t> all(model.mesh.vertexCount());
-    std::iota(all.begin(), all.end(), 0u);
-    const FarTables tables = makeFarTables(composition);
-    std::vector<PosedPart> posed(tables.fields.tables.size());
-    poseParts(tables.fields, bones, posed);
-    std::vector<float> far(all.size() * kFarNumbers);
-    farFactors(tables, vertexSet(model, all, jointsOfClusters(model)), bones, posed, far);
-    multiplyByFar(model.convention, far, numbers);
-    // 2. The residual.
-    const std::size_t n = ambient.size();
-    std::vector<double> raw(recipe.count());
-    for (const ClusterModel& cluster : composition.residual) {
-        rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
-        const std::vector<float> sum = combined(cluster, scoreCluster(model.kind, recipe, cluster, raw).scores);
-        for (std::size_t i = 0; i < sum.size(); ++i) numbers[cluster.vertices[i / n] * n + i % n] += sum[i];
-    }
-    const float norm2 = std::inner_product(ambient.begin(), ambient.end(), ambient.begin(), 0.0f);
-    for (std::size_t v = 0; v < all.size(); ++v) clampAmbient(ambient, norm2, numbers.subspan(v * n, n));
 }
 
 // Throws InvalidInput when the file shows another character than the model's.
@@ -131,25 +103,53 @@ SeenPose seenPose(const Model& model, const VisibilityFrame& frame) {
 
 }  // namespace
 
-Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std::span<const float> pose) {
-    const FeatureRecipe recipe = recipeOf(model);
+Predictor::Predictor(const Model& model)
+    : model_(model), recipe_(recipeOf(model)), ambient_(std::size_t(model.convention.size())) {
+    ambientWeights(model.convention, ambient_);
+    if (!model.composition) return;
+    far_.reset(new FarTables(makeFarTables(*model.composition, model.convention)));
+    std::vector<std::uint32_t> all(model.mesh.vertexCount());
+    std::iota(all.begin(), all.end(), 0u);
+    vertices_ = vertexSet(model, all, jointsOfClusters(model));
+}
+
+Prediction Predictor::predict(std::span<const Affine> bones, std::span<const float> pose) const {
     const std::vector<Mat3> rotations = rotationsOf(bones);
-    const auto n = std::size_t(model.convention.size());
     Prediction prediction;
-    prediction.numbers.resize(model.mesh.vertexCount() * n);
-    std::vector<float> ambient(n);
-    ambientWeights(model.convention, ambient);
-    std::vector<double> raw(recipe.count());
+    prediction.numbers.resize(model_.mesh.vertexCount() * ambient_.size());
+    std::vector<double> raw(recipe_.count());
     // Each cluster predicts its own vertices and tells how far the pose is out of its range.
-    for (const ClusterModel& cluster : model.clusters) {
-        rawFeatures(recipe, cluster.joint, bones, rotations, pose, raw);
-        const ScoredPose scored = scoreCluster(model.kind, recipe, cluster, raw);
+    for (const ClusterModel& cluster : model_.clusters) {
+        rawFeatures(recipe_, cluster.joint, bones, rotations, pose, raw);
+        const ScoredPose scored = scoreCluster(model_.kind, recipe_, cluster, raw);
         prediction.out_of_range += scored.out_of_range * double(cluster.vertices.size());
-        addComponents(cluster, scored.scores, ambient, prediction.numbers);
+        addComponents(cluster, scored.scores, ambient_, prediction.numbers);
     }
-    if (model.composition) compose(model, recipe, bones, rotations, pose, ambient, prediction.numbers);
-    prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model.mesh.vertexCount()));
+    if (far_) compose(bones, rotations, pose, prediction.numbers);
+    prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model_.mesh.vertexCount()));
     return prediction;
+}
+
+// Turns the local numbers of all vertices into whole ones: the far parts' visibility is multiplied in and the residual
+// is added.
+void Predictor::compose(std::span<const Affine> bones, std::span<const Mat3> rotations, std::span<const float> pose,
+                        std::span<float> numbers) const {
+    // 1. Local x far.
+    std::vector<PosedPart> posed(far_->partCount());
+    poseParts(far_->fields(), bones, posed);
+    std::vector<float> far(model_.mesh.vertexCount() * kFarNumbers);
+    farFactors(*far_, vertices_, bones, posed, far);
+    multiplyByFar(*far_, far, numbers);
+    // 2. The residual.
+    const std::size_t n = ambient_.size();
+    std::vector<double> raw(recipe_.count());
+    for (const ClusterModel& cluster : model_.composition->residual) {
+        rawFeatures(recipe_, cluster.joint, bones, rotations, pose, raw);
+        const std::vector<float> sum = combined(cluster, scoreCluster(model_.kind, recipe_, cluster, raw).scores);
+        for (std::size_t i = 0; i < sum.size(); ++i) numbers[cluster.vertices[i / n] * n + i % n] += sum[i];
+    }
+    const float norm2 = std::inner_product(ambient_.begin(), ambient_.end(), ambient_.begin(), 0.0f);
+    for (std::size_t at = 0; at < numbers.size(); at += n) clampAmbient(ambient_, norm2, numbers.subspan(at, n));
 }
 
 std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
@@ -184,13 +184,14 @@ PredictReport predictFile(const Model& model, const VisibilityReader& poses, con
     checkCharacter(model, poses.header(), files.poses);
     VisibilityWriter writer(files.output, predictionHeader(model, poses.header(), files.provenance),
                             Precision::kFloat32);
+    const Predictor predictor(model);
     PredictReport report;
     report.frames = poses.header().frames.frameCount();
     for (std::size_t f = 0; f < report.frames; ++f) {
         throwIfInterrupted();
         VisibilityFrame frame = poses.readPose(f);
         const SeenPose seen = seenPose(model, frame);
-        const Prediction prediction = predictNumbers(model, seen.bones, seen.pose);
+        const Prediction prediction = predictor.predict(seen.bones, seen.pose);
         frame.coefficients = toModelFrame(model, seen.bones, frame.normals, prediction.numbers, threads);
         writer.writeFrame(frame);
         report.out_of_range.push_back(prediction.out_of_range);

@@ -3,10 +3,13 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "fit/models/features.h"
+#include "fit/visibility/far_factors.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/visibility_file.h"
 
@@ -16,8 +19,24 @@ struct Prediction {
     std::vector<float> numbers;  // [V, n] in the model's convention and in the local frames
     double out_of_range = 0;     // model_file.h; 0 when every group is where training frames had it
 };
-// Predicts one pose from the bones [J] and the pose [P] that the model sees.
-Prediction predictNumbers(const Model& model, std::span<const Affine> bones, std::span<const float> pose);
+// Predicts poses one by one. What does not change with the pose is laid out once. `model` must outlive it.
+class Predictor {
+public:
+    explicit Predictor(const Model& model);
+    // Takes the bones [J] and the pose [P] that the model sees.
+    Prediction predict(std::span<const Affine> bones, std::span<const float> pose) const;
+
+private:
+    const Model& model_;
+    FeatureRecipe recipe_;
+    std::vector<float> ambient_;  // [n]
+    // Only for a composed model.
+    std::unique_ptr<const FarTables> far_;
+    VertexSet vertices_;
+
+    void compose(std::span<const Affine> bones, std::span<const Mat3> rotations, std::span<const float> pose,
+                 std::span<float> numbers) const;
+};
 
 // Turns numbers in the local frames of a pose into what a prediction file holds, [V, order^2] in the model frame:
 // hemisphere moments b for conventions A and B, coefficients of the mirrored function for D.

@@ -4,12 +4,11 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <cstdlib>
 #include <thread>
 
 #include "formats/common/write_file.h"
 #include "player/bench/roofline_kernels.h"
-#include "player/runtime/shade_kernel.h"
+#include "sh/cpu_features.h"
 
 namespace penumbra {
 
@@ -18,7 +17,7 @@ namespace {
 const RooflinePath kPortable{"portable", multiplyAdds, 2 * kChains* kRoofLanes, readAll, triad};
 
 const RooflinePath& fastestPath() {
-    const bool simd = kRooflineAvx2 && cpuHasAvx2() && !std::getenv("PENUMBRA_NO_SIMD");
+    const bool simd = kRooflineAvx2 && cpuHasAvx2();
     return simd ? *kRooflineAvx2 : kPortable;
 }
 

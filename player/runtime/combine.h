@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "player/runtime/far_kernel.h"
+#include "sh/far/far_kernel.h"
 
 namespace penumbra {
 

@@ -71,7 +71,7 @@ FarLayout layoutOf(const AssetView& asset, const FarTables& tables) {
 }  // namespace
 
 Evaluator::Composed::Composed(const AssetView& asset)
-    : far(*asset.model.composition, asset.model.convention.order), layout(layoutOf(asset, far)) {
+    : far(makeFarTables(*asset.model.composition, asset.model.convention.order)), layout(layoutOf(asset, far)) {
     for (const ClusterView& cluster : asset.model.composition->residual) {
         const std::size_t begin = residual_mean.size();
         residual_mean.resize(begin + cluster.mean.count);

@@ -11,7 +11,7 @@
 #include "player/runtime/combine.h"
 #include "player/runtime/deformation.h"
 #include "player/runtime/far_anchors.h"
-#include "player/runtime/far_tables.h"
+#include "sh/far/far_tables.h"
 #include "player/runtime/model_evaluator.h"
 
 namespace penumbra {

@@ -14,18 +14,21 @@
 #include <map>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
-#include "player/runtime/far_kernel.h"
 #include "sh/bounding_box.h"
+#include "sh/far/far_kernel.h"
 
 namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kVerticesOfAnchor = 12, kMostAnchors = 2048;  // of a part
-constexpr std::size_t kFewVertices = 64;                            // a part with no more has no anchors
+constexpr std::size_t kVerticesOfAnchor = 12;
+constexpr std::size_t kFewVertices = 64;  // a part with no more has no anchors
 // The difference of opposite normals counts as this share of the part's diagonal.
-constexpr float kNormalShare = 0.5f;
+constexpr float kNormalShare = 0.4f;
+// Of the weights: larger ones spread them more evenly and follow linear functions less.
+constexpr double kSmoothness = 0.01;
 
 // A place on the skin of a part.
 struct Place {
@@ -62,7 +65,7 @@ std::vector<std::uint32_t> sortedReceivers(const AssetView& asset) {
     return receivers;
 }
 
-// The anchors of one part, and the places of all of its vertices.
+// The anchors of one part.
 struct PartAnchors {
     float normal_scale = 0;
     std::vector<std::uint32_t> vertices;  // of the anchors
@@ -73,24 +76,56 @@ Place placeOf(const MeshView& mesh, std::uint32_t vertex, float normal_scale) {
     return {mesh.positions[vertex], mesh.normals[vertex] * normal_scale};
 }
 
-PartAnchors chooseAnchors(const MeshView& mesh, const std::vector<std::uint32_t>& vertices) {
-    PartAnchors chosen;
-    if (vertices.size() <= kFewVertices) return chosen;
-    std::vector<Vec3> positions;
-    for (const std::uint32_t v : vertices) positions.push_back(mesh.positions[v]);
-    chosen.normal_scale = kNormalShare * float(boundsOf(positions).radius());
-    std::vector<float> distance(vertices.size(), std::numeric_limits<float>::max());
-    const std::size_t count = std::min((vertices.size() + kVerticesOfAnchor - 1) / kVerticesOfAnchor, kMostAnchors);
-    std::size_t next = 0;
-    while (chosen.vertices.size() < count) {
-        chosen.vertices.push_back(vertices[next]);
-        chosen.places.push_back(placeOf(mesh, vertices[next], chosen.normal_scale));
-        for (std::size_t i = 0; i < vertices.size(); ++i)
-            distance[i] = std::min(
-                distance[i], squaredDistance(chosen.places.back(), placeOf(mesh, vertices[i], chosen.normal_scale)));
-        next = std::size_t(std::max_element(distance.begin(), distance.end()) - distance.begin());
+// Adds anchors to a part one by one, each where the vertices are farthest from all anchors so far.
+class AnchorSampler {
+public:
+    AnchorSampler(const MeshView& mesh, const std::vector<std::uint32_t>& vertices)
+        : mesh_(mesh), vertices_(vertices), gaps_(vertices.size(), std::numeric_limits<float>::max()) {
+        std::vector<Vec3> positions;
+        for (const std::uint32_t v : vertices) positions.push_back(mesh.positions[v]);
+        anchors.normal_scale = kNormalShare * float(boundsOf(positions).radius());
+        while (anchors.vertices.size() <= kAnchorsOfReceiver) add();
     }
-    return chosen;
+    PartAnchors anchors;
+
+    float gap() const { return gaps_[next_]; }  // squared
+    void add() {
+        const Place place = placeOf(mesh_, vertices_[next_], anchors.normal_scale);
+        anchors.vertices.push_back(vertices_[next_]);
+        anchors.places.push_back(place);
+        for (std::size_t i = 0; i < vertices_.size(); ++i)
+            gaps_[i] = std::min(gaps_[i], squaredDistance(place, placeOf(mesh_, vertices_[i], anchors.normal_scale)));
+        next_ = std::size_t(std::max_element(gaps_.begin(), gaps_.end()) - gaps_.begin());
+    }
+
+private:
+    const MeshView& mesh_;
+    const std::vector<std::uint32_t>& vertices_;
+    std::vector<float> gaps_;
+    std::size_t next_ = 0;
+};
+
+// Chooses the anchors of all parts that `wanted` names, as many as one for kVerticesOfAnchor vertices, but spread
+// evenly over the skin: where vertices stand close, they share an anchor with more others.
+std::vector<PartAnchors> chooseAnchors(const MeshView& mesh, const std::vector<std::vector<std::uint32_t>>& vertices,
+                                       const std::vector<bool>& wanted) {
+    std::vector<AnchorSampler> samplers;
+    std::vector<std::size_t> part_of_sampler;
+    std::size_t count = 0, chosen = 0;
+    for (std::size_t p = 0; p < vertices.size(); ++p) {
+        if (!wanted[p] || vertices[p].size() <= kFewVertices) continue;
+        part_of_sampler.push_back(p);
+        samplers.emplace_back(mesh, vertices[p]);
+        count += vertices[p].size() / kVerticesOfAnchor;
+        chosen += samplers.back().anchors.vertices.size();
+    }
+    for (; chosen < count; ++chosen)
+        std::max_element(samplers.begin(), samplers.end(), [](const AnchorSampler& a, const AnchorSampler& b) {
+            return a.gap() < b.gap();
+        })->add();
+    std::vector<PartAnchors> anchors(vertices.size());
+    for (std::size_t i = 0; i < samplers.size(); ++i) anchors[part_of_sampler[i]] = std::move(samplers[i].anchors);
+    return anchors;
 }
 
 // The nearest anchors of a vertex, index into the part's, and their weights.
@@ -99,6 +134,26 @@ struct Nearest {
     std::array<float, kAnchorsOfReceiver> weight{};
 };
 
+// Solves A x = b for a symmetric positive definite A, by elimination without pivots.
+template <std::size_t N>
+std::array<double, N> solve(std::array<std::array<double, N>, N> a, std::array<double, N> b) {
+    for (std::size_t k = 0; k < N; ++k)
+        for (std::size_t i = k + 1; i < N; ++i) {
+            const double share = a[i][k] / a[k][k];
+            for (std::size_t j = k; j < N; ++j) a[i][j] -= share * a[k][j];
+            b[i] -= share * b[k];
+        }
+    for (std::size_t k = N; k-- > 0;) {
+        for (std::size_t j = k + 1; j < N; ++j) b[k] -= a[k][j] * b[j];
+        b[k] /= a[k][k];
+    }
+    return b;
+}
+
+// Weights that give back functions that are constant exactly and linear ones nearly, with the smallest that do so. A
+// weight costs more the farther its anchor is and reaches 0 where another anchor would come in, so that neighbours have
+// nearly the same weights. With x_i the anchors' places as seen from the vertex, in units of `reach`, the weights
+// minimise |sum w_i x_i|^2 + sum c_i w_i^2, sum w_i = 1.
 Nearest nearestAnchors(const PartAnchors& part, const Place& place) {
     std::array<std::pair<float, std::size_t>, kAnchorsOfReceiver + 1> best;
     best.fill({std::numeric_limits<float>::max(), 0});
@@ -109,16 +164,29 @@ Nearest nearestAnchors(const PartAnchors& part, const Place& place) {
         std::sort(best.begin(), best.end());
     }
     const float reach = std::max(best.back().first, std::numeric_limits<float>::min());
-    Nearest nearest;
-    float sum = 0;
+    std::array<Place, kAnchorsOfReceiver> offset;
+    std::array<std::array<double, kAnchorsOfReceiver>, kAnchorsOfReceiver> a;
     for (std::size_t i = 0; i < kAnchorsOfReceiver; ++i) {
-        const float d = best[i].first / reach, weight = (1 - d) / (d + 0.1f);
-        nearest.anchor[i] = best[i].second;
-        nearest.weight[i] = d < 1 ? weight * weight : 0;
-        sum += nearest.weight[i];
+        const Place& anchor = part.places[best[i].second];
+        offset[i] = {(anchor.position - place.position) / reach, (anchor.normal - place.normal) / reach};
     }
-    if (!(sum > 0)) nearest.weight[0] = sum = 1;
-    for (float& weight : nearest.weight) weight /= sum;
+    for (std::size_t i = 0; i < kAnchorsOfReceiver; ++i) {
+        for (std::size_t j = 0; j < kAnchorsOfReceiver; ++j)
+            a[i][j] = dot(offset[i].position, offset[j].position) + dot(offset[i].normal, offset[j].normal);
+        const double d = best[i].first / reach, left = std::max(1 - d, 1e-3);
+        a[i][i] += kSmoothness * (0.01 + d * d) / (left * left);
+    }
+    // The minimum under sum w_i = 1 is A^-1 1, scaled.
+    std::array<double, kAnchorsOfReceiver> ones;
+    ones.fill(1);
+    const std::array<double, kAnchorsOfReceiver> weights = solve(a, ones);
+    double sum = 0;
+    for (const double w : weights) sum += w;
+    Nearest nearest;
+    for (std::size_t i = 0; i < kAnchorsOfReceiver; ++i) {
+        nearest.anchor[i] = best[i].second;
+        nearest.weight[i] = float(weights[i] / sum);
+    }
     return nearest;
 }
 
@@ -142,6 +210,16 @@ void addAnchors(const MeshView& mesh, const PartAnchors& part, std::size_t part_
 
 }  // namespace
 
+FarTables makeFarTables(const CompositionView& composition, int order) {
+    FarFields fields;
+    for (const PartFieldView& part : composition.parts) {
+        fields.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
+        fields.joints.push_back(part.field.joint);
+    }
+    auto far = farParts(composition.steps, composition.parts.size(), composition.local_steps);
+    return {std::move(fields), std::move(far), order};
+}
+
 FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts) {
     const std::span<const std::uint16_t> part_of = asset.model.composition->part_of_vertex;
     FarLayout layout;
@@ -151,10 +229,9 @@ FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& 
     // 1. Anchors of every part, whatever its clusters are.
     std::vector<std::vector<std::uint32_t>> vertices(part_counts.size());
     for (std::uint32_t v = 0; v < part_of.size(); ++v) vertices[part_of[v]].push_back(v);
-    std::vector<PartAnchors> anchors(part_counts.size());
-    for (std::size_t p = 0; p < vertices.size(); ++p)
-        if (part_counts[p] > 0 && part_counts[p] <= kMostAnchorParts)
-            anchors[p] = chooseAnchors(asset.mesh, vertices[p]);
+    std::vector<bool> wanted;
+    for (const std::size_t count : part_counts) wanted.push_back(count > 0 && count <= kMostAnchorParts);
+    const std::vector<PartAnchors> anchors = chooseAnchors(asset.mesh, vertices, wanted);
     // 2. Runs.
     for (const ClusterView& cluster : asset.model.clusters) {
         layout.first_run.push_back(std::uint32_t(layout.runs.size()));

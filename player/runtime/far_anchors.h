@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/asset/asset_file.h"
+#include "sh/far/far_tables.h"
 
 namespace penumbra {
 
@@ -27,6 +28,9 @@ struct FarLayout {
     std::vector<std::uint32_t> anchors;    // vertices
     std::size_t values = 0;                // floats that the anchors of all runs take
 };
+
+// Lays out the fields of an asset. Local visibilities have `order` bands.
+FarTables makeFarTables(const CompositionView& composition, int order);
 
 // `part_counts` tells how many far parts the vertices of each part see.
 FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts);

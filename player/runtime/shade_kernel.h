@@ -89,7 +89,5 @@ struct ShadePath {
 std::vector<ShadePath> shadePaths();
 
 extern const ShadePath* const kShadeAvx2;  // null where the compiler has no such target
-bool cpuHasAvx2();                         // with FMA and F16C
-bool cpuHasVnni();                         // and with AVX-512 VNNI and VL
 
 }  // namespace penumbra

@@ -1,29 +1,11 @@
-#include <cstdlib>
-
 #include "player/runtime/shade_lanes.h"
+#include "sh/cpu_features.h"
 
 namespace penumbra {
 
-bool cpuHasAvx2() {
-#ifdef __x86_64__
-    // F16C came before AVX2, so that every processor with AVX2 has it. clang 14 cannot ask for it.
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#else
-    return false;
-#endif
-}
-
-bool cpuHasVnni() {
-#ifdef __x86_64__
-    return cpuHasAvx2() && __builtin_cpu_supports("avx512vnni") && __builtin_cpu_supports("avx512vl");
-#else
-    return false;
-#endif
-}
-
 std::vector<ShadePath> shadePaths() {
     std::vector<ShadePath> paths = {{"portable", shadeLanes}};
-    if (kShadeAvx2 && cpuHasAvx2() && !std::getenv("PENUMBRA_NO_SIMD")) paths.push_back(*kShadeAvx2);
+    if (kShadeAvx2 && cpuHasAvx2()) paths.push_back(*kShadeAvx2);
     return paths;
 }
 

@@ -26,12 +26,14 @@ float distanceBetween(std::span<const float> a, std::span<const float> b) {
 
 PartMesh meshOf(const shapes::Shape& shape) { return {shape.positions, shape.triangles}; }
 
+PartField placedField(const PartMesh& mesh, double cells) { return placeFields({&mesh, 1}, cells, 1 << 30)[0]; }
+
 FieldPlan planOf(const std::vector<PartMesh>& meshes, int cells = 12) {
     FieldPlan plan;
     plan.file.fields.fade = 0.01f;
     for (const PartMesh& mesh : meshes) {
         plan.meshes.push_back(mesh);
-        plan.file.fields.parts.push_back(placeField(mesh, cells));
+        plan.file.fields.parts.push_back(placedField(mesh, cells));
     }
     return plan;
 }
@@ -72,7 +74,7 @@ TEST(NearestSurface, AgreesWithASphere) {
 TEST(PlaceField, CellsAreNearlyCubes) {
     shapes::Shape rod = shapes::sphere({5, 5, 5}, 1, 16);
     for (Vec3& p : rod.positions) p.y = 5 + 0.2f * (p.y - 5);
-    const PartField part = placeField(meshOf(rod), 12);
+    const PartField part = placedField(meshOf(rod), 12);
     for (const FieldBox& box : part.boxes) {
         Vec3 cell;
         for (int axis = 0; axis < 3; ++axis)
@@ -81,15 +83,15 @@ TEST(PlaceField, CellsAreNearlyCubes) {
         EXPECT_LT(most / least, 1.25f);
         EXPECT_NEAR(double(box.pointCount()), 1728, 350);  // thin boxes have more: 2023 was measured
     }
-    EXPECT_NEAR(part.boxes[0].low.y, 5 - 0.2f - 0.25f * part.radius, 1e-4f);
-    EXPECT_NEAR(part.boxes[1].high.x, 6 + 1.5f * part.radius, 1e-2f);
+    EXPECT_NEAR(part.boxes[0].low.y, 5 - 0.2f - 0.12f * part.radius, 1e-4f);
+    EXPECT_NEAR(part.boxes[1].high.x, 6 + 0.9f * part.radius, 1e-2f);
 }
 
 // 2048 rays came within .0040 of the closed form. V - 1 has a length of up to 3.
 TEST(PartTracer, ASphereHasTheClosedFormOfACap) {
     const Vec3d centre{2, -1, 3};
     const PartMesh mesh = meshOf(shapes::sphere(centre, 0.25, 64));
-    const PartField field = placeField(mesh, 12);
+    const PartField field = placedField(mesh, 12);
     const ConeDirections directions = makeConeDirections(2048, 1);
     const PartTracer tracer(mesh, field, directions);
     float worst = 0;
@@ -108,7 +110,7 @@ constexpr double kAboveUnitBall = 1 + 2e-3 * 2 * std::numbers::sqrt3;
 // A point inside sees what the nearest surface point sees, about half of the sphere, and its distance is negative.
 TEST(PartTracer, InsidePointsHoldWhatTheSurfaceSees) {
     const PartMesh mesh = meshOf(shapes::sphere({0, 0, 0}, 1, 48));
-    const PartField field = placeField(mesh, 12);
+    const PartField field = placedField(mesh, 12);
     const ConeDirections directions = makeConeDirections(1024, 1);
     const PartTracer tracer(mesh, field, directions);
     for (const Vec3d d : fibonacciSphere(20)) {
@@ -126,7 +128,7 @@ TEST(PartTracer, AMouthIsInside) {
     shapes::append(shape, hollow);
     shapes::append(shape, shapes::sphere({0, 0, 0}, 0.3, 12));
     const PartMesh mesh = meshOf(shape);
-    const PartField field = placeField(mesh, 12);
+    const PartField field = placedField(mesh, 12);
     const ConeDirections directions = makeConeDirections(256, 1);
     const PartTracer tracer(mesh, field, directions);
     const PointOfField point = tracer.trace({0, 0.5f, 0}, true);
@@ -171,7 +173,7 @@ TEST(CloseHoles, RightDistancesStay) {
 // Every number is at most half a byte off, which is its band's largest number over 254.
 TEST(QuantizeField, ErrorsAreAtMostHalfAByte) {
     const PartMesh mesh = meshOf(shapes::sphere({1, 1, 1}, 0.5, 12));
-    PartField part = placeField(mesh, 6);
+    PartField part = placedField(mesh, 6);
     FieldSamples samples;
     for (std::size_t i = 0; i < part.pointCount() * kFieldNumbers; ++i)
         samples.values.push_back(std::sin(float(i) * 0.7f));

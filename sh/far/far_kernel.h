@@ -66,9 +66,9 @@ struct FarConstants {
     FarProduct compose;                 // of the local visibility and a far one; only of orders above 6
     int order;                          // of the local visibility
     float sphere_scales[kMostSpheres];  // kFieldSphereScales
-    // Parts that block up to near[0] of the sphere are summed and exponentiated, those above near[1] are multiplied in
-    // one by one. Between the two both ways have a share.
-    float near[2];
+    // Anchors sum parts that block up to near[0] of the sphere; receivers multiply those above near[1] in one by one.
+    // Between the two both have a share. The sum takes what blocks most 1 + depth times.
+    float near[2], depth;
 };
 
 struct FarReceivers {
@@ -84,9 +84,9 @@ struct FarScene {
     std::size_t part_count;
 };
 
-// What anchors know, for the receivers around them. An anchor has `stride` floats: two sums [36] over the parts that
-// block little, then how near each part is (0..1, as `near` above tells by what it blocks).
-constexpr std::size_t kAnchorSums = 72, kMostAnchorParts = 32, kAnchorsOfReceiver = 4;
+// What anchors know, for the receivers around them. An anchor has `stride` floats: the sum [36] over the parts that
+// block little, 4 zeros, then how near each part is (0..1, as `near` above tells by what it blocks).
+constexpr std::size_t kAnchorSums = 40, kMostAnchorParts = 32, kAnchorsOfReceiver = 4;
 constexpr std::size_t anchorStride(std::size_t part_count) { return kAnchorSums + (part_count + 7) / 8 * 8; }
 struct FarAnchors {
     const float* values = nullptr;          // [anchors, stride]; null: receivers find out for themselves
@@ -109,5 +109,6 @@ struct FarPath {
 
 extern const FarPath kFarPortable;
 extern const FarPath* const kFarAvx2;  // null where the compiler has no such target
+const FarPath& fastestFarPath();       // of this processor
 
 }  // namespace penumbra

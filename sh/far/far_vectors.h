@@ -5,7 +5,7 @@
 #include <immintrin.h>
 #endif
 
-#include "player/runtime/far_kernel.h"
+#include "sh/far/far_kernel.h"
 #include "sh/far_visibility.h"
 
 namespace penumbra {

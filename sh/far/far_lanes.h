@@ -12,15 +12,14 @@
 //   turns about z and two fixed ones, without trigonometry (as in shade_lanes.h).
 // - Products are taken at 64 directions above the horizon. There and back take a third of what the product of SH
 //   coefficients takes, and several products in a row, and the exponential, need no way back in between.
-// - Parts that block little are summed in the model frame instead of being multiplied: log V is nearly V - 1. One
-//   exponential brings them in at the end. Parts move from one way to the other smoothly.
-// - These sums vary slowly over a part, so that a few anchors compute them, and the receivers around take their mean.
-//   Anchors also say how near each part is, so that what they leave out is what receivers add, and nothing pops.
+// - Parts that block little are not multiplied in one by one. A few anchors sum them in the model frame, since log V is
+//   nearly V - 1, and the receivers around interpolate the sum; one turn and one exponential bring it in. Anchors also
+//   say how near each part is, so that what they leave out is what receivers multiply in, and nothing pops.
 //
 // far_portable.cpp and far_avx2.cpp include this source and differ in the processor that they are compiled for.
 // Everything has internal linkage and calls nothing inline from the standard library (shade_lanes.h tells why).
-#include "player/runtime/far_grid.h"
-#include "player/runtime/far_lookup.h"
+#include "sh/far/far_grid.h"
+#include "sh/far/far_lookup.h"
 
 namespace penumbra {
 
@@ -30,21 +29,22 @@ namespace {
 struct Seen {
     Frames frames;
     Lanes near[kDirections];  // product of the parts that block much
-    // Sums of V - 1 of the others in the model frame: what is to be mirrored by its bands, and what by its height.
-    Lanes rest[2][kFull];
-    Lanes light;  // what being inside of parts leaves, 1 outside of all
+    Lanes rest[kFull];        // sum of log V of the others, in the model frame
+    Lanes light;              // what being inside of parts leaves, 1 outside of all
     bool has_near, has_rest;
 };
 
-// Adds `weight` times the part to the sums. mirrorPart() has the rule: what is surely above the horizon is doubled.
-inline void addToRest(const Lanes& weight, const Lanes& height, const Lanes* model, Seen& seen) {
-    const Lanes sure = height * height, by_bands = weight * (1 - sure);
-    Lanes by_height;
-    choose(height > 0, 2 * weight * sure, kZeros, by_height);
-    for (int i = 0; i < kFull; ++i) {
-        seen.rest[0][i] += by_bands * model[i];
-        seen.rest[1][i] += by_height * model[i];
-    }
+// Adds `weight` times the part to the sum. A part that blocks little has log V = V - 1. One that blocks more is darker
+// than that in its middle: a cap of a small share s of the sphere goes down to 1 - 36 s with 36 coefficients, so that
+// its logarithm is about 1 + depth * 36 s times as large. Few bands cannot keep what lies below the horizon from
+// blocking a little of what lies above, so that the weight falls with the sine of the part's height.
+inline void addToRest(const FarConstants& constants, const Lanes& weight, const Lanes& share, const Lanes& sine,
+                      const Lanes* model, Seen& seen) {
+    Lanes dark = kFull * share, above = 1 + sine;
+    clamp(dark, kZeros, kZeros + 1);
+    clamp(above, kZeros, kZeros + 1);
+    const Lanes scale = weight * above * (1 + constants.depth * dark);
+    for (int i = 0; i < kFull; ++i) seen.rest[i] += scale * model[i];
     seen.has_rest = true;
 }
 
@@ -62,42 +62,19 @@ inline void addToProduct(const FarConstants& constants, const Lanes& weight, con
     seen.has_near = true;
 }
 
-// How near a part is by the share that it blocks.
-inline void nearOf(const FarConstants& constants, const Lanes& share, Lanes& near) {
-    near = (share - constants.near[0]) * (1 / (constants.near[1] - constants.near[0]));
-    clamp(near, kZeros, kZeros + 1);
-}
-
-// Adds a part to receivers that have no anchors.
-inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, Seen& seen) {
-    Lanes height, model[kFull], near;
+// Adds a part to receivers. `owed` is what anchors have left for them to add, 1 where there are none.
+inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& owed,
+                    Seen& seen) {
+    Lanes height, sine, model[kFull];
     Blocked blocked;
     Ints small;
-    heightOf(posed, seen.frames, height, small);
-    const Ints wanted = (height > -1) & ~small;
+    heightOf(posed, seen.frames, height, sine, small);
+    const Ints wanted = (height > -1) & ~small & (owed > 0);
     if (!any(wanted)) return;
     if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
-    seen.light *= 1 - blocked.inside;
+    seen.light *= 1 - blocked.inside * owed;
     toModel(posed.to_model, blocked.numbers, model);
-    nearOf(constants, blocked.share, near);
-    if (any(near < 1)) addToRest(blocked.weight * (1 - near), height, model, seen);
-    near *= blocked.weight;
-    if (any(near > 0)) addToProduct(constants, near, height, model, seen);
-}
-
-// Adds a part to receivers whose anchors say how near it is.
-inline void addNearPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& near,
-                        Seen& seen) {
-    Lanes height, model[kFull];
-    Blocked blocked;
-    Ints small;
-    heightOf(posed, seen.frames, height, small);
-    const Ints wanted = (height > -1) & ~small & (near > 0);
-    if (!any(wanted)) return;
-    if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
-    seen.light *= 1 - blocked.inside * near;
-    toModel(posed.to_model, blocked.numbers, model);
-    addToProduct(constants, near * blocked.weight, height, model, seen);
+    addToProduct(constants, owed * blocked.weight, height, model, seen);
 }
 
 // Sets x to exp(x) = exp(x / 8)^8, for x in [-6, 2].
@@ -113,11 +90,8 @@ inline void exponential(Lanes& x) {
 inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
     if (seen.has_rest) {
         Lanes local[kEven], values[kDirections];
-        toLocal(constants, seen.frames, seen.rest[0]);
-        toLocal(constants, seen.frames, seen.rest[1]);
-        mirror(constants, seen.rest[0], kZeros + 1, kZeros, local, Upto<2 * kOrder - 1>());
-        for (int l = 0, i = 0; l < kOrder; ++l)
-            for (int m = 0; m <= l; ++m, ++i) local[i] += seen.rest[1][l * l + 2 * m];
+        toLocal(constants, seen.frames, seen.rest);
+        mirror(constants, seen.rest, kZeros + 1, kZeros, local, Upto<2 * kOrder - 1>());
         toGrid<kOrder>(constants.grid, local, values);
         for (int d = 0; d < kDirections; ++d) {
             exponential(values[d]);
@@ -137,7 +111,7 @@ inline void begin(const FarReceivers& receivers, std::size_t first, Seen& seen) 
     gatherFrames(receivers, first, seen.frames);
     seen.has_near = seen.has_rest = false;
     seen.light = kZeros + 1;
-    for (int i = 0; i < kFull; ++i) seen.rest[0][i] = seen.rest[1][i] = kZeros;
+    for (int i = 0; i < kFull; ++i) seen.rest[i] = kZeros;
 }
 
 // Writes the sums, and how near each part is. That does not depend on the horizon, which is another one at each
@@ -151,25 +125,24 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
         Lanes nears[kMostAnchorParts];
         for (std::size_t p = 0; p < scene.part_count; ++p) {
             const FarPart& posed = scene.posed[scene.parts[p]];
-            Lanes height, model[kFull];
+            Lanes height, sine, model[kFull];
             Blocked blocked;
             Ints small;
             nears[p] = kZeros;
-            heightOf(posed, seen.frames, height, small);
+            heightOf(posed, seen.frames, height, sine, small);
             if (!any(~small)) continue;
             if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked)) continue;
-            nearOf(constants, blocked.share, nears[p]);
+            nears[p] = (blocked.share - constants.near[0]) * (1 / (constants.near[1] - constants.near[0]));
+            clamp(nears[p], kZeros, kZeros + 1);
             const Lanes rest = blocked.weight * (1 - nears[p]);
-            if (!any((rest > 0) & (height > -1))) continue;
+            if (!any(rest > 0)) continue;
             toModel(posed.to_model, blocked.numbers, model);
-            addToRest(rest, height, model, seen);
+            addToRest(constants, rest, blocked.share, sine, model, seen);
         }
         for (std::size_t lane = 0; lane < kFarLanes && first + lane < receivers.count; ++lane) {
             float* out = values + (first + lane) * stride;
-            for (int i = 0; i < kFull; ++i) {
-                out[i] = seen.rest[0][i][lane];
-                out[kFull + i] = seen.rest[1][i][lane];
-            }
+            for (int i = 0; i < kFull; ++i) out[i] = seen.rest[i][lane];
+            for (std::size_t i = kFull; i < kAnchorSums; ++i) out[i] = 0;
             for (std::size_t p = 0; p < scene.part_count; ++p) out[kAnchorSums + p] = nears[p][lane];
         }
     }
@@ -203,11 +176,9 @@ inline void interpolate(const FarAnchors& anchors, const FarReceivers& receivers
     for (std::size_t i = 0; i < kAnchorSums / 8; ++i) transpose(numbers + 8 * i, 8 * kMostColumns, sums + 8 * i);
     for (std::size_t i = kAnchorSums / 8; i < columns; ++i)
         transpose(numbers + 8 * i, 8 * kMostColumns, nears + 8 * i - kAnchorSums);
-    for (int i = 0; i < kFull; ++i) {
-        seen.rest[0][i] = sums[i];
-        seen.rest[1][i] = sums[kFull + i];
-    }
-    seen.has_rest = any((sums[0] < 0) | (sums[kFull] < 0));  // sums of V - 1
+    for (std::size_t i = 0; i < anchors.stride - kAnchorSums; ++i) clamp(nears[i], kZeros, kZeros + 1);
+    for (int i = 0; i < kFull; ++i) seen.rest[i] = sums[i];
+    seen.has_rest = any(sums[0] < 0);  // a sum of V - 1
 }
 
 inline void farLanes(const FarConstants& constants, const FarScene& scene, const FarAnchors& anchors,
@@ -225,9 +196,9 @@ inline void farLanes(const FarConstants& constants, const FarScene& scene, const
             const FarTable& table = scene.tables[scene.parts[p]];
             const FarPart& posed = scene.posed[scene.parts[p]];
             if (!anchors.values)
-                addPart(constants, table, posed, seen[b]);
+                addPart(constants, table, posed, kZeros + 1, seen[b]);
             else if (any(nears[b][p] > 0))
-                addNearPart(constants, table, posed, nears[b][p], seen[b]);
+                addPart(constants, table, posed, nears[b][p], seen[b]);
         }
     for (std::size_t b = 0; b < blocks; ++b) {
         Lanes out[kEven];

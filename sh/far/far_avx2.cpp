@@ -1,9 +1,9 @@
 // This file is compiled with -mavx2 -mfma -mf16c, and may contract a * b + c. Its functions are called only where the
 // processor has these.
-#include "player/runtime/far_kernel.h"
+#include "sh/far/far_kernel.h"
 
 #ifdef __AVX2__
-#include "player/runtime/far_lanes.h"
+#include "sh/far/far_lanes.h"
 
 namespace penumbra {
 namespace {

@@ -1,4 +1,4 @@
-#include "player/runtime/far_tables.h"
+#include "sh/far/far_tables.h"
 
 #include <algorithm>
 #include <array>
@@ -19,8 +19,9 @@ static_assert(mirroredCount(kMaxOrder) == 36 && rotationEntryCount(kFieldOrder) 
 
 namespace {
 
-// Parts that block less than the first share of the sphere are summed, above the second they are multiplied in.
-constexpr float kNearFrom = 0.01f, kNearFull = 0.02f;
+// See FarConstants. On mh_male and the knight thresholds of half this size leave as much error, within .004, and take a
+// third more time. The depth is what fits the logarithms of caps of these sizes best.
+constexpr float kNearFrom = 0.02f, kNearFull = 0.04f, kDepth = 0.25f;
 
 FarBox boxOf(const FieldBox& box, std::size_t first, float width) {
     FarBox out{};
@@ -124,16 +125,13 @@ FarTables::Product FarTables::makeProduct(int order_out, int order_a, int order_
     return product;
 }
 
-FarTables::FarTables(const CompositionView& composition, int order) : compose_(makeProduct(order, order, kFieldOrder)) {
-    for (const PartFieldView& part : composition.parts) {
-        fields_.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
-        fields_.joints.push_back(part.field.joint);
-    }
+FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> far_parts, int order)
+    : fields_(std::move(fields)), far_parts_(std::move(far_parts)), compose_(makeProduct(order, order, kFieldOrder)) {
+    assert(far_parts_.size() == partCount());
     for (const FieldTable& field : fields_.tables) tables_.push_back(tableOf(field));
-    far_parts_ = farParts(composition.steps, partCount(), composition.local_steps);
     const FarProduct compose{compose_.j.data(), compose_.k.data(), compose_.j.size(), compose_.rows.view(),
                              int(compose_.rows.first.size()) - 1};
-    constants_ = {{}, {}, makeGrid(), compose, order, {}, {}};
+    constants_ = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth};
     const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
     std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants_.quarter_turn);
     setMirror(constants_);
@@ -142,16 +140,18 @@ FarTables::FarTables(const CompositionView& composition, int order) : compose_(m
     constants_.near[1] = kNearFull;
 }
 
+FarPart farPart(const PosedPart& posed) {
+    FarPart out;
+    std::copy(posed.to_part.m.begin(), posed.to_part.m.end(), out.to_part);
+    for (std::size_t axis = 0; axis < 3; ++axis) out.centre[axis] = posed.centre[int(axis)];
+    out.radius = posed.radius;
+    out.to_model = posed.to_model.blocks.data();
+    return out;
+}
+
 void FarPose::set(const FarTables& tables, std::span<const Affine> bones) {
     poseParts(tables.fields(), bones, posed);
-    for (std::size_t p = 0; p < posed.size(); ++p) {
-        const PosedPart& part = posed[p];
-        FarPart& out = parts[p];
-        std::copy(part.to_part.m.begin(), part.to_part.m.end(), out.to_part);
-        for (std::size_t axis = 0; axis < 3; ++axis) out.centre[axis] = part.centre[int(axis)];
-        out.radius = part.radius;
-        out.to_model = part.to_model.blocks.data();
-    }
+    for (std::size_t p = 0; p < posed.size(); ++p) parts[p] = farPart(posed[p]);
 }
 
 }  // namespace penumbra

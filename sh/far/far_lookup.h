@@ -1,6 +1,6 @@
 #pragma once
 // Looks up what a part blocks at 8 receivers. Part of far_lanes.h.
-#include "player/runtime/far_turns.h"
+#include "sh/far/far_turns.h"
 
 namespace penumbra {
 
@@ -158,13 +158,17 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
 
 // Tells how high a part stands over the horizon of each receiver, as farVisibility() has it, and which receivers its
 // sphere covers too little of.
-inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, Ints& small) {
+inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, Lanes& sine, Ints& small) {
     Lanes way[3];
     for (int axis = 0; axis < 3; ++axis) way[axis] = posed.centre[axis] - frames.position[axis];
     const Lanes* n = frames.normal;
-    height = (way[0] * n[0] + way[1] * n[1] + way[2] * n[2]) / posed.radius;
+    const Lanes along = way[0] * n[0] + way[1] * n[1] + way[2] * n[2];
+    height = along * (1 / posed.radius);
     clamp(height, kZeros - 1, kZeros + 1);
     const Lanes square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    Lanes distance = square + 1e-20f;
+    root(distance);
+    sine = along / distance;
     const float radius2 = posed.radius * posed.radius;
     small = (kZeros + radius2) < 4 * kLeastBlocked * (square - radius2);
 }

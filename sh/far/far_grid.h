@@ -1,6 +1,6 @@
 #pragma once
 // Products of mirrored functions, 8 at a time. Part of far_lanes.h.
-#include "player/runtime/far_turns.h"
+#include "sh/far/far_turns.h"
 
 namespace penumbra {
 

@@ -1,16 +1,16 @@
 #pragma once
-// Lays out the fields of a composed asset, and the constants of its products and turns, for the kernel of far_kernel.h.
+// Lays out the fields of a character, and the constants of products and turns, for the kernel of far_kernel.h.
 #include <vector>
 
-#include "formats/asset/asset_file.h"
-#include "player/runtime/far_kernel.h"
+#include "sh/far/far_kernel.h"
 #include "sh/far_visibility.h"
 
 namespace penumbra {
 
 class FarTables {
 public:
-    explicit FarTables(const CompositionView& composition, int order);
+    // A vertex of part p sees the parts far_parts[p]. Local visibilities have `order` bands.
+    FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> far_parts, int order);
     FarTables(const FarTables&) = delete;  // the tables point into one another
     FarTables& operator=(const FarTables&) = delete;
 
@@ -41,7 +41,10 @@ private:
     static Product makeProduct(int order_out, int order_a, int order_b);
 };
 
-// The parts of one pose. Copies are independent.
+// The part as the kernel reads it; it points into `posed`.
+FarPart farPart(const PosedPart& posed);
+
+// The parts of one pose. Copies are independent once they are set.
 struct FarPose {
     std::vector<PosedPart> posed;
     std::vector<FarPart> parts;

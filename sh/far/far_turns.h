@@ -1,7 +1,7 @@
 #pragma once
 // Turns SH functions from part to model to local frames, 8 at a time, and mirrors them at the horizon. Part of
 // far_lanes.h.
-#include "player/runtime/far_vectors.h"
+#include "sh/far/far_vectors.h"
 
 namespace penumbra {
 

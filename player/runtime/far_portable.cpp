@@ -1,7 +1,0 @@
-#include "player/runtime/far_lanes.h"
-
-namespace penumbra {
-
-const FarPath kFarPortable{anchorLanes, farLanes, composeLanes};
-
-}  // namespace penumbra

@@ -1,0 +1,10 @@
+#include "sh/cpu_features.h"
+#include "sh/far/far_lanes.h"
+
+namespace penumbra {
+
+const FarPath kFarPortable{anchorLanes, farLanes, composeLanes};
+
+const FarPath& fastestFarPath() { return kFarAvx2 && cpuHasAvx2() ? *kFarAvx2 : kFarPortable; }
+
+}  // namespace penumbra
