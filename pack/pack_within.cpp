@@ -115,6 +115,7 @@ private:
     std::vector<std::vector<double>> energies_;  // after rank(): [cluster, K] of allClusters()
 
     Model chosen(const ComponentChoice& choice) const;
+    double bytesOf(const ComponentChoice& choice, AssetPrecision precision) const;
     Attempt attempt(const ComponentChoice& choice, AssetPrecision precision) const;
     Attempt shrinkToBytes(const ComponentCosts& costs, Attempt whole, double bytes, AssetPrecision precision) const;
     Attempt shrinkToError(const ComponentCosts& costs, Attempt whole, double error, AssetPrecision precision) const;
@@ -127,7 +128,9 @@ void Search::rank() {
     energies_.resize(clusters.size());
     parallelFor(clusters.size(), threads_, [&](std::size_t c) {
         energies_[c] = turnToPrincipalAxes(*clusters[c], training.scores[c]);
-        for (double& energy : energies_[c]) energy *= training.share[c];
+        double worth = training.share[c];
+        if (c >= ranked_.clusters.size()) worth *= ranked_.composition->residual_worth;
+        for (double& energy : energies_[c]) energy *= worth;
     });
 }
 
@@ -144,18 +147,28 @@ Attempt Search::attempt(const ComponentChoice& choice, AssetPrecision precision)
     return {choice, double(modelBytes(asset, bytes.size())), comparePacked(asset, openAsset(exact_), threads_)};
 }
 
-// Vectors start at multiples of 16 bytes in the file, so that the first choice may be some bytes off. Then it saves
-// more.
+double Search::bytesOf(const ComponentChoice& choice, AssetPrecision precision) const {
+    const std::vector<std::byte> bytes = write_(chosen(choice), precision, {});
+    return double(modelBytes(openAsset(bytes), bytes.size()));
+}
+
+// Components are not all of the bytes: vectors start at multiples of 16, and a cluster that loses its last component
+// loses its units too. So how much is to be dropped is searched for.
 Attempt Search::shrinkToBytes(const ComponentCosts& costs, Attempt whole, double bytes,
                               AssetPrecision precision) const {
-    double to_save = whole.model_bytes - bytes;
-    while (whole.model_bytes > bytes) {
-        const ComponentChoice choice = dropForBytes(costs, to_save);
-        whole = attempt(choice, precision);
-        if (choice.dropped_bytes < to_save) break;
-        to_save = choice.dropped_bytes + 1;
+    if (whole.model_bytes <= bytes) return whole;
+    constexpr int kSteps = 10;
+    double too_little = 0, enough = 2 * (whole.model_bytes - bytes);
+    ComponentChoice best = dropForBytes(costs, enough);
+    for (int step = 0; step < kSteps; ++step) {
+        throwIfInterrupted();
+        const double middle = (too_little + enough) / 2;
+        ComponentChoice choice = dropForBytes(costs, middle);
+        const bool fits = bytesOf(choice, precision) <= bytes;
+        (fits ? enough : too_little) = middle;
+        if (fits) best = std::move(choice);
     }
-    return whole;
+    return attempt(best, precision);
 }
 
 // Errors of dropping and of rounding are nearly orthogonal, so that their squares nearly add up. Smaller steps find

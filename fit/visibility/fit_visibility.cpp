@@ -255,9 +255,15 @@ constexpr double kWorthResidual = 0.97;
 // Puts the clusters into the model, without the residual where it does not pay, and reports the errors.
 void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult& result) {
     Model& model = result.model;
-    double left = 0, validated = 0;
-    for (const ComposedFit& fit : fits) left += fit.left, validated += fit.residual.cross_validated;
+    double left = 0, validated = 0, trained = 0;
+    for (const ComposedFit& fit : fits) {
+        left += fit.left;
+        validated += fit.residual.cross_validated;
+        for (const std::size_t f : split.train) trained += fit.residual.errors.squared[f];
+    }
     const bool keep = validated < kWorthResidual * left;
+    if (keep && trained < left)
+        model.composition->residual_worth = std::clamp((left - validated) / (left - trained), 0.0, 1.0);
     const std::size_t frames = model.frames.frameCount();
     const FrameErrors split_errors = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.split; }),
                       without =

@@ -76,6 +76,7 @@ void writeComposition(hid_t file, const Model& model) {
                   H5T_STD_U8LE);
     makeGroup(file, "/residual");
     writeIntegerAttribute(file, "/residual", "count", std::int64_t(composition.residual.size()));
+    writeNumberAttribute(file, "/residual", "worth", composition.residual_worth);
     for (std::size_t c = 0; c < composition.residual.size(); ++c)
         writeCluster(file, clusterGroup(c, "/residual"), composition.residual[c], std::size_t(model.convention.size()));
 }
@@ -300,6 +301,10 @@ void readComposition(const Hdf5Reader& in, Model& model) {
         std::size_t(readIntegerAttribute(in, "/residual", "count", 0, std::int64_t(model.clusters.size())));
     for (std::size_t c = 0; c < count; ++c)
         composition.residual.push_back(readCluster(in, clusterGroup(c, "/residual"), model));
+    if (hasAttribute(in, "/residual", "worth"))
+        composition.residual_worth = readNumberAttribute(in, "/residual", "worth");
+    if (!(composition.residual_worth >= 0 && composition.residual_worth <= 1))
+        throw InvalidInput(in.name + ": /residual attribute worth: not in 0..1");
     bool same = count == 0 || count == model.clusters.size();
     for (std::size_t c = 0; same && c < count; ++c)
         same = composition.residual[c].vertices == model.clusters[c].vertices &&
