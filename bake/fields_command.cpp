@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "bake/bake_verbs.h"
-#include "bake/part_fields.h"
+#include "bake/fields/part_fields.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {

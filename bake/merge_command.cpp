@@ -2,9 +2,9 @@
 #include <cstdio>
 
 #include "bake/bake_verbs.h"
-#include "bake/frame_choice.h"
-#include "bake/merge_fields.h"
-#include "bake/merge_shards.h"
+#include "bake/fields/merge_fields.h"
+#include "bake/source/frame_choice.h"
+#include "bake/visibility/merge_shards.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
 

@@ -3,8 +3,8 @@
 #include <cstdio>
 
 #include "bake/bake_verbs.h"
-#include "bake/frame_choice.h"
-#include "bake/pose_list.h"
+#include "bake/poses/pose_list.h"
+#include "bake/source/frame_choice.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
 #include "sh/angles.h"

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <memory>
 
-#include "bake/bake_reference.h"
 #include "bake/bake_verbs.h"
-#include "bake/reference_blockers.h"
+#include "bake/reference/bake_reference.h"
+#include "bake/reference/reference_blockers.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"
 #include "formats/common/picture_text.h"

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <iterator>
 
-#include "bake/bake_estimate.h"
 #include "bake/bake_verbs.h"
-#include "bake/frame_choice.h"
+#include "bake/source/frame_choice.h"
+#include "bake/visibility/bake_estimate.h"
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"

@@ -18,7 +18,14 @@ MAY_INCLUDE = {
     "formats/common": {"sh"},
     **{f"formats/{room}": {"sh", "formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
     "formats/cache": {"sh", "formats/common", "formats/rig"},
-    "bake": {"sh"} | FORMATS,
+    "bake/common": {"sh"} | FORMATS,
+    "bake/source": {"sh", "bake/common"} | FORMATS,
+    "bake/trace": {"sh", "bake/common", "bake/source"} | FORMATS,
+    "bake/poses": {"sh", "bake/common", "bake/source"} | FORMATS,
+    **{f"bake/{room}": {"sh", "bake/common", "bake/source", "bake/trace"} | FORMATS for room in ("fields", "visibility")},
+    "bake/reference": {"sh", "bake/common", "bake/source", "bake/trace", "bake/visibility"} | FORMATS,
+    "bake": {"sh", "bake/common", "bake/source", "bake/trace", "bake/poses", "bake/fields", "bake/visibility",
+             "bake/reference"} | FORMATS,
     "fit/numerics": {"sh"} | FORMATS,
     **{f"fit/{room}": {"sh", "fit/numerics"} | FORMATS for room in ("clusters", "models", "light", "reflectance")},
     "fit/visibility": {"sh", "sh/far", "fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
@@ -40,7 +47,7 @@ RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/common/mesh.h", "forma
                    "formats/common/errors.h"}
 # Library header -> the files that may name it.
 EDGES = {
-    r"embree3/": ["bake/occlusion_embree.cpp", "tests/bench/"],
+    r"embree3/": ["bake/trace/occlusion_embree.cpp", "tests/bench/"],
     r"hdf5\.h|H5\w*\.h": ["formats/stage/hdf5_handle.h", "formats/stage/hdf5_handle.cpp", "formats/stage/visibility_file.cpp"],
     r"tbb/|oneapi/": ["formats/common/parallel_for.cpp", "tests/"],
     r"tiny_gltf\.h": ["formats/rig/rig_gltf"],

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Renders held-out frames as ray-traced truth, by the paper's model and by ours, and lays them out as a contact sheet.
+"""Renders held-out frames as ray-traced truth and by three models, and lays them out as a contact sheet.
 
 demo_pictures.py BIN_FOLDER DEMO_FOLDER HELD_OUT_CLIP LIGHT_FILE
 
@@ -17,9 +17,11 @@ from PIL import Image, ImageDraw, ImageFont
 SIZE = 600
 CAMERA = "yaw=35,pitch=12"
 MATERIAL = "lambert:color=0.75/0.7/0.65"
-COLUMNS = ["truth", "paper", "ours", "error_paper", "error_ours"]
-TITLES = {"truth": "truth (ray traced)", "paper": "paper: joint angles, A4", "ours": "ours: additive, D5",
-          "error_paper": "ambient error, paper", "error_ours": "ambient error, ours"}
+MODELS = ["paper", "additive", "composed"]
+COLUMNS = ["truth", *MODELS, "error_additive", "error_composed"]
+TITLES = {"truth": "truth (ray traced)", "paper": "paper: joint angles, A4", "additive": "additive, D5",
+          "composed": "composed, D5", "error_additive": "ambient error, additive",
+          "error_composed": "ambient error, composed"}
 
 
 def held_out_frames(vis_path, clip, count):
@@ -46,10 +48,12 @@ def render_row(bins, folder, clip, light, exposure, vis_frame, clip_frame):
     out = {name: folder / f"{name}_{clip_frame:03d}.png" for name in COLUMNS}
     run(bins / "penumbra-bake", "reference", folder / "character.vis.h5", "--frame", vis_frame, "--brdf", MATERIAL,
         "--samples", 2048, "--light", light, "-o", out["truth"], *common)
-    for model in ("paper", "ours"):
+    for model in MODELS:
         base = [bins / "penumbra-player", "render", folder / f"{model}.pnb", "--clip", clip, "--frame", clip_frame]
         run(*base, "-o", out[model], *common)
-        run(*base, "-o", out[f"error_{model}"], *common[:4], "--channel", "error", "--truth", folder / "character.truth.pnb")
+        if f"error_{model}" in out:
+            run(*base, "-o", out[f"error_{model}"], *common[:4], "--channel", "error", "--truth",
+                folder / "character.truth.pnb")
     return out
 
 
@@ -96,10 +100,10 @@ def main():
     rows, errors = [], {}
     for vis_frame, clip_frame in held_out_frames(folder / "character.vis.h5", clip, 3):
         pictures = render_row(bins, folder, clip, light, exposure, vis_frame, clip_frame)
-        errors[clip_frame] = {m: rmse(pictures[m], pictures["truth"]) for m in ("paper", "ours")}
+        errors[clip_frame] = {m: rmse(pictures[m], pictures["truth"]) for m in MODELS}
         rows.append((clip_frame, pictures))
     contact_sheet(rows, errors, folder / "contact_sheet.png")
-    means = {m: float(np.mean([e[m] for e in errors.values()])) for m in ("paper", "ours")}
+    means = {m: float(np.mean([e[m] for e in errors.values()])) for m in MODELS}
     (folder / "pictures.json").write_text(json.dumps({"image_rmse": means, "frames": errors}, indent=1))
 
 

@@ -7,7 +7,8 @@ import pathlib
 import sys
 
 MODELS = {"paper": "paper: linear, joint angles, A4", "bones_a4": "linear, relative bones, A4",
-          "additive_a4": "additive, relative bones, A4", "ours": "ours: additive, relative bones, D5"}
+          "additive_a4": "additive, relative bones, A4", "additive": "additive, relative bones, D5",
+          "composed": "composed: local x far parts, D5"}
 
 
 def report(folder, name):

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "bake/direct_light.h"
-#include "bake/moments.h"
+#include "bake/reference/direct_light.h"
+#include "bake/trace/moments.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "fit/reflectance/shading_error.h"
 #include "formats/rig/rig_file.h"

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "bake/limbs.h"
+#include "bake/poses/limbs.h"
 
 namespace penumbra::samples {
 

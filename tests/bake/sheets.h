@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "bake/moments.h"
+#include "bake/trace/moments.h"
 #include "tests/bake/shapes.h"
 
 namespace penumbra::sheets {

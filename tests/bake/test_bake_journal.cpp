@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bake/bake_journal.h"
+#include "bake/visibility/bake_journal.h"
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
 #include "tests/formats/stage_samples.h"

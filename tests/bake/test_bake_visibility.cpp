@@ -4,7 +4,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "bake/bake_visibility.h"
+#include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
 #include "tests/bake/shapes.h"
 

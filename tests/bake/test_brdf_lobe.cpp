@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <numbers>
 
-#include "bake/brdf_lobe.h"
-#include "bake/direct_light.h"
+#include "bake/reference/brdf_lobe.h"
+#include "bake/reference/direct_light.h"
 #include "formats/brdf/brdf_readers.h"
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"

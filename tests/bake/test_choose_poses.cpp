@@ -7,9 +7,9 @@
 #include <numeric>
 #include <set>
 
-#include "bake/choose_poses.h"
-#include "bake/frame_choice.h"
-#include "bake/random_numbers.h"
+#include "bake/common/random_numbers.h"
+#include "bake/poses/choose_poses.h"
+#include "bake/source/frame_choice.h"
 #include "formats/rig/rig_matrix.h"
 
 namespace penumbra {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "bake/bake_reference.h"
-#include "bake/direct_light.h"
+#include "bake/reference/bake_reference.h"
+#include "bake/reference/direct_light.h"
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bake/direct_light.h"
+#include "bake/reference/direct_light.h"
 #include "sh/light_rotation.h"
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "bake/merge_fields.h"
-#include "bake/part_fields.h"
-#include "bake/part_tracer.h"
-#include "bake/signed_distance.h"
+#include "bake/fields/merge_fields.h"
+#include "bake/fields/part_fields.h"
+#include "bake/fields/part_tracer.h"
+#include "bake/fields/signed_distance.h"
 #include "formats/common/errors.h"
 #include "sh/bounding_box.h"
 #include "sh/quaternion.h"

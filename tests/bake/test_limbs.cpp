@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/attached_joints.h"
-#include "bake/frame_choice.h"
+#include "bake/poses/attached_joints.h"
+#include "bake/source/frame_choice.h"
 #include "tests/bake/limb_rigs.h"
 
 namespace penumbra {

@@ -4,8 +4,8 @@
 
 #include <fstream>
 
-#include "bake/bake_visibility.h"
-#include "bake/frame_scene.h"
+#include "bake/visibility/bake_visibility.h"
+#include "bake/visibility/frame_scene.h"
 #include "formats/common/errors.h"
 #include "tests/bake/shapes.h"
 #include "tests/bake/sheets.h"

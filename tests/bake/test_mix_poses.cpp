@@ -6,11 +6,11 @@
 #include <cmath>
 #include <set>
 
-#include "bake/cover_poses.h"
-#include "bake/frame_choice.h"
-#include "bake/mix_poses.h"
-#include "bake/pose_features.h"
-#include "bake/pose_list.h"
+#include "bake/poses/cover_poses.h"
+#include "bake/poses/mix_poses.h"
+#include "bake/poses/pose_features.h"
+#include "bake/poses/pose_list.h"
+#include "bake/source/frame_choice.h"
 #include "formats/common/errors.h"
 #include "tests/bake/limb_rigs.h"
 

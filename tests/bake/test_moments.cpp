@@ -3,7 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bake/moments.h"
+#include "bake/trace/moments.h"
 #include "formats/rig/rig_file.h"
 #include "sh/sh_rotation.h"
 #include "tests/bake/shapes.h"

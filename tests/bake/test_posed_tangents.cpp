@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "bake/bake_reference.h"
-#include "bake/posed_tangents.h"
+#include "bake/reference/bake_reference.h"
+#include "bake/reference/posed_tangents.h"
 #include "formats/common/errors.h"
 #include "tests/bake/shapes.h"
 #include "tests/synthetic_cloth.h"

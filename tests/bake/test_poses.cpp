@@ -9,10 +9,10 @@
 #include <numeric>
 #include <set>
 
-#include "bake/bake_visibility.h"
-#include "bake/frame_choice.h"
-#include "bake/pose_list.h"
-#include "bake/sample_poses.h"
+#include "bake/poses/pose_list.h"
+#include "bake/poses/sample_poses.h"
+#include "bake/source/frame_choice.h"
+#include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "bake/ray_directions.h"
+#include "bake/trace/ray_directions.h"
 #include "sh/sh_project.h"
 
 namespace penumbra {

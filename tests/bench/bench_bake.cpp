@@ -20,8 +20,8 @@
 #include <numbers>
 #include <string>
 
-#include "bake/bake_visibility.h"
-#include "bake/moments.h"
+#include "bake/trace/moments.h"
+#include "bake/visibility/bake_visibility.h"
 #include "formats/common/parallel_for.h"
 
 using namespace penumbra;

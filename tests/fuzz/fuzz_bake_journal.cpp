@@ -1,6 +1,6 @@
 // Feeds journals of killed bakes. The first byte tells how far a good one reaches before the bytes of the case begin.
 // So these meet the key, the records and their checksums, and not only the magic.
-#include "bake/bake_journal.h"
+#include "bake/visibility/bake_journal.h"
 #include "formats/common/errors.h"
 #include "tests/formats/stage_samples.h"
 

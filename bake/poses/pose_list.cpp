@@ -1,0 +1,184 @@
+#include "bake/poses/pose_list.h"
+
+#include <algorithm>
+#include <numeric>
+#include <sstream>
+
+#include "bake/poses/cover_poses.h"
+#include "bake/poses/mix_poses.h"
+#include "bake/poses/sample_poses.h"
+#include "bake/source/frame_choice.h"
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+constexpr std::int64_t kMaxSampled = 1000000, kMaxMixed = 1000000, kMaxCovering = 10000;
+
+std::string findProblem(const PoseOptions& options) {
+    if (!(options.fps >= 0 && options.fps <= 1000)) {
+        std::ostringstream text;
+        text << "--fps must be 0..1000 samples a second, not " << options.fps;
+        return text.str();
+    }
+    if (options.choose < 0) return "--choose must be 0 or more frames, not " + std::to_string(options.choose);
+    if (options.sample < 0 || options.sample > kMaxSampled)
+        return "--sample must be 0..1000000 poses, not " + std::to_string(options.sample);
+    if (options.mix < 0 || options.mix > kMaxMixed)
+        return "--mix must be 0..1000000 poses, not " + std::to_string(options.mix);
+    if (options.cover < 0 || options.cover > kMaxCovering)
+        return "--cover must be 0..10000 poses, not " + std::to_string(options.cover);
+    if (options.choose + options.sample + options.mix + options.cover == 0)
+        return "--choose, --sample, --mix or --cover is needed: how many poses?";
+    if (!options.limits.empty() && options.sample == 0) return "--limits needs --sample";
+    return "";
+}
+
+namespace {
+
+// Returns the clips to choose from: those of the options, or all, without the held-out ones.
+std::vector<std::string> candidateClips(const Rig& rig, const PoseOptions& options) {
+    for (const std::string& name : options.holdout) checkClipName(rig, "--holdout", name);
+    std::vector<std::string> clips = options.clips;
+    if (clips.empty())
+        for (const Clip& clip : rig.clips) clips.push_back(clip.name);
+    std::erase_if(clips, [&](const std::string& name) {
+        return std::find(options.holdout.begin(), options.holdout.end(), name) != options.holdout.end();
+    });
+    if (clips.empty() && !rig.clips.empty()) throw UsageError("--holdout: no clip is left to choose from");
+    return clips;
+}
+
+}  // namespace
+
+PosePlan planPoses(const std::vector<std::filesystem::path>& rigs, const PoseOptions& options) {
+    PosePlan plan{readRig(rigs), {}};
+    for (const std::string name : {kSampledClip, kMixedClip})
+        if (clipIndices(plan.rig, {name})[0] >= 0)
+            throw InvalidInput(rigs.front().string() + ": has a clip '" + name + "', the name of " + name +
+                               " poses; rename it");
+    plan.candidates = sampleFrames(plan.rig, candidateClips(plan.rig, options), options.fps);
+    if (options.frames) plan.candidates = sliceFrames(plan.candidates, *options.frames);
+    if (options.choose > std::int64_t(plan.candidates.frameCount()))
+        throw UsageError("--choose must be at most " + std::to_string(plan.candidates.frameCount()) +
+                         ", the number of candidate frames, not " + std::to_string(options.choose));
+    return plan;
+}
+
+namespace {
+
+// Lists the chosen candidates in the order of the clips, each with its rank. Clips without a chosen frame are left
+// out.
+void listChosen(const FrameList& candidates, const ChosenPoses& choice, PoseFile& out) {
+    std::vector<std::size_t> by_frame(choice.frames.size());
+    std::iota(by_frame.begin(), by_frame.end(), 0);
+    std::sort(by_frame.begin(), by_frame.end(),
+              [&](std::size_t a, std::size_t b) { return choice.frames[a] < choice.frames[b]; });
+    for (const std::size_t rank : by_frame) {
+        const std::size_t f = choice.frames[rank];
+        const std::string& clip = candidates.clip_names[candidates.clip[f]];
+        if (out.frames.clip_names.empty() || out.frames.clip_names.back() != clip)
+            out.frames.clip_names.push_back(clip);
+        out.frames.clip.push_back(std::uint16_t(out.frames.clip_names.size() - 1));
+        out.frames.time.push_back(candidates.time[f]);
+        out.rank.push_back(std::uint32_t(rank));
+        out.distance.push_back(choice.distance[rank]);
+    }
+}
+
+// Returns all candidates in their order, as if they were chosen.
+ChosenPoses allOf(std::size_t candidates) {
+    ChosenPoses all{std::vector<std::size_t>(candidates), std::vector<double>(candidates, 0)};
+    std::iota(all.frames.begin(), all.frames.end(), 0);
+    return all;
+}
+
+// Lists poses that no clip has as a clip of their own after the others.
+void listMade(const char* clip, std::size_t count, PoseFile& out) {
+    if (count == 0) return;
+    out.frames.clip_names.push_back(clip);
+    for (std::size_t i = 0; i < count; ++i) {
+        out.frames.clip.push_back(std::uint16_t(out.frames.clip_names.size() - 1));
+        out.frames.time.push_back(double(i));
+        out.rank.push_back(std::uint32_t(out.rank.size()));
+        out.distance.push_back(0);
+    }
+}
+
+ChosenPoses choosePoses(const PoseFeatures& features, const PoseOptions& options, int threads) {
+    const auto count = std::size_t(options.choose);
+    switch (options.method) {
+        case ChoiceMethod::kFarthest:
+            return chooseFarthest(features, count, threads);
+        case ChoiceMethod::kRepresentative:
+            return chooseRepresentative(features, count, threads);
+        case ChoiceMethod::kRandom:
+            return chooseRandom(features, count, options.seed, threads);
+    }
+    return {};
+}
+
+}  // namespace
+
+namespace {
+
+void checkCanMix(const PosePlan& plan, std::size_t limbs, std::size_t frames) {
+    const std::string rig = plan.rig.files_read.at(0).string();
+    if (limbs < 2)
+        throw UsageError("--mix and --cover need limbs, but the skeleton of " + rig +
+                         " has no fork with two long branches; use --sample");
+    if (frames < 2)
+        throw UsageError("--mix and --cover need at least 2 frames, but only " + std::to_string(frames) + " of " + rig +
+                         " is listed");
+}
+
+// Mixes poses of the listed frames. The random ones come first, and the covering ones know them.
+void addMixed(const PosePlan& plan, const PoseOptions& options, int threads, PoseList& list) {
+    const std::vector<RigFrame> frames = rigFrames(plan.rig, list.file.frames);
+    list.limbs = findLimbs(plan.rig, frames, threads);
+    checkCanMix(plan, list.limbs.count, frames.size());
+    const MixSource source{plan.rig, list.limbs, frames};
+    PoseFile& file = list.file;
+    file.mixed = mixPoses(source, std::size_t(options.mix), options.seed, threads);
+    if (options.cover > 0) {
+        std::vector<float> covered = file.mixed;
+        for (const RigFrame& frame : frames)
+            for (const NodePose& pose : nodePoses(plan.rig, frame)) appendNumbers(pose, covered);
+        const CoveringPoses covering = coverPoses(source, covered, std::size_t(options.cover), options.seed, threads);
+        file.mixed.insert(file.mixed.end(), covering.numbers.begin(), covering.numbers.end());
+        list.open_before = covering.open_before;
+        list.open_after = covering.open_after;
+    }
+    for (const Node& node : plan.rig.nodes) file.node_names.push_back(node.name);
+}
+
+}  // namespace
+
+PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads) {
+    const std::vector<RigFrame> candidates = rigFrames(plan.rig, plan.candidates);
+    const bool mixes = options.mix + options.cover > 0;
+    PoseList list;
+    list.file.joint_names = plan.rig.skin.joint_names;
+    if (options.choose > 0)
+        list.choice = choosePoses(poseFeatures(plan.rig, candidates, threads), options, threads);
+    else if (mixes)
+        list.choice = allOf(candidates.size());
+    listChosen(plan.candidates, list.choice, list.file);
+    if (mixes) addMixed(plan, options, threads, list);
+    if (options.sample > 0) {
+        list.limits = limitsOfFrames(plan.rig, candidates, threads);
+        if (!options.limits.empty()) applyLimitsFile(options.limits, plan.rig, list.limits);
+        list.file.rotations = samplePoses(plan.rig, list.limits, std::size_t(options.sample), options.seed);
+        listMade(kSampledClip, std::size_t(options.sample), list.file);
+    }
+    listMade(kMixedClip, std::size_t(options.mix + options.cover), list.file);
+    return list;
+}
+
+Rig rigOfPoses(const Rig& rig, const PoseFile& poses) {
+    Rig out = rig;
+    addPoseClips(poses, out);
+    out.clips = {clipOfFrames(out, rigFrames(out, poses.frames), kPosesClip)};
+    return out;
+}
+
+}  // namespace penumbra

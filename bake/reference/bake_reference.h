@@ -1,0 +1,52 @@
+#pragma once
+// Renders brute-force pictures of a baked frame to compare the player's with. They use the light at full resolution,
+// the true BRDF and shadow rays.
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bake/reference/environment_light.h"
+#include "bake/reference/posed_tangents.h"
+#include "bake/trace/ray_start.h"
+#include "formats/common/progress.h"
+#include "formats/stage/visibility_file.h"
+#include "sh/brdf.h"
+#include "sh/camera.h"
+
+namespace penumbra {
+
+enum class ReferenceChannel { kShaded, kAmbient, kNormals };
+
+struct ReferenceOptions {
+    ReferenceChannel channel = ReferenceChannel::kShaded;
+    std::vector<RgbBrdf> brdfs = {rgbBrdf({})};  // ReferenceFrame::brdf_of_vertex chooses among them; at least one
+    int width = 512, height = 512;               // pixels, each 1..16384
+    int samples = 256;                           // shadow rays a pixel, 4..2^20, shared by its camera rays
+    int camera_rays = 4;                         // a pixel, 1..64
+    std::optional<Vec3> background = {};         // linear; unset = transparent
+    double bias = 1e-4;  // distance from the surface to the start of a shadow ray, in box diagonals of the frame
+};
+// Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
+// given.
+std::string findProblem(const ReferenceOptions& options);
+
+// The frame that the picture shows, with its mesh. The infinite floor (header.ground_y) is not drawn, but blocks the
+// light from below.
+struct ReferenceFrame {
+    const Mesh& mesh;
+    const VisibilityFrame& frame;
+    bool ground = false;
+    std::span<const std::uint16_t> brdf_of_vertex = {};  // [V], index into brdfs; empty: all 0
+    const PosedTangents* tangents = nullptr;  // x axes of the BRDFs' frames; null: shadingFrame() makes them up
+    // Set for sheets, and with occluders, which are not drawn: rays start by the rules of ray_start.h. If null, rays
+    // start at the bias.
+    const Blockers* blockers = nullptr;
+    std::span<const Vec3> occluder_positions = {};  // positions of the blockers' vertices after those of the mesh
+};
+// Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the
+// same pixels for any number of threads.
+Image renderReference(const ReferenceFrame& frame, const Camera& camera, const EnvironmentLight& light,
+                      const ReferenceOptions& options, int threads, ProgressStyle progress);
+
+}  // namespace penumbra

@@ -1,0 +1,17 @@
+#pragma once
+// Finds what casts shadows on a baked frame besides its mesh: the occluders of the bake, which the user names again.
+#include "bake/trace/blockers.h"
+#include "formats/stage/visibility_file.h"
+
+namespace penumbra {
+
+struct ReferenceBlockers {
+    Blockers blockers;  // without triangles where a rig's skin alone is drawn: ray_start.h is not for it
+    std::vector<Vec3> occluder_positions;  // [Vo] in this frame, model frame
+};
+// Reads the occluders. `name` of the visibility file starts messages. Throws UsageError unless `occluders` are those
+// of the bake, by content.
+ReferenceBlockers blockersOfFrame(const VisibilityHeader& header, std::size_t frame, const std::string& name,
+                                  const std::vector<std::filesystem::path>& occluders);
+
+}  // namespace penumbra

@@ -1,0 +1,59 @@
+#include "bake/source/bake_source.h"
+
+#include <algorithm>
+
+namespace penumbra {
+
+std::vector<std::string> BakeSource::clipNames() const {
+    std::vector<std::string> names;
+    if (rig)
+        for (const Clip& clip : rig->clips) names.push_back(clip.name);
+    else
+        for (const PointCacheClip& clip : cache->clips) names.push_back(clip.name);
+    return names;
+}
+
+BakeSource readSource(const std::vector<std::filesystem::path>& paths, const PointCacheOptions& options) {
+    BakeSource source;
+    if (isPointCache(paths.front()))
+        source.cache = readPointCache(paths, options);
+    else
+        source.rig = readRig(paths);
+    return source;
+}
+
+FrameList sampleFrames(const BakeSource& source, const std::vector<std::string>& clips, double fps) {
+    return source.rig ? sampleFrames(*source.rig, clips, fps) : sampleFrames(*source.cache, clips, fps);
+}
+
+std::vector<int> clipIndices(const BakeSource& source, const std::vector<std::string>& names) {
+    const std::vector<std::string> known = source.clipNames();
+    std::vector<int> indices;
+    for (const std::string& name : names) {
+        const auto found = std::find(known.begin(), known.end(), name);
+        indices.push_back(found == known.end() ? -1 : int(found - known.begin()));
+    }
+    return indices;
+}
+
+std::vector<Vec3> sourcePositions(const BakeSource& source, int clip, double time) {
+    if (source.rig) return poseSource(source, clip, time).positions;
+    return clip < 0 ? source.cache->mesh.rest_positions : samplePositions(*source.cache, std::size_t(clip), time);
+}
+
+SourcePose poseSource(const BakeSource& source, int clip, double time) {
+    SourcePose out;
+    if (source.rig) {
+        RigPose pose = evaluatePose(*source.rig, clip, time);
+        skinVertices(source.rig->mesh, source.rig->skin, source.rig->rest_normals, pose.bones, out.positions,
+                     out.normals);
+        out.bones = std::move(pose.bones);
+        out.pose = std::move(pose.pose);
+    } else {
+        out.positions = sourcePositions(source, clip, time);
+        out.normals = meshNormals(source.cache->mesh, out.positions);
+    }
+    return out;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,48 @@
+#pragma once
+// Measures the hemisphere moments b_i = integral over s.N >= 0 of V(s) y_i(s) ds in the model frame by ray tracing
+// (section 2 of docs/formulas.md).
+#include "bake/trace/local_parts.h"
+#include "bake/trace/ray_start.h"
+
+namespace penumbra {
+
+// What local moments need besides.
+struct LocalTracer {
+    const LocalParts& parts;
+    const RayDirections& directions;          // the same directions, with the basis of the local order
+    std::span<const BoundingBox> part_boxes;  // of this frame, in the space of the scene
+};
+
+struct MomentTracer {
+    const OcclusionScene& scene;
+    const RayDirections& directions;
+    SceneScale scale;
+    float bias = 1e-4f;   // distance from the surface to the start of a ray, in units of scale.diagonal
+    bool ground = false;  // the point stands on an infinite floor: directions with y < 0 are blocked at any height
+    // Set for sheets, whose rays start by the rules of ray_start.h. If null, rays start at the bias. `mesh` tells
+    // which vertex a point is.
+    const Blockers* blockers = nullptr;
+    const Mesh* mesh = nullptr;
+    std::span<const Vec3> vertices = {};    // [V] of the mesh in this frame
+    std::optional<LocalTracer> local = {};  // set for local moments; the scene must have been made with `filters`
+};
+
+// Where the moments of some points go.
+struct MomentOutput {
+    std::span<float> coefficients;  // [points][n^2]
+    std::span<float> local = {};    // [points][m^2] with the local order m; empty without local moments
+
+    // The output of the points [begin, begin + count) of `points`.
+    MomentOutput part(std::size_t begin, std::size_t count, std::size_t points) const {
+        const std::size_t n2 = coefficients.size() / points, m2 = local.size() / points;
+        return {coefficients.subspan(begin * n2, count * n2), local.subspan(begin * m2, count * m2)};
+    }
+};
+
+// Writes the moments of each point and returns the number of rays traced, each counted once. A point whose normal is
+// zero has no horizon and gets zeros. With blockers or local moments the points are the vertices `first_vertex`,
+// `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on that point alone.
+std::size_t traceMoments(const MomentTracer& tracer, std::span<const Vec3> positions, std::span<const Vec3> normals,
+                         const MomentOutput& out, std::size_t first_vertex = 0);
+
+}  // namespace penumbra

@@ -1,0 +1,394 @@
+#include <embree3/rtcore.h>
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "bake/trace/occlusion.h"
+#include "sh/bounding_box.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Embree wants denormals flushed to zero in every thread that traces. The destructor gives the thread its own mode
+// back.
+class FlushDenormals {
+public:
+    FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON); }
+    ~FlushDenormals() { _mm_setcsr(saved_); }
+    FlushDenormals(const FlushDenormals&) = delete;
+    FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+private:
+    unsigned saved_;
+};
+
+// Throws if the last call of Embree failed.
+void check(RTCDevice device, const char* what) {
+    const RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    if (error != RTC_ERROR_NONE)
+        throw std::runtime_error(std::string("Embree: ") + what + " failed (error " + std::to_string(error) + ")");
+}
+
+}  // namespace
+
+// All scenes of the process share one device. "threads=1" would cap TBB for the whole process, our own loops included
+// (Embree holds a tbb::global_control). With loops on std::thread it keeps Embree's builder on the calling thread,
+// since ThreadSanitizer cannot see into it.
+#ifdef PENUMBRA_STD_THREAD
+constexpr const char* kDeviceConfig = "threads=1";
+#else
+constexpr const char* kDeviceConfig = "";
+#endif
+
+namespace {
+
+RTCDevice sharedDevice() {
+    static const struct Device {
+        RTCDevice handle = rtcNewDevice(kDeviceConfig);
+        ~Device() { rtcReleaseDevice(handle); }
+    } device;
+    if (!device.handle) check(nullptr, "making a device");
+    return device.handle;
+}
+
+}  // namespace
+
+struct OcclusionScene::Impl {
+    RTCDevice device = sharedDevice();
+    RTCScene scene = rtcNewScene(device);
+    std::vector<Triangle> triangles;  // only for nextHit()
+
+    Impl() = default;
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+    ~Impl() { rtcReleaseScene(scene); }
+};
+
+namespace {
+
+template <class T>
+void fillBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::span<const T> values) {
+    static_assert(sizeof(T) == 12);
+    void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), values.size());
+    if (buffer) std::memcpy(buffer, values.data(), values.size_bytes());
+}
+
+// The context that nextHit() hands to its filter.
+struct PassingContext {
+    RTCIntersectContext context;  // first, so that the filter finds the rest by a cast
+    const std::vector<Triangle>* triangles;
+    Triangle passed;
+};
+
+// Rejects a hit on a triangle that has a corner of `passed`. Embree calls the filter for each candidate of a single
+// ray.
+void passOwnTriangles(const RTCFilterFunctionNArguments* arguments) {
+    const auto& passing = *reinterpret_cast<const PassingContext*>(arguments->context);
+    for (const std::uint32_t corner : (*passing.triangles)[RTCHitN_primID(arguments->hit, arguments->N, 0)])
+        for (const std::uint32_t passed : passing.passed)
+            if (corner == passed) arguments->valid[0] = 0;
+}
+
+}  // namespace
+
+OcclusionScene::OcclusionScene(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool filters)
+    : impl_(std::make_unique<Impl>()) {
+    const FlushDenormals flush;
+    if (filters) {
+        rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+        impl_->triangles.assign(triangles.begin(), triangles.end());
+    }
+    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    fillBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions);
+    fillBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(impl_->scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(impl_->scene);
+    check(impl_->device, "building a scene");
+}
+
+OcclusionScene::~OcclusionScene() = default;
+OcclusionScene::OcclusionScene(OcclusionScene&&) noexcept = default;
+OcclusionScene& OcclusionScene::operator=(OcclusionScene&&) noexcept = default;
+
+namespace {
+
+RTCRay makeRay(Vec3 origin, Vec3 direction, float min_distance) {
+    RTCRay ray{};
+    ray.org_x = origin.x;
+    ray.org_y = origin.y;
+    ray.org_z = origin.z;
+    ray.dir_x = direction.x;
+    ray.dir_y = direction.y;
+    ray.dir_z = direction.z;
+    ray.tnear = min_distance;
+    ray.tfar = kInfinity;
+    ray.mask = ~0u;
+    return ray;
+}
+
+}  // namespace
+
+bool OcclusionScene::occluded(Vec3 origin, Vec3 unit_direction, float min_distance) const {
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRay ray = makeRay(origin, unit_direction, min_distance);
+    rtcOccluded1(impl_->scene, &context, &ray);
+    return ray.tfar < 0;  // Embree marks a blocked ray by tfar = -infinity
+}
+
+namespace {
+
+SurfaceHit surfaceHit(const RTCRayHit& hit) {
+    return {hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar, {hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z}};
+}
+
+}  // namespace
+
+std::optional<SurfaceHit> OcclusionScene::closestHit(Vec3 origin, Vec3 unit_direction) const {
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit hit{};
+    hit.ray = makeRay(origin, unit_direction, 0);
+    hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(impl_->scene, &context, &hit);
+    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return surfaceHit(hit);
+}
+
+std::optional<SurfaceHit> OcclusionScene::nextHit(Vec3 origin, Vec3 unit_direction, Stretch stretch,
+                                                  const Triangle& passed) const {
+    const FlushDenormals flush;
+    PassingContext passing{{}, &impl_->triangles, passed};
+    rtcInitIntersectContext(&passing.context);
+    passing.context.filter = passOwnTriangles;
+    RTCRayHit hit{};
+    hit.ray = makeRay(origin, unit_direction, std::max(stretch.from, 0.0f));
+    hit.ray.tfar = stretch.to;
+    hit.hit.geomID = hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(impl_->scene, &passing.context, &hit);
+    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return surfaceHit(hit);
+}
+
+namespace {
+
+// Eight rays from one point. The number of each lane is the ray's id, by which a filter knows it.
+RTCRay8 packetFrom(Vec3 origin) {
+    RTCRay8 packet{};
+    std::fill_n(packet.org_x, kLanes, origin.x);
+    std::fill_n(packet.org_y, kLanes, origin.y);
+    std::fill_n(packet.org_z, kLanes, origin.z);
+    std::fill_n(packet.mask, kLanes, ~0u);
+    std::iota(packet.id, packet.id + kLanes, 0u);
+    return packet;
+}
+
+// Traces the lanes of a packet whose weight in `traced` is not 0. Afterwards packet.tfar of a blocked lane is
+// -infinity. Returns false when there is no such lane; then packet.tfar means nothing.
+bool tracePacket(RTCScene scene, RTCIntersectContext& context, const DirectionPacket& directions,
+                 const LaneWeights& traced, RTCRay8& packet) {
+    alignas(32) int valid[kLanes];
+    int any = 0;
+    for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = traced.lane[k] != 0 ? -1 : 0;
+    if (!any) return false;
+    std::copy(directions.x.begin(), directions.x.end(), packet.dir_x);
+    std::copy(directions.y.begin(), directions.y.end(), packet.dir_y);
+    std::copy(directions.z.begin(), directions.z.end(), packet.dir_z);
+    rtcOccluded8(valid, scene, &context, &packet);
+    return true;
+}
+
+// Sets the weights of the blocked lanes to 0.
+void dropBlocked(const RTCRay8& packet, LaneWeights& weights) {
+    for (std::size_t k = 0; k < kLanes; ++k) weights.lane[k] = packet.tfar[k] < 0 ? 0.0f : weights.lane[k];
+}
+
+}  // namespace
+
+void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const {
+    assert(rays.size() == directions.packets.size());
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRay8 packet = packetFrom(origin);
+    for (std::size_t p = 0; p < rays.size(); ++p) {
+        std::fill_n(packet.tfar, kLanes, kInfinity);
+        if (tracePacket(impl_->scene, context, directions.packets[p], rays[p], packet)) dropBlocked(packet, rays[p]);
+    }
+}
+
+// --- Local triangles ------------------------------------------------------------------------------------------------
+// A ray that escapes the whole scene escapes the local triangles too, so only blocked rays are in question. The first
+// triangle that Embree finds for a blocked ray is often local, which answers the question as well. The other rays are
+// traced once more through the same tree, where a filter now rejects all triangles that are not local.
+
+namespace {
+
+// The context that removeOccludedLocally() hands to its filters.
+struct LocalContext {
+    RTCIntersectContext context;  // first, so that a filter finds the rest by a cast
+    const LocalTriangles* local;
+    LaneWeights* near;  // of the packet that is traced
+
+    bool isLocal(const RTCFilterFunctionNArguments* arguments, unsigned lane) const {
+        return local->contains(RTCHitN_primID(arguments->hit, arguments->N, lane));
+    }
+};
+
+// Accepts every hit, and notes which lanes hit a local triangle. The trace goes on as if there was no filter.
+void noteLocal(const RTCFilterFunctionNArguments* arguments) {
+    const auto& context = *reinterpret_cast<const LocalContext*>(arguments->context);
+    for (unsigned k = 0; k < arguments->N; ++k)
+        if (arguments->valid[k] == -1 && context.isLocal(arguments, k))
+            context.near->lane[RTCRayN_id(arguments->ray, arguments->N, k)] = 0;
+}
+
+// Rejects the hits on triangles that are not local.
+void passFar(const RTCFilterFunctionNArguments* arguments) {
+    const auto& context = *reinterpret_cast<const LocalContext*>(arguments->context);
+    for (unsigned k = 0; k < arguments->N; ++k)
+        if (arguments->valid[k] == -1 && !context.isLocal(arguments, k)) arguments->valid[k] = 0;
+}
+
+// Returns how far local triangles may lie along each lane of a packet: up to where the ray leaves the last box of a
+// local part, and 0 where it meets none of these boxes.
+LaneWeights localReach(Vec3 origin, const DirectionPacket& directions, const LocalTriangles& local) {
+    constexpr float kLeast = 1e-20f;   // no division by 0
+    constexpr float kPadding = 1e-5f;  // in diagonals of the model; rounding in a hit is a hundredth of that
+    LaneWeights reach;
+    DirectionPacket inverse;
+    const auto invert = [](const std::array<float, kLanes>& from, std::array<float, kLanes>& to) {
+        for (std::size_t k = 0; k < kLanes; ++k) to[k] = 1 / (std::abs(from[k]) < kLeast ? kLeast : from[k]);
+    };
+    invert(directions.x, inverse.x);
+    invert(directions.y, inverse.y);
+    invert(directions.z, inverse.z);
+    for (std::size_t part = 0; part < local.box_of_part.size(); ++part) {
+        if (!local.is_local[part]) continue;
+        const BoundingBox& box = local.box_of_part[part];
+        const Vec3 low = box.low - origin - Vec3{kPadding, kPadding, kPadding};
+        const Vec3 high = box.high - origin + Vec3{kPadding, kPadding, kPadding};
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            const float x0 = low.x * inverse.x[k], x1 = high.x * inverse.x[k];
+            const float y0 = low.y * inverse.y[k], y1 = high.y * inverse.y[k];
+            const float z0 = low.z * inverse.z[k], z1 = high.z * inverse.z[k];
+            const float enter = std::max({std::min(x0, x1), std::min(y0, y1), std::min(z0, z1)});
+            const float leave = std::min({std::max(x0, x1), std::max(y0, y1), std::max(z0, z1)});
+            reach.lane[k] = enter <= leave ? std::max(reach.lane[k], leave) : reach.lane[k];
+        }
+    }
+    return reach;
+}
+
+// Rays of several packets that wait for their second trace. Neighbours along the Morton curve share a packet again.
+struct WaitingRays {
+    DirectionPacket directions;
+    LaneWeights reach;
+    std::array<float*, kLanes> weight{};  // where the answer of each lane goes
+    std::size_t count = 0;
+
+    void add(const DirectionPacket& from, std::size_t lane, float how_far, float& answer) {
+        directions.x[count] = from.x[lane];
+        directions.y[count] = from.y[lane];
+        directions.z[count] = from.z[lane];
+        reach.lane[count] = how_far;
+        weight[count++] = &answer;
+    }
+};
+
+// Traces the waiting rays against what the context's filter accepts. Sets the weights of those that it blocks to 0.
+void traceWaiting(RTCScene scene, RTCIntersectContext& context, WaitingRays& waiting, RTCRay8& packet) {
+    std::fill(waiting.reach.lane.begin() + std::ptrdiff_t(waiting.count), waiting.reach.lane.end(), 0.0f);
+    std::copy(waiting.reach.lane.begin(), waiting.reach.lane.end(), packet.tfar);
+    if (!tracePacket(scene, context, waiting.directions, waiting.reach, packet)) return;
+    for (std::size_t k = 0; k < waiting.count; ++k)
+        if (packet.tfar[k] < 0) *waiting.weight[k] = 0;
+    waiting.count = 0;
+}
+
+}  // namespace
+
+void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& directions, const LocalTriangles& local,
+                                           std::span<LaneWeights> rays, std::span<LaneWeights> near) const {
+    assert(rays.size() == directions.packets.size() && near.size() == rays.size());
+    const FlushDenormals flush;
+    LocalContext first{{}, &local, nullptr}, second{{}, &local, nullptr};
+    rtcInitIntersectContext(&first.context);
+    rtcInitIntersectContext(&second.context);
+    first.context.filter = noteLocal;
+    second.context.filter = passFar;
+    RTCRay8 packet = packetFrom(origin);
+    WaitingRays waiting;
+    for (std::size_t p = 0; p < rays.size(); ++p) {
+        // 1. Trace all rays, and note those that a local triangle blocks.
+        first.near = &near[p];
+        std::fill_n(packet.tfar, kLanes, kInfinity);
+        if (tracePacket(impl_->scene, first.context, directions.packets[p], rays[p], packet))
+            dropBlocked(packet, rays[p]);
+        // 2. Trace again the rays that something else blocks. Most packets have few of them, so they wait until there
+        // are enough for a packet.
+        if (rays[p].lane == near[p].lane) continue;
+        const LaneWeights reach = localReach(origin, directions.packets[p], local);
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            if (near[p].lane[k] == rays[p].lane[k] || reach.lane[k] == 0) continue;
+            waiting.add(directions.packets[p], k, reach.lane[k], near[p].lane[k]);
+            if (waiting.count == kLanes) traceWaiting(impl_->scene, second.context, waiting, packet);
+        }
+    }
+    traceWaiting(impl_->scene, second.context, waiting, packet);
+}
+
+void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> packets,
+                                std::span<LaneSides> sides) const {
+    assert(sides.size() == packets.size());
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit8 hits{};
+    std::fill_n(hits.ray.org_x, kLanes, origin.x);
+    std::fill_n(hits.ray.org_y, kLanes, origin.y);
+    std::fill_n(hits.ray.org_z, kLanes, origin.z);
+    std::fill_n(hits.ray.mask, kLanes, ~0u);
+    for (std::size_t p = 0; p < packets.size(); ++p) {
+        const DirectionPacket& d = packets[p];
+        alignas(32) int valid[kLanes];
+        for (std::size_t k = 0; k < kLanes; ++k) valid[k] = d.x[k] != 0 || d.y[k] != 0 || d.z[k] != 0 ? -1 : 0;
+        std::copy(d.x.begin(), d.x.end(), hits.ray.dir_x);
+        std::copy(d.y.begin(), d.y.end(), hits.ray.dir_y);
+        std::copy(d.z.begin(), d.z.end(), hits.ray.dir_z);
+        std::fill_n(hits.ray.tfar, kLanes, kInfinity);
+        std::fill_n(hits.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(hits.hit.instID[0], kLanes, RTC_INVALID_GEOMETRY_ID);
+        rtcIntersect8(valid, impl_->scene, &context, &hits);
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            const bool met = valid[k] && hits.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
+            const float along = hits.hit.Ng_x[k] * d.x[k] + hits.hit.Ng_y[k] * d.y[k] + hits.hit.Ng_z[k] * d.z[k];
+            sides[p].lane[k] = !met ? MetSide::kNone : along > 0 ? MetSide::kBack : MetSide::kFront;
+        }
+    }
+}
+
+SceneScale sceneScale(std::span<const Vec3> positions, double diagonal) {
+    assert(!positions.empty() && diagonal > 0);
+    const BoundingBox box = boundsOf(positions);
+    return {(toDouble(box.low) + toDouble(box.high)) * 0.5, diagonal};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,59 @@
+#pragma once
+// The stage "bake": it reads a rig or a point cache and writes x.vis.h5, frame by frame in bounded memory.
+#include <filesystem>
+#include <vector>
+
+#include "bake/common/bake_options.h"
+#include "bake/source/continuous_angles.h"
+#include "bake/source/extra_inputs.h"
+#include "bake/trace/blockers.h"
+#include "bake/trace/local_parts.h"
+#include "formats/common/progress.h"
+
+namespace penumbra {
+
+// The plan tells what a bake will do, before any ray is traced.
+struct BakePlan {
+    BakeSource source;
+    std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
+    double rest_diagonal = 0;                       // of the rest pose in the model frame: the unit of `bias`
+    VisibilityHeader header;
+    std::vector<int> source_clip;  // [C] the source's clip of each of header.frames' clips; -1 = at rest
+    float bias = 1e-4f;
+    // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
+    bool sheet_rules = false;
+    Blockers blockers;
+    std::optional<LocalParts> local;  // set with header.local
+    std::vector<Occluder> occluders;  // their clips go with header.frames.clip_names
+    ExtraInputs inputs;
+    std::vector<std::vector<EdgeTurns>> turns;  // [F] of a point cache, else empty
+
+    double rays() const;            // upper bound: every direction above the horizon of every vertex and frame
+    double bytes(Precision) const;  // of the output before compression
+};
+// Reads the source and chooses the frames. Throws UsageError, IoError and InvalidInput.
+BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options);
+
+struct BakeTarget {
+    std::filesystem::path output;
+    bool resume = false;  // go on from the journal of a killed bake, and keep ours when stopped (bake_journal.h)
+};
+
+struct BakeResult {
+    double rays_traced = 0;
+    double seconds = 0;           // of tracing, without the time to read the rig
+    double written_bytes = 0;     // size of the file
+    std::size_t frames_kept = 0;  // frames that an earlier bake traced and the journal kept
+    std::string note;             // about the journal; "" when there is nothing to tell
+};
+// Traces and writes. The file holds the same bytes for any number of threads. Throws InvalidInput for a pose with a
+// position that is not finite. Throws Interrupted within a second of a signal and then leaves no output.
+BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,
+                          ProgressStyle progress);
+
+// Tells whether the file under this name is what the bake would make: it has the same inputs by content, the same
+// options and version, and all of its data agree with their checksums. The function reads the whole file for that,
+// and `damage` says what is wrong with a file that does not pass. Throws Interrupted.
+bool isWhole(const std::filesystem::path& output, const BakePlan& plan, std::string& damage);
+
+}  // namespace penumbra

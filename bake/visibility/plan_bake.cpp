@@ -1,0 +1,189 @@
+// Plans a bake: finds everything that is known before the first ray, such as which frames of what it will trace.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "bake/source/frame_choice.h"
+#include "bake/visibility/bake_visibility.h"
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+namespace {
+
+// Lists every option that changes the result. Options that are newer than 0.1.0 are listed only where they are used,
+// so that older bakes keep their provenance.
+std::string optionsJson(const BakeOptions& options) {
+    nlohmann::ordered_json json;
+    json["clips"] = options.clips;
+    json["fps"] = options.fps;
+    if (options.frames) json["frames"] = {options.frames->begin, options.frames->end, options.frames->step};
+    json["order"] = options.order;
+    json["rays"] = options.rays;
+    json["seed"] = options.seed;
+    json["bias"] = options.bias;
+    json["ground"] = options.ground;
+    if (options.ground_y) json["ground_y"] = *options.ground_y;
+    json["precision"] = options.precision == Precision::kFloat16 ? "f16" : "f32";
+    if (options.blocks > 1) json["blocks"] = options.blocks;
+    if (options.cache.metres != 1) json["metres"] = options.cache.metres;
+    if (options.cache.z_up) json["up"] = "z";
+    if (options.cache.fps > 0) json["cache_fps"] = options.cache.fps;
+    if (options.two_sided) json["two_sided"] = true;
+    for (const std::filesystem::path& occluder : options.occluders) {
+        std::string name;
+        for (const std::filesystem::path& file : filesOfOccluder(occluder))
+            name += (name.empty() ? "" : ":") + file.filename().string();
+        json["occluders"].push_back(name);
+    }
+    if (options.inputs) json["inputs"] = options.inputs->filename().string();
+    if (options.local) json["local"] = {{"steps", options.local->steps}, {"order", options.local->order}};
+    return json.dump();
+}
+
+// Lists all frames of the chosen clips. --frames slices this list later.
+FrameList listFrames(BakeSource& source, const BakeOptions& options) {
+    if (!options.poses) return sampleFrames(source, options.clips, options.fps);
+    if (!source.rig) throw UsageError("--poses lists frames of a rig, not of a point cache");
+    FrameList frames = readPoseFrames(*options.poses, *source.rig);
+    source.filesRead().push_back(*options.poses);
+    if (!options.clips.empty()) appendFrames(sampleFrames(source, options.clips, options.fps), frames);
+    return frames;
+}
+
+// Chooses the frames of the bake, and tells where they belong if they are only a part.
+void chooseFrames(BakePlan& plan, const BakeOptions& options) {
+    VisibilityHeader& header = plan.header;
+    const FrameList listed = listFrames(plan.source, options);
+    const FrameList all = cutIntoBlocks(listed, options.blocks);
+    std::vector<std::size_t> chosen(all.frameCount());
+    std::iota(chosen.begin(), chosen.end(), std::size_t(0));
+    header.frames = all;
+    if (options.frames) {
+        header.frames = sliceFrames(all, *options.frames);
+        chosen = slice(chosen, *options.frames);
+    }
+    // Each clip of the bake is a clip of the source, or a block of one.
+    for (const std::string& name : header.frames.clip_names)
+        plan.source_clip.push_back(clipIndices(plan.source, {options.blocks > 1 ? clipOfBlock(name) : name}).front());
+    if (plan.source.cache) plan.turns = continuousTurns(plan.source, header.edges, listed, chosen);
+    // A bake of some frames stores where they belong, so that a merge can put them there.
+    if (options.clips.empty() && !options.frames) return;
+    const FrameList known =
+        options.poses ? all : cutIntoBlocks(sampleFrames(plan.source, {}, options.fps), options.blocks);
+    header.shard = ShardPlace{known.clip_names, framesOfClips(known), numberInClip(all)};
+    if (options.frames) header.shard->frame_in_clip = slice(numberInClip(all), *options.frames);
+}
+
+// Reads everything else that the rays of a frame can hit, and the numbers that only other files know.
+void addSurroundings(BakePlan& plan, const BakeOptions& options) {
+    VisibilityHeader& header = plan.header;
+    std::vector<std::string> clips = header.frames.clip_names;
+    if (options.blocks > 1)
+        for (std::string& clip : clips) clip = clipOfBlock(clip);
+    plan.occluders = readOccluders(options.occluders, options.cache, clips);
+    plan.sheet_rules = plan.source.cache || options.two_sided || !plan.occluders.empty();
+    if (plan.sheet_rules)
+        plan.blockers.add(plan.source.mesh().triangles, sourcePositions(plan.source, -1, 0));
+    else
+        plan.blockers.triangles = plan.source.mesh().triangles;  // nothing else will be asked of them
+    for (const Occluder& occluder : plan.occluders)
+        plan.blockers.add(occluder.source.mesh().triangles, sourcePositions(occluder.source, -1, 0));
+    if (options.inputs) {
+        plan.inputs = placeInputs(readInputTable(*options.inputs), options.inputs->string(), plan.source);
+        header.input_names = plan.inputs.names;
+        header.pose_size += int(plan.inputs.names.size());
+        for (std::size_t f = 0; f < header.frames.frameCount(); ++f)
+            // This call throws here, before hours of tracing, when a frame has no row in the table.
+            (void)inputsAt(plan.inputs, plan.source_clip[header.frames.clip[f]], header.frames.time[f]);
+    }
+    if (!options.two_sided) return;
+    header.mesh = withBacks(header.mesh);
+    appendBackNormals(header.rest_normals);
+    if (header.skin) header.skin = withBacks(*header.skin);
+}
+
+std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const BakeOptions& options) {
+    std::vector<std::filesystem::path> files = plan.source.filesRead();
+    for (const Occluder& occluder : plan.occluders)
+        files.insert(files.end(), occluder.source.filesRead().begin(), occluder.source.filesRead().end());
+    if (options.inputs) files.push_back(*options.inputs);
+    return files;
+}
+
+// Fills in what describes a pose. This must come before chooseFrames(), since the angles of the frames need the
+// edges.
+void describePose(const BakeSource& source, VisibilityHeader& header) {
+    if (source.rig) {
+        header.skin = source.rig->skin;
+        header.rest_normals = source.rig->rest_normals;
+        header.pose_size = int(3 * source.rig->skin.jointCount());
+        return;
+    }
+    header.rest_normals = meshNormals(header.mesh, header.mesh.rest_positions);
+    header.edges = innerEdges(header.mesh.triangles);
+    header.pose_parameterisation = kDihedralAngles;
+    header.pose_size = int(header.edges.size());
+}
+
+// Refuses options that have no effect: --units, --up and --cache-fps say what a cache does not say itself, but rigs
+// do.
+void checkCacheOptions(const BakePlan& plan, const PointCacheOptions& options) {
+    const auto is_cache = [](const Occluder& occluder) { return occluder.source.cache.has_value(); };
+    const bool any = plan.source.cache || std::any_of(plan.occluders.begin(), plan.occluders.end(), is_cache);
+    if (!any && (options.metres != 1 || options.z_up || options.fps > 0))
+        throw UsageError("--units, --up and --cache-fps are for point caches, and none is read");
+}
+
+}  // namespace
+
+BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOptions& options) {
+    BakePlan plan;
+    plan.source = readSource(paths, options.cache);
+    VisibilityHeader& header = plan.header;
+    header.mesh = plan.source.mesh();
+    describePose(plan.source, header);
+    chooseFrames(plan, options);
+
+    const std::vector<Vec3> positions = sourcePositions(plan.source, -1, 0);
+    plan.rest_diagonal = boxDiagonal(positions);
+    if (!(plan.rest_diagonal > 0 && std::isfinite(plan.rest_diagonal)))
+        throw InvalidInput(paths.front().string() + ": the rest pose has no extent");
+
+    addSurroundings(plan, options);
+    checkCacheOptions(plan, options.cache);
+    plan.files_read = filesRead(plan, options);
+    plan.bias = float(options.bias);
+    header.order = options.order;
+    header.rays = options.rays;
+    header.seed = options.seed;
+    if (options.ground_y) header.ground_y = float(*options.ground_y);
+    if (options.ground && !options.ground_y) {
+        const auto by_height = [](Vec3 a, Vec3 b) { return a.y < b.y; };
+        header.ground_y = std::min_element(positions.begin(), positions.end(), by_height)->y;
+    }
+    header.local = options.local;
+    if (header.local)
+        plan.local = makeLocalParts(header.mesh, header.skin, header.local->steps, plan.blockers.triangles.size());
+    header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.files_read);
+    return plan;
+}
+
+double BakePlan::rays() const {
+    return double(header.frames.frameCount()) * double(header.mesh.vertexCount()) * header.rays;
+}
+
+double BakePlan::bytes(Precision precision) const {
+    const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
+    const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
+    const double moments = double(header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0));
+    const double joints = header.skin ? double(header.skin->jointCount()) : 0;
+    const double influences = header.skin ? double(header.skin->influences) : 0;
+    const double frame = vertices * (24 + coefficient * moments) + 48.0 * joints + 4.0 * header.pose_size + 10;
+    const double mesh = 12.0 * double(header.mesh.triangles.size()) + 4.0 * double(header.mesh.source_vertex.size()) +
+                        16.0 * double(header.edges.size()) + vertices * (24 + 6.0 * influences);
+    return mesh + frames * frame;
+}
+
+}  // namespace penumbra
