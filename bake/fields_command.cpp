@@ -15,7 +15,7 @@ struct FieldsCommand {
     std::vector<std::filesystem::path> files_read;  // the rigs and what they refer to, known after reading
     std::filesystem::path output;
     FieldOptions options;
-    std::string parts, units = "m", up = "y";
+    std::string parts, inputs, units = "m", up = "y";
     std::int64_t seed = std::int64_t(FieldOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
 };
 
@@ -30,6 +30,7 @@ FrameRange parsePartRange(const std::string& text) try {
 void finishOptions(FieldsCommand& command) {
     FieldOptions& options = command.options;
     if (!command.parts.empty()) options.parts = parsePartRange(command.parts);
+    if (!command.inputs.empty()) options.inputs = command.inputs;
     if (command.seed < 0)
         throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
     options.seed = std::uint64_t(command.seed);
@@ -84,6 +85,7 @@ void defineFields(CLI::App& app, FieldsCommand& command) {
                    "bound on all fields, in millions of bytes; takes fewer points to stay below");
     app.add_option("--fade", options.fade, "depth over which a point inside a part goes dark, in rest diagonals");
     app.add_option("--parts", command.parts, "A:B, half-open: these parts only, for a shard that merge puts together");
+    app.add_option("--inputs", command.inputs, "FILE.csv of the bake, for an occluder that moves with a point of it");
     app.add_option("--units", command.units, "of a point cache: m, cm, mm, inch or metres (default: m)");
     app.add_option("--up", command.up, "of a point cache: y or z (default: y)");
 }

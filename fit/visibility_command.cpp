@@ -16,7 +16,8 @@ namespace penumbra {
 namespace {
 
 struct VisibilityCommand {
-    std::string input, output, train_frames, fields;
+    std::string input, output, train_frames;
+    std::vector<std::string> fields;
     std::string model = nameOf(FitOptions{}.model), local_model = nameOf(FitOptions{}.model),
                 features = nameOf(FeatureKind::kRelativeBones), clusters = "auto", parts = "auto",
                 input_variance = "auto", convention = "D5";
@@ -44,7 +45,8 @@ void define(CLI::App& app, VisibilityCommand& command) {
             return names;
         }()))
         ->capture_default_str();
-    app.add_option("--fields", command.fields, "X.fields.h5 of `penumbra-bake fields`, for --model composed");
+    app.add_option("--fields", command.fields,
+                   "X.fields.h5 of `penumbra-bake fields`, for --model composed: of the character and of occluders");
     app.add_option("--local-model", command.local_model,
                    "how a composed model predicts what nearby parts hide, and what the composition leaves")
         ->check(CLI::IsMember(namesOf(kModelKinds)))
@@ -106,7 +108,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string("--convention: ") + error.what());
     }
-    if (composed) options.fields = readFields(command.fields);
+    for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
     options.threads = common.threads;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
@@ -116,14 +118,14 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
 std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     std::vector<std::filesystem::path> inputs{command.input};
     if (!command.train_frames.empty()) inputs.emplace_back(command.train_frames);
-    if (!command.fields.empty()) inputs.emplace_back(command.fields);
+    inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
     return inputs;
 }
 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
     nlohmann::ordered_json json;
     json["model"] = command.model;
-    if (options.fields) json["local_model"] = command.local_model;
+    if (!options.fields.empty()) json["local_model"] = command.local_model;
     json["features"] = command.features;
     json["clusters"] = command.clusters;
     if (options.parts > 0) json["parts"] = options.parts;

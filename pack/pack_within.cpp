@@ -57,7 +57,8 @@ Training trainingOf(const AssetView& exact, int threads) {
             }
         }
     }
-    if (!evaluator.composed()) return training;
+    // A deforming mesh has no vertices without its frames' positions, which an asset may leave out.
+    if (!evaluator.composed() || evaluator.deformation()) return training;
     std::vector<float> far(evaluator.vertexCount() * kFarNumbers);
     const std::vector<std::size_t> frames = packingFrames(exact);
     std::vector<double> squares(clusters);

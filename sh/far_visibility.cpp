@@ -54,7 +54,7 @@ void mirrorPart(float height, std::span<const float> blocked, std::span<float> o
 void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span<PosedPart> out) {
     assert(out.size() == fields.tables.size());
     for (std::size_t p = 0; p < out.size(); ++p) {
-        const Affine& bone = bones[fields.joints[p]];
+        const Affine bone = fields.joints[p] == kStillJoint ? Affine{} : bones[fields.joints[p]];
         const Mat3 linear = bone.linear(), c = cofactor(linear);
         const float det = linear.m[0] * c.m[0] + linear.m[1] * c.m[1] + linear.m[2] * c.m[2];
         out[p].to_part = inverseOf(bone);

@@ -35,6 +35,7 @@ struct FieldBox {
 
 // Where the field of one part has its points, and what its bytes stand for. Points are those of the fine box, of the
 // coarse box, then of the spheres, the largest one first. All lengths are in the space of the rest positions.
+constexpr std::uint32_t kStillJoint = 65535;  // of a part that stands still in the model frame
 struct PartField {
     std::uint32_t joint = 0;  // the part moves with its bone
     Vec3 centre;              // of the part's bounding sphere

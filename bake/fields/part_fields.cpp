@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "bake/common/out_of_range.h"
+#include "bake/fields/occluder_motion.h"
 #include "bake/fields/part_tracer.h"
 #include "bake/fields/signed_distance.h"
 #include "bake/source/bake_source.h"
@@ -60,6 +61,7 @@ std::string optionsJson(const FieldOptions& options) {
     json["megabytes"] = options.megabytes;
     json["fade"] = options.fade;
     if (options.parts) json["parts"] = {options.parts->begin, options.parts->end};
+    if (options.inputs) json["inputs"] = options.inputs->filename().string();
     if (options.cache.metres != 1) json["metres"] = options.cache.metres;
     if (options.cache.z_up) json["up"] = "z";
     return json.dump();
@@ -132,6 +134,11 @@ FieldPlan planFields(const std::vector<std::filesystem::path>& paths, const Fiel
     file.rays = options.rays;
     file.fields.fade = float(options.fade * diagonal);
     addParts(mesh, table, options, plan);
+    if (options.inputs) {
+        if (source.rig) throw UsageError("--inputs: of a mesh without skin only; a rig's parts move with its bones");
+        plan.files_read.push_back(*options.inputs);
+    }
+    file.motion = motionOf(source, options.inputs);
     file.provenance = makeProvenance("penumbra-bake fields", optionsJson(options), plan.files_read);
     return plan;
 }

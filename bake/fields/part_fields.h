@@ -20,6 +20,8 @@ struct FieldOptions {
     double megabytes = 2.95;  // all points take at most so many million bytes, 0.01..1000
     double fade = 0.0042;     // depth over which a point inside goes dark, in diagonals of the rest positions, 1e-6..1
     std::optional<FrameRange> parts = {};  // these parts only; unset = all parts
+    // numbers of --inputs of the bake, for a mesh without skin that moves with one of their points
+    std::optional<std::filesystem::path> inputs = {};
     PointCacheOptions cache = {};
 };
 // Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value

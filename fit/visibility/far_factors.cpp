@@ -29,6 +29,7 @@ VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices,
     set.skin.joint_names = skin.joint_names;
     set.skin.parents = skin.parents;
     set.skin.influences = skin.influences;
+    set.id.assign(vertices.begin(), vertices.end());
     for (const std::uint32_t v : vertices) {
         set.mesh.rest_positions.push_back(model.mesh.rest_positions[v]);
         set.rest_normals.push_back(model.rest_normals[v]);
@@ -58,11 +59,26 @@ struct FarBatch {
 
 }  // namespace
 
-void farFactors(const FarTables& tables, const VertexSet& set, std::span<const Affine> bones,
-                std::span<const PosedPart> posed, std::span<float> out) {
+PosedVertices skinned(const VertexSet& set, std::span<const Affine> bones) {
+    PosedVertices vertices;
+    skinVertices(set.mesh, set.skin, set.rest_normals, {bones.begin(), bones.end()}, vertices.positions,
+                 vertices.normals);
+    return vertices;
+}
+
+PosedVertices deformed(const VertexSet& set, std::span<const Vec3> positions, std::span<const Vec3> normals) {
+    PosedVertices vertices;
+    for (const std::uint32_t v : set.id) {
+        const std::size_t front = v % positions.size();
+        vertices.positions.push_back(positions[front]);
+        vertices.normals.push_back(v < positions.size() ? normals[front] : -normals[front]);
+    }
+    return vertices;
+}
+
+void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertices& vertices,
+                std::span<const Affine> bones, std::span<const PosedPart> posed, std::span<float> out) {
     assert(out.size() == set.part.size() * kFarNumbers);
-    std::vector<Vec3> positions, normals;
-    skinVertices(set.mesh, set.skin, set.rest_normals, {bones.begin(), bones.end()}, positions, normals);
     std::vector<FarPart> parts;
     for (const PosedPart& part : posed) parts.push_back(farPart(part));
     std::vector<Mat3> rotations(bones.size());
@@ -78,9 +94,9 @@ void farFactors(const FarTables& tables, const VertexSet& set, std::span<const A
             if (!known[joint]) rotations[joint] = nearestRotation(bones[joint].linear());
             known[joint] = true;
             batch.vertex[i] = v;
-            batch.positions[i] = positions[v];
-            batch.normals[i] = normals[v];
-            batch.tangents[i] = carriedTangent(normals[v], rotations[joint], set.rest_tangents[v]);
+            batch.positions[i] = vertices.positions[v];
+            batch.normals[i] = vertices.normals[v];
+            batch.tangents[i] = carriedTangent(vertices.normals[v], rotations[joint], set.rest_tangents[v]);
         }
         // 2. What the far parts leave visible there.
         const std::span<const std::uint16_t> seen = tables.partsSeenBy(part);

@@ -20,13 +20,22 @@ struct VertexSet {
     std::vector<std::uint16_t> part;   // [V of the set]
     std::vector<std::uint16_t> joint;  // [V of the set] the joint that carries the tangent
     std::vector<std::uint32_t> order;  // [V of the set] its vertices, those of one part together
+    std::vector<std::uint32_t> id;     // [V of the set] their numbers in the model
 };
 VertexSet vertexSet(const Model& model, std::span<const std::uint32_t> vertices, std::span<const int> joint_of_cluster);
 
+// A set of vertices in one pose.
+struct PosedVertices {
+    std::vector<Vec3> positions, normals;
+};
+PosedVertices skinned(const VertexSet& set, std::span<const Affine> bones);
+// The same for a deforming mesh whose fronts are given, [Vs] each. A back has the opposite normal of its front.
+PosedVertices deformed(const VertexSet& set, std::span<const Vec3> positions, std::span<const Vec3> normals);
+
 // Writes the far visibility of every vertex of the set in one pose, [V of the set, kFarNumbers] in the local frames.
 // `posed` are the parts in this pose.
-void farFactors(const FarTables& tables, const VertexSet& set, std::span<const Affine> bones,
-                std::span<const PosedPart> posed, std::span<float> out);
+void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertices& vertices,
+                std::span<const Affine> bones, std::span<const PosedPart> posed, std::span<float> out);
 
 // Multiplies local numbers [V, n] in convention D by far factors [V, kFarNumbers].
 void multiplyByFar(const FarTables& tables, std::span<const float> far, std::span<float> numbers);

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "fit/visibility/compose_fields.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/part_table.h"
 #include "formats/common/write_file.h"
@@ -134,16 +135,24 @@ std::vector<PosedPart> posedParts(const FitJob& job, const FarFields& fields) {
     return posed;
 }
 
-// Returns a recipe that sees the joints whose parts are local to the joint's, and joints that stand for inputs. A joint
-// that moves nothing is not seen: it repeats what others say.
-FeatureRecipe localRecipe(const FeatureRecipe& recipe, const PartTable& table, int steps, int joint) {
+// Returns a recipe that sees the joints whose parts are local to the joint's, and joints that stand for inputs, unless
+// a part is known to move with them. A joint that moves nothing is not seen: it repeats what others say. All parts of a
+// deforming mesh are local.
+FeatureRecipe localRecipe(const Model& model, const PartTable& table, const FeatureRecipe& recipe, int joint) {
     FeatureRecipe local = recipe;
+    const std::vector<bool> composed = composedInputs(model);
+    if (model.deforming) {
+        local.seen = composed;
+        local.seen.flip();
+        return local;
+    }
+    const int steps = model.composition->local_steps;
     const std::size_t own = table.part_of_joint[std::size_t(joint)];
     local.seen.assign(recipe.joint_centers.size(), true);
     for (std::size_t j = 0; j < table.part_of_joint.size(); ++j) {
         const std::array<float, 9>& spread = recipe.joint_spreads[j].m;
         const bool moves = std::any_of(spread.begin(), spread.end(), [](float x) { return x != 0; });
-        local.seen[j] = moves && int(table.stepsBetween(own, table.part_of_joint[j])) <= steps;
+        local.seen[j] = moves && !composed[j] && int(table.stepsBetween(own, table.part_of_joint[j])) <= steps;
     }
     return local;
 }
@@ -152,7 +161,7 @@ FeatureRecipe localRecipe(const FeatureRecipe& recipe, const PartTable& table, i
 
 std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& model) {
     const FeatureRecipe recipe = recipeOf(model);
-    const PartTable table = makePartTable(model.mesh, model.skin);
+    const PartTable table = model.deforming ? PartTable{} : makePartTable(model.mesh, model.skin);
     const FarTables far = makeFarTables(*model.composition, model.convention);
     const std::vector<PosedPart> posed = posedParts(job, far.fields());
     std::vector<ComposedFit> fits(job.clusters.vertices.size());
@@ -162,8 +171,7 @@ std::vector<ComposedFit> fitComposedClusters(const FitJob& job, const Model& mod
         parallelFor(whole.size(), job.options.threads, [&](std::size_t i) {
             throwIfInterrupted();
             const std::size_t c = begin + i;
-            const FeatureRecipe near =
-                localRecipe(recipe, table, model.composition->local_steps, job.clusters.joint[c]);
+            const FeatureRecipe near = localRecipe(model, table, recipe, job.clusters.joint[c]);
             const VertexSet vertices = vertexSet(model, job.clusters.vertices[c], job.clusters.joint);
             ComposedProblem problem{problemOf(job, model, near, c), problemOf(job, model, recipe, c), &far, &vertices,
                                     posed};

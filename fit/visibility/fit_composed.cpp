@@ -53,6 +53,14 @@ void clampAll(std::span<const float> ambient, std::span<float> numbers) {
         clampAmbient(ambient, norm2, numbers.subspan(c, ambient.size()));
 }
 
+PosedVertices verticesIn(const ComposedProblem& problem, std::size_t frame) {
+    const PoseTable& poses = *problem.local.poses;
+    if (!poses.deforming) return skinned(*problem.vertices, poses.bonesOf(frame));
+    const std::size_t fronts = poses.positions.size() / poses.frameCount();
+    return deformed(*problem.vertices, std::span(poses.positions).subspan(frame * fronts, fronts),
+                    std::span(poses.normals).subspan(frame * fronts, fronts));
+}
+
 }  // namespace
 
 ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF& whole) {
@@ -68,7 +76,8 @@ ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF&
     MatrixF truth = whole;
     std::vector<float> far(problem.vertices->part.size() * kFarNumbers), exact(whole.columns);
     for (std::size_t f = 0; f < frames; ++f) {
-        farFactors(*problem.far, *problem.vertices, problem.local.poses->bonesOf(f),
+        const std::span<const Affine> bones = problem.local.poses->bonesOf(f);
+        farFactors(*problem.far, *problem.vertices, verticesIn(problem, f), bones,
                    problem.posed.subspan(f * parts, parts), far);
         std::copy_n(true_local.row(f).data(), exact.size(), exact.begin());
         for (std::size_t c = 0; c < exact.size(); ++c) local(f, c) = exact[c] - local(f, c);

@@ -24,9 +24,10 @@ struct FitOptions {
     double input_variance = 0;
     double output_variance = 0.95;     // share of the variance of a cluster's numbers that PCA keeps, in (0, 1]
     std::vector<std::string> holdout;  // clips that no step sees; only their errors are measured
-    // Makes the model a composed one: `model` predicts what nearby parts hide, these fields what all others do. The
-    // visibility file must have local moments.
-    std::optional<FieldFile> fields;
+    // Makes the model a composed one: `model` predicts what nearby parts hide, these fields what all others do. At most
+    // one file is that of the character, the others are those of occluders. The visibility file must have local
+    // moments.
+    std::vector<FieldFile> fields;
     // The training frames, as clip names and times. Without a list, all frames that are not held out.
     std::optional<FrameList> train_frames;
     Convention convention;  // D5

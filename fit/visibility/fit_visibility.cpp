@@ -21,6 +21,7 @@
 #include "fit/clusters/tangent_frames.h"
 #include "fit/clusters/vertex_clusters.h"
 #include "fit/numerics/cross_validation.h"
+#include "fit/visibility/compose_fields.h"
 #include "fit/visibility/fit_batches.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
@@ -94,9 +95,9 @@ void checkKind(const VisibilityHeader& header, const std::string& file, const Fi
                          std::to_string(header.mesh.frontVertexCount()) + " vertices");
 }
 
-// Checks that a composed model can be made: there are local moments, and the fields are those of this character.
+// Checks that a composed model can be made: there are local moments, and the fields are those of this character and of
+// what it was baked with.
 void checkComposed(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
-    if (!header.skin) throw UsageError("--model composed: " + file + " has no skeleton");
     if (options.convention.below != BelowHorizon::kMirrored)
         throw UsageError("--model composed takes convention D, not " + options.convention.name());
     if (!header.local)
@@ -104,20 +105,14 @@ void checkComposed(const VisibilityHeader& header, const std::string& file, cons
     if (header.local->order < options.convention.order)
         throw UsageError("--convention " + options.convention.name() + ": " + file + " has local moments of order " +
                          std::to_string(header.local->order));
-    const PartTable table = makePartTable(header.mesh, *header.skin);
-    const FieldFile& fields = *options.fields;
-    bool same = fields.joint_names == header.skin->joint_names && fields.mesh_sha256 == meshSha256(header.mesh) &&
-                fields.part_of_joint == table.part_of_joint && fields.fields.parts.size() == table.partCount();
-    for (std::size_t p = 0; same && p < table.partCount(); ++p)
-        same = fields.fields.parts[p].joint == table.joint_of_part[p];
-    if (!same) throw InvalidInput("--fields: the fields are of another character than " + file);
+    checkFields(header, file, options.fields);
 }
 
 void checkInput(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     if (header.quantity != "hemisphere_visibility")
         throw InvalidInput(file + ": quantity '" + header.quantity + "': a fit needs baked hemisphere_visibility");
     checkKind(header, file, options);
-    if (options.fields) checkComposed(header, file, options);
+    if (!options.fields.empty()) checkComposed(header, file, options);
     const int needed = options.convention.order + (options.target == Target::kCosineWeighted ? 1 : 0);
     if (needed > header.order)
         throw UsageError("--convention " + options.convention.name() + " needs moments of order " +
@@ -244,11 +239,6 @@ FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& error
     return report;
 }
 
-Composition compositionOf(const Model& model, const FieldFile& fields, int steps) {
-    const PartTable table = makePartTable(model.mesh, model.skin);
-    return {steps, fields.fields, table.part_of_vertex, table.steps, {}};
-}
-
 // A residual model is kept when cross-validation says that it leaves less than this share of what it is to predict.
 constexpr double kWorthResidual = 0.97;
 
@@ -355,8 +345,8 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     // 3. Fit every cluster.
     phase("fit");
     const FitJob job{reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)};
-    if (options.fields) {
-        model.composition = compositionOf(model, *options.fields, header.local->steps);
+    if (!options.fields.empty()) {
+        model.composition = compositionOf(model, options.fields, header.local->steps);
         finishComposed(fitComposedClusters(job, model), split, result);
         return result;
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 
@@ -113,7 +114,8 @@ Predictor::Predictor(const Model& model)
     vertices_ = vertexSet(model, all, jointsOfClusters(model));
 }
 
-Prediction Predictor::predict(std::span<const Affine> bones, std::span<const float> pose) const {
+Prediction Predictor::predict(std::span<const Affine> bones, std::span<const float> pose,
+                              std::span<const Vec3> positions, std::span<const Vec3> normals) const {
     const std::vector<Mat3> rotations = rotationsOf(bones);
     Prediction prediction;
     prediction.numbers.resize(model_.mesh.vertexCount() * ambient_.size());
@@ -125,20 +127,24 @@ Prediction Predictor::predict(std::span<const Affine> bones, std::span<const flo
         prediction.out_of_range += scored.out_of_range * double(cluster.vertices.size());
         addComponents(cluster, scored.scores, ambient_, prediction.numbers);
     }
-    if (far_) compose(bones, rotations, pose, prediction.numbers);
+    if (far_) {
+        assert(!model_.deforming || positions.size() == model_.mesh.frontVertexCount());
+        compose(model_.deforming ? deformed(vertices_, positions, normals) : skinned(vertices_, bones), bones,
+                rotations, pose, prediction.numbers);
+    }
     prediction.out_of_range = std::sqrt(prediction.out_of_range / double(model_.mesh.vertexCount()));
     return prediction;
 }
 
 // Turns the local numbers of all vertices into whole ones: the far parts' visibility is multiplied in and the residual
 // is added.
-void Predictor::compose(std::span<const Affine> bones, std::span<const Mat3> rotations, std::span<const float> pose,
-                        std::span<float> numbers) const {
+void Predictor::compose(const PosedVertices& vertices, std::span<const Affine> bones, std::span<const Mat3> rotations,
+                        std::span<const float> pose, std::span<float> numbers) const {
     // 1. Local x far.
     std::vector<PosedPart> posed(far_->partCount());
     poseParts(far_->fields(), bones, posed);
     std::vector<float> far(model_.mesh.vertexCount() * kFarNumbers);
-    farFactors(*far_, vertices_, bones, posed, far);
+    farFactors(*far_, vertices_, vertices, bones, posed, far);
     multiplyByFar(*far_, far, numbers);
     // 2. The residual.
     const std::size_t n = ambient_.size();
@@ -191,7 +197,9 @@ PredictReport predictFile(const Model& model, const VisibilityReader& poses, con
         throwIfInterrupted();
         VisibilityFrame frame = poses.readPose(f);
         const SeenPose seen = seenPose(model, frame);
-        const Prediction prediction = predictor.predict(seen.bones, seen.pose);
+        const Prediction prediction =
+            predictor.predict(seen.bones, seen.pose, std::span(frame.positions).first(model.mesh.frontVertexCount()),
+                              std::span(frame.normals).first(model.mesh.frontVertexCount()));
         frame.coefficients = toModelFrame(model, seen.bones, frame.normals, prediction.numbers, threads);
         writer.writeFrame(frame);
         report.out_of_range.push_back(prediction.out_of_range);

@@ -23,8 +23,10 @@ struct Prediction {
 class Predictor {
 public:
     explicit Predictor(const Model& model);
-    // Takes the bones [J] and the pose [P] that the model sees.
-    Prediction predict(std::span<const Affine> bones, std::span<const float> pose) const;
+    // Takes the bones [J] and the pose [P] that the model sees. A composed model of a deforming mesh also needs where
+    // the fronts are, [Vs] each.
+    Prediction predict(std::span<const Affine> bones, std::span<const float> pose, std::span<const Vec3> positions = {},
+                       std::span<const Vec3> normals = {}) const;
 
 private:
     const Model& model_;
@@ -34,8 +36,8 @@ private:
     std::unique_ptr<const FarTables> far_;
     VertexSet vertices_;
 
-    void compose(std::span<const Affine> bones, std::span<const Mat3> rotations, std::span<const float> pose,
-                 std::span<float> numbers) const;
+    void compose(const PosedVertices& vertices, std::span<const Affine> bones, std::span<const Mat3> rotations,
+                 std::span<const float> pose, std::span<float> numbers) const;
 };
 
 // Turns numbers in the local frames of a pose into what a prediction file holds, [V, order^2] in the model frame:

@@ -42,7 +42,7 @@ FieldBox boxOf(const fbs::FieldBox& stored, const Field& at) {
 PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t joints) {
     PartFieldView part;
     part.field.joint = stored.joint();
-    checkRange(at / "joint", stored.joint(), 0, std::int64_t(joints) - 1);
+    if (stored.joint() != kStillJoint) checkRange(at / "joint", stored.joint(), 0, std::int64_t(joints) - 1);
     part.field.centre = pointOf(stored.center(), at / "center");
     part.field.radius = lengthOf(stored.radius(), at / "radius");
     if (!stored.boxes() || stored.boxes()->size() != 2) (at / "boxes").fail("has not 2 elements");
@@ -87,7 +87,6 @@ void setComposition(const fbs::Model& stored, const Field& model_at, const Asset
     if (!stored.composition()) return;
     const fbs::Composition& composed = *stored.composition();
     const Field at = model_at / "composition";
-    at.require(!model.deforming, "is given, but the mesh is deforming");
     at.require(model.convention.below == BelowHorizon::kMirrored, "is given, but the convention is not mirrored (D)");
     CompositionView composition;
     composition.local_steps = composed.local_steps();

@@ -8,6 +8,8 @@
 
 namespace penumbra {
 
+constexpr std::size_t kMostOccluders = 32;  // beside the parts of a character
+
 struct PartFields {
     std::vector<PartField> parts;                     // [P]
     std::vector<std::vector<std::int8_t>> values;     // [P] bytes of each part, [points, 36]

@@ -17,6 +17,10 @@ namespace penumbra {
 namespace {
 
 constexpr FileKind kFieldsKind{"penumbra.fields", kFieldsVersion};
+constexpr FileKind kStillFieldsKind{"penumbra.fields", kStillFieldsVersion};
+
+bool hasMotion(const OccluderMotion& motion) { return motion.moves || !motion.follows.empty(); }
+
 }  // namespace
 
 std::string meshSha256(const Mesh& mesh) {
@@ -33,7 +37,7 @@ void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
     assert(fields.part_of_joint.size() == joints && fields.steps.size() == parts * parts);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kFieldsKind, kFieldOrder, fields.provenance);
+    writeRoot(file, hasMotion(fields.motion) ? kFieldsKind : kStillFieldsKind, kFieldOrder, fields.provenance);
     writeIntegerAttribute(file, "/", "rays", fields.rays);
     writeIntegerAttribute(file, "/", "vertex_count", std::int64_t(fields.vertex_count));
     writeTextAttribute(file, "/", "mesh_sha256", fields.mesh_sha256);
@@ -46,6 +50,11 @@ void writeFields(const std::filesystem::path& path, const FieldFile& fields) {
     writeIntegers(file, "/skin/steps", std::vector<std::int64_t>(fields.steps.begin(), fields.steps.end()),
                   {parts, parts}, H5T_STD_U8LE);
     writePartFields(file, fields.fields);
+    if (hasMotion(fields.motion)) {
+        makeGroup(file, "/motion");
+        writeTextAttribute(file, "/motion", "follows", fields.motion.follows);
+        writeVectors(file, "/motion/origin", {fields.motion.origin});
+    }
     if (fields.shard) {
         makeGroup(file, "/shard");
         writeIntegerAttribute(file, "/shard", "first_part", std::int64_t(fields.shard->first_part));
@@ -96,6 +105,13 @@ void readPlace(const Hdf5Reader& in, FieldFile& file) {
     file.steps.assign(steps.begin(), steps.end());
 }
 
+void readMotion(const Hdf5Reader& in, FieldFile& file) {
+    if (!exists(in, "/motion")) return;
+    file.motion.follows = readTextAttribute(in, "/motion", "follows");
+    file.motion.origin = readVectors(in, "/motion/origin", 1).front();
+    file.motion.moves = file.motion.follows.empty();
+}
+
 std::string readHash(const Hdf5Reader& in) {
     std::string hash = readTextAttribute(in, "/", "mesh_sha256");
     if (hash.size() != 64 || hash.find_first_not_of("0123456789abcdef") != std::string::npos)
@@ -115,8 +131,9 @@ FieldFile readFieldShard(const std::filesystem::path& path) {
     file.vertex_count = std::size_t(readIntegerAttribute(in, "/", "vertex_count", 1, INT32_MAX));
     file.mesh_sha256 = readHash(in);
     readSkinOfFields(in, file);
-    file.fields = readPartFields(in, file.joint_names.size());
+    file.fields = readPartFields(in, {std::max<std::size_t>(file.joint_names.size(), 1), 0, false});
     readPlace(in, file);
+    readMotion(in, file);
     return file;
 }
 

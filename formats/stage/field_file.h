@@ -1,6 +1,6 @@
 #pragma once
 // x.fields.h5: how much of the sky each rigid part of a character blocks, at any point around it (HDF5, format
-// "penumbra.fields", version 1; formats/README.md lists every dataset). One field holds for every pose.
+// "penumbra.fields", versions 1 and 2; formats/README.md lists every dataset). One field holds for every pose.
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,12 +12,21 @@
 
 namespace penumbra {
 
-constexpr int kFieldsVersion = 1;
+constexpr int kFieldsVersion = 2;                // knows what an occluder follows
+constexpr int kStillFieldsVersion = 1;           // written where there is nothing to know
 constexpr std::int32_t kMostFieldPoints = 1024;  // along one axis of a box
 
 // Where the parts of a shard belong: they are the parts first_part, first_part + 1, ... of part_count.
 struct FieldShard {
     std::size_t first_part = 0, part_count = 0;
+};
+
+// How a mesh without joints moves in its own frames, as something that others are baked with (--occluder).
+struct OccluderMotion {
+    // NAME of the point NAME.x, NAME.y, NAME.z of --inputs that it keeps its distance from, without turning.
+    std::string follows;
+    Vec3 origin;         // where that point is when the mesh has its rest positions
+    bool moves = false;  // it moves, and follows no point
 };
 
 struct FieldFile {
@@ -31,6 +40,7 @@ struct FieldFile {
     int rays = 0;                              // directions that a point was traced with
     PartFields fields;                         // [P], or those of the shard
     std::optional<FieldShard> shard;
+    OccluderMotion motion;
     Provenance provenance;
 
     std::size_t partCount() const { return shard ? shard->part_count : fields.parts.size(); }

@@ -284,11 +284,12 @@ void checkPartition(const Hdf5Reader& in, const Model& model) {
 // Reads what makes the model a composed one, if anything does. The residual has the very vertices of the clusters.
 void readComposition(const Hdf5Reader& in, Model& model) {
     if (!exists(in, "/composition")) return;
-    if (model.deforming || model.convention.below != BelowHorizon::kMirrored)
-        throw InvalidInput(in.name + ": /composition: of a model without skeleton, or not of convention D");
+    if (model.convention.below != BelowHorizon::kMirrored)
+        throw InvalidInput(in.name + ": /composition: not of convention D");
     Composition composition;
     composition.local_steps = int(readIntegerAttribute(in, "/composition", "local_steps", 0, 255));
-    composition.fields = readPartFields(in, model.skin.jointCount() - model.input_joints.size());
+    const std::size_t inputs = model.input_joints.size();
+    composition.fields = readPartFields(in, {model.skin.jointCount() - inputs, inputs, true});
     const hsize_t parts = composition.fields.parts.size();
     std::vector<hsize_t> shape{model.mesh.vertexCount()};
     const std::vector<std::int64_t> part =

@@ -124,14 +124,13 @@ std::vector<float> readScales(const Hdf5Reader& in, const std::string& dataset, 
     return scales;
 }
 
-std::vector<PartField> readParts(const Hdf5Reader& in, std::size_t joints) {
+std::vector<PartField> readParts(const Hdf5Reader& in, const PartJoints& joints) {
     std::vector<hsize_t> shape{0};
-    const std::int64_t last_joint = std::int64_t(std::max<std::size_t>(joints, 1)) - 1;
-    const std::vector<std::int64_t> joint = readIntegers(in, "/parts/joint", shape, 0, last_joint);
+    const std::vector<std::int64_t> joint = readIntegers(in, "/parts/joint", shape, 0, kStillJoint);
     const std::size_t count = shape[0];
-    if (count == 0 || count > kMostParts)
+    if (count == 0 || count > kMostParts + kMostOccluders)
         throw InvalidInput(in.name + ": /parts/joint: " + std::to_string(count) + " parts, not 1 to " +
-                           std::to_string(kMostParts));
+                           std::to_string(kMostParts + kMostOccluders));
     const std::vector<Vec3> centre = readVectors(in, "/parts/centre", count);
     const std::vector<float> radius = readExactly(in, "/parts/radius", {count});
     checkLengths(in, "/parts/centre", floatsOf(centre), count);
@@ -141,7 +140,10 @@ std::vector<PartField> readParts(const Hdf5Reader& in, std::size_t joints) {
     const std::vector<float> distance_scale = readScales(in, "/parts/distance_scale", {count});
     std::vector<PartField> parts(count);
     for (std::size_t p = 0; p < count; ++p) {
-        if (p > 0 && joint[p] <= joint[p - 1]) refuse(in, "/parts/joint", p, "does not have a later joint");
+        const bool own = joint[p] < std::int64_t(joints.own), still = joint[p] == kStillJoint && joints.may_stand;
+        if (!own && !still && joint[p] >= std::int64_t(joints.own + joints.inputs))
+            refuse(in, "/parts/joint", p, "moves with joint " + std::to_string(joint[p]) + ", which there is not");
+        if (p > 0 && own && joint[p] <= joint[p - 1]) refuse(in, "/parts/joint", p, "does not have a later joint");
         if (!(radius[p] > 0)) refuse(in, "/parts/radius", p, "has a radius that is not above 0");
         parts[p] = {std::uint32_t(joint[p]), centre[p], radius[p], {boxes[kBoxes * p], boxes[kBoxes * p + 1]}, {}, 0};
         for (std::size_t i = 0; i < kFieldLevels * kFieldOrder; ++i)
@@ -173,7 +175,7 @@ std::vector<std::vector<std::int8_t>> readBytes(const Hdf5Reader& in, const std:
 
 }  // namespace
 
-PartFields readPartFields(const Hdf5Reader& in, std::size_t joints) {
+PartFields readPartFields(const Hdf5Reader& in, const PartJoints& joints) {
     PartFields fields;
     fields.fade = float(readNumberAttribute(in, "/", "fade"));
     if (!(fields.fade > 0 && std::isfinite(fields.fade)))

@@ -8,8 +8,13 @@
 namespace penumbra {
 
 void writePartFields(hid_t file, const PartFields& fields);
-// Reads the fields of parts that move with the joints [0, joints). Without joints there is one part, of joint 0. Throws
-// InvalidInput.
-PartFields readPartFields(const Hdf5Reader& in, std::size_t joints);
+// What the parts of a file may move with: the joints [0, own), by ascending joints, and in models also the `inputs`
+// joints after them; or they stand still (kStillJoint).
+struct PartJoints {
+    std::size_t own = 1, inputs = 0;
+    bool may_stand = false;
+};
+// Throws InvalidInput.
+PartFields readPartFields(const Hdf5Reader& in, const PartJoints& joints);
 
 }  // namespace penumbra

@@ -23,8 +23,10 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kVerticesOfAnchor = 12;
-constexpr std::size_t kFewVertices = 64;  // a part with no more has no anchors
+// One vertex in 12 is an anchor. Of a coarse mesh it is one in 4, up to this many.
+constexpr std::size_t kVerticesOfAnchor = 12, kVerticesOfCoarseAnchor = 4, kCoarseAnchors = 800;
+// A part with no more vertices has no anchors, nor one that sees no more far parts.
+constexpr std::size_t kFewVertices = 64, kFewParts = 3;
 // The difference of opposite normals counts as this share of the part's diagonal.
 constexpr float kNormalShare = 0.4f;
 // Of the weights: larger ones spread them more evenly and follow linear functions less.
@@ -105,8 +107,8 @@ private:
     std::size_t next_ = 0;
 };
 
-// Chooses the anchors of all parts that `wanted` names, as many as one for kVerticesOfAnchor vertices, but spread
-// evenly over the skin: where vertices stand close, they share an anchor with more others.
+// Chooses the anchors of all parts that `wanted` names. They are spread evenly over the skin: where vertices stand
+// close, they share an anchor with more others.
 std::vector<PartAnchors> chooseAnchors(const MeshView& mesh, const std::vector<std::vector<std::uint32_t>>& vertices,
                                        const std::vector<bool>& wanted) {
     std::vector<AnchorSampler> samplers;
@@ -116,9 +118,10 @@ std::vector<PartAnchors> chooseAnchors(const MeshView& mesh, const std::vector<s
         if (!wanted[p] || vertices[p].size() <= kFewVertices) continue;
         part_of_sampler.push_back(p);
         samplers.emplace_back(mesh, vertices[p]);
-        count += vertices[p].size() / kVerticesOfAnchor;
+        count += vertices[p].size();
         chosen += samplers.back().anchors.vertices.size();
     }
+    count = std::max(count / kVerticesOfAnchor, std::min(count / kVerticesOfCoarseAnchor, kCoarseAnchors));
     for (; chosen < count; ++chosen)
         std::max_element(samplers.begin(), samplers.end(), [](const AnchorSampler& a, const AnchorSampler& b) {
             return a.gap() < b.gap();
@@ -230,7 +233,7 @@ FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& 
     std::vector<std::vector<std::uint32_t>> vertices(part_counts.size());
     for (std::uint32_t v = 0; v < part_of.size(); ++v) vertices[part_of[v]].push_back(v);
     std::vector<bool> wanted;
-    for (const std::size_t count : part_counts) wanted.push_back(count > 0 && count <= kMostAnchorParts);
+    for (const std::size_t count : part_counts) wanted.push_back(count > kFewParts && count <= kMostAnchorParts);
     const std::vector<PartAnchors> anchors = chooseAnchors(asset.mesh, vertices, wanted);
     // 2. Runs.
     for (const ClusterView& cluster : asset.model.clusters) {
