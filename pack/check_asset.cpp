@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -20,6 +19,7 @@
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "pack/baked_frames.h"
+#include "pack/check_sums.h"
 #include "pack/least_squares.h"
 #include "pack/rank_correlation.h"
 #include "player/runtime/evaluator.h"
@@ -29,37 +29,6 @@
 namespace penumbra {
 
 namespace {
-
-struct Sums {
-    double error = 0, truth_squares = 0, outside = 0, ambient = 0, prediction = 0;
-    double sh_outside = 0, noise = 0, unpacked = 0, unpacked_outside = 0, packing = 0;
-    double without_residual = 0, split = 0, local = 0;
-
-    void add(const Sums& other) {
-        sh_outside += other.sh_outside;
-        noise += other.noise;
-        unpacked += other.unpacked;
-        unpacked_outside += other.unpacked_outside;
-        packing += other.packing;
-        without_residual += other.without_residual;
-        split += other.split;
-        local += other.local;
-        error += other.error;
-        truth_squares += other.truth_squares;
-        outside += other.outside;
-        ambient += other.ambient;
-        prediction += other.prediction;
-    }
-};
-
-// Sums over one clip of the truth. `truth_sum` adds up each number, for the mean over training frames.
-struct ClipSums {
-    std::string name;
-    bool held_out = true;
-    std::size_t frames = 0, second_frames = 0;  // frames of the truth, and how many of these the second bake has
-    std::vector<Sums> of_cluster;
-    std::vector<double> truth_sum;  // [V * stride], asset order
-};
 
 // Buffers for one frame as both sides see it, in asset order.
 struct FrameBuffers {
@@ -99,11 +68,10 @@ private:
     FrameBuffers buffers_;
     std::vector<double> frame_error_;  // [cluster], squared, of the frame that was added last
 
-    void compareVertex(std::size_t vertex, const BakedFrames& baked, Sums& sums);
+    void compareVertex(std::size_t vertex, const BakedFrames& baked, CheckSums& sums);
     const LocalMoments* trueLocal() const;
-    void compareComposition(std::size_t cluster, const BakedFrames& baked, Sums& sums);
+    void compareComposition(std::size_t cluster, const BakedFrames& baked, CheckSums& sums);
     void compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip);
-    ErrorFigures figuresOf(std::span<const ClipSums* const> clips, std::span<const double> mean) const;
 };
 
 Spans::Spans(const AssetView& asset) {
@@ -139,7 +107,8 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
     }
     const std::size_t count = evaluator_.vertexCount(), numbers = count * std::size_t(asset.model.stride);
     for (const std::string& name : truth.header().frames.clip_names) {
-        ClipSums clip{name, true, 0, 0, std::vector<Sums>(asset.model.clusters.size()), std::vector<double>(numbers)};
+        ClipSums clip{
+            name, true, 0, 0, std::vector<CheckSums>(asset.model.clusters.size()), std::vector<double>(numbers)};
         for (const ClipView& known : asset.animation.clips)
             if (known.name == name) clip.held_out = known.held_out;
         clips_.push_back(std::move(clip));
@@ -181,7 +150,7 @@ double squaredDifference(std::span<const float> a, std::span<const float> b) {
 
 // Computes the truth of one vertex, and what needs nothing else: SH truncation, bake noise and distance to the
 // predictions.
-void Checker::compareVertex(std::size_t v, const BakedFrames& baked, Sums& sums) {
+void Checker::compareVertex(std::size_t v, const BakedFrames& baked, CheckSums& sums) {
     const Convention& convention = asset_.model.convention;
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
     const std::size_t point = asset_.mesh.shading_point[v];
@@ -222,7 +191,7 @@ const LocalMoments* Checker::trueLocal() const {
 
 // Adds the errors of local visibility x far parts without the residual, by the model and by the truth. Their numbers
 // are moved to where E lies in [0, 1], as those of the model are.
-void Checker::compareComposition(std::size_t cluster, const BakedFrames& baked, Sums& sums) {
+void Checker::compareComposition(std::size_t cluster, const BakedFrames& baked, CheckSums& sums) {
     const ClusterView& view = asset_.model.clusters[cluster];
     const Convention& convention = asset_.model.convention;
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
@@ -268,7 +237,7 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
         evaluator_.evaluateCluster(cluster, b.evaluated);
     }
     evaluator_.skin(begin, end, b.positions, b.normals, b.tangents);
-    Sums sums;
+    CheckSums sums;
     for (std::size_t v = begin; v < end; ++v) compareVertex(v, baked, sums);
     const auto part = [&](const std::vector<float>& numbers) {
         return std::span<const float>(numbers).subspan(begin * stride, (end - begin) * stride);
@@ -317,74 +286,11 @@ void Checker::addFrame(std::size_t frame, int threads) {
     frames_.push_back({clip.name, time, clip.held_out, rms_v, evaluator_.outOfRange()});
 }
 
-// Uses sum over frames (y - mean)^2 = sum y^2 - 2 mean . sum y + frames |mean|^2.
-ErrorFigures Checker::figuresOf(std::span<const ClipSums* const> clips, std::span<const double> mean) const {
-    ErrorFigures figures;
-    Sums total;
-    double variation = 0, second_frames = 0;
-    for (const ClipSums* clip : clips) {
-        second_frames += double(clip->second_frames);
-        figures.frames += clip->frames;
-        for (const Sums& sums : clip->of_cluster) total.add(sums);
-        for (std::size_t i = 0; i < mean.size(); ++i)
-            variation += mean[i] * (double(clip->frames) * mean[i] - 2 * clip->truth_sum[i]);
-    }
-    variation += total.truth_squares;
-    const double vertices = double(figures.frames) * double(evaluator_.vertexCount());
-    figures.relative_error = std::sqrt(total.error / variation);
-    figures.prediction_difference = std::sqrt(total.prediction / variation);
-    figures.rms_v = std::sqrt(total.error / vertices / (4 * std::numbers::pi));
-    figures.signal_rms_v = std::sqrt(variation / vertices / (4 * std::numbers::pi));
-    const auto relative = [&](double squares, bool measured) {
-        return measured ? std::sqrt(std::max(0.0, squares) / variation) : std::numeric_limits<double>::quiet_NaN();
-    };
-    const bool composed = figures.composed = evaluator_.composed();
-    const bool has_local = trueLocal() != nullptr;
-    figures.truncation = relative(total.outside, !composed);
-    figures.regression = relative(total.error - total.outside, !composed);
-    figures.without_residual = relative(total.without_residual, composed);
-    figures.split = relative(total.split, has_local);
-    figures.local = relative(total.local, has_local);
-    figures.sh_truncation = relative(total.sh_outside, true);
-    figures.bake_noise = relative(total.noise * double(figures.frames) / second_frames, second_frames > 0);
-    figures.unpacked_error = relative(total.unpacked, references_.unpacked);
-    figures.unpacked_truncation = relative(total.unpacked_outside, references_.unpacked && !composed);
-    figures.packing = relative(total.packing, references_.unpacked);
-    figures.ambient_error = total.ambient / vertices;
-    return figures;
-}
-
 CheckResult Checker::result() const {
-    std::vector<const ClipSums*> training, held_out;
-    for (const ClipSums& clip : clips_)
-        if (clip.frames > 0) (clip.held_out ? held_out : training).push_back(&clip);
-    // The mean is that of the training frames, or the stored one where the truth has none of them.
-    std::vector<double> mean(spans_.mean.begin(), spans_.mean.end());
-    CheckResult result;
+    const CheckMeasured measured{evaluator_.composed(), trueLocal() != nullptr, references_.unpacked != nullptr,
+                                 evaluator_.vertexCount()};
+    CheckResult result = figuresOf(clips_, spans_.mean, measured);
     result.frames = frames_;
-    result.mean_from_truth = !training.empty();
-    if (result.mean_from_truth) {
-        std::fill(mean.begin(), mean.end(), 0.0);
-        double frames = 0;
-        for (const ClipSums* clip : training) {
-            frames += double(clip->frames);
-            for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += clip->truth_sum[i];
-        }
-        for (double& m : mean) m /= frames;
-    }
-    for (const ClipSums& clip : clips_) {
-        if (clip.frames == 0) continue;
-        const ClipSums* one[] = {&clip};
-        result.clips.push_back(figuresOf(one, mean));
-        result.clips.back().name = clip.name;
-        result.clips.back().held_out = clip.held_out;
-    }
-    if (!training.empty()) result.training = figuresOf(training, mean);
-    if (!held_out.empty()) result.held_out = figuresOf(held_out, mean);
-    result.training.composed = result.held_out.composed = evaluator_.composed();
-    result.training.name = "all training";
-    result.held_out.name = "all held out";
-    result.held_out.held_out = true;
     return result;
 }
 
