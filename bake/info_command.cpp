@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <numbers>
 #include <numeric>
 
 #include "bake/bake_verbs.h"
+#include "bake/common/print_json.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -126,6 +126,18 @@ Json rangeOf(const std::vector<ClusterModel>& clusters, Number number) {
     return {{"least", *low}, {"most", *high}};
 }
 
+// Tells what a composed model multiplies and adds. `residual` has the clusters of the residual, or none.
+template <class Clusters, class Number>
+Json describeComposition(int local_steps, std::size_t parts, std::size_t field_bytes, const Clusters& residual,
+                         Number components) {
+    Json json{
+        {"parts", parts}, {"local_steps", local_steps}, {"field_bytes", field_bytes}, {"residual", !residual.empty()}};
+    std::size_t sum = 0;
+    for (const auto& cluster : residual) sum += components(cluster);
+    if (!residual.empty()) json["residual_components"] = double(sum) / double(residual.size());
+    return json;
+}
+
 Json describeModel(const fs::path& path) {
     const Model model = readModel(path);
     Json json{{"model", nameOf(model.kind)},
@@ -145,6 +157,10 @@ Json describeModel(const fs::path& path) {
     json["groups"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.groups.size(); });
     json["units"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.units(); });
     json["components"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.bias.size(); });
+    if (const std::optional<Composition>& composed = model.composition)
+        json["composition"] =
+            describeComposition(composed->local_steps, composed->fields.parts.size(), composed->fields.byteCount(),
+                                composed->residual, [](const ClusterModel& cluster) { return cluster.bias.size(); });
     json["errors"] = Json::array();
     for (const ClipError& error : model.clip_errors)
         json["errors"].push_back({{"clip", error.clip},
@@ -252,6 +268,10 @@ void describeAssetModel(const AssetView& asset, Json& json) {
                      {"clusters", model.clusters.size()},
                      {"precision", model.clusters.empty() ? "" : nameOf(model.clusters[0].basis.precision)},
                      {"quantization_error", model.quantization_error}};
+    if (const std::optional<CompositionView>& composed = model.composition)
+        json["composition"] =
+            describeComposition(composed->local_steps, composed->parts.size(), composed->byteCount(),
+                                composed->residual, [](const ClusterView& cluster) { return cluster.components(); });
 }
 
 Json describeAsset(const fs::path& path) {
@@ -285,50 +305,6 @@ Json describeAsset(const fs::path& path) {
     for (const LightView& light : asset.lights) json["lights"].push_back(light.name);
     json["provenance"] = Json::parse(asset.provenance, nullptr, false);
     return json;
-}
-
-// --- Printing -------------------------------------------------------------------------------------------------------
-
-// Writes a value as it stands on a line.
-std::string shortText(const Json& value) {
-    if (value.is_string()) return value.get<std::string>();
-    if (value.is_number_float()) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%.6g", value.get<double>());
-        return text;
-    }
-    if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-    return value.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-// Prints one line. Control characters in a name of a file must not reach the terminal.
-void printLine(const std::string& indent, const std::string& key, std::string text) {
-    for (char& c : text)
-        if (static_cast<unsigned char>(c) < ' ' || c == 127) c = ' ';
-    std::printf("%s%-*s %s\n", indent.c_str(), int(22 - std::min<std::size_t>(indent.size(), 20)), key.c_str(),
-                text.c_str());
-}
-
-// Tells whether a value has no arrays or objects inside, so that it fits on one line.
-bool isFlat(const Json& value) {
-    return std::none_of(value.begin(), value.end(), [](const Json& item) { return item.is_structured(); });
-}
-
-void print(const std::string& indent, const Json& object) {
-    for (const auto& [name_or_index, value] : object.items()) {
-        const std::string key = object.is_array() ? "-" : name_or_index;
-        if (!value.is_structured()) {
-            printLine(indent, key, shortText(value));
-        } else if (isFlat(value)) {
-            std::string text;
-            for (const auto& [name, item] : value.items())
-                text += (text.empty() ? "" : ", ") + (value.is_object() ? name + " " : "") + shortText(item);
-            printLine(indent, key, text);
-        } else {
-            printLine(indent, key, "");
-            print(indent + "  ", value);
-        }
-    }
 }
 
 // --- The verb -------------------------------------------------------------------------------------------------------
@@ -377,7 +353,7 @@ Verb infoVerb() {
     verb.run = [command](const CommonOptions&, Report& report) {
         report.phase("read");
         report.figures = describeFile(command->file, command->all);
-        print("", report.figures);
+        printJson(report.figures);
     };
     return verb;
 }

@@ -17,7 +17,7 @@ namespace {
 
 struct CompareCommand {
     std::string input, output;
-    std::vector<std::string> models, features, clusters, output_variances, conventions, holdout;
+    std::vector<std::string> models, features, clusters, output_variances, conventions, holdout, fields;
     int parts = 0;
 };
 
@@ -36,6 +36,10 @@ void define(CLI::App& app, CompareCommand& command) {
                       "shares of the visibility's variance to keep [0.8,0.9,0.95,0.99]");
     addNameListOption(app, "--conventions", command.conventions,
                       "conventions, the reference first [A4,D5, at most of the file's order]");
+    app.add_option(
+        "--fields", command.fields,
+        "X.fields.h5 of `penumbra-bake fields`, of the character and of occluders: compare a composed model, "
+        "too");
 }
 
 template <class Kinds>
@@ -100,8 +104,15 @@ CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions
         options.output_variances = parseNumbers("--output-variances", command.output_variances, 1e-3, 1);
     options.conventions = parseConventions(command.conventions, header.order);
     options.holdout = command.holdout;
+    for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     options.threads = common.threads;
     return options;
+}
+
+std::vector<std::filesystem::path> inputsOf(const CompareCommand& command) {
+    std::vector<std::filesystem::path> inputs{command.input};
+    inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
+    return inputs;
 }
 
 std::string optionsJson(const CompareOptions& options) {
@@ -113,6 +124,7 @@ std::string optionsJson(const CompareOptions& options) {
     json["output_variances"] = options.output_variances;
     for (const Convention& convention : options.conventions) json["conventions"].push_back(convention.name());
     json["holdout"] = options.holdout;
+    if (!options.fields.empty()) json["composed"] = true;
     return json.dump();
 }
 
@@ -145,17 +157,17 @@ void checkOutputs(const OutputFiles& files, const CompareCommand& command, const
     }
 }
 
-CompareSource sourceOf(const VisibilityHeader& header, const CompareOptions& options, const std::string& input,
+CompareSource sourceOf(const VisibilityHeader& header, const CompareOptions& options, const CompareCommand& command,
                        const PoseTable& poses) {
     CompareSource source;
-    source.file = std::filesystem::path(input).filename().string();
+    source.file = std::filesystem::path(command.input).filename().string();
     source.vertices = header.mesh.vertexCount();
     source.joints = poses.joints;
     for (const std::string& clip : header.frames.clip_names) {
         const bool held = std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end();
         (held ? source.held_out_clips : source.train_clips).push_back(clip);
     }
-    source.provenance = makeProvenance("penumbra-fit compare", optionsJson(options), {input});
+    source.provenance = makeProvenance("penumbra-fit compare", optionsJson(options), inputsOf(command));
     return source;
 }
 
@@ -230,7 +242,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     const PoseTable poses = readPoses(reader, request);
     measure({reader, poses, command.input}, grid, common, comparison, report);
     report.phase("write");
-    CompareSource source = sourceOf(reader.header(), comparison.options, command.input, poses);
+    CompareSource source = sourceOf(reader.header(), comparison.options, command, poses);
     source.train_frames = comparison.fits.front().report.train_frames;
     source.held_out_frames = comparison.fits.front().report.held_out_frames;
     const std::vector<Figure> figures = compareFigures(comparison);
@@ -249,7 +261,7 @@ Verb compareVerb() {
     return {"compare",
             "Train a grid of models and write a report: the papers' figures on your own data.",
             [command](CLI::App& app) { define(app, *command); },
-            [command] { return std::vector<std::filesystem::path>{command->input}; },
+            [command] { return inputsOf(*command); },
             [command] { return std::filesystem::path(command->output); },
             [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
 }

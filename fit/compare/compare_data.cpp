@@ -22,7 +22,7 @@ Json numbers(const std::vector<double>& values) {
 Json fitJson(const CompareFit& fit) {
     const FitOptions& options = fit.options;
     const FitReport& report = fit.report;
-    return {{"model", nameOf(options.model)},
+    return {{"model", options.fields.empty() ? nameOf(options.model) : "composed"},
             {"features", nameOf(options.features)},
             {"clusters", fit.clusters},
             {"input_variance", inputVariance(options)},

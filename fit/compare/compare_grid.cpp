@@ -51,6 +51,22 @@ FitOptions referenceFit(const CompareOptions& options, ModelKind model, FeatureK
     return fit;
 }
 
+FitOptions mirroredAdditiveFit(const CompareOptions& options, int file_order) {
+    FitOptions fit = referenceFit(options, ModelKind::kAdditive, FeatureKind::kRelativeBones);
+    const auto mirrored = std::find_if(options.conventions.begin(), options.conventions.end(),
+                                       [](const Convention& c) { return c.below == BelowHorizon::kMirrored; });
+    fit.convention = mirrored != options.conventions.end()
+                         ? *mirrored
+                         : Convention{BelowHorizon::kMirrored, std::min(Convention().order, file_order)};
+    return fit;
+}
+
+FitOptions composedFit(const CompareOptions& options, int file_order) {
+    FitOptions fit = mirroredAdditiveFit(options, file_order);
+    fit.fields = options.fields;
+    return fit;
+}
+
 Convention paperConvention(const CompareOptions& options, int file_order) {
     return {BelowHorizon::kOpen, std::min(options.referenceConvention().order, std::max(file_order - 1, 1))};
 }
@@ -81,13 +97,17 @@ std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) 
                 add(paper, [](FitOptions& fit) { fit.target = Target::kCosineWeighted; });
             add(paper, [](FitOptions& fit) { fit.frame = Frame::kGlobal; });
         }
+    if (options.fields.empty()) return grid;
+    // 3. The composed model, and what it is compared with.
+    add(mirroredAdditiveFit(options, file_order), [](FitOptions&) {});
+    add(composedFit(options, file_order), [](FitOptions&) {});
     return grid;
 }
 
 bool sameFit(const FitOptions& a, const FitOptions& b) {
     return a.model == b.model && a.features == b.features && a.clusters == b.clusters &&
            a.output_variance == b.output_variance && a.convention == b.convention && a.target == b.target &&
-           a.clamp == b.clamp && a.frame == b.frame;
+           a.clamp == b.clamp && a.frame == b.frame && a.fields.empty() == b.fields.empty();
 }
 
 std::string labelOf(ModelKind model, FeatureKind features) {
@@ -96,12 +116,17 @@ std::string labelOf(ModelKind model, FeatureKind features) {
     return text;
 }
 
+std::string labelOf(const FitOptions& fit) {
+    if (fit.fields.empty()) return labelOf(fit.model, fit.features);
+    return std::string("composed, ") + nameOf(fit.model) + ", " + fit.convention.name();
+}
+
 std::string describe(const FitOptions& fit) {
     char numbers[64];
     std::snprintf(numbers, sizeof numbers, ", %d cluster%s, %g, ", fit.clusters, fit.clusters == 1 ? "" : "s",
                   fit.output_variance);
-    return labelOf(fit.model, fit.features) + numbers + fit.convention.name() +
-           (fit.target == Target::kCosineWeighted ? ", cosine-weighted" : "") +
+    return (fit.fields.empty() ? "" : "composed, ") + labelOf(fit.model, fit.features) + numbers +
+           fit.convention.name() + (fit.target == Target::kCosineWeighted ? ", cosine-weighted" : "") +
            (fit.frame == Frame::kGlobal ? ", model frame" : "") + (fit.clamp ? "" : ", not clamped");
 }
 
@@ -121,7 +146,12 @@ CompareFit runFit(const CompareInput& input, const FitOptions& options, const Jo
         fit.components += double(cluster.components()) / double(fit.clusters);
         numbers += double(cluster.numberCount());
     }
-    fit.bytes_per_vertex = 4 * numbers / double(result.model.mesh.vertexCount());
+    double field_bytes = 0;
+    if (const std::optional<Composition>& composition = result.model.composition) {
+        for (const ClusterModel& cluster : composition->residual) numbers += double(cluster.numberCount());
+        field_bytes = double(composition->fields.byteCount());
+    }
+    fit.bytes_per_vertex = (4 * numbers + field_bytes) / double(result.model.mesh.vertexCount());
     fit.evaluate_milliseconds = evaluationMilliseconds(result.model, input.poses);
     if (sweep) fit.turn_ambient = sweepAmbient(input, *sweep, result.model);
     return fit;

@@ -11,6 +11,10 @@ namespace penumbra {
 
 // Returns the options of a model on some features with everything else at the reference.
 FitOptions referenceFit(const CompareOptions& options, ModelKind model, FeatureKind features);
+// Returns the additive model of relative bones in the first mirrored convention of the list (else D5, or the file's
+// order if that is less), and the same as the local model of a composed one; options.fields has some for the latter.
+FitOptions mirroredAdditiveFit(const CompareOptions& options, int file_order);
+FitOptions composedFit(const CompareOptions& options, int file_order);
 // Returns the convention for figures 8 and 9 of paper 000, which take convention A. It has the order of the reference,
 // or one less where the file has no higher moments.
 Convention paperConvention(const CompareOptions& options, int file_order);
@@ -20,6 +24,7 @@ Convention paperConvention(const CompareOptions& options, int file_order);
 std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order);
 bool sameFit(const FitOptions& a, const FitOptions& b);
 std::string labelOf(ModelKind model, FeatureKind features);  // for example "linear, relative bones"
+std::string labelOf(const FitOptions& fit);                  // the same, or for example "composed, additive, D5"
 std::string describe(const FitOptions& fit);  // for example "linear, relative bones, 32 clusters, 0.95, A4"
 
 struct CompareFit {
@@ -28,10 +33,11 @@ struct CompareFit {
     std::vector<ClipError> clip_errors;
     std::size_t clusters = 0;           // number of clusters that came out
     double inputs = 0, components = 0;  // means over the clusters
-    double bytes_per_vertex = 0;        // size of the clusters' 32-bit numbers, divided by the number of vertices
-    double fit_seconds = 0;             // clusters, tangents, reading of the numbers, cross-validation and fit
-    std::vector<double> turn_ambient;   // E along the comparison's joint sweep; empty when there is none
-    double evaluate_milliseconds = 0;   // Predictor::predict() for a frame on one thread, median over frames
+    // Size of the clusters' 32-bit numbers, and of the fields of a composed model, divided by the number of vertices.
+    double bytes_per_vertex = 0;
+    double fit_seconds = 0;            // clusters, tangents, reading of the numbers, cross-validation and fit
+    std::vector<double> turn_ambient;  // E along the comparison's joint sweep; empty when there is none
+    double evaluate_milliseconds = 0;  // Predictor::predict() for a frame on one thread, median over frames
 };
 
 // Runs one fit and measures it. `sweep` may be null. `progress` is told the share of this fit that is done.

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/stage/field_file.h"
 #include "formats/stage/model_file.h"
 
 namespace penumbra {
@@ -19,6 +20,9 @@ struct CompareOptions {
     std::vector<int> clusters{8, 16, 32, 64};                    // ascending
     std::vector<double> output_variances{0.8, 0.9, 0.95, 0.99};  // ascending
     std::vector<Convention> conventions;                         // the papers' A4, and D5
+    // Fields of the far parts. With them a composed model is a row of the summary, beside the additive one that has the
+    // same convention. It is no part of the figures, which vary one thing of models that the papers could have made.
+    std::vector<FieldFile> fields;
     std::vector<std::string> holdout;
     int threads = 0;
 

@@ -21,6 +21,9 @@ hemisphere, 0 to 1.</dd>
 <dt>Clamped</dt><dd>Each vertex' predicted numbers are moved the shortest way to where E lies in 0 to 1, as at run time,
 before errors are taken. Figures that follow the papers without it say so.</dd>
 <dt>Held out</dt><dd>Clips that no training step, no cross-validation and no choice of option has seen.</dd>
+<dt>Composed</dt><dd>What the parts near a vertex in the skeleton block is learned (the local model), what each other
+part blocks is looked up in a field of that part (--fields), and both are multiplied. Its convention is a mirrored one,
+D.</dd>
 <dt>Reference</dt><dd>Each figure varies one thing and holds the others at the reference: the middle value of each
 list of
 numbers, the first convention.</dd>

@@ -83,7 +83,20 @@ const CompareFit* bestOf(const Comparison& comparison, bool papers_only) {
     return best;
 }
 
-std::string fitName(const CompareFit& fit) { return labelOf(fit.options.model, fit.options.features); }
+std::string fitName(const CompareFit& fit) { return labelOf(fit.options); }
+
+// Returns every model at the reference, then the composed one if there is one.
+std::vector<const CompareFit*> rowsOf(const Comparison& comparison) {
+    const CompareOptions& options = comparison.options;
+    std::vector<const CompareFit*> rows;
+    const auto add = [&](const FitOptions& options_of_row) {
+        if (const CompareFit* fit = findFit(comparison, options_of_row)) rows.push_back(fit);
+    };
+    for (ModelKind model : options.models)
+        for (FeatureKind features : options.features) add(referenceFit(options, model, features));
+    if (!options.fields.empty()) add(composedFit(options, comparison.file_order));
+    return rows;
+}
 
 // Says which model loses most, and which least, from training clips to novel poses.
 std::string gapFinding(const Comparison& comparison) {
@@ -107,19 +120,16 @@ std::string gapFinding(const Comparison& comparison) {
 // Lists the errors of each held-out clip under each model at the reference.
 Table clipTable(const Comparison& comparison) {
     Table table{{"model", "held-out clip", "relative error", "rms V", "ambient error"}, {}};
-    for (ModelKind model : comparison.options.models)
-        for (FeatureKind features : comparison.options.features) {
-            const CompareFit* fit = findFit(comparison, referenceFit(comparison.options, model, features));
-            if (!fit) continue;
-            const auto add = [&](const std::string& clip, const ErrorFigures& errors) {
-                table.rows.push_back({fitName(*fit), clip, fixedNumber(errors.relative_error, 4),
-                                      fixedNumber(errors.rms_v, 4), fixedNumber(errors.ambient_error, 4)});
-            };
-            for (const ClipError& clip : fit->clip_errors)
-                if (clip.held_out) add(clip.clip, {clip.relative_error, clip.rms_v, clip.ambient_error});
-            add("all held out", fit->report.held_out);
-            add("all training", fit->report.train);
-        }
+    for (const CompareFit* fit : rowsOf(comparison)) {
+        const auto add = [&](const std::string& clip, const ErrorFigures& errors) {
+            table.rows.push_back({fitName(*fit), clip, fixedNumber(errors.relative_error, 4),
+                                  fixedNumber(errors.rms_v, 4), fixedNumber(errors.ambient_error, 4)});
+        };
+        for (const ClipError& clip : fit->clip_errors)
+            if (clip.held_out) add(clip.clip, {clip.relative_error, clip.rms_v, clip.ambient_error});
+        add("all held out", fit->report.held_out);
+        add("all training", fit->report.train);
+    }
     return table;
 }
 
@@ -129,15 +139,11 @@ Table summaryTable(const Comparison& comparison) {
     Table table{{"model", "held out, relative", "train, relative", "held out, ambient", "inputs a cluster",
                  "components a cluster", "bytes a vertex", "fit, s", "evaluate, ms"},
                 {}};
-    for (ModelKind model : comparison.options.models)
-        for (FeatureKind features : comparison.options.features) {
-            const CompareFit* fit = findFit(comparison, referenceFit(comparison.options, model, features));
-            if (!fit) continue;
-            table.rows.push_back({fitName(*fit), fixedNumber(heldOutError(*fit), 4), fixedNumber(trainError(*fit), 4),
-                                  fixedNumber(heldOutAmbient(*fit), 4), fixedNumber(fit->inputs, 1),
-                                  fixedNumber(fit->components, 1), fixedNumber(fit->bytes_per_vertex, 0),
-                                  fixedNumber(fit->fit_seconds, 2), fixedNumber(fit->evaluate_milliseconds, 2)});
-        }
+    for (const CompareFit* fit : rowsOf(comparison))
+        table.rows.push_back({fitName(*fit), fixedNumber(heldOutError(*fit), 4), fixedNumber(trainError(*fit), 4),
+                              fixedNumber(heldOutAmbient(*fit), 4), fixedNumber(fit->inputs, 1),
+                              fixedNumber(fit->components, 1), fixedNumber(fit->bytes_per_vertex, 0),
+                              fixedNumber(fit->fit_seconds, 2), fixedNumber(fit->evaluate_milliseconds, 2)});
     return table;
 }
 
@@ -150,7 +156,15 @@ std::string modelsFinding(const Comparison& comparison) {
         text += ", " + fixedNumber(heldOutError(*best) / heldOutError(*paper), 2) +
                 " times that of the papers' best (" + fitName(*paper) + ", " + fixedNumber(heldOutError(*paper), 3) +
                 ")";
-    return text + ".";
+    text += ".";
+    if (comparison.options.fields.empty()) return text;
+    const CompareFit* composed = findFit(comparison, composedFit(comparison.options, comparison.file_order));
+    const CompareFit* additive = findFit(comparison, mirroredAdditiveFit(comparison.options, comparison.file_order));
+    if (composed && additive)
+        text += " In convention " + composed->options.convention.name() + " the composed model has " +
+                fixedNumber(heldOutError(*composed), 3) + ", where the additive one has " +
+                fixedNumber(heldOutError(*additive), 3) + ".";
+    return text;
 }
 
 Figure modelsFigure(const Comparison& comparison) {

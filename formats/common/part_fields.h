@@ -19,8 +19,7 @@ struct PartFields {
     FieldBytes bytesOf(std::size_t part) const { return {values[part], distances[part]}; }
     std::size_t byteCount() const {
         std::size_t bytes = 0;
-        for (std::size_t p = 0; p < parts.size(); ++p)
-            bytes += values[p].size() + distances[p].size() + sizeof parts[p];
+        for (std::size_t p = 0; p < parts.size(); ++p) bytes += values[p].size() + distances[p].size();
         return bytes;
     }
 };

@@ -102,6 +102,7 @@ void GlAsset::uploadArrays() {
     places.slots = arrays.place(mesh.slot_of_vertex);
     places.cluster_of_vertex = arrays.place(std::span(cluster_of_vertex));
     places.clusters = arrays.place(std::span(table));
+    if (asset_->model.composition) places.part_of_vertex = arrays.place(asset_->model.composition->part_of_vertex);
     arrays_ = arrays.upload();
     bytes_ += arrays.bytes();
 }

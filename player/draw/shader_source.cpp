@@ -13,25 +13,27 @@ std::string define(const std::string& name, std::size_t value) {
 
 std::string preamble(Channel channel) {
     std::string text = "#version 430 core\n";
-    const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS"};  // in the order of Channel
-    for (std::size_t i = 0; i < 5; ++i) text += define(std::string("CHANNEL_") + names[i], i);
+    const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS", "PARTS"};  // in the order of Channel
+    for (std::size_t i = 0; i < std::size(names); ++i) text += define(std::string("CHANNEL_") + names[i], i);
     return text + define("CHANNEL", std::size_t(channel));
 }
 
 // Centroid interpolation takes values at a covered point, so that silhouettes are not extrapolated beyond the
 // triangle.
 std::string interpolation(Channel channel) {
-    return std::string("#define INTERPOLATION ") + (channel == Channel::kClusters ? "flat" : "centroid") + "\n";
+    const bool whole_numbers = channel == Channel::kClusters || channel == Channel::kParts;
+    return std::string("#define INTERPOLATION ") + (whole_numbers ? "flat" : "centroid") + "\n";
 }
 
 std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
     return define("POSITIONS", asset.positions) + define("NORMALS", asset.normals) +
            define("TANGENTS", asset.tangents) + define("SKIN_JOINTS", asset.skin_joints) +
            define("SKIN_WEIGHTS", asset.skin_weights) + define("SLOTS", asset.slots) +
-           define("CLUSTER_OF_VERTEX", asset.cluster_of_vertex) + define("CLUSTERS", asset.clusters) +
-           define("CLUSTER_WORDS", kClusterWords) + define("POSE_BONES", pose.bones) +
-           define("POSE_ROTATIONS", pose.rotations) + define("POSE_SCORES", pose.scores) +
-           define("POSE_MATERIALS", pose.materials) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
+           define("CLUSTER_OF_VERTEX", asset.cluster_of_vertex) + define("PART_OF_VERTEX", asset.part_of_vertex) +
+           define("CLUSTERS", asset.clusters) + define("CLUSTER_WORDS", kClusterWords) +
+           define("POSE_BONES", pose.bones) + define("POSE_ROTATIONS", pose.rotations) +
+           define("POSE_SCORES", pose.scores) + define("POSE_MATERIALS", pose.materials) +
+           define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
 }
 
 // Writes the precision of an array: a number, or the place in the cluster's table that has it.
@@ -50,7 +52,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
     if (recipe.deforming) defines += "#define DEFORMING\n";
     std::string generated;
-    if (recipe.channel != Channel::kNormals && recipe.channel != Channel::kClusters)
+    if (recipe.channel == Channel::kShaded || recipe.channel == Channel::kAmbient || recipe.channel == Channel::kError)
         generated = ambientGlsl(recipe.convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
     // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.

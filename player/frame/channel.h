@@ -11,9 +11,10 @@ enum class Channel {
     kError,     // |E - E of the baked truth| as a colour, viridis from 0 to RenderOptions::error_max
     kClusters,  // one colour a cluster
     kNormals,   // unit normal n, model frame, as n/2 + 1/2
+    kParts,     // one colour a rigid part, only for composed assets
 };
 
-// Reads "shaded", "ao", "error", "clusters" or "normals". Throws UsageError for other words.
+// Reads "shaded", "ao", "error", "clusters", "normals" or "parts". Throws UsageError for other words.
 Channel parseChannel(std::string_view word);
 std::string_view nameOf(Channel channel);
 

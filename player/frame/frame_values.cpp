@@ -91,6 +91,12 @@ std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset) {
     return cluster_of_vertex;
 }
 
+std::size_t clusterAt(const ModelView& model, std::size_t vertex) {
+    std::size_t c = 0;
+    while (vertex >= model.clusters[c].first_vertex + model.clusters[c].vertex_count) ++c;
+    return c;
+}
+
 std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
                                 const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
                                 int threads) {
@@ -103,6 +109,11 @@ std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const Shading
     if (channel == Channel::kClusters) {
         const std::vector<std::uint32_t> cluster = clusterOfVertex(*shot.asset);
         for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(cluster[v]);
+        return values;
+    }
+    if (channel == Channel::kParts) {
+        const std::span<const std::uint16_t> part = shot.asset->model.composition->part_of_vertex;
+        for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(part[v]);
         return values;
     }
     const std::vector<float> e = ambientOf(shot, vertices.numbers, threads);

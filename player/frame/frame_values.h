@@ -42,7 +42,8 @@ std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const Shading
                                 const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
                                 int threads);
 
-// Returns the cluster of every vertex.
+// Returns the cluster of every vertex, or of one.
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset);
+std::size_t clusterAt(const ModelView& model, std::size_t vertex);
 
 }  // namespace penumbra

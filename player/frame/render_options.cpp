@@ -35,14 +35,14 @@ std::string findProblem(const RenderOptions& options) {
     return "";
 }
 
-constexpr std::array<std::string_view, 5> kChannels = {"shaded", "ao", "error", "clusters", "normals"};
+constexpr std::array<std::string_view, 6> kChannels = {"shaded", "ao", "error", "clusters", "normals", "parts"};
 
 std::string_view nameOf(Channel channel) { return kChannels[std::size_t(channel)]; }
 
 Channel parseChannel(std::string_view word) {
     for (std::size_t i = 0; i < kChannels.size(); ++i)
         if (word == kChannels[i]) return Channel(i);
-    throw wrongWord("--channel", "shaded, ao, error, clusters or normals", word);
+    throw wrongWord("--channel", "shaded, ao, error, clusters, normals or parts", word);
 }
 
 VisibilitySource parseSource(std::string_view word) {

@@ -38,10 +38,14 @@ struct RenderOptions {
     VisibilitySource source = VisibilitySource::kModel;
     std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU
     GlBackend backend = GlBackend::kAuto;
-    float exposure = 1;              // factor on the colours of a shaded PNG, > 0
-    std::optional<Vec3> background;  // linear; unset: transparent
-    int samples = 4;                 // a pixel, 1, 2, 4 or 8
-    float error_max = 0.25f;         // the error that gets the brightest colour, > 0
+    float exposure = 1;               // factor on the colours of a shaded PNG, > 0
+    std::optional<Vec3> background;   // linear; unset: transparent
+    int samples = 4;                  // a pixel, 1, 2, 4 or 8
+    float error_max = 0.25f;          // the error that gets the brightest colour, > 0
+    std::optional<std::size_t> lobe;  // a vertex of the asset whose visibility is drawn as a lobe
+    std::string lobe_of = "whole";    // parseFactor()
+    // The parts of a composed asset whose boxes of fields are drawn: joints, or beginnings of their names, or "all".
+    std::vector<std::string> boxes;
 };
 
 // Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value

@@ -79,6 +79,28 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     }
 }
 
+void checkComposed(const AssetView& asset, const std::string& option) {
+    if (!asset.model.composition)
+        throw UsageError(option + ": " + asset.name + " is not composed (penumbra-fit visibility --model composed)");
+}
+
+void resolveOverlays(const RenderOptions& options, const AssetView& asset, Shot& shot) {
+    shot.lobe = options.lobe;
+    const std::size_t vertices = asset.mesh.positions.size();
+    if (shot.lobe && *shot.lobe >= vertices)
+        throw UsageError("--lobe must be a vertex, 0.." + std::to_string(vertices - 1) + ", not " +
+                         std::to_string(*shot.lobe));
+    if (shot.lobe) shot.lobe_of = parseFactor(asset, options.lobe_of);
+    if (shot.lobe_of != FactorChoice() && options.source == VisibilitySource::kTruth)
+        throw UsageError("--lobe-of " + options.lobe_of + ": the truth is known as a whole alone");
+    if (!options.boxes.empty()) checkComposed(asset, "--boxes");
+    for (const std::string& word : options.boxes)
+        if (word == "all")
+            for (std::size_t p = 0; p < asset.model.composition->parts.size(); ++p) shot.boxes.push_back(p);
+        else
+            shot.boxes.push_back(findPart(asset, word, "boxes"));
+}
+
 }  // namespace
 
 void requireFrames(const AssetView& asset) {
@@ -101,6 +123,8 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     if (truth) checkTruth(asset, *truth);
     shot.truth = truth;
     if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
+    if (options.channel == Channel::kParts) checkComposed(asset, "--channel parts");
+    resolveOverlays(options, asset, shot);
     return shot;
 }
 

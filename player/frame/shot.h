@@ -2,6 +2,7 @@
 // Resolves a render's names: which frame of which asset, under which light, of which material, seen from where.
 #include "formats/asset/asset_file.h"
 #include "player/frame/render_options.h"
+#include "player/frame/visibility_factors.h"
 #include "player/runtime/shading_set.h"
 
 namespace penumbra {
@@ -17,6 +18,10 @@ struct Shot {
     std::vector<std::size_t> material_of_slot;  // as many as ShadingSet has
     std::size_t light = 0;
     Mat3 light_rotation;
+    // What is drawn beside the character:
+    std::optional<std::size_t> lobe;  // a vertex
+    FactorChoice lobe_of;
+    std::vector<std::size_t> boxes;  // of the fields of these parts
 };
 
 // Resolves all names. `truth` may be null. Throws UsageError for an unknown name (it lists the known ones), for a

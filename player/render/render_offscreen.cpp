@@ -1,6 +1,8 @@
 #include "player/render/render_offscreen.h"
 
 #include "player/draw/picture_view.h"
+#include "player/frame/orbit_camera.h"
+#include "player/frame/visibility_lobe.h"
 
 namespace penumbra {
 
@@ -42,11 +44,28 @@ void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const F
     model_painter_->draw(view);
 }
 
+void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    const Shot& shot = frame.shot();
+    const Evaluator& evaluator = frame.evaluator();
+    if (!shot.boxes.empty())
+        overlays_.drawBoxes(fieldBoxEdges(*asset_->model.composition, evaluator.bones(), shot.boxes), view);
+    if (!shot.lobe) return;
+    VisibilityFactor factor = visibilityFactor(evaluator, *shot.lobe, shot.lobe_of);
+    const FrameVertices& at = frame.vertices(panel.source);
+    if (panel.source == VisibilitySource::kTruth)
+        std::copy_n(at.numbers.begin() + std::ptrdiff_t(*shot.lobe * std::size_t(asset_->model.stride)),
+                    factor.numbers.size(), factor.numbers.begin());
+    const float radius = float(kLobeRadius * boundsOf(frame.positions()).radius());
+    overlays_.drawLobe(factor, {at.positions[*shot.lobe], at.normals[*shot.lobe], at.tangents[*shot.lobe]}, radius,
+                       view);
+}
+
 Image OffscreenRenderer::draw(const Panel& panel, PosedFrame& frame, const FrameView& view) {
     if (path_ == EvaluationPath::kCpu)
         drawValues(panel, frame, view);
     else
         drawModel(panel, frame, view);
+    drawOverlays(panel, frame, view);
     return target_.read();
 }
 

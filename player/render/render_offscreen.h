@@ -4,6 +4,7 @@
 
 #include "player/draw/draw_frame.h"
 #include "player/draw/model_painter.h"
+#include "player/draw/overlay_painter.h"
 #include "player/frame/posed_frame.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
@@ -24,8 +25,8 @@ public:
 
     const std::string& gl() const { return context_->description; }
     EvaluationPath path() const { return path_; }
-    // Returns linear Rec.709 with alpha, the colours multiplied by it. The frame must have truth where the panel
-    // shows it, and a shaded panel needs a shaded look.
+    // Returns linear Rec.709 with alpha, the colours multiplied by it, with the lobe and boxes of the look. The frame
+    // must have truth where the panel shows it, and a shaded panel needs a shaded look.
     Image draw(const Panel& panel, PosedFrame& frame, const FrameView& view);
 
 private:
@@ -36,9 +37,11 @@ private:
     std::optional<ShadingSet> shading_;
     std::map<Channel, ValuePainter> value_painters_;
     std::optional<ModelPainter> model_painter_;
+    OverlayPainter overlays_;
 
     void drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view);
+    void drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& view);
 };
 
 // Puts the background behind pixels that the mesh covers in part or not at all.

@@ -11,8 +11,8 @@
 #include "player/runtime/combine.h"
 #include "player/runtime/deformation.h"
 #include "player/runtime/far_anchors.h"
-#include "sh/far/far_tables.h"
 #include "player/runtime/model_evaluator.h"
+#include "sh/far/far_tables.h"
 
 namespace penumbra {
 
@@ -69,6 +69,9 @@ public:
     // Writes the local visibility alone, which composeCluster() begins with, as evaluateCluster() does; not clamped.
     void evaluateLocal(std::size_t cluster, std::span<float> numbers) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const;
+    // The fields of a composed asset, and its parts in this pose.
+    const FarTables& farTables() const { return decoded_->composed->far; }
+    std::span<const PosedPart> posedParts() const { return far_pose_.posed; }
 
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
     // For a deforming asset these are its given positions and the normals of its triangles (sh/vertex_normals.h).

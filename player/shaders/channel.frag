@@ -25,11 +25,12 @@ vec3 viridis(float t) {
     return clamp(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * c6))))), 0.0, 1.0);
 }
 
-// Hues are a golden section apart, so that neighbouring numbers differ. Three lightnesses take turns.
-vec3 clusterColor(int cluster) {
-    float hue = 6.0 * fract(0.08 + 0.6180339887 * float(cluster));
+// The colour of a cluster or a part. Hues are a golden section apart, so that neighbouring numbers differ. Three
+// lightnesses take turns.
+vec3 numberColor(int number) {
+    float hue = 6.0 * fract(0.08 + 0.6180339887 * float(number));
     vec3 pure = clamp(vec3(abs(hue - 3.0) - 1.0, 2.0 - abs(hue - 2.0), 2.0 - abs(hue - 4.0)), 0.0, 1.0);
-    float lightness = 1.0 - 0.2 * float(cluster % 3);
+    float lightness = 1.0 - 0.2 * float(number % 3);
     return lightness * mix(vec3(1.0), pure, 0.65);
 }
 
@@ -53,8 +54,8 @@ void main() {
     vec3 rgb = vec3(max(value.x, 0.0));
 #elif CHANNEL == CHANNEL_ERROR
     vec3 rgb = linearFromSrgb(viridis(clamp(value.x / error_max, 0.0, 1.0)));
-#elif CHANNEL == CHANNEL_CLUSTERS
-    vec3 rgb = linearFromSrgb(clusterColor(int(value.x + 0.5)));
+#elif CHANNEL == CHANNEL_CLUSTERS || CHANNEL == CHANNEL_PARTS
+    vec3 rgb = linearFromSrgb(numberColor(int(value.x + 0.5)));
 #elif CHANNEL == CHANNEL_NORMALS
     vec3 rgb = normalize(value) * 0.5 + 0.5;
 #else

@@ -79,7 +79,7 @@ PenumbraSurface surfaceOf(uint character) {
 }
 #endif
 
-#if CHANNEL != CHANNEL_NORMALS && CHANNEL != CHANNEL_CLUSTERS
+#if CHANNEL != CHANNEL_NORMALS && CHANNEL != CHANNEL_CLUSTERS && CHANNEL != CHANNEL_PARTS
 void numbersOf(uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
     if (pose[pose_begin].w > 0.0) {
         uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
@@ -99,6 +99,8 @@ vec3 valueOf(PenumbraSurface s, uint character, vec3 offset) {
     return s.normal;
 #elif CHANNEL == CHANNEL_CLUSTERS
     return vec3(float(cluster));
+#elif CHANNEL == CHANNEL_PARTS
+    return vec3(float(halfWord(PART_OF_VERTEX, vertex)));
 #else
     vec4 numbers[PENUMBRA_STRIDE4];
     numbersOf(character, numbers);

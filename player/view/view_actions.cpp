@@ -102,6 +102,8 @@ void smallerError(ViewState& state, const ViewContents&, bool) {
 void largerError(ViewState& state, const ViewContents&, bool) {
     state.error_max = std::min(1.0f, state.error_max * 1.25f);
 }
+void otherFactor(ViewState& state, const ViewContents& contents, bool back) { chooseNextFactor(state, contents, back); }
+void boxes(ViewState& state, const ViewContents&, bool) { state.boxes = !state.boxes; }
 void frames(ViewState& state, const ViewContents&, bool) { state.frames = !state.frames; }
 void unedit(ViewState& state, const ViewContents&, bool) { state.score_edit.reset(); }
 void unpick(ViewState& state, const ViewContents&, bool) { state.picked.reset(); }
@@ -151,9 +153,12 @@ constexpr std::array kShortcuts = {
     Shortcut{'4', "4", "", "clusters", channel<Channel::kClusters>},
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
     Shortcut{'6', "6", "previous", "PCA component, the next one", component},
+    Shortcut{'7', "7", "", "rigid parts of composed characters", channel<Channel::kParts>},
     Shortcut{'[', "[", "", "error scale to a smaller number", smallerError},
     Shortcut{']', "]", "", "error scale to a larger number", largerError},
     Shortcut{'N', "N", "", "normals and tangents as lines", frames},
+    Shortcut{'U', "U", "", "boxes of the fields of composed characters", boxes},
+    Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", otherFactor},
     Shortcut{'X', "X", "", "no vertex picked", unpick},
     Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit},
     Shortcut{'F', "F", "", "frame everything", frameScene},

@@ -7,7 +7,8 @@
 #include <filesystem>
 #include <string>
 
-#include "player/view/visibility_lobe.h"
+#include "player/frame/visibility_lobe.h"
+#include "player/view/vertex_figures.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -36,6 +37,11 @@ void modelLines(const AssetView& asset) {
     ImGui::Text("visibility %.0f bytes a vertex, %s", double(bytes) / double(asset.mesh.positions.size()),
                 nameOf(model.clusters.front().basis.precision));
     ImGui::Text("quantisation error %.2g", double(model.quantization_error));
+    if (!model.composition) return;
+    const CompositionView& composed = *model.composition;
+    ImGui::Text("composed of %zu parts, local within %d steps", composed.parts.size(), composed.local_steps);
+    ImGui::Text("fields %.2f MB, %s residual", double(composed.byteCount()) / 1e6,
+                composed.residual.empty() ? "no" : "with a");
 }
 
 }  // namespace
@@ -83,6 +89,21 @@ void vertexPanel(const Scene& scene, const PickedVertex& picked) {
         scores += number;
     }
     ImGui::TextWrapped("%s", scores.c_str());
+}
+
+void factorPanel(const Scene& scene, ViewState& state) {
+    const Character& character = *scene.characters[state.picked->character];
+    const VisibilityFactor* shown = shownFactor(scene, state);
+    const float column = 0.65f * ImGui::GetContentRegionAvail().x;
+    for (const VisibilityFactor& factor : character.factors) {
+        if (ImGui::Selectable(nameOf(character.asset, factor.choice).c_str(), &factor == shown))
+            state.factor = factor.choice;
+        ImGui::SameLine(column);
+        if (factor.choice.kind == FactorKind::kResidual)
+            ImGui::Text("%+.4f (x %.0f)", double(factor.ambient), double(kResidualEnlargement));
+        else
+            ImGui::Text(" %.4f", double(factor.ambient));
+    }
 }
 
 namespace {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "player/view/vertex_figures.h"
 #include "player/view/view_painter.h"
-#include "player/view/visibility_lobe.h"
 
 namespace penumbra {
 namespace {
@@ -133,10 +133,24 @@ std::size_t middleVertex(const Character& character, const ClusterView& cluster)
 
 bool overlaps(const ImVec4& a, const ImVec4& b) { return a.x < b.z && b.x < a.z && a.y < b.w && b.y < a.w; }
 
-// Writes number and joint of every cluster whose middle faces the eye. Where names would cover one another, the
-// largest cluster has its name.
+// Writes names around points. Where names would cover one another, the first one is written.
+class NameWriter {
+public:
+    void write(ImVec2 at, const std::string& name) {
+        const ImVec2 size = ImGui::CalcTextSize(name.c_str());
+        const ImVec4 box(at.x - size.x / 2, at.y - size.y / 2, at.x + size.x / 2, at.y + size.y / 2);
+        if (std::ranges::any_of(taken_, [&](const ImVec4& other) { return overlaps(box, other); })) return;
+        taken_.push_back(box);
+        penumbra::write(ImVec2(box.x, box.y), name.c_str());
+    }
+
+private:
+    std::vector<ImVec4> taken_;
+};
+
+// Writes number and joint of every cluster whose middle faces the eye, those of large clusters first.
 void clusterNames(const Character& character, const Pane& pane, const FrameView& view) {
-    std::vector<ImVec4> taken;
+    NameWriter names;
     const std::vector<ClusterView>& clusters = character.asset.model.clusters;
     std::vector<std::size_t> order(clusters.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
@@ -147,12 +161,7 @@ void clusterNames(const Character& character, const Pane& pane, const FrameView&
         const std::optional<ImVec2> at = project(view, pane.area, p);
         if (!at || dot(view.eye - p, character.vertices.normals[v]) <= 0) continue;
         const std::string_view joint = character.asset.animation.joint_names[std::size_t(clusters[c].joint)];
-        const std::string name = std::to_string(c) + " " + std::string(joint);
-        const ImVec2 size = ImGui::CalcTextSize(name.c_str());
-        const ImVec4 box(at->x - size.x / 2, at->y - size.y / 2, at->x + size.x / 2, at->y + size.y / 2);
-        if (std::ranges::any_of(taken, [&](const ImVec4& other) { return overlaps(box, other); })) continue;
-        taken.push_back(box);
-        write(ImVec2(box.x, box.y), name.c_str());
+        names.write(*at, std::to_string(c) + " " + std::string(joint));
     }
 }
 
@@ -161,6 +170,35 @@ void inPanes(const Scene& scene, const ViewState& state, const Rectangle& pictur
     for (const Pane& pane : panesOf(state, picture))
         for (const auto& character : scene.characters)
             draw(*character, pane, paneView(state, pane.area, radius, character->offset), float(radius));
+}
+
+}  // namespace
+
+namespace {
+
+// Writes the name of every part at the middle of its bounding sphere.
+void partNames(const Character& character, const Pane& pane, const FrameView& view) {
+    if (!character.evaluator->composed()) return;
+    const std::span<const PosedPart> posed = character.evaluator->posedParts();
+    NameWriter names;
+    for (std::size_t p = 0; p < posed.size(); ++p)
+        if (const std::optional<ImVec2> at = project(view, pane.area, posed[p].centre))
+            names.write(*at, nameOfPart(character.asset, p));
+}
+
+// Writes which factor the lobe shows, below the pane's name.
+void lobeLabel(const Scene& scene, const ViewState& state, const Rectangle& picture) {
+    const VisibilityFactor* factor = shownFactor(scene, state);
+    if (!factor) return;
+    char label[160];
+    std::snprintf(label, sizeof label, "lobe: %s, E %.4f",
+                  nameOf(scene.characters[state.picked->character]->asset, factor->choice).c_str(),
+                  double(factor->ambient));
+    for (const Pane& pane : panesOf(state, picture))
+        if (pane.clip.width > 0 && (pane.shown != Shown::kTruth || factor->choice.kind != FactorKind::kWhole))
+            write(ImVec2(float(pane.clip.x) + 0.6f * ImGui::GetFontSize(),
+                         float(pane.clip.y) + 3.2f * ImGui::GetFontSize()),
+                  label);
 }
 
 }  // namespace
@@ -175,7 +213,12 @@ void drawOverlays(const Scene& scene, const ViewState& state, const Rectangle& p
         inPanes(scene, state, picture, [](const Character& character, const Pane& pane, const FrameView& view, float) {
             clusterNames(character, pane, view);
         });
+    if (state.channel == Channel::kParts && !state.component)
+        inPanes(scene, state, picture, [](const Character& character, const Pane& pane, const FrameView& view, float) {
+            partNames(character, pane, view);
+        });
     paneLabels(scene, state, picture);
+    lobeLabel(scene, state, picture);
     scales(scene, state, picture);
 }
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 
-#include "player/view/visibility_lobe.h"
+#include "player/frame/visibility_lobe.h"
+#include "player/view/vertex_figures.h"
 
 namespace penumbra {
-
-constexpr double kLobeRadius = 0.14;  // of visibility 1, in radii of the scene
 
 FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, Vec3 offset) {
     Camera camera = state.camera;
@@ -106,24 +106,37 @@ void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, doub
     }
 }
 
-// Draws the lobe over everything that is in the pane.
+// Draws the boxes of all parts, or of the one far part whose lobe is drawn.
+void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double radius) {
+    const VisibilityFactor* factor = shownFactor(*scene_, state);
+    const bool one = factor && factor->choice.kind == FactorKind::kPart;
+    for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
+        const Character& character = *scene_->characters[i];
+        if (!character.evaluator->composed() || (one && state.picked->character != i)) continue;
+        const CompositionView& composition = *character.asset.model.composition;
+        std::vector<std::size_t> parts(one ? 1 : composition.parts.size(), one ? factor->choice.part : 0);
+        if (!one) std::iota(parts.begin(), parts.end(), std::size_t(0));
+        FrameView view = paneView(state, pane.area, radius, character.offset);
+        view.display = DisplayTransform();
+        overlays_.drawBoxes(fieldBoxEdges(composition, character.evaluator->bones(), parts), view);
+    }
+}
+
+// Draws the lobe over everything that is in the pane. The truth is known as a whole alone.
 void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
     const auto [index, vertex] = *state.picked;
     const Character& character = *scene_->characters[index];
     const VertexFigures figures = figuresOf(character, vertex);
     const bool truth = pane.shown == Shown::kTruth && !figures.truth.empty();
     const std::span<const float> numbers = truth ? figures.truth : figures.model;
+    VisibilityFactor drawn{{}, character.asset.model.convention, {numbers.begin(), numbers.end()}};
+    const VisibilityFactor* factor = shownFactor(*scene_, state);
+    if (factor && factor->choice.kind != FactorKind::kWhole) drawn = *factor;
     const FrameVertices& at = character.vertices;
-    Shape lobe =
-        visibilityLobe(character.asset.model.convention, numbers, toLocalFrame(at.normals[vertex], at.tangents[vertex]),
-                       at.positions[vertex], float(kLobeRadius * radius));
     FrameView view = paneView(state, pane.area, radius, character.offset);
     view.display = DisplayTransform();
-    shadeLobe(lobe, view.eye);
-    if (!lobe_) lobe_.emplace(lobe.triangles, Channel::kShaded);
-    lobe_->upload(lobe.positions, lobe.values);
-    gl::Clear(GL_DEPTH_BUFFER_BIT);
-    lobe_->draw(view);
+    overlays_.drawLobe(drawn, {at.positions[vertex], at.normals[vertex], at.tangents[vertex]},
+                       float(kLobeRadius * radius), view);
 }
 
 void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double radius, int window_height) {
@@ -132,6 +145,7 @@ void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double rad
     gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}), double(pane.area.width) / pane.area.height);
     drawCharacters(state, pane, radius);
+    if (state.boxes) drawBoxes(state, pane, radius);
     if (state.picked) drawLobe(state, pane, radius);
 }
 

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "player/draw/model_painter.h"
+#include "player/draw/overlay_painter.h"
 #include "player/gl/gpu_timer.h"
 #include "player/view/view_backdrop.h"
 #include "player/view/view_layout.h"
@@ -43,7 +44,7 @@ private:
     std::map<Key, ValuePainter> value_painters_;
     std::vector<Group> groups_;
     std::vector<PosedCharacter> posed_;  // of the group at hand
-    std::optional<ValuePainter> lobe_;
+    OverlayPainter overlays_;
     GpuTimer evaluate_timer_, draw_timer_;
 
     void evaluate(Group& group, Shown shown, Vec3 eye);
@@ -52,6 +53,7 @@ private:
     void prepare(const ViewState& state, const std::vector<Pane>& panes, double radius);
     void drawCharacters(const ViewState& state, const Pane& pane, double radius);
     void drawPane(const ViewState& state, const Pane& pane, double radius, int window_height);
+    void drawBoxes(const ViewState& state, const Pane& pane, double radius);
     void drawLobe(const ViewState& state, const Pane& pane, double radius);
 };
 

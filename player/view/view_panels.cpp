@@ -105,8 +105,8 @@ void materialPanel(const Scene& scene, ViewState& state) {
 void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::TextDisabled("Show");
     static constexpr std::string_view kNames[] = {"shaded",  "ambient visibility", "error against truth", "clusters",
-                                                  "normals", "PCA component"};
-    constexpr std::size_t kComponent = 5;
+                                                  "normals", "rigid parts",        "PCA component"};
+    constexpr std::size_t kComponent = 6;
     chooseFromNames("channel", kNames, state.component ? kComponent : std::size_t(state.channel), [&](std::size_t i) {
         if (i == kComponent)
             chooseComponent(state, contents, 0);
@@ -136,6 +136,7 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::SameLine();
     ImGui::Checkbox("turn", &state.turntable);
     ImGui::Checkbox("normals and tangents", &state.frames);
+    if (contents.composed()) ImGui::Checkbox("boxes of fields", &state.boxes);
 }
 
 // Explains missing truth. Poses between sampled frames have none, and need no word.
@@ -212,6 +213,8 @@ void buildPanels(const Scene& scene, ViewState& state, const ViewFigures& figure
     if (contents.shaded()) materialPanel(scene, state);
     channelPanel(contents, state);
     figurePanel(scene, state, figures);
+    if (shownFactor(scene, state) && ImGui::CollapsingHeader("Factors", ImGuiTreeNodeFlags_DefaultOpen))
+        factorPanel(scene, state);
     if (state.picked && ImGui::CollapsingHeader("Components", ImGuiTreeNodeFlags_DefaultOpen))
         componentPanel(scene, state);
     if (state.picked && ImGui::CollapsingHeader("Vertex", ImGuiTreeNodeFlags_DefaultOpen))

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "player/view/visibility_lobe.h"
+#include "player/view/vertex_figures.h"
 
 namespace penumbra {
 
@@ -14,7 +14,8 @@ ViewContents contentsOf(const Scene& scene) {
         contents.characters.push_back(
             {&character->asset.animation, std::max<std::size_t>(1, character->asset.mesh.slots.size()),
              mostComponents(character->asset.model), character->truth != nullptr, character->strip.clip(),
-             character->strip.outOfRange(), known ? character->error_strip.errors() : std::span<const FrameError>()});
+             character->strip.outOfRange(), known ? character->error_strip.errors() : std::span<const FrameError>(),
+             character->asset.model.composition.has_value(), character->factors});
     }
     contents.materials = scene.material_names.size();
     contents.lights = scene.light_names.size();
@@ -38,12 +39,21 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     state.slot = std::min(state.slot, contents.characters[state.selected].slots);
     if (state.light >= contents.lights) state.light = 0;
     if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
+    if (!contents.composed() && state.channel == Channel::kParts) state.channel = Channel::kAmbient;
     if (!contents.hasTruth()) state.compare = Compare::kModel;
     state.frame_all = true;
     state.picked.reset();
+    state.factor = {};
     state.score_edit.reset();
     if (state.component && *state.component >= contents.components()) state.component.reset();
     return state;
+}
+
+const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state) {
+    if (!state.picked) return nullptr;
+    const std::vector<VisibilityFactor>& factors = scene.characters[state.picked->character]->factors;
+    const auto found = std::ranges::find(factors, state.factor, &VisibilityFactor::choice);
+    return found != factors.end() ? &*found : factors.empty() ? nullptr : &factors.front();
 }
 
 namespace {
@@ -78,6 +88,10 @@ std::string describe(const Scene& scene, const ViewState& state) {
     if (shaded && shading != ShadingChoice())
         text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
                 std::string(nameOf(shading.light_form));
+    if (const VisibilityFactor* factor = shownFactor(scene, state))
+        text += ", lobe of vertex " + std::to_string(state.picked->vertex) + " (" +
+                nameOf(scene.characters[state.picked->character]->asset, factor->choice) + ")";
+    if (state.boxes && contents.composed()) text += ", boxes of fields";
     if (state.score_edit) text += ", scores of cluster " + std::to_string(state.score_edit->cluster) + " changed";
     return text;
 }

@@ -42,7 +42,8 @@ struct Character {
     FrameVertices vertices;            // numbers: of the model
     std::vector<float> truth_numbers;  // in the local frames of `vertices`
     std::array<std::vector<Vec3>, kShownCount> values;
-    Channel channel = Channel::kShaded;    // of the values: without truth, error is shown as ambient visibility
+    // The channel of the values. Without truth, error is shown as ambient visibility, and so are parts without any.
+    Channel channel = Channel::kShaded;
     bool plain = false;                    // the values are colours, neither exposed nor tone mapped
     std::vector<float> component_ambient;  // componentAmbient() of ViewState::component
     std::optional<std::size_t> component;  // the component that these belong to
@@ -52,6 +53,8 @@ struct Character {
     ScoreRanges score_ranges;
     std::optional<std::size_t> components_of;  // the cluster; known when the ranges are
     std::vector<ComponentFigures> components;
+    std::optional<std::size_t> factors_of;  // the vertex that these belong to, in the pose of now
+    std::vector<VisibilityFactor> factors;  // only of a composed asset
     std::size_t file_bytes = 0;
     std::unique_ptr<Evaluator> strip_evaluator;  // for poses that are not drawn
     double mean_error = 0, max_error = 0;        // |E(model) - E(truth)| of the frame, Channel::kError
@@ -96,6 +99,10 @@ bool useShading(Scene& scene, const ViewState& state);
 // Goes on computing, for some milliseconds, what the timeline shows of the selected character's clip.
 void computeStrips(Scene& scene, const ViewState& state, double milliseconds);
 bool stripsAreComplete(const Scene& scene, const ViewState& state);
+
+// Returns what of the picked vertex' visibility is drawn: state.factor, or the whole where the vertex has no such
+// factor. Null where nothing is picked, or the character is not composed.
+const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state);
 
 // Returns, for instance, "clip walk, frame 3, shaded, model, material lambert, light sky".
 std::string describe(const Scene& scene, const ViewState& state);

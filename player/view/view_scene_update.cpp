@@ -4,14 +4,14 @@
 #include <cmath>
 
 #include "player/frame/truth_frames.h"
+#include "player/view/vertex_figures.h"
 #include "player/view/view_scene.h"
-#include "player/view/visibility_lobe.h"
 
 namespace penumbra {
 
 namespace {
 
-double millisecondsSince(std::chrono::steady_clock::time_point start) {
+double elapsedMilliseconds(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -56,6 +56,7 @@ bool poseCharacter(Character& character, const ClipView& clip, const ClipPositio
         character.truth_frame = findTruthFrame(character.asset, *character.truth, frame);
     character.posed = true;
     character.has_model_numbers = character.has_truth_numbers = false;
+    character.factors_of.reset();
     return true;
 }
 
@@ -111,6 +112,19 @@ bool needNumbers(Character& character, bool model, bool truth, int threads) {
         character.has_truth_numbers = true;
     }
     return needs_model || needs_truth;
+}
+
+// Evaluates the factors of a vertex of a composed asset, unless they are there. Without a vertex there are none.
+void needFactors(Character& character, std::optional<std::size_t> vertex) {
+    if (!character.evaluator->composed() || (vertex && character.factors_of == vertex)) return;
+    character.factors = vertex ? visibilityFactors(*character.evaluator, *vertex) : std::vector<VisibilityFactor>();
+    character.factors_of = vertex;
+}
+
+Channel shownChannel(const Character& character, Channel wished) {
+    const bool missing = (wished == Channel::kError && !character.truth_frame) ||
+                         (wished == Channel::kParts && !character.asset.model.composition);
+    return missing ? Channel::kAmbient : wished;
 }
 
 std::vector<Vec3> valuesOf(Character& character, bool truth, Channel channel, Vec3 eye, int threads) {
@@ -181,10 +195,10 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         const bool picked = state.picked && state.picked->character == i;
         const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
         const bool model = compare != Compare::kTruth || !character.truth_frame;
-        character.channel =
-            state.channel == Channel::kError && !character.truth_frame ? Channel::kAmbient : state.channel;
+        character.channel = shownChannel(character, state.channel);
         evaluated |= needNumbers(character, (needs.values && model) || picked, truth, needs.threads);
-        spent.evaluate += millisecondsSince(start);
+        needFactors(character, picked ? std::optional(state.picked->vertex) : std::nullopt);
+        spent.evaluate += elapsedMilliseconds(start);
         start = std::chrono::steady_clock::now();
         setShading(character, state.characters[i], state);
         character.plain = state.component.has_value();
@@ -192,7 +206,7 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
             showComponent(character, *state.component);
         else if (needs.values)
             showValues(character, compare, eye - character.offset, needs.threads);
-        spent.shade += millisecondsSince(start);
+        spent.shade += elapsedMilliseconds(start);
     }
     cost.shade = spent.shade;
     if (evaluated) cost.evaluate = spent.evaluate;
@@ -215,7 +229,7 @@ void computeStrips(Scene& scene, const ViewState& state, double milliseconds) {
     const std::size_t clip = state.characters[state.selected].clip;
     const auto start = std::chrono::steady_clock::now();
     character.strip.compute(*character.strip_evaluator, clip, milliseconds);
-    const double left = milliseconds - millisecondsSince(start);
+    const double left = milliseconds - elapsedMilliseconds(start);
     if (character.truth && left > 0)
         character.error_strip.compute(*character.strip_evaluator, *character.truth, clip, left);
     if (state.picked) computeComponents(*scene.characters[state.picked->character], state.picked->vertex, left);

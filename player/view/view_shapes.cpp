@@ -1,30 +1,11 @@
 #include "player/view/view_shapes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "sh/sh_basis.h"
 
 namespace penumbra {
-
-Shape unitSphere(int rings) {
-    constexpr double kPi = std::numbers::pi;
-    const int around = 2 * rings;
-    Shape sphere;
-    for (int ring = 0; ring <= rings; ++ring)
-        for (int i = 0; i <= around; ++i) {
-            const double polar = kPi * ring / rings, azimuth = 2 * kPi * i / around;
-            sphere.positions.push_back(toFloat(
-                Vec3d{std::sin(polar) * std::cos(azimuth), std::cos(polar), std::sin(polar) * std::sin(azimuth)}));
-        }
-    for (int ring = 0; ring < rings; ++ring)
-        for (int i = 0; i < around; ++i) {
-            const auto a = std::uint32_t(ring * (around + 1) + i), b = a + std::uint32_t(around + 1);
-            sphere.triangles.insert(sphere.triangles.end(), {a, a + 1, b, a + 1, b + 1, b});
-        }
-    return sphere;
-}
 
 std::vector<Vec3> radianceFrom(const LightView& light, const Mat3& rotation, std::span<const Vec3> directions) {
     const Mat3 back = transposed(rotation);

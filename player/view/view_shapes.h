@@ -1,20 +1,12 @@
 #pragma once
-// Surfaces that are drawn beside the characters, and what their vertices show. It uses no GL.
+// Surfaces around the characters, under the light of the scene. It uses no GL.
 #include <vector>
 
 #include "formats/asset/asset_file.h"
 #include "player/frame/orbit_camera.h"
+#include "player/frame/shape.h"
 
 namespace penumbra {
-
-struct Shape {
-    std::vector<Vec3> positions, values;  // linear colours
-    std::vector<std::uint32_t> triangles;
-};
-
-// Makes a sphere of radius 1 about the origin: `rings` quads from pole to pole, and twice as many around. Its
-// positions are directions.
-Shape unitSphere(int rings);
 
 // Returns the radiance from each direction of a light that is turned by `rotation`, L(R^T s), with ringing below 0 as
 // 0.

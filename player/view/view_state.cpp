@@ -12,6 +12,10 @@ bool ViewContents::hasTruth() const {
     return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.has_truth; });
 }
 
+bool ViewContents::composed() const {
+    return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.composed; });
+}
+
 std::size_t ViewContents::components() const {
     std::size_t most = 0;
     for (const CharacterContents& character : characters) most = std::max(most, character.components);
@@ -119,6 +123,7 @@ std::size_t chosenMaterial(const ViewState& state) {
 void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel) {
     if (channel == Channel::kShaded && !contents.shaded()) return;
     if (channel == Channel::kError && !contents.hasTruth()) return;
+    if (channel == Channel::kParts && !contents.composed()) return;
     state.channel = channel;
     state.component.reset();
 }
@@ -129,6 +134,15 @@ void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t
 
 void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare) {
     if (compare == Compare::kModel || contents.hasTruth()) state.compare = compare;
+}
+
+void chooseNextFactor(ViewState& state, const ViewContents& contents, bool back) {
+    if (!state.picked) return;
+    const std::span<const VisibilityFactor> factors = contents.characters[state.picked->character].factors;
+    if (factors.empty()) return;
+    const auto found = std::ranges::find(factors, state.factor, &VisibilityFactor::choice);
+    const std::size_t at = found == factors.end() ? 0 : std::size_t(found - factors.begin());
+    state.factor = factors[(at + (back ? factors.size() - 1 : 1)) % factors.size()].choice;
 }
 
 Compare shownCompare(const ViewState& state) {

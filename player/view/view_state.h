@@ -8,6 +8,7 @@
 
 #include "player/draw/view_display.h"
 #include "player/frame/channel.h"
+#include "player/frame/visibility_factors.h"
 #include "player/runtime/shading.h"
 #include "player/view/error_strip.h"
 #include "player/view/playhead.h"
@@ -63,8 +64,10 @@ struct ViewState {
     float wipe = 0.5f;                     // of the picture's width
     std::optional<std::size_t> component;  // component of the model's PCA, shown instead of the channel
     std::optional<PickedVertex> picked;    // its visibility is drawn
+    FactorChoice factor;                   // what of it; the whole where the vertex has no such factor
     std::optional<ScoreEdit> score_edit;
     bool frames = false;  // draw normals and tangents
+    bool boxes = false;   // draw the boxes of the fields of composed characters
     std::size_t light = 0;
     ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
@@ -84,12 +87,15 @@ struct CharacterContents {
     std::size_t strip_clip = 0;  // the clip that these figures belong to; its first frames, as far as known
     std::span<const float> out_of_range = {};
     std::span<const FrameError> errors = {};
+    bool composed = false;
+    std::span<const VisibilityFactor> factors = {};  // of the picked vertex, if it belongs to this character
 };
 struct ViewContents {
     std::vector<CharacterContents> characters;
     std::size_t materials = 0, lights = 0;
     bool shaded() const { return materials > 0 && lights > 0; }
     bool hasTruth() const;
+    bool composed() const;           // some character is
     std::size_t components() const;  // the most that any character has
 };
 
@@ -114,6 +120,8 @@ std::size_t chosenMaterial(const ViewState& state);
 void chooseChannel(ViewState& state, const ViewContents& contents, Channel channel);
 void chooseComponent(ViewState& state, const ViewContents& contents, std::size_t component);
 void chooseCompare(ViewState& state, const ViewContents& contents, Compare compare);
+// Goes to the next factor of the picked vertex, or to the one before, round the ends.
+void chooseNextFactor(ViewState& state, const ViewContents& contents, bool back);
 // Returns what is compared: only what truth has too, which is shaded pictures and ambient visibility.
 Compare shownCompare(const ViewState& state);
 // Lets the lamp follow the pointer: a drag over the whole height turns the light by half a turn.

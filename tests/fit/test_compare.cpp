@@ -49,6 +49,29 @@ TEST(CompareGrid, HoldsEachFitOnceAndAllThatTheFiguresAskFor) {
     EXPECT_EQ(options.referenceVariance(), 0.95);
 }
 
+TEST(CompareGrid, FieldsAddAComposedModelAndTheAdditiveOneBesideIt) {
+    CompareOptions options;
+    options.models = {ModelKind::kLinear};
+    options.conventions = {parseConvention("A4"), parseConvention("D3")};
+    const std::size_t without = makeGrid(options, 5).size();
+    options.fields.resize(1);
+    const std::vector<FitOptions> grid = makeGrid(options, 5);
+    ASSERT_EQ(grid.size(), without + 2);
+    EXPECT_TRUE(sameFit(grid[without], mirroredAdditiveFit(options, 5)));
+    EXPECT_TRUE(sameFit(grid[without + 1], composedFit(options, 5)));
+    EXPECT_FALSE(sameFit(grid[without], grid[without + 1]));
+    EXPECT_EQ(grid[without + 1].convention, parseConvention("D3")) << "the first mirrored one of the list";
+    EXPECT_EQ(labelOf(grid[without + 1]), "composed, additive, D3");
+    options.conventions = {parseConvention("A4")};
+    EXPECT_EQ(composedFit(options, 4).convention, parseConvention("D4")) << "no more than the file has";
+    // Where the additive model is in the grid anyway, it is there once.
+    options.models = {ModelKind::kAdditive};
+    options.conventions = {parseConvention("D5")};
+    const std::size_t with = makeGrid(options, 5).size();
+    options.fields.clear();
+    EXPECT_EQ(with, makeGrid(options, 5).size() + 1);
+}
+
 // The cosine takes moments of one order more than it has numbers.
 TEST(CompareGrid, NeverAsksForMomentsThatTheFileLacks) {
     CompareOptions options;

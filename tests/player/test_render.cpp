@@ -330,6 +330,58 @@ TEST(Render, AComposedAssetLooksTheSameOnBothPaths) {
     EXPECT_LT(difference255(cpu, glsl), 0.05);
     const Image black{cpu.width, cpu.height, std::vector<Vec3>(cpu.pixels.size()), {}};
     EXPECT_GT(difference255(cpu, black), 1);
+    // Parts, with a lobe and boxes over them. Colours of parts do not depend on how they were computed.
+    options.channel = Channel::kParts;
+    options.lobe = 20;
+    options.lobe_of = "local";
+    options.boxes = {"joint1", "joint4"};
+    const Image glsl_parts = renderOffscreen(options, asset, nullptr, 1).image;
+    options.path = EvaluationPath::kCpu;
+    EXPECT_LT(difference255(renderOffscreen(options, asset, nullptr, 1).image, glsl_parts), 0.05);
+}
+
+// A picture with an overlay differs from the one without.
+TEST(Render, LobesAndBoxesAreDrawn) {
+    const Packed packed = packAsset(synthetic::composedTube(), {}, {}, {.precision = AssetPrecision::kI8}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    RenderOptions options;
+    options.width = options.height = 64;
+    options.channel = Channel::kParts;
+    options.path = EvaluationPath::kCpu;
+    const auto picture = [&] { return renderOffscreen(options, asset, nullptr, 1).image; };
+    std::vector<Image> pictures = {picture()};
+    options.boxes = {"all"};
+    pictures.push_back(picture());
+    options.boxes = {"joint2"};
+    pictures.push_back(picture());
+    options.boxes.clear();
+    const std::span<const std::uint16_t> part_of = asset.model.composition->part_of_vertex;
+    options.lobe =
+        std::size_t(std::find(part_of.begin(), part_of.end(), 0) - part_of.begin());  // joint4 is far from it
+    for (const char* of : {"whole", "local", "far", "residual", "joint4"}) {
+        options.lobe_of = of;
+        pictures.push_back(picture());
+    }
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) EXPECT_GT(difference255(pictures[i], pictures[j]), 0.02) << i << " " << j;
+}
+
+TEST(Render, OverlaysThatAnAssetHasNotAreRefused) {
+    const Packed packed = packAsset(synthetic::tubeModel(), {}, {}, {.precision = AssetPrecision::kI8}, "{}", 1);
+    const AssetView asset = openAsset(packed.bytes);
+    RenderOptions options;
+    options.channel = Channel::kParts;
+    EXPECT_THROW(resolveLook(options, asset, nullptr), UsageError);
+    options.channel = Channel::kAmbient;
+    options.lobe = asset.mesh.positions.size();
+    EXPECT_THROW(resolveLook(options, asset, nullptr), UsageError);
+    options.lobe = 0;
+    EXPECT_NO_THROW(resolveLook(options, asset, nullptr));
+    options.lobe_of = "local";
+    EXPECT_THROW(resolveLook(options, asset, nullptr), UsageError);
+    options.lobe_of = "whole";
+    options.boxes = {"all"};
+    EXPECT_THROW(resolveLook(options, asset, nullptr), UsageError);
 }
 
 }  // namespace

@@ -37,6 +37,7 @@ TEST(RenderOptions, WordsAreRead) {
     EXPECT_EQ(parseChannel("error"), Channel::kError);
     EXPECT_EQ(parseChannel("clusters"), Channel::kClusters);
     EXPECT_EQ(parseChannel("normals"), Channel::kNormals);
+    EXPECT_EQ(parseChannel("parts"), Channel::kParts);
     EXPECT_EQ(parseSource("truth"), VisibilitySource::kTruth);
     EXPECT_EQ(parsePath("glsl"), EvaluationPath::kGlsl);
     EXPECT_EQ(parsePath("auto"), std::nullopt);

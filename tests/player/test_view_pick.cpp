@@ -4,8 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "player/frame/visibility_lobe.h"
+#include "player/view/vertex_figures.h"
 #include "player/view/view_pick.h"
-#include "player/view/visibility_lobe.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {

@@ -136,6 +136,34 @@ TEST(ViewActions, TheWorstFrameIsShownWhenAllAreKnown) {
     EXPECT_FALSE(c.state.awaited) << "without truth there are no errors to wait for";
 }
 
+TEST(ViewActions, FactorsOfThePickedVertexTakeTurns) {
+    Contents c;
+    c.press('Y');
+    EXPECT_EQ(c.state.factor, FactorChoice()) << "nothing is picked";
+    c.state.picked = PickedVertex{0, 7};
+    c.press('Y');
+    EXPECT_EQ(c.state.factor, FactorChoice()) << "the character is not composed";
+    const std::vector<VisibilityFactor> factors = {
+        {{}, {}, {}, 0}, {{FactorKind::kLocal}, {}, {}, 0}, {{FactorKind::kPart, 3}, {}, {}, 0}};
+    c.contents.characters[0].factors = factors;
+    for (const std::size_t i : {1, 2, 0}) {
+        c.press('Y');
+        EXPECT_EQ(c.state.factor, factors[i].choice);
+    }
+    c.press('Y', /*shift=*/true);
+    EXPECT_EQ(c.state.factor, factors[2].choice);
+    c.state.factor = {FactorKind::kPart, 5};  // counted in another pose
+    c.press('Y');
+    EXPECT_EQ(c.state.factor, factors[1].choice) << "it goes on from the whole";
+    c.press('7');
+    EXPECT_NE(c.state.channel, Channel::kParts) << "there are none";
+    c.contents.characters[0].composed = true;
+    c.press('7');
+    EXPECT_EQ(c.state.channel, Channel::kParts);
+    c.press('U');
+    EXPECT_TRUE(c.state.boxes);
+}
+
 TEST(ViewActions, MaterialsChangeOnTheChosenSlots) {
     Contents c;
     using Slots = std::vector<std::size_t>;

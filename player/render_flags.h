@@ -1,0 +1,40 @@
+#pragma once
+// The flags of `penumbra-player render`, and what they say together.
+#include "formats/common/command_line.h"
+#include "player/render/render_sheet.h"
+
+namespace penumbra {
+
+struct RenderCommand {
+    std::filesystem::path asset, truth, output, csv;
+    RenderOptions options;
+    FrameChoice choice;
+    Framing framing = Framing::kFrame;
+    SheetOptions sheet;
+    std::optional<ErrorGate> gate;
+    bool flip = false;
+    bool batch = false;  // the user asks for more than one picture of one frame
+
+    bool overlays() const;    // tells whether a lobe or boxes are drawn
+    bool draws() const;       // tells whether the run needs OpenGL
+    bool imageError() const;  // tells whether pictures of model and truth are compared
+
+    // Values as the user typed them.
+    std::string frames, framing_word, fail_figure = "ambient-mean", fail_per = "frame";
+    double fail_above = 0, fail_percent = 0;
+    std::vector<std::string> panels;
+    std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
+    std::string reflectance = "slices", light_form = "auto";
+    std::size_t lobe = 0;
+    // Options that only --channel shaded, pictures, -o, --sheet and --fail-above read.
+    std::vector<const CLI::Option*> shading, picture, overlay, sheet_only, gate_only;
+    const CLI::Option *frame_option = nullptr, *source_option = nullptr, *error_max_option = nullptr,
+                      *fail_option = nullptr, *lobe_option = nullptr, *lobe_of_option = nullptr;
+};
+
+void defineRender(CLI::App& app, RenderCommand& command);
+// Sets everything above "Values as the user typed them" from what stands below. Throws UsageError, which names option
+// and value.
+void parseRender(RenderCommand& command);
+
+}  // namespace penumbra
