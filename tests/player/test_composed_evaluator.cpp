@@ -103,14 +103,25 @@ double farShare(const AssetView& asset) {
     return most;
 }
 
-// Far visibility of all vertices of a pose by farVisibility(), which the fit uses.
+// All vertices of a pose.
+struct Skinned {
+    std::vector<Vec3> positions, normals, tangents;
+
+    Skinned(const AssetView& asset, std::span<const Affine> bones) {
+        Evaluator evaluator(asset);
+        evaluator.setPose(bones, {});
+        const std::size_t count = evaluator.vertexCount();
+        for (std::vector<Vec3>* vectors : {&positions, &normals, &tangents}) vectors->resize(count);
+        evaluator.skin(0, count, positions, normals, tangents);
+    }
+};
+
+// Far visibility of all vertices of a pose by farVisibility().
 std::vector<float> expectedFar(const AssetView& asset, std::span<const Affine> bones) {
     const CompositionView& composition = *asset.model.composition;
-    Evaluator evaluator(asset);
-    evaluator.setPose(bones, {});
-    const std::size_t count = evaluator.vertexCount();
-    std::vector<Vec3> positions(count), normals(count), tangents(count);
-    evaluator.skin(0, count, positions, normals, tangents);
+    const Skinned skinned(asset, bones);
+    const auto& [positions, normals, tangents] = skinned;
+    const std::size_t count = positions.size();
     const FarTables tables = makeFarTables(composition, asset.model.convention.order);
     std::vector<PosedPart> posed(tables.partCount());
     poseParts(tables.fields(), bones, posed);
@@ -215,11 +226,9 @@ TEST(ComposedEvaluator, MatchesTheFormulas) {
 // What the far balls leave visible at all vertices of a pose, counted over directions above each horizon.
 std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bones) {
     const CompositionView& composition = *asset.model.composition;
-    Evaluator evaluator(asset);
-    evaluator.setPose(bones, {});
-    const std::size_t count = evaluator.vertexCount();
-    std::vector<Vec3> positions(count), normals(count), tangents(count);
-    evaluator.skin(0, count, positions, normals, tangents);
+    const Skinned skinned(asset, bones);
+    const auto& [positions, normals, tangents] = skinned;
+    const std::size_t count = positions.size();
     const FarTables tables = makeFarTables(composition, asset.model.convention.order);
     const std::vector<WeightedDirection> directions = gaussHemisphere(24, 96);
     const std::vector<int> even = evenIndices(kFieldOrder);
