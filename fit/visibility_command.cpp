@@ -167,6 +167,7 @@ nlohmann::ordered_json composedFigures(const FitReport& fit) {
     add("true_local", composed.split_train, composed.split_held_out);
     json["residual_cross_validated_relative_error"] = composed.residual_cross_validated;
     json["residual"] = composed.residual_kept;
+    json["residual_mean"] = composed.mean_kept;
     return json;
 }
 
@@ -206,7 +207,10 @@ void printComposed(const FitReport& fit) {
     row("local x far parts", composed.without_train, composed.without_held_out);
     row("true local x far parts", composed.split_train, composed.split_held_out);
     std::printf("residual model: %s; it leaves %.4f of the residual in blocked cross-validation\n",
-                composed.residual_kept ? "kept" : "dropped", composed.residual_cross_validated);
+                composed.residual_kept ? "kept"
+                : composed.mean_kept   ? "dropped but for its mean"
+                                       : "dropped",
+                composed.residual_cross_validated);
 }
 
 void printRow(const char* name, const char* role, std::size_t frames, const ErrorFigures& errors) {

@@ -96,13 +96,15 @@ Turn principalTurn(const std::vector<double>& gram, const std::vector<double>& s
             whole[r * components + k] = length * u;
             inverse[r * components + k] = u / length;
         }
-    std::vector<double> turned(rank * rank);
+    std::vector<double> half(rank * components), turned(rank * rank);
+    for (std::size_t r = 0; r < rank; ++r)
+        for (std::size_t i = 0; i < components; ++i)
+            for (std::size_t j = 0; j < components; ++j)
+                half[r * components + j] += whole[r * components + i] * scatter[i * components + j];
     for (std::size_t r = 0; r < rank; ++r)
         for (std::size_t q = 0; q <= r; ++q) {
             double sum = 0;
-            for (std::size_t i = 0; i < components; ++i)
-                for (std::size_t j = 0; j < components; ++j)
-                    sum += whole[r * components + i] * scatter[i * components + j] * whole[q * components + j];
+            for (std::size_t j = 0; j < components; ++j) sum += half[r * components + j] * whole[q * components + j];
             turned[r * rank + q] = sum;
         }
     const SymmetricEigen axes = symmetricEigen(turned, rank);

@@ -48,8 +48,6 @@ void checkOccluder(const VisibilityHeader& header, const std::string& file, cons
                            file + " does not have");
 }
 
-Vec3 moved(Vec3 point, Vec3 way) { return point + way; }
-
 // Returns the joint of an occluder, and moves its field to where it is while that joint rests.
 std::uint32_t placeOccluder(const Model& model, const OccluderMotion& motion, PartField& part) {
     if (motion.follows.empty()) return kStillJoint;
@@ -57,10 +55,10 @@ std::uint32_t placeOccluder(const Model& model, const OccluderMotion& motion, Pa
     const auto found = std::find(names.begin(), names.end(), motion.follows);
     const std::uint32_t joint = model.input_joints[std::size_t(found - names.begin())].joint;
     const Vec3 way = model.joint_centers[joint] - motion.origin;
-    part.centre = moved(part.centre, way);
+    part.centre += way;
     for (FieldBox& box : part.boxes) {
-        box.low = moved(box.low, way);
-        box.high = moved(box.high, way);
+        box.low += way;
+        box.high += way;
     }
     return joint;
 }

@@ -11,6 +11,7 @@
 // model, of all joints, learns what the product leaves.
 #include "fit/visibility/fit_composed.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -61,6 +62,26 @@ PosedVertices verticesIn(const ComposedProblem& problem, std::size_t frame) {
                     std::span(poses.normals).subspan(frame * fronts, fronts));
 }
 
+// Fills in the energies of what is left.
+void measureLeft(const ComposedProblem& problem, const MatrixF& whole, ComposedFit& fit) {
+    const std::span<const std::size_t> train = problem.local.train;
+    const std::vector<int>& folds = *problem.local.folds;
+    const std::vector<double> variance = varianceOf(whole, train);
+    for (const std::size_t f : train) fit.left += variance[f];
+    for (int fold = 0; fold <= *std::max_element(folds.begin(), folds.end()); ++fold) {
+        std::vector<std::size_t> others, own;
+        for (std::size_t i = 0; i < train.size(); ++i) (folds[i] == fold ? own : others).push_back(train[i]);
+        const std::vector<double> mean =
+            others.empty() ? std::vector<double>(whole.columns) : meanOfRows(whole, others);
+        for (const std::size_t f : own)
+            for (std::size_t c = 0; c < whole.columns; ++c) {
+                const double x = whole(f, c);
+                fit.left_as_it_is += x * x;
+                fit.left_about_others += (x - mean[c]) * (x - mean[c]);
+            }
+    }
+}
+
 }  // namespace
 
 ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF& whole) {
@@ -91,8 +112,14 @@ ComposedFit fitComposed(const ComposedProblem& problem, MatrixF& local, MatrixF&
         addFrame(ambient, truth.row(f), exact, f, fit.without_residual);
     }
     // 3. Learn what is left.
-    const std::vector<double> left = varianceOf(whole, problem.local.train);
-    for (std::size_t f : problem.local.train) fit.left += left[f];
+    measureLeft(problem, whole, fit);
+    fit.with_mean = noErrors(variance);
+    const std::vector<double> mean = meanOfRows(whole, problem.local.train);
+    for (std::size_t f = 0; f < frames; ++f) {
+        for (std::size_t c = 0; c < exact.size(); ++c) exact[c] = truth(f, c) - whole(f, c) + float(mean[c]);
+        clampAll(ambient, exact);
+        addFrame(ambient, truth.row(f), exact, f, fit.with_mean);
+    }
     fit.residual = fitCluster(problem.residual, whole);
     // 4. Measure the whole prediction. `whole` now holds what it leaves before the clamp.
     for (std::size_t f = 0; f < frames; ++f) {

@@ -21,8 +21,11 @@ struct ComposedFit {
     ClusterFit local, residual;
     FrameErrors errors;            // of local x far + residual
     FrameErrors without_residual;  // of local x far alone
+    FrameErrors with_mean;         // of local x far + the mean of the residual
     FrameErrors split;             // of the true local x far: what no local model can do better
-    double left = 0;               // energy over training frames of what the residual model is to predict
+    // Energies over training frames of what the product leaves: as it is, about the mean of the other folds, and about
+    // the mean of all, which is what the residual model is to predict.
+    double left_as_it_is = 0, left_about_others = 0, left = 0;
 };
 
 // Fits the cluster to its local numbers and its whole numbers, both [F, Vc n]. Both are used up.

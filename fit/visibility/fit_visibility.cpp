@@ -242,7 +242,15 @@ FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& error
 // A residual model is kept when cross-validation says that it leaves less than this share of what it is to predict.
 constexpr double kWorthResidual = 0.97;
 
-// Puts the clusters into the model, without the residual where it does not pay, and reports the errors.
+// Leaves the mean alone, and one component that never counts: a cluster has at least one.
+void dropComponents(ClusterModel& cluster) {
+    cluster.weights.assign(cluster.units(), 0.0f);
+    cluster.basis.resize(cluster.mean.size());
+    cluster.bias.assign(1, 0.0f);
+}
+
+// Puts the clusters into the model, without the residual where it does not pay, and reports the errors. The mean of the
+// residual is judged apart from its components: what the cut bands leave is partly the same in all poses.
 void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult& result) {
     Model& model = result.model;
     double left = 0, validated = 0, trained = 0;
@@ -251,7 +259,10 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
         validated += fit.residual.cross_validated;
         for (const std::size_t f : split.train) trained += fit.residual.errors.squared[f];
     }
+    double as_it_is = 0, about_others = 0;
+    for (const ComposedFit& fit : fits) as_it_is += fit.left_as_it_is, about_others += fit.left_about_others;
     const bool keep = validated < kWorthResidual * left;
+    const bool keep_mean = keep || about_others < kWorthResidual * as_it_is;
     if (keep && trained < left)
         model.composition->residual_worth = std::clamp((left - validated) / (left - trained), 0.0, 1.0);
     const std::size_t frames = model.frames.frameCount();
@@ -260,12 +271,16 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
                           sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.without_residual; }),
                       with = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.errors; }),
                       local = sumOverClusters(fits, frames, [](const ComposedFit&fit) { return fit.local.errors; });
-    const FrameErrors& errors = keep ? with : without;
+    const FrameErrors with_mean = sumOverClusters(fits, frames, [](const ComposedFit& fit) { return fit.with_mean; });
+    const FrameErrors& errors = keep ? with : keep_mean ? with_mean : without;
     std::vector<ClusterFit> parts;
     for (ComposedFit& fit : fits) {
         // Both parts of a cluster state the errors of the whole prediction.
         for (ClusterFit* part : {&fit.local, &fit.residual})
-            setErrorRatios(keep ? fit.errors : fit.without_residual, split.train, part->model);
+            setErrorRatios(keep        ? fit.errors
+                           : keep_mean ? fit.with_mean
+                                       : fit.without_residual,
+                           split.train, part->model);
         parts.push_back(std::move(fit.local));
     }
     model.clip_errors = errorsByClip(errors, model);
@@ -273,14 +288,19 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
     const std::size_t vertices = model.mesh.vertexCount();
     result.report.train = figuresOf(errors, split.train, vertices);
     result.report.held_out = figuresOf(errors, split.held_out, vertices);
-    result.report.composed = ComposedReport{
-        figuresOf(local, split.train, vertices),        figuresOf(local, split.held_out, vertices),
-        figuresOf(without, split.train, vertices),      figuresOf(without, split.held_out, vertices),
-        figuresOf(split_errors, split.train, vertices), figuresOf(split_errors, split.held_out, vertices),
-        left > 0 ? std::sqrt(validated / left) : 0,     keep};
+    result.report.composed = ComposedReport{figuresOf(local, split.train, vertices),
+                                            figuresOf(local, split.held_out, vertices),
+                                            figuresOf(without, split.train, vertices),
+                                            figuresOf(without, split.held_out, vertices),
+                                            figuresOf(split_errors, split.train, vertices),
+                                            figuresOf(split_errors, split.held_out, vertices),
+                                            left > 0 ? std::sqrt(validated / left) : 0,
+                                            keep,
+                                            keep_mean};
     for (std::size_t c = 0; c < fits.size(); ++c) {
         model.clusters.push_back(std::move(parts[c].model));
-        if (keep) model.composition->residual.push_back(std::move(fits[c].residual.model));
+        if (!keep) dropComponents(fits[c].residual.model);
+        if (keep_mean) model.composition->residual.push_back(std::move(fits[c].residual.model));
     }
 }
 

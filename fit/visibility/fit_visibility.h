@@ -20,6 +20,7 @@ struct ComposedReport {
     ErrorFigures split_train, split_held_out;      // of the true local moments x far: the limit of any local model
     double residual_cross_validated = 0;           // relative error of the residual model; 1 is as good as none
     bool residual_kept = false;
+    bool mean_kept = false;  // its mean alone counts too, even where its components do not pay
 };
 
 struct FitReport {

@@ -19,8 +19,8 @@ static_assert(mirroredCount(kMaxOrder) == 36 && rotationEntryCount(kFieldOrder) 
 
 namespace {
 
-// See FarConstants. On mh_male and the knight thresholds of half this size leave as much error, within .004, and take a
-// third more time. The depth is what fits the logarithms of caps of these sizes best.
+// See FarConstants. Chosen on training frames of mh_male: thresholds of half this size leave .003 less error and take a
+// quarter more time, and depths of 0 and 0.5 leave more error than 0.25.
 constexpr float kNearFrom = 0.02f, kNearFull = 0.04f, kDepth = 0.25f;
 
 FarBox boxOf(const FieldBox& box, std::size_t first, float width) {

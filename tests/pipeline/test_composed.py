@@ -53,7 +53,7 @@ def check_fit(vis, fields, folder):
     with h5py.File(out) as f:
         assert f.attrs["format_version"] == 4
         assert f["composition"].attrs["local_steps"] == 2
-        assert f["residual"].attrs["count"] == (len(f["clusters"]) if parts["residual"] else 0)
+        assert f["residual"].attrs["count"] == (len(f["clusters"]) if parts["residual_mean"] else 0)
         assert f["composition/part_of_vertex"].shape == (f["mesh/rest_positions"].shape[0],)
     # The prediction has the errors that the fit reported: the ambient term of the mirrored function does not depend
     # on the frame of a vertex' tangent, only on its normal.

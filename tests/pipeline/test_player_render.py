@@ -223,6 +223,16 @@ def check_alpha_and_numbers():
     assert len(covered) > 50 and np.median(np.abs(length - 1)) < 0.03, np.median(np.abs(length - 1))
 
 
+def check_lobe():
+    """A lobe covers some of the picture, and is another one for another vertex."""
+    pictures = []
+    for lobe in ([], ["--lobe", 3], ["--lobe", 40]):
+        good("player", "render", "i8.pnb", *FRAME, *FRAMING, "--channel", "ao", *lobe, "-o", "lobe.png")
+        pictures.append(read_png("lobe.png"))
+    differ = [(pictures[a] != pictures[b]).any(-1).sum() for a in range(3) for b in range(a)]
+    assert min(differ) > 15, differ  # measured: 27, 127, 153
+
+
 def check_errors():
     out = ["-o", "no.png"]
     fails(1, "i8.pnb", *out, "--clip", "jump", says="walk")
@@ -247,6 +257,12 @@ def check_errors():
                               ("--light-rotation", "yaw=1"), ("--light-form", "fixed"), ("--reflectance", "slices")):
             fails(1, "i8.pnb", *out, "--channel", channel, option, value, says=option + " is of no use")
     fails(1, "i8.pnb", *out, "--error-max", 0.25, says="--error-max is of no use")
+    for words in (["--channel", "parts"], ["--lobe", 3, "--lobe-of", "local"], ["--boxes", "all"]):
+        fails(1, "i8.pnb", *out, *words, says="is not composed")
+    fails(1, "i8.pnb", *out, "--lobe", 10**6, says="--lobe must be a vertex")
+    fails(1, "i8.pnb", *out, "--lobe-of", "far", says="--lobe-of is of no use without --lobe")
+    fails(1, "i8.pnb", *out, "--lobe", 3, "--channel", "normals", says="--lobe is of no use")
+    fails(1, "i8.pnb", "--sheet", "no.png", "--lobe", 3, says="--lobe is of no use with --sheet")
     fails(1, "i8.pnb", *out, "--truth", "x.truth.pnb", says="--truth is of no use")
     fails(3, "x.truth.pnb", *out, says="x.truth.pnb: holds no model")
     fails(3, "i8.pnb", *out, "--truth", "f16.pnb", "--source", "truth", says="f16.pnb: holds no baked frames")
@@ -265,6 +281,7 @@ with tempfile.TemporaryDirectory() as folder:
     check_against_ray_tracing()
     check_report_and_bytes()
     check_alpha_and_numbers()
+    check_lobe()
     check_errors()
     os.chdir("/")
 print("ok")
