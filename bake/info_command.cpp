@@ -126,6 +126,12 @@ Json rangeOf(const std::vector<ClusterModel>& clusters, Number number) {
     return {{"least", *low}, {"most", *high}};
 }
 
+// Names the model by the words that the fit took.
+Json describeKind(ModelKind kind, bool composed) {
+    if (!composed) return {{"model", nameOf(kind)}};
+    return {{"model", "composed"}, {"local_model", nameOf(kind)}};
+}
+
 // Tells what a composed model multiplies and adds. `residual` has the clusters of the residual, or none.
 template <class Clusters, class Number>
 Json describeComposition(int local_steps, std::size_t parts, std::size_t field_bytes, const Clusters& residual,
@@ -138,14 +144,20 @@ Json describeComposition(int local_steps, std::size_t parts, std::size_t field_b
     return json;
 }
 
+// Returns the name of a part's joint, "(still)" for an occluder that stands still.
+template <class Names>
+std::string partName(const PartField& part, const Names& joint_names) {
+    return part.joint == kStillJoint ? "(still)" : std::string(joint_names[part.joint]);
+}
+
 Json describeModel(const fs::path& path) {
     const Model model = readModel(path);
-    Json json{{"model", nameOf(model.kind)},
-              {"features", nameOf(model.features)},
-              {"convention", model.convention.name()},
-              {"sh_order", model.convention.order},
-              {"input_variance", model.input_variance},
-              {"output_variance", model.output_variance}};
+    Json json = describeKind(model.kind, model.composition.has_value());
+    json["features"] = nameOf(model.features);
+    json["convention"] = model.convention.name();
+    json["sh_order"] = model.convention.order;
+    json["input_variance"] = model.input_variance;
+    json["output_variance"] = model.output_variance;
     json["mesh"] = describe(model.mesh);
     json["joints"] = model.skin.jointCount();
     json["frames"] = model.frames.frameCount();
@@ -157,10 +169,13 @@ Json describeModel(const fs::path& path) {
     json["groups"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.groups.size(); });
     json["units"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.units(); });
     json["components"] = rangeOf(model.clusters, [](const ClusterModel& c) { return c.bias.size(); });
-    if (const std::optional<Composition>& composed = model.composition)
+    if (const std::optional<Composition>& composed = model.composition) {
         json["composition"] =
             describeComposition(composed->local_steps, composed->fields.parts.size(), composed->fields.byteCount(),
                                 composed->residual, [](const ClusterModel& cluster) { return cluster.bias.size(); });
+        for (const PartField& part : composed->fields.parts)
+            json["part_joints"].push_back(partName(part, model.skin.joint_names));
+    }
     json["errors"] = Json::array();
     for (const ClipError& error : model.clip_errors)
         json["errors"].push_back({{"clip", error.clip},
@@ -241,12 +256,19 @@ Json describePart(const FieldFile& file, std::size_t p) {
     return json;
 }
 
+// Tells how the mesh of a fields file moves that has no joints.
+std::string motionText(const OccluderMotion& motion) {
+    if (!motion.follows.empty()) return "follows " + motion.follows;
+    return motion.moves ? "moves" : "stands still";
+}
+
 Json describeFields(const fs::path& path) {
     const FieldFile file = readFieldShard(path);
     const std::size_t count = file.partCount(), first = file.shard ? file.shard->first_part : 0;
     Json json{{"sh_order", kFieldOrder}, {"joints", file.joint_names.size()}, {"vertices", file.vertex_count},
               {"rays", file.rays},       {"fade", file.fields.fade},          {"field_bytes", file.fields.byteCount()},
               {"part_count", count}};
+    if (file.joint_names.empty()) json["occluder"] = motionText(file.motion);
     if (file.shard) json["shard"] = std::to_string(first) + ":" + std::to_string(first + file.fields.parts.size());
     json["parts"] = Json::array();
     for (std::size_t p = 0; p < file.fields.parts.size(); ++p) json["parts"].push_back(describePart(file, p));
@@ -262,16 +284,19 @@ Json describeFields(const fs::path& path) {
 
 void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
-    json["model"] = {{"model", nameOf(model.kind)},
-                     {"features", nameOf(model.features)},
-                     {"convention", model.convention.name()},
-                     {"clusters", model.clusters.size()},
-                     {"precision", model.clusters.empty() ? "" : nameOf(model.clusters[0].basis.precision)},
-                     {"quantization_error", model.quantization_error}};
-    if (const std::optional<CompositionView>& composed = model.composition)
+    json["model"] = describeKind(model.kind, model.composition.has_value());
+    json["model"].update({{"features", nameOf(model.features)},
+                          {"convention", model.convention.name()},
+                          {"clusters", model.clusters.size()},
+                          {"precision", model.clusters.empty() ? "" : nameOf(model.clusters[0].basis.precision)},
+                          {"quantization_error", model.quantization_error}});
+    if (const std::optional<CompositionView>& composed = model.composition) {
         json["composition"] =
             describeComposition(composed->local_steps, composed->parts.size(), composed->byteCount(),
                                 composed->residual, [](const ClusterView& cluster) { return cluster.components(); });
+        for (const PartFieldView& part : composed->parts)
+            json["part_joints"].push_back(partName(part.field, asset.animation.joint_names));
+    }
 }
 
 Json describeAsset(const fs::path& path) {

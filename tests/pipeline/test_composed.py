@@ -137,6 +137,8 @@ def check_info(fields, folder):
     of_model, printed = info(model)
     assert "composition" in printed and "local_steps 2" in printed, printed
     of_asset, _ = info(asset)
+    for kind in (of_model, of_asset["model"]):
+        assert (kind["model"], kind["local_model"]) == ("composed", "additive"), kind
     with h5py.File(model) as f:
         residual = int(f["residual"].attrs["count"]) > 0
     for composition in (of_model["composition"], of_asset["composition"]):
@@ -144,8 +146,10 @@ def check_info(fields, folder):
         assert composition["field_bytes"] == of_fields["field_bytes"], composition
         assert composition["local_steps"] == 2 and composition["residual"] == residual, composition
         assert ("residual_components" in composition) == residual, composition
+    names = [part["joint"] for part in of_fields["parts"]]
+    assert of_model["part_joints"] == of_asset["part_joints"] == names, (of_model, of_asset)
     additive, _ = info(os.path.join(folder, "additive.model.h5"))
-    assert "composition" not in additive
+    assert additive["model"] == "additive" and "composition" not in additive
 
 
 def check_compare(vis, fields, folder):

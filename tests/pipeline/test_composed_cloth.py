@@ -127,6 +127,19 @@ def check_run_time():
     assert abs(total - fitted) < 0.01, (total, fitted)
 
 
+def check_info(fields, motion, joint, *composed):
+    """penumbra-bake info tells how an occluder moves, in its fields, in a model with them and in its asset."""
+    def info(path):
+        must(BAKE, "info", path, "--report", "info.json")
+        with open("info.json") as report:
+            return json.load(report)["figures"]
+
+    assert info(fields)["occluder"] == motion
+    for path in composed:
+        (name,) = info(path)["part_joints"]
+        assert name.startswith(joint), (path, name)
+
+
 def check_still():
     bake("still.vis.h5", "--occluder", "still.npz")
     must(BAKE, "fields", "still.npz", "--rays", 128, "-o", "still.fields.h5")
@@ -165,7 +178,9 @@ def main():
         must(BAKE, "fields", "ball.npz", "--inputs", "ball.csv", "-o", "ball.fields.h5")
         check_fit()
         check_run_time()
+        check_info("ball.fields.h5", "follows ball", "ball", "composed.model.h5", "sheet.pnb")
         check_still()
+        check_info("still.fields.h5", "stands still", "(still)", "still.model.h5", "still.pnb")
         check_bad_input()
 
 
