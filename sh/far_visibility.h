@@ -1,7 +1,7 @@
 #pragma once
 // What the rigid parts of a posed character leave visible at a point: the product of the visibilities of all parts that
-// can be seen from there (docs/formulas.md, section 7), for the vertices of the character itself or for any other point.
-// These functions are the plain form; fits and the run time compute the same for many points at once (sh/far/).
+// can be seen from there (docs/formulas.md, section 7), for the vertices of the character itself or for any other
+// point. These functions are the plain form; fits and the run time compute the same for many points at once (sh/far/).
 #include <cstdint>
 #include <span>
 #include <vector>
