@@ -101,6 +101,7 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
       predictions_(references.predictions, "predictions"),
       second_bake_(references.second_bake, "second bake"),
       frame_error_(asset.model.clusters.size()) {
+    evaluator_.setQuality(references.quality);
     if (references.unpacked) {
         unpacked_.emplace(*references.unpacked);
         unpacked_spans_.emplace(*references.unpacked);

@@ -8,6 +8,7 @@
 
 #include "formats/asset/asset_file.h"
 #include "formats/stage/visibility_file.h"
+#include "sh/far/far_tables.h"
 
 namespace penumbra {
 
@@ -57,6 +58,7 @@ struct CheckReferences {
     const VisibilityReader* predictions = nullptr;  // predictions of the same model
     const VisibilityReader* second_bake = nullptr;  // the same frames or some of them, with another seed or other rays
     const AssetView* unpacked = nullptr;            // the model that the asset was made of, as F32 with all components
+    FarQuality quality = FarQuality::kFull;         // of composed assets
 };
 
 // Throws InvalidInput when the mesh, skin, pose or order of the truth (or of the references) is not what the asset's

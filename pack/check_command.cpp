@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 
 struct CheckCommand {
     fs::path asset, truth, predictions, second_bake, model;
+    std::string quality = "full";
 };
 
 void printRow(const ErrorFigures& f, bool predictions) {
@@ -158,7 +159,8 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
         check(command.model, {.unpacked = &model->asset});
     }
     const CheckReferences references{predictions ? &*predictions : nullptr, second_bake ? &*second_bake : nullptr,
-                                     model ? &model->asset : nullptr};
+                                     model ? &model->asset : nullptr,
+                                     command.quality == "fast" ? FarQuality::kFast : FarQuality::kFull};
     const std::size_t frames = truth.header().frames.frameCount();
     if (common.dry_run) {
         std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());
@@ -189,6 +191,10 @@ Verb checkVerb() {
                                "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
                 app.add_option("--model", command->model,
                                "X.model.h5 that the asset was made of, for what packing costs");
+                app.add_option("--quality", command->quality,
+                               "of the far parts of a composed asset: full, or fast as for characters in the distance")
+                    ->check(CLI::IsMember({"full", "fast"}))
+                    ->capture_default_str();
             },
             [command] {
                 std::vector<fs::path> inputs{command->asset, command->truth};

@@ -58,7 +58,8 @@ void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span
         const Mat3 linear = bone.linear(), c = cofactor(linear);
         const float det = linear.m[0] * c.m[0] + linear.m[1] * c.m[1] + linear.m[2] * c.m[2];
         out[p].to_part = inverseOf(bone);
-        out[p].to_model = makeShRotation(kFieldOrder, nearestRotation(linear));
+        out[p].turn = nearestRotation(linear);
+        out[p].to_model = makeShRotation(kFieldOrder, out[p].turn);
         out[p].centre = bone.point(fields.tables[p].centre);
         out[p].radius = fields.tables[p].radius * std::cbrt(std::abs(det));
     }

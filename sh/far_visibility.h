@@ -25,7 +25,8 @@ struct FarFields {
 // A part in one pose.
 struct PosedPart {
     Affine to_part;       // from the model frame to the part's rest frame
-    ShRotation to_model;  // of the directions: from the rest frame to the model frame
+    Mat3 turn;            // of the directions: from the rest frame to the model frame
+    ShRotation to_model;  // the same for SH functions
     Vec3 centre;          // bounding sphere, in the model frame
     float radius = 0;
 };

@@ -34,6 +34,11 @@ public:
     }
     void far() { far(threads_); }
     void evaluate(int threads) { evaluateNumbers(evaluator_, threads, vertices_); }
+    void evaluateFast(int threads) {
+        evaluator_.setQuality(FarQuality::kFast);
+        evaluate(threads);
+        evaluator_.setQuality(FarQuality::kFull);
+    }
     void evaluate() { evaluate(threads_); }
     void shade() {
         if (shading_) shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
@@ -89,7 +94,8 @@ std::vector<TimedStage> stagesOf(const AssetView& asset, const ShadingSet* shadi
         const StageWork far = farWork(asset);
         const std::vector<TimedStage> far_stages = {
             {{"far, 1 thread", {}, far, 1}, nothing, [&](std::size_t) { stages.far(1); }, runs},
-            {{"far", {}, far, threads}, nothing, [&](std::size_t) { stages.far(); }, runs}};
+            {{"far", {}, far, threads}, nothing, [&](std::size_t) { stages.far(); }, runs},
+            {{"evaluate, fast", {}, {}, threads}, nothing, [&](std::size_t) { stages.evaluateFast(threads); }, runs}};
         timed.insert(timed.begin() + 2, far_stages.begin(), far_stages.end());
     }
     if (shading)

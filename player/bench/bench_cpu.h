@@ -22,6 +22,7 @@ struct CpuStage {
     double gigabytes() const { return double(work.bytes()) / time.best * 1e-6; }
     double intensity() const { return work.flop / double(work.bytes()); }
     double ofRoof() const { return gflops() / roof; }
+    bool counted() const { return work.bytes() > 0; }  // else only its time is known
 };
 
 // Compares frames before which a part, its material, the light and its rotation change with the frames that follow

@@ -22,11 +22,16 @@ void printRoofline(const Roofline& r) {
 void printStages(const CpuBench& cpu) {
     std::printf("%-19s %7s %8s %8s %8s %8s %8s %10s %7s %8s %6s %7s\n", "CPU stage", "threads", "ms", "best", "KB read",
                 "KB writ.", "Mflop", "flop/byte", "GB/s", "GFLOP/s", "roof", "of it");
-    for (const CpuStage& s : cpu.stages)
+    for (const CpuStage& s : cpu.stages) {
+        if (!s.counted()) {
+            std::printf("%-19s %7d %8.3f %8.3f\n", s.name, s.threads, s.time.median, s.time.best);
+            continue;
+        }
         std::printf("%-19s %7d %8.3f %8.3f %8.0f %8.0f %8.2f %10.2f %7.1f %8.1f %6.1f %6.1f%% %s\n", s.name, s.threads,
                     s.time.median, s.time.best, double(s.work.read) * 1e-3, double(s.work.written) * 1e-3,
                     s.work.flop * 1e-6, s.intensity(), s.gigabytes(), s.gflops(), s.roof, 100 * s.ofRoof(),
                     s.memory_bound ? "memory" : "multiply-adds");
+    }
 }
 
 void printRate(const char* what, const StageTime& time) {

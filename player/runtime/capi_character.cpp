@@ -105,6 +105,15 @@ penumbra_status penumbra_character_set_simd(penumbra_character* character, penum
     });
 }
 
+penumbra_status penumbra_character_set_quality(penumbra_character* character, penumbra_quality quality,
+                                               penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        if (quality != PENUMBRA_FULL && quality != PENUMBRA_FAST) throw UsageError("quality is no penumbra_quality");
+        character->evaluator.setQuality(quality == PENUMBRA_FAST ? FarQuality::kFast : FarQuality::kFull);
+    });
+}
+
 penumbra_status penumbra_character_set_pose(penumbra_character* character, penumbra_matrix_layout layout,
                                             const float* matrices, size_t joint_count, const float* rotations,
                                             size_t rotation_count, penumbra_error* error) {

@@ -118,9 +118,13 @@ float packWeights(std::span<const float> weights, std::span<std::uint32_t> pairs
 std::vector<EvaluatorPath> evaluatorPaths() {
     std::vector<EvaluatorPath> paths = {
         {"portable", combinePairs, combine<std::uint16_t>, combine<float>, clampAmbients, &kFarPortable}};
-    if (kEvaluatorAvx2 && kFarAvx2 && cpuHasAvx2()) paths.push_back(*kEvaluatorAvx2);
-    if (paths.size() > 1 && kEvaluatorVnni && cpuHasVnni()) paths.push_back(*kEvaluatorVnni);
-    for (std::size_t i = 1; i < paths.size(); ++i) paths[i].far = kFarAvx2;
+    const auto add = [&](const EvaluatorPath* path, const FarPath* far) {
+        if (!path || !far) return;
+        paths.push_back(*path);
+        paths.back().far = far;
+    };
+    if (cpuHasAvx2()) add(kEvaluatorAvx2, kFarAvx2);
+    if (cpuHasVnni()) add(kEvaluatorVnni, kFarAvx512);
     return paths;
 }
 

@@ -62,16 +62,16 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
 
 namespace {
 
-FarLayout layoutOf(const AssetView& asset, const FarTables& tables) {
+std::array<FarLayout, kFarQualities> layoutsOf(const AssetView& asset, const FarTables& tables) {
     std::vector<std::size_t> part_counts;
     for (std::size_t p = 0; p < tables.partCount(); ++p) part_counts.push_back(tables.partsSeenBy(p).size());
-    return makeFarLayout(asset, part_counts);
+    return {makeFarLayout(asset, part_counts, FarQuality::kFull), makeFarLayout(asset, part_counts, FarQuality::kFast)};
 }
 
 }  // namespace
 
 Evaluator::Composed::Composed(const AssetView& asset)
-    : far(makeFarTables(*asset.model.composition, asset.model.convention.order)), layout(layoutOf(asset, far)) {
+    : far(makeFarTables(*asset.model.composition, asset.model.convention.order)), layouts(layoutsOf(asset, far)) {
     for (const ClusterView& cluster : asset.model.composition->residual) {
         const std::size_t begin = residual_mean.size();
         residual_mean.resize(begin + cluster.mean.count);
@@ -95,7 +95,9 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     if (composed()) {
         far_pose_ = FarPose(decoded_->composed->far);
         far_.resize(vertexCount() * kFarNumbers);
-        anchors_.resize(decoded_->composed->layout.values);
+        std::size_t values = 0;
+        for (const FarLayout& layout : decoded_->composed->layouts) values = std::max(values, layout.values);
+        anchors_.resize(values);
     }
     if (!decoded_->deformation) return;
     const std::span<const Vec3> rest = decoded_->deformation->rest();
@@ -242,7 +244,7 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
 }
 
 void Evaluator::evaluateFar(std::size_t cluster, std::span<float> far) const {
-    const FarLayout& layout = decoded_->composed->layout;
+    const FarLayout& layout = farLayout();
     assert(far.size() == vertexCount() * kFarNumbers);
     for (std::uint32_t r = layout.first_run[cluster]; r < layout.first_run[cluster + 1]; ++r)
         evaluateRun(layout.runs[r], cluster, far);
@@ -267,9 +269,9 @@ struct FarBatch {
 
 void Evaluator::evaluateRun(const FarRun& run, std::size_t cluster, std::span<float> far) const {
     const Composed& composed = *decoded_->composed;
-    const FarLayout& layout = composed.layout;
+    const FarLayout& layout = farLayout();
     const std::span<const std::uint16_t> parts = composed.far.partsSeenBy(run.part);
-    const FarConstants& constants = composed.far.constants();
+    const FarConstants& constants = composed.far.constants(quality_);
     const FarScene scene{composed.far.tables(), far_pose_.parts.data(), parts.data(), parts.size()};
     // 1. The anchors. Their tangents do not matter.
     FarAnchors anchors;

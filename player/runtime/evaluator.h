@@ -65,12 +65,15 @@ public:
     // far parts leave visible at the cluster's vertices (farVisibility(), sh/far_visibility.h): far[v * kFarNumbers +
     // i] of all vertices. composeCluster() multiplies it by the local visibility and adds the residual.
     bool composed() const { return decoded_->composed != nullptr; }
+    // Of the far parts of a composed asset; others have one quality.
+    void setQuality(FarQuality quality) { quality_ = quality; }
     void evaluateFar(std::size_t cluster, std::span<float> far) const;
     // Writes the local visibility alone, which composeCluster() begins with, as evaluateCluster() does; not clamped.
     void evaluateLocal(std::size_t cluster, std::span<float> numbers) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const;
     // The fields of a composed asset, and its parts in this pose.
     const FarTables& farTables() const { return decoded_->composed->far; }
+    const FarLayout& farLayout() const { return decoded_->composed->layouts[std::size_t(quality_)]; }
     std::span<const PosedPart> posedParts() const { return far_pose_.posed; }
 
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
@@ -84,7 +87,7 @@ private:
     // What composed assets have on top.
     struct Composed {
         FarTables far;
-        FarLayout layout;
+        std::array<FarLayout, kFarQualities> layouts;
         std::vector<float> residual_mean;  // [V, stride], or empty
 
         Composed(const AssetView& asset);
@@ -116,11 +119,12 @@ private:
     std::vector<std::uint32_t> pair_weights_;  // of all clusters with a basis of bytes
     std::vector<float> units_;                 // [cluster], unit of its pair weights
     EvaluatorPath path_;
+    FarQuality quality_ = FarQuality::kFull;
     // Only for a composed asset; else empty.
     FarPose far_pose_;
     // Calls on different clusters write different places of these.
     mutable std::vector<float> far_;      // [V, kFarNumbers]
-    mutable std::vector<float> anchors_;  // [FarLayout::values]
+    mutable std::vector<float> anchors_;  // [FarLayout::values] of the largest layout
     // Only for a deforming asset; else empty.
     std::vector<Vec3> points_, point_normals_;  // [Vs]
     std::vector<Affine> fitted_bones_;          // [J]

@@ -23,8 +23,12 @@ namespace penumbra {
 
 namespace {
 
-// One vertex in 12 is an anchor. Of a coarse mesh it is one in 4, up to this many.
-constexpr std::size_t kVerticesOfAnchor = 12, kVerticesOfCoarseAnchor = 4, kCoarseAnchors = 800;
+// At full quality one vertex in 12 is an anchor. Of a coarse mesh it is one in 4, up to `coarse`.
+struct AnchorCount {
+    std::size_t vertices_of_anchor, coarse;
+};
+constexpr AnchorCount kAnchorCount[kFarQualities] = {{12, 800}, {28, 450}};
+constexpr std::size_t kVerticesOfCoarseAnchor = 4;
 // A part with no more vertices has no anchors, nor one that sees no more far parts.
 constexpr std::size_t kFewVertices = 64, kFewParts = 3;
 // The difference of opposite normals counts as this share of the part's diagonal.
@@ -110,7 +114,7 @@ private:
 // Chooses the anchors of all parts that `wanted` names. They are spread evenly over the skin: where vertices stand
 // close, they share an anchor with more others.
 std::vector<PartAnchors> chooseAnchors(const MeshView& mesh, const std::vector<std::vector<std::uint32_t>>& vertices,
-                                       const std::vector<bool>& wanted) {
+                                       const std::vector<bool>& wanted, const AnchorCount& wanted_count) {
     std::vector<AnchorSampler> samplers;
     std::vector<std::size_t> part_of_sampler;
     std::size_t count = 0, chosen = 0;
@@ -121,7 +125,8 @@ std::vector<PartAnchors> chooseAnchors(const MeshView& mesh, const std::vector<s
         count += vertices[p].size();
         chosen += samplers.back().anchors.vertices.size();
     }
-    count = std::max(count / kVerticesOfAnchor, std::min(count / kVerticesOfCoarseAnchor, kCoarseAnchors));
+    count = std::max(count / wanted_count.vertices_of_anchor,
+                     std::min(count / kVerticesOfCoarseAnchor, wanted_count.coarse));
     for (; chosen < count; ++chosen)
         std::max_element(samplers.begin(), samplers.end(), [](const AnchorSampler& a, const AnchorSampler& b) {
             return a.gap() < b.gap();
@@ -223,7 +228,7 @@ FarTables makeFarTables(const CompositionView& composition, int order) {
     return {std::move(fields), std::move(far), order};
 }
 
-FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts) {
+FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts, FarQuality quality) {
     const std::span<const std::uint16_t> part_of = asset.model.composition->part_of_vertex;
     FarLayout layout;
     layout.receivers = sortedReceivers(asset);
@@ -234,7 +239,8 @@ FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& 
     for (std::uint32_t v = 0; v < part_of.size(); ++v) vertices[part_of[v]].push_back(v);
     std::vector<bool> wanted;
     for (const std::size_t count : part_counts) wanted.push_back(count > kFewParts && count <= kMostAnchorParts);
-    const std::vector<PartAnchors> anchors = chooseAnchors(asset.mesh, vertices, wanted);
+    const std::vector<PartAnchors> anchors =
+        chooseAnchors(asset.mesh, vertices, wanted, kAnchorCount[std::size_t(quality)]);
     // 2. Runs.
     for (const ClusterView& cluster : asset.model.clusters) {
         layout.first_run.push_back(std::uint32_t(layout.runs.size()));

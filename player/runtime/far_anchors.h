@@ -33,6 +33,6 @@ struct FarLayout {
 FarTables makeFarTables(const CompositionView& composition, int order);
 
 // `part_counts` tells how many far parts the vertices of each part see.
-FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts);
+FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts, FarQuality quality);
 
 }  // namespace penumbra

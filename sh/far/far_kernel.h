@@ -1,7 +1,7 @@
 #pragma once
 // The inner loop of far visibility (farVisibility(), sh/far_visibility.h) for many receivers of one part. It reads
-// plain tables and works on 8 receivers at a time. Its source (far_lanes.h) is compiled once for any processor and once
-// for AVX2. docs/formulas.md, section 7, has the formulas.
+// plain tables and works on 8 receivers at a time. Its source (far_lanes.h) is compiled for any processor, for AVX2 and
+// for AVX-512. docs/formulas.md, section 7, has the formulas.
 #include <cstddef>
 #include <cstdint>
 
@@ -31,7 +31,7 @@ struct FarTable {
 };
 // A PosedPart.
 struct FarPart {
-    float to_part[12], centre[3], radius;
+    float to_part[12], turn[9], centre[3], radius;
     const float* to_model;  // blocks of the rotation, band after band
 };
 
@@ -108,7 +108,9 @@ struct FarPath {
 };
 
 extern const FarPath kFarPortable;
-extern const FarPath* const kFarAvx2;  // null where the compiler has no such target
-const FarPath& fastestFarPath();       // of this processor
+// Null where the compiler has no such target.
+extern const FarPath* const kFarAvx2;
+extern const FarPath* const kFarAvx512;
+const FarPath& fastestFarPath();  // of this processor
 
 }  // namespace penumbra

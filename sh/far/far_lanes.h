@@ -16,7 +16,8 @@
 //   nearly V - 1, and the receivers around interpolate the sum; one turn and one exponential bring it in. Anchors also
 //   say how near each part is, so that what they leave out is what receivers multiply in, and nothing pops.
 //
-// far_portable.cpp and far_avx2.cpp include this source and differ in the processor that they are compiled for.
+// far_portable.cpp, far_avx2.cpp and far_avx512.cpp include this source and differ in the processor that they are
+// compiled for.
 // Everything has internal linkage and calls nothing inline from the standard library (shade_lanes.h tells why).
 #include "sh/far/far_grid.h"
 #include "sh/far/far_lookup.h"
@@ -49,13 +50,15 @@ inline void addToRest(const FarConstants& constants, const Lanes& weight, const 
 }
 
 // Multiplies by 1 + `weight` times the part.
-inline void addToProduct(const FarConstants& constants, const Lanes& weight, const Lanes& height, Lanes* model,
-                         Seen& seen) {
+inline void addToProduct(const FarConstants& constants, const FarPart& posed, const Lanes& weight, const Lanes& height,
+                         Lanes* numbers, Seen& seen) {
+    Turns turns;
     Lanes local[kEven], values[kDirections], by_height;
-    toLocal(constants, seen.frames, model);
+    makeTurnsFromPart(posed, seen.frames, turns);
+    toLocal(constants, turns, numbers);
     const Lanes sure = height * height, by_bands = weight * (1 - sure);
     choose(height > 0, 2 * weight * sure, kZeros, by_height);
-    mirror(constants, model, by_bands, by_height, local, Upto<2 * kOrder - 1>());
+    mirror(constants, numbers, by_bands, by_height, local, Upto<2 * kOrder - 1>());
     local[0] += kRootOfSphere;
     toGrid<kOrder>(constants.grid, local, values);
     for (int d = 0; d < kDirections; ++d) seen.near[d] = seen.has_near ? seen.near[d] * values[d] : values[d];
@@ -65,7 +68,7 @@ inline void addToProduct(const FarConstants& constants, const Lanes& weight, con
 // Adds a part to receivers. `owed` is what anchors have left for them to add, 1 where there are none.
 inline void addPart(const FarConstants& constants, const FarTable& table, const FarPart& posed, const Lanes& owed,
                     Seen& seen) {
-    Lanes height, sine, model[kFull];
+    Lanes height, sine;
     Blocked blocked;
     Ints small;
     heightOf(posed, seen.frames, height, sine, small);
@@ -73,8 +76,7 @@ inline void addPart(const FarConstants& constants, const FarTable& table, const 
     if (!any(wanted)) return;
     if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
     seen.light *= 1 - blocked.inside * owed;
-    toModel(posed.to_model, blocked.numbers, model);
-    addToProduct(constants, owed * blocked.weight, height, model, seen);
+    addToProduct(constants, posed, owed * blocked.weight, height, blocked.numbers, seen);
 }
 
 // Sets x to exp(x) = exp(x / 8)^8, for x in [-6, 2].
@@ -90,7 +92,10 @@ inline void exponential(Lanes& x) {
 inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
     if (seen.has_rest) {
         Lanes local[kEven], values[kDirections];
-        toLocal(constants, seen.frames, seen.rest);
+        const Frames& frames = seen.frames;
+        Turns turns;
+        makeTurns(frames.tangent, frames.bitangent, frames.normal[2], turns);
+        toLocal(constants, turns, seen.rest);
         mirror(constants, seen.rest, kZeros + 1, kZeros, local, Upto<2 * kOrder - 1>());
         toGrid<kOrder>(constants.grid, local, values);
         for (int d = 0; d < kDirections; ++d) {
@@ -201,10 +206,10 @@ inline void farLanes(const FarConstants& constants, const FarScene& scene, const
                 addPart(constants, table, posed, nears[b][p], seen[b]);
         }
     for (std::size_t b = 0; b < blocks; ++b) {
-        Lanes out[kEven];
+        const std::size_t left = receivers.count - b * kFarLanes;
+        Lanes out[kPaddedEven];
         finish(constants, seen[b], out);
-        for (std::size_t lane = 0; lane < kFarLanes && b * kFarLanes + lane < receivers.count; ++lane)
-            for (int i = 0; i < kEven; ++i) far[(b * kFarLanes + lane) * kEven + std::size_t(i)] = out[i][lane];
+        storeRows(out, kEven, kEven, left < kFarLanes ? left : kFarLanes, far + b * kFarLanes * kEven);
     }
 }
 
@@ -213,23 +218,22 @@ inline void composeLanes(const FarConstants& constants, const float* far, const 
     const int size = constants.compose.size_out;
     for (std::size_t first = 0; first < vertices; first += kFarLanes) {
         const std::size_t lanes = vertices - first < kFarLanes ? vertices - first : kFarLanes;
-        Lanes a[kMostEven] = {}, b[kMostEven] = {}, out[kMostEven];
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            const std::size_t v = first + lane;
-            for (int i = 0; i < size; ++i) a[i][lane] = numbers[v * stride + std::size_t(i)];
-            for (int i = 0; i < kEven; ++i) b[i][lane] = far[v * kEven + std::size_t(i)];
-        }
+        Lanes a[kPaddedMostEven], b[kPaddedMostEven], out[kPaddedMostEven];
+        loadRows(numbers + first * stride, stride, size, lanes, a);
+        loadRows(far + first * kEven, kEven, kEven, lanes, b);
+        for (int i = size; i < kMostEven; ++i) a[i] = kZeros;
+        for (int i = kEven; i < kMostEven; ++i) b[i] = kZeros;
         if (constants.order == 5)
             multiplyOnGrid<5>(constants, a, b, out);
         else if (constants.order <= kOrder)
             multiplyOnGrid<kOrder>(constants, a, b, out);
         else
             product(constants.compose, a, b, out);
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            float* row = numbers + (first + lane) * stride;
-            for (int i = 0; i < size; ++i)
-                row[i] = out[i][lane] + (mean ? mean[(first + lane) * stride + std::size_t(i)] : 0);
-        }
+        storeRows(out, stride, size, lanes, numbers + first * stride);
+        if (!mean) continue;
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            for (std::size_t i = (first + lane) * stride; i < (first + lane) * stride + std::size_t(size); ++i)
+                numbers[i] += mean[i];
     }
 }
 

@@ -5,6 +5,9 @@ namespace penumbra {
 
 const FarPath kFarPortable{anchorLanes, farLanes, composeLanes};
 
-const FarPath& fastestFarPath() { return kFarAvx2 && cpuHasAvx2() ? *kFarAvx2 : kFarPortable; }
+const FarPath& fastestFarPath() {
+    if (kFarAvx512 && cpuHasVnni()) return *kFarAvx512;
+    return kFarAvx2 && cpuHasAvx2() ? *kFarAvx2 : kFarPortable;
+}
 
 }  // namespace penumbra

@@ -21,7 +21,8 @@ namespace {
 
 // See FarConstants. Chosen on training frames of mh_male: thresholds of half this size leave .003 less error and take a
 // quarter more time, and depths of 0 and 0.5 leave more error than 0.25.
-constexpr float kNearFrom = 0.02f, kNearFull = 0.04f, kDepth = 0.25f;
+constexpr float kNear[kFarQualities][2] = {{0.02f, 0.04f}, {0.1f, 0.2f}};
+constexpr float kDepth = 0.25f;
 
 FarBox boxOf(const FieldBox& box, std::size_t first, float width) {
     FarBox out{};
@@ -131,18 +132,19 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
     for (const FieldTable& field : fields_.tables) tables_.push_back(tableOf(field));
     const FarProduct compose{compose_.j.data(), compose_.k.data(), compose_.j.size(), compose_.rows.view(),
                              int(compose_.rows.first.size()) - 1};
-    constants_ = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth};
+    FarConstants constants = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth};
     const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
-    std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants_.quarter_turn);
-    setMirror(constants_);
-    std::copy(kFieldSphereScales.begin(), kFieldSphereScales.end(), constants_.sphere_scales);
-    constants_.near[0] = kNearFrom;
-    constants_.near[1] = kNearFull;
+    std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants.quarter_turn);
+    setMirror(constants);
+    std::copy(kFieldSphereScales.begin(), kFieldSphereScales.end(), constants.sphere_scales);
+    constants_.fill(constants);
+    for (std::size_t q = 0; q < kFarQualities; ++q) std::copy_n(kNear[q], 2, constants_[q].near);
 }
 
 FarPart farPart(const PosedPart& posed) {
     FarPart out;
     std::copy(posed.to_part.m.begin(), posed.to_part.m.end(), out.to_part);
+    std::copy(posed.turn.m.begin(), posed.turn.m.end(), out.turn);
     for (std::size_t axis = 0; axis < 3; ++axis) out.centre[axis] = posed.centre[int(axis)];
     out.radius = posed.radius;
     out.to_model = posed.to_model.blocks.data();

@@ -1,11 +1,17 @@
 #pragma once
 // Lays out the fields of a character, and the constants of products and turns, for the kernel of far_kernel.h.
+#include <array>
 #include <vector>
 
 #include "sh/far/far_kernel.h"
 #include "sh/far_visibility.h"
 
 namespace penumbra {
+
+// How many parts are multiplied in one by one, and how many anchors sum the others. The fast one is for characters that
+// are small in the picture: it takes half the time, and docs/accuracy.md has its error.
+enum class FarQuality : std::uint8_t { kFull, kFast };
+constexpr std::size_t kFarQualities = 2;
 
 class FarTables {
 public:
@@ -16,7 +22,9 @@ public:
 
     std::size_t partCount() const { return fields_.tables.size(); }
     const FarFields& fields() const { return fields_; }
-    const FarConstants& constants() const { return constants_; }
+    const FarConstants& constants(FarQuality quality = FarQuality::kFull) const {
+        return constants_[std::size_t(quality)];
+    }
     // Parts that a vertex of `part` sees as far ones.
     std::span<const std::uint16_t> partsSeenBy(std::size_t part) const { return far_parts_[part]; }
     const FarTable* tables() const { return tables_.data(); }
@@ -36,7 +44,7 @@ private:
     std::vector<std::vector<std::uint16_t>> far_parts_;  // [P]
     std::vector<FarTable> tables_;                       // [P]
     Product compose_;
-    FarConstants constants_;
+    std::array<FarConstants, kFarQualities> constants_;
 
     static Product makeProduct(int order_out, int order_a, int order_b);
 };

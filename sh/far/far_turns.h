@@ -7,11 +7,12 @@ namespace penumbra {
 
 namespace {
 
+// Q = Z(a) Y(b) Z(c), by multiples of its angles.
+struct Turns {
+    Lanes cos_a[kOrder], sin_a[kOrder], cos_b[kOrder], sin_b[kOrder], cos_c[kOrder], sin_c[kOrder];
+};
 struct Frames {
     Lanes position[3], tangent[3], bitangent[3], normal[3];
-    // Multiples of the angles of Q = Z(a) Y(b) Z(c), whose rows are tangent, bitangent and normal.
-    Lanes cos_a[kOrder], sin_a[kOrder], cos_b[kOrder], sin_b[kOrder], cos_c[kOrder], sin_c[kOrder];
-    bool turned;
 };
 
 inline void gatherFrames(const FarReceivers& receivers, std::size_t first, Frames& out) {
@@ -26,7 +27,6 @@ inline void gatherFrames(const FarReceivers& receivers, std::size_t first, Frame
     out.bitangent[0] = n[1] * t[2] - n[2] * t[1];
     out.bitangent[1] = n[2] * t[0] - n[0] * t[2];
     out.bitangent[2] = n[0] * t[1] - n[1] * t[0];
-    out.turned = false;
 }
 
 inline void multiples(Lanes* cosine, Lanes* sine) {
@@ -36,23 +36,36 @@ inline void multiples(Lanes* cosine, Lanes* sine) {
     }
 }
 
-// As makeTurns() of shade_lanes.h.
-inline void makeTurns(Frames& q) {
-    for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
-        const float x = q.tangent[2][lane], y = q.bitangent[2][lane], square = x * x + y * y;
-        const float scale = square > 1e-30f ? 1 / __builtin_sqrtf(square) : 0;
-        q.cos_a[1][lane] = square > 1e-30f ? x * scale : 1;
-        q.sin_a[1][lane] = y * scale;
-    }
+// The turns of Q, whose rows are tangent, bitangent and normal, as makeTurns() of shade_lanes.h.
+inline void makeTurns(const Lanes* tangent, const Lanes* bitangent, const Lanes& normal_z, Turns& q) {
+    const Lanes x = tangent[2], y = bitangent[2], square = x * x + y * y;
+    const Ints upright = square <= 1e-30f;  // any angle will do
+    Lanes size;
+    choose(upright, kZeros + 1, square, size);
+    root(size);
+    choose(upright, kZeros + 1, x / size, q.cos_a[1]);
+    q.sin_a[1] = y / size;
     const Lanes cos_a = q.cos_a[1], sin_a = q.sin_a[1];
-    q.cos_b[1] = q.normal[2];
-    q.sin_b[1] = cos_a * q.tangent[2] + sin_a * q.bitangent[2];
-    q.cos_c[1] = cos_a * q.bitangent[1] - sin_a * q.tangent[1];
-    q.sin_c[1] = cos_a * q.bitangent[0] - sin_a * q.tangent[0];
+    q.cos_b[1] = normal_z;
+    q.sin_b[1] = cos_a * x + sin_a * y;
+    q.cos_c[1] = cos_a * bitangent[1] - sin_a * tangent[1];
+    q.sin_c[1] = cos_a * bitangent[0] - sin_a * tangent[0];
     multiples(q.cos_a, q.sin_a);
     multiples(q.cos_b, q.sin_b);
     multiples(q.cos_c, q.sin_c);
-    q.turned = true;
+}
+
+// v in the frame that the matrix turns into v's.
+inline void turnBack(const float* matrix, const Lanes* v, Lanes* out) {
+    for (int i = 0; i < 3; ++i) out[i] = matrix[i] * v[0] + matrix[3 + i] * v[1] + matrix[6 + i] * v[2];
+}
+// The turns from the part's rest frame into the local frames.
+inline void makeTurnsFromPart(const FarPart& posed, const Frames& frames, Turns& q) {
+    Lanes tangent[3], bitangent[3], normal[3];
+    turnBack(posed.turn, frames.tangent, tangent);
+    turnBack(posed.turn, frames.bitangent, bitangent);
+    turnBack(posed.turn, frames.normal, normal);
+    makeTurns(tangent, bitangent, normal[2], q);
 }
 
 // Lists numbers 0..n-1 as template arguments, so that a loop over them unrolls and its indices are constants.
@@ -121,15 +134,14 @@ inline void quarterTurn(const float* blocks, const Lanes* f, Lanes* out) {
     quarterTurnBand<5, kBack>(blocks + 165, f + 25, out + 25, Upto<11>());
 }
 
-// Turns f [36] of the model frame into the local frames, in place.
-inline void toLocal(const FarConstants& constants, Frames& frames, Lanes* f) {
-    if (!frames.turned) makeTurns(frames);
+// Turns f [36] into the local frames, in place.
+inline void toLocal(const FarConstants& constants, const Turns& q, Lanes* f) {
     Lanes turned[kFull];
-    turn(frames.cos_c, frames.sin_c, f);
+    turn(q.cos_c, q.sin_c, f);
     quarterTurn<false>(constants.quarter_turn, f, turned);
-    turn(frames.cos_b, frames.sin_b, turned);
+    turn(q.cos_b, q.sin_b, turned);
     quarterTurn<true>(constants.quarter_turn, turned, f);
-    turn(frames.cos_a, frames.sin_a, f);
+    turn(q.cos_a, q.sin_a, f);
 }
 
 constexpr int evenPlace(int l, int m) { return l * (l + 1) / 2 + (m + l) / 2; }  // of (l, m) with even l + m

@@ -13,8 +13,9 @@ namespace penumbra {
 namespace {
 
 constexpr int kOrder = 6, kFull = 36, kEven = 21, kRow = 40, kDistance = 36;
-constexpr int kMostEven = 36;                // numbers of a mirrored function of order kMaxOrder
-constexpr float kRootOfSphere = 3.5449077f;  // sqrt(4 pi): the coefficient of the function 1
+constexpr int kMostEven = 36;                          // numbers of a mirrored function of order kMaxOrder
+constexpr int kPaddedEven = 24, kPaddedMostEven = 40;  // whole vectors of them
+constexpr float kRootOfSphere = 3.5449077f;            // sqrt(4 pi): the coefficient of the function 1
 
 typedef float Lanes __attribute__((vector_size(4 * kFarLanes)));
 typedef std::int32_t Ints __attribute__((vector_size(4 * kFarLanes)));
@@ -74,7 +75,7 @@ inline void loadBytes(const std::int8_t* at, Lanes& out) {
 }
 inline void loadFloats(const float* at, Lanes& out) { __builtin_memcpy(&out, at, sizeof out); }
 
-// Turns 8 rows of 8 numbers into columns.
+// Turns 8 rows of 8 numbers into columns, or columns into rows.
 inline void transpose(const float* rows, std::size_t row, Lanes* out) {
     Lanes a[8], b[8];
     for (std::size_t i = 0; i < 8; ++i) loadFloats(rows + i * row, a[i]);
@@ -91,6 +92,30 @@ inline void transpose(const float* rows, std::size_t row, Lanes* out) {
         out[i] = __builtin_shufflevector(a[i], a[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
         out[i + 4] = __builtin_shufflevector(a[i], a[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
     }
+}
+
+// Rows of up to kMostEven numbers, one for each lane.
+struct Rows {
+    static constexpr int kColumns = kPaddedMostEven / 8;
+    Lanes rows[kFarLanes][kColumns];
+};
+// Reads `size` numbers of each of `lanes` rows. What lies beyond is undefined.
+inline void loadRows(const float* from, std::size_t stride, int size, std::size_t lanes, Lanes* out) {
+    Rows r;
+    for (std::size_t lane = 0; lane < kFarLanes; ++lane)
+        __builtin_memcpy((void*)r.rows[lane], from + (lane < lanes ? lane : 0) * stride,
+                         std::size_t(size) * sizeof(float));
+    for (int c = 0; 8 * c < size; ++c) transpose((const float*)&r.rows[0][c], 8 * Rows::kColumns, out + 8 * c);
+}
+inline void storeRows(const Lanes* from, std::size_t stride, int size, std::size_t lanes, float* out) {
+    Rows r;
+    for (int c = 0; 8 * c < size; ++c) {
+        Lanes rows[kFarLanes];
+        transpose((const float*)(from + 8 * c), kFarLanes, rows);
+        for (std::size_t lane = 0; lane < kFarLanes; ++lane) r.rows[lane][c] = rows[lane];
+    }
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+        __builtin_memcpy(out + lane * stride, (const void*)r.rows[lane], std::size_t(size) * sizeof(float));
 }
 
 }  // namespace

@@ -275,6 +275,9 @@ TEST(CApiErrors, Simd) {
     EXPECT_EQ(penumbra_has_simd(PENUMBRA_SIMD_PORTABLE), 1);
     EXPECT_EQ(penumbra_has_simd(penumbra_simd(3)), 0);
     EXPECT_EQ(penumbra_character_set_simd(x.character.get(), penumbra_simd(3), &said.error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_set_quality(x.character.get(), penumbra_quality(2), &said.error),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_character_set_quality(nullptr, PENUMBRA_FAST, nullptr), PENUMBRA_INVALID_ARGUMENT);
     const NoSimd no_simd;
     EXPECT_EQ(penumbra_has_simd(PENUMBRA_SIMD_AVX2), 0);
     EXPECT_EQ(penumbra_character_set_simd(x.character.get(), PENUMBRA_SIMD_AVX2, &said.error), PENUMBRA_UNSUPPORTED);

@@ -259,10 +259,11 @@ std::vector<float> countedFar(const AssetView& asset, std::span<const Affine> bo
 struct FarError {
     double evaluated = 0, reference = 0;
 };
-FarError farError(const synthetic::TubeOptions& tube, float radius) {
+FarError farError(const synthetic::TubeOptions& tube, float radius, FarQuality quality = FarQuality::kFull) {
     const Packed packed = pack(composedTube(tube, {.radius = radius}), AssetPrecision::kF32);
     const AssetView asset = openAsset(packed.bytes);
     Evaluator evaluator(asset);
+    evaluator.setQuality(quality);
     double evaluated = 0, reference = 0, signal = 0;
     for (std::size_t f = 0; f < asset.animation.frameCount(); ++f) {
         evaluator.setFrame(f);
@@ -293,6 +294,20 @@ TEST(ComposedEvaluator, IsAsCloseToRaysAsTheReferenceAndSumsAreNear) {
         EXPECT_LT(summed.evaluated, most) << radius;
         EXPECT_LT(summed.reference, 0.65) << radius;
     }
+}
+
+TEST(ComposedEvaluator, FastQualityHasMoreErrorAndFewerAnchors) {
+    synthetic::TubeOptions many = kManyVertices;
+    many.joints = 12;
+    const double full = farError(many, 0.08f).evaluated, fast = farError(many, 0.08f, FarQuality::kFast).evaluated;
+    EXPECT_GT(fast, full);
+    EXPECT_LT(fast, 1.5 * full);
+    const Packed packed = pack(composedTube(many), AssetPrecision::kI8);
+    const AssetView asset = openAsset(packed.bytes);
+    Evaluator evaluator(asset);
+    const std::size_t anchors = evaluator.farLayout().anchors.size();
+    evaluator.setQuality(FarQuality::kFast);
+    EXPECT_LT(evaluator.farLayout().anchors.size(), anchors);
 }
 
 TEST(ComposedEvaluator, ARigOfOnePartHasNoFarPart) {
