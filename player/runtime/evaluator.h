@@ -71,6 +71,7 @@ public:
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const;
     // The fields of a composed asset, and its parts in this pose.
     const FarTables& farTables() const { return decoded_->composed->far; }
+    const FarLayout& farLayout() const { return decoded_->composed->layout; }
     std::span<const PosedPart> posedParts() const { return far_pose_.posed; }
 
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].

@@ -38,7 +38,6 @@ TEST(Bench, TimesEveryStage) {
     EXPECT_GT(result.gl.model.bytes_uploaded, 12 * sizeof(float) * data.asset.animation.jointCount());
 }
 
-// The GPU has the CPU's numbers of a composed asset and shades them.
 TEST(Bench, TimesTheFarPartsOfAComposedAsset) {
     const std::vector<BrdfFile> brdfs = {synthetic::lambert()};
     const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};
