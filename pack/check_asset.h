@@ -8,7 +8,7 @@
 
 #include "formats/asset/asset_file.h"
 #include "formats/stage/visibility_file.h"
-#include "sh/far/far_tables.h"
+#include "player/runtime/evaluator.h"
 
 namespace penumbra {
 

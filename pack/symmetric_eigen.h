@@ -11,9 +11,8 @@ struct SymmetricEigen {
     std::vector<double> vectors;  // [n, n]
 };
 
-// Cyclic Jacobi rotations until what is off the diagonal is below 1e-15 of the matrix (Golub, Van Loan, section 8.5).
-// For matrices of some hundred rows at most; only the lower triangle of `matrix` [n, n] is read.
-// Eigen's solver would do the same, but it gives some vectors the other sign, which changes most bytes of an asset.
+// Only the lower triangle of `matrix` [n, n] is read. The largest number of each vector is positive, so that assets do
+// not depend on the signs that a solver happens to give.
 SymmetricEigen symmetricEigen(std::span<const double> matrix, std::size_t n);
 
 }  // namespace penumbra

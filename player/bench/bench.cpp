@@ -68,13 +68,13 @@ void benchModelPainter(Subject& subject, const OffscreenTarget& target, ValuePai
     const std::size_t frames = subject.asset->animation.frameCount();
     Evaluator evaluator(*subject.asset);
     const Clock::time_point start = Clock::now();
-    const auto asset = std::make_shared<GlAsset>(*subject.asset, subject.shading);
+    const auto asset = std::make_shared<GlAsset>(*subject.asset, subject.shading, &evaluator);
     ModelPainter painter(asset, 1);
     PosedCharacter character{&evaluator, {}, subject.shading};
     FrameVertices vertices;
     const auto draw = [&](std::size_t run, const FrameView& view) {
         evaluator.setFrame(run % frames);
-        if (evaluator.composed()) {  // the CPU evaluates, and the GPU does the rest
+        if (asset->needsNumbers()) {  // the CPU evaluates, and the GPU does the rest
             evaluateNumbers(evaluator, subject.threads, vertices);
             character.numbers = vertices.numbers;
         }

@@ -89,16 +89,16 @@ public:
     }
     // Measures the GLSL path, where each character looks like the first.
     GpuCost onGpu(const OffscreenTarget& target, bool software, int runs) const {
+        const auto asset = std::make_shared<GlAsset>(*asset_, shading_, &characters_.front().evaluator);
         std::vector<PosedCharacter> posed;
         for (const Character& c : characters_) {
             posed.push_back({&c.evaluator, c.offset, shading_});
-            if (c.evaluator.composed()) posed.back().numbers = c.vertices.numbers;
+            if (asset->needsNumbers()) posed.back().numbers = c.vertices.numbers;
         }
         const Channel channel = shading_ ? Channel::kShaded : Channel::kAmbient;
         FrameView view = view_;
         view.eye = eye_;
-        return measureGpuCost(std::make_shared<GlAsset>(*asset_, shading_), channel, posed, view, target, software,
-                              runs);
+        return measureGpuCost(asset, channel, posed, view, target, software, runs);
     }
     void draw(ValuePainter& painter) const {
         for (const Character& c : characters_) {

@@ -127,12 +127,14 @@ void compareWithRoof(CpuBench& bench, int threads) {
     std::vector<std::size_t> of_one = {kSecondLevel, kThirdLevel, kBeyondCaches};
     std::vector<std::size_t> of_all = {kSecondLevel * std::size_t(threads), kThirdLevel, kBeyondCaches};
     for (CpuStage& stage : bench.stages) {
+        if (!stage.counted()) continue;
         if (stage.working_set == 0) stage.working_set = stage.work.bytes();
         (stage.threads == 1 ? of_one : of_all).push_back(stage.working_set);
     }
     bench.one_thread = measureRoofline(1, of_one);
     bench.all_threads = measureRoofline(threads, of_all);
     for (CpuStage& stage : bench.stages) {
+        if (!stage.counted()) continue;
         const Roofline& roofline = stage.threads == 1 ? bench.one_thread : bench.all_threads;
         const auto memory = std::find_if(roofline.memory.begin(), roofline.memory.end(),
                                          [&](const Bandwidth& b) { return b.bytes == stage.working_set; });

@@ -9,7 +9,7 @@ namespace penumbra {
 // Places in 32-bit words from the start of the buffer. The asset's arrays lie one after another as in the file, and
 // each begins at a multiple of 16 bytes. Two arrays are made for the shader: cluster_of_vertex (a word a vertex), and
 // clusters, of kClusterWords words each: first vertex, vertices, components, first score, mean, basis, and the
-// AssetPrecision of both.
+// AssetPrecision of both. The clusters of a residual follow those of the model.
 struct AssetPlaces {
     std::uint32_t positions = 0, normals = 0, tangents = 0, skin_joints = 0, skin_weights = 0, slots = 0;
     std::uint32_t cluster_of_vertex = 0, clusters = 0;
@@ -17,12 +17,21 @@ struct AssetPlaces {
 };
 constexpr std::uint32_t kClusterWords = 8;
 
+// Places of the tables of FarWords (player/runtime/far_glsl.h) in that buffer, of a composed asset that the GPU
+// evaluates, and how many of what they have. The bytes of the fields lie there as in the file.
+struct FarPlaces {
+    std::uint32_t parts = 0, lists = 0, receivers = 0, anchors = 0;
+    std::uint32_t part_count = 0, anchor_count = 0, anchor_values = 0;
+    int numbers = 0;  // of a vertex
+};
+
 // Places of one character in a frame, in vec4 from its start. The first vec4 has its offset in the scene, and whether
 // its numbers are given (1) or the model's (0). Then follow the rows of the bones' 3x4 skinning matrices; rows of the
 // clusters' rotations, whose fourth number is unused; the scores of all clusters, which for an i8 basis are
-// multiplied by the component's scale; the material of every slot; and ShadingLayout::lightTexels() of the light.
+// multiplied by the component's scale, those of residuals after all others; the parts (writePosedPart()) of a composed
+// asset that the GPU evaluates; the material of every slot; and ShadingLayout::lightTexels() of the light.
 struct PosePlaces {
-    std::size_t bones = 1, rotations = 0, scores = 0, materials = 0, light = 0, size = 0;
+    std::size_t bones = 1, rotations = 0, scores = 0, parts = 0, materials = 0, light = 0, size = 0;
 };
 
 }  // namespace penumbra

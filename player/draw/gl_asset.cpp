@@ -4,6 +4,7 @@
 
 #include "formats/common/errors.h"
 #include "player/frame/frame_values.h"
+#include "player/runtime/far_glsl.h"
 
 namespace penumbra {
 
@@ -44,21 +45,32 @@ std::uint32_t placeNumbers(ArrayList& arrays, const NumbersView& numbers) {
     return arrays.placeBytes({numbers.data, numbers.count * bytesPerNumber(numbers.precision)});
 }
 
-std::optional<AssetPrecision> sharedPrecision(const ModelView& model, NumbersView ClusterView::*array) {
+// Returns the clusters that the shader reads: those of the model, then those of the residual.
+std::vector<const ClusterView*> clustersOf(const ModelView& model, bool composed) {
+    std::vector<const ClusterView*> clusters;
+    for (const ClusterView& cluster : model.clusters) clusters.push_back(&cluster);
+    if (composed)
+        for (const ClusterView& cluster : model.composition->residual) clusters.push_back(&cluster);
+    return clusters;
+}
+
+std::optional<AssetPrecision> sharedPrecision(std::span<const ClusterView* const> clusters,
+                                              NumbersView ClusterView::*array) {
     std::optional<AssetPrecision> shared;
-    for (const ClusterView& cluster : model.clusters) {
-        const AssetPrecision precision = (cluster.*array).precision;
+    for (const ClusterView* cluster : clusters) {
+        const AssetPrecision precision = (cluster->*array).precision;
         if (shared && *shared != precision) return std::nullopt;
         shared = precision;
     }
     return shared;
 }
 
-// Makes the table with kClusterWords for each cluster, and places the model's arrays.
-std::vector<std::uint32_t> clusterTable(const ModelView& model, ArrayList& arrays) {
+// Makes the table with kClusterWords for each cluster, and places their arrays.
+std::vector<std::uint32_t> clusterTable(std::span<const ClusterView* const> clusters, ArrayList& arrays) {
     std::vector<std::uint32_t> table;
     std::uint32_t first_score = 0;
-    for (const ClusterView& cluster : model.clusters) {
+    for (const ClusterView* const at : clusters) {
+        const ClusterView& cluster = *at;
         const auto components = std::uint32_t(cluster.components());
         table.insert(table.end(), {cluster.first_vertex, cluster.vertex_count, components, first_score,
                                    placeNumbers(arrays, cluster.mean), placeNumbers(arrays, cluster.basis),
@@ -68,17 +80,37 @@ std::vector<std::uint32_t> clusterTable(const ModelView& model, ArrayList& array
     return table;
 }
 
+// Places the bytes of the fields, and tells the tables where they are.
+void placeFields(const CompositionView& composition, ArrayList& arrays, FarWords& words) {
+    for (std::size_t p = 0; p < composition.parts.size(); ++p) {
+        const FieldBytes& bytes = composition.parts[p].bytes;
+        const std::uint32_t points = arrays.place(bytes.values);
+        setFieldWords(words, p, points, arrays.place(bytes.distances));
+    }
+}
+
+FarPlaces placeTables(const FarWords& words, ArrayList& arrays) {
+    FarPlaces places;
+    const auto place = [&](const std::vector<std::uint32_t>& table) { return arrays.place(std::span(table)); };
+    places.parts = place(words.parts);
+    places.lists = place(words.lists);
+    places.receivers = place(words.receivers);
+    places.anchors = place(words.anchors);
+    places.anchor_count = std::uint32_t(words.anchors.size() / 2);
+    places.anchor_values = std::uint32_t(words.anchor_values);
+    return places;
+}
+
 }  // namespace
 
-GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading) : asset_(&asset) {
+GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading, const Evaluator* evaluator) : asset_(&asset) {
     recipe_.convention = asset.model.convention;
     recipe_.stride = asset.model.stride;
     recipe_.influences = asset.mesh.influences;
     recipe_.deforming = asset.model.deforming;
     recipe_.slots = !asset.mesh.slot_of_vertex.empty();
-    recipe_.mean = sharedPrecision(asset.model, &ClusterView::mean);
-    recipe_.basis = sharedPrecision(asset.model, &ClusterView::basis);
-    uploadArrays();
+    recipe_.clusters = asset.model.clusters.size();
+    uploadArrays(evaluator);
     if (shading) uploadMaterials(*shading);
     placePose();
     vertex_array_ = makeVertexArray();
@@ -88,11 +120,26 @@ GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading) : asset_(&as
     checkGl("uploading the asset");
 }
 
-void GlAsset::uploadArrays() {
+void GlAsset::uploadArrays(const Evaluator* evaluator) {
     const MeshView& mesh = asset_->mesh;
+    const ModelView& model = asset_->model;
+    const bool composed = model.composition && evaluator && model.convention.order <= kFieldOrder;
     ArrayList arrays;
+    const std::vector<const ClusterView*> clusters = clustersOf(model, composed);
+    recipe_.mean = sharedPrecision(clusters, &ClusterView::mean);
+    recipe_.basis = sharedPrecision(clusters, &ClusterView::basis);
     const std::vector<std::uint32_t> cluster_of_vertex = clusterOfVertex(*asset_),
-                                     table = clusterTable(asset_->model, arrays);
+                                     table = clusterTable(clusters, arrays);
+    FarWords words;  // until they are uploaded
+    if (composed) {
+        words = makeFarWords(evaluator->farTables(), evaluator->farLayout());
+        placeFields(*model.composition, arrays, words);
+        recipe_.far = placeTables(words, arrays);
+        recipe_.far->part_count = std::uint32_t(model.composition->parts.size());
+        recipe_.far->numbers = model.convention.size();
+        recipe_.far_functions = farGlsl(evaluator->farTables().constants());
+        recipe_.residual = !model.composition->residual.empty();
+    }
     AssetPlaces& places = recipe_.asset;
     places.positions = arrays.place(mesh.positions);
     places.normals = arrays.place(mesh.normals);
@@ -117,11 +164,12 @@ void GlAsset::uploadMaterials(const ShadingSet& shading) {
 void GlAsset::placePose() {
     const auto texels = [](std::size_t numbers) { return (numbers + 3) / 4; };
     std::size_t scores = 0;
-    for (const ClusterView& cluster : asset_->model.clusters) scores += cluster.components();
+    for (const ClusterView* cluster : clustersOf(asset_->model, evaluatesFar())) scores += cluster->components();
     PosePlaces& pose = recipe_.pose;
     pose.rotations = pose.bones + 3 * asset_->animation.jointCount();
     pose.scores = pose.rotations + 3 * asset_->model.clusters.size();
-    pose.materials = pose.scores + texels(scores);
+    pose.parts = pose.scores + texels(scores);
+    pose.materials = pose.parts + (recipe_.far ? kPosedPartRows * recipe_.far->part_count : 0);
     pose.light = pose.materials + texels(std::max<std::size_t>(1, asset_->mesh.slots.size()));
     pose.size = pose.light + (shading_ ? shading_->lightTexels() : 0);
 }
@@ -137,6 +185,15 @@ const GlAsset::Program& GlAsset::evaluateProgram(Channel channel) {
     made.eye = gl::GetUniformLocation(made.program.id(), "eye");
     made.vertex_count = gl::GetUniformLocation(made.program.id(), "vertex_count");
     return made;
+}
+
+const GlAsset::Program& GlAsset::anchorProgram() {
+    if (!anchor_) {
+        anchor_.emplace();
+        anchor_->program = makeComputeProgram(anchorSource(recipe_));
+        anchor_->vertex_count = gl::GetUniformLocation(anchor_->program.id(), "vertex_count");
+    }
+    return *anchor_;
 }
 
 const GlAsset::Program& GlAsset::drawProgram(Channel channel) {

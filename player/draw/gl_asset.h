@@ -13,14 +13,20 @@ class GlAsset {
 public:
     // `asset` has a model and outlives this object, and so do its bytes. `shading` may be null where nothing is
     // shaded. The sets of all characters that are drawn with this object must have the same materials, lights and
-    // choice.
-    GlAsset(const AssetView& asset, const ShadingSet* shading);
+    // choice. `evaluator` is one of this asset; with it the GPU evaluates a composed asset, too. Without it, and where
+    // the model has more bands than the fields, the numbers of a composed asset must be given.
+    GlAsset(const AssetView& asset, const ShadingSet* shading, const Evaluator* evaluator = nullptr);
 
     const AssetView& view() const { return *asset_; }
     std::size_t vertexCount() const { return asset_->mesh.positions.size(); }
     const PosePlaces& pose() const { return recipe_.pose; }
     const ShadingLayout& shading() const { return *shading_; }
     std::size_t bytes() const { return bytes_; }  // of GL memory
+    bool needsNumbers() const { return asset_->model.composition && !recipe_.far; }
+    // Anchors of a composed asset that the GPU evaluates, and the vec4 that their values take; 0 for any other.
+    std::size_t anchorCount() const { return recipe_.far ? recipe_.far->anchor_count : 0; }
+    std::size_t anchorValues() const { return recipe_.far ? recipe_.far->anchor_values : 0; }
+    bool evaluatesFar() const { return recipe_.far.has_value(); }
 
     struct Program {
         GlObject program;
@@ -30,6 +36,7 @@ public:
     // Programs are compiled when they are first asked for. The painter's shaders define the bindings.
     const Program& evaluateProgram(Channel channel);
     const Program& drawProgram(Channel channel);
+    const Program& anchorProgram();
     // Bind the asset's arrays and materials for evaluating, or its triangles for drawing.
     void bindArrays() const;
     void bindTriangles() const;
@@ -43,9 +50,10 @@ private:
     TextureBuffer materials_;
     std::size_t bytes_ = 0;
     std::map<Channel, Program> evaluate_, draw_;
+    std::optional<Program> anchor_;
 
     void placePose();
-    void uploadArrays();
+    void uploadArrays(const Evaluator* evaluator);
     void uploadMaterials(const ShadingSet& shading);
 };
 

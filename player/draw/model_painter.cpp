@@ -4,11 +4,12 @@
 #include <cassert>
 
 #include "formats/common/errors.h"
+#include "player/runtime/far_glsl.h"
 
 namespace penumbra {
 
 constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4,
-                 kVerticesBinding = 5;
+                 kVerticesBinding = 5, kAnchorsBinding = 6;
 constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction; every OpenGL has as many
 
 ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
@@ -22,8 +23,10 @@ ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
 // Counts position and value of every vertex, a vec4 each.
 std::size_t ModelPainter::evaluatedBytes() const { return capacity_ * asset_->vertexCount() * 8 * sizeof(float); }
 
+std::size_t ModelPainter::anchorBytes() const { return capacity_ * asset_->anchorValues() * 4 * sizeof(float); }
+
 std::size_t ModelPainter::bytes() const {
-    return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) +
+    return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) + (anchors_ ? anchorBytes() : 0) +
            (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
 }
 
@@ -43,9 +46,19 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
         const float rows[12] = {r.m[0], r.m[1], r.m[2], 0, r.m[3], r.m[4], r.m[5], 0, r.m[6], r.m[7], r.m[8], 0};
         at = std::copy_n(rows, 12, at);
     }
-    for (std::size_t c = 0; c < clusters.size(); ++c) {
-        const std::span<const float> y = character.evaluator->scores(c), scale = clusters[c].basis.scale;
+    const auto write = [&](std::span<const float> y, std::span<const float> scale) {
         for (std::size_t k = 0; k < y.size(); ++k) *at++ = scale.empty() ? y[k] : y[k] * scale[k];
+    };
+    for (std::size_t c = 0; c < clusters.size(); ++c) write(character.evaluator->scores(c), clusters[c].basis.scale);
+    if (asset.evaluatesFar()) {
+        const std::vector<ClusterView>& residual = asset.view().model.composition->residual;
+        for (std::size_t c = 0; c < residual.size(); ++c)
+            write(character.evaluator->residualScores(c), residual[c].basis.scale);
+        at = out.data() + 4 * places.parts;
+        for (const PosedPart& part : character.evaluator->posedParts()) {
+            writePosedPart(part, at);
+            at += 4 * kPosedPartRows;
+        }
     }
     if (!with_looks) return;
     at = out.data() + 4 * places.materials;
@@ -95,7 +108,7 @@ void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
 void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
     const std::size_t vertices = asset_->vertexCount();
     const auto given = [](const PosedCharacter& character) { return !character.numbers.empty(); };
-    assert(!asset_->view().model.composition || std::all_of(characters.begin(), characters.end(), given));
+    assert(!asset_->needsNumbers() || std::all_of(characters.begin(), characters.end(), given));
     has_numbers_ = std::any_of(characters.begin(), characters.end(), given);
     if (has_numbers_) {
         uploadArrays(numbers_, characters, &PosedCharacter::numbers,
@@ -107,6 +120,21 @@ void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
     if (channel_ != Channel::kError) return;
     uploadArrays(true_ambient_, characters, &PosedCharacter::true_ambient, vertices);
     true_ambient_->bind(kAmbientBinding);
+}
+
+// Evaluates the anchors of all characters, which the vertices read afterwards.
+void ModelPainter::evaluateAnchors() {
+    if (!anchors_) {
+        checkStorageBlock("the anchors of all characters", anchorBytes());
+        anchors_.emplace(makeStorage(std::max<std::size_t>(anchorBytes(), 16)));
+    }
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kAnchorsBinding, anchors_->id());
+    if (asset_->anchorCount() == 0) return;
+    const GlAsset::Program& program = asset_->anchorProgram();
+    gl::UseProgram(program.program.id());
+    gl::Uniform1ui(program.vertex_count, GLuint(asset_->vertexCount()));
+    gl::DispatchCompute(GLuint((asset_->anchorCount() + kWorkGroup - 1) / kWorkGroup), GLuint(count_), 1);
+    gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
 void ModelPainter::release() {
@@ -122,16 +150,18 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     count_ = characters.size();
     if (count_ == 0) return;
     const std::size_t vertices = asset_->vertexCount();
-    const GlAsset::Program& program = asset_->evaluateProgram(channel);
-    gl::UseProgram(program.program.id());
-    gl::Uniform3f(program.eye, eye.x, eye.y, eye.z);
-    gl::Uniform1ui(program.vertex_count, GLuint(vertices));
     asset_->bindArrays();
     uploadPoses(characters);
     uploadVertices(characters);
     uploadNumbers(characters);
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kEvaluatedBinding, evaluated_.buffer.id());
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // after what the last frame's draws read
+    const bool visibility = channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError;
+    if (visibility && asset_->evaluatesFar()) evaluateAnchors();
+    const GlAsset::Program& program = asset_->evaluateProgram(channel);
+    gl::UseProgram(program.program.id());
+    gl::Uniform3f(program.eye, eye.x, eye.y, eye.z);
+    gl::Uniform1ui(program.vertex_count, GLuint(vertices));
     gl::DispatchCompute(GLuint((vertices + kWorkGroup - 1) / kWorkGroup), GLuint(count_), 1);
     gl::MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     release();

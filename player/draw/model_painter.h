@@ -13,7 +13,7 @@ struct PosedCharacter {
     const Evaluator* evaluator = nullptr;  // it has the pose
     Vec3 offset = {};                      // offset of its model frame in the scene
     const ShadingSet* shading = nullptr;   // what is on in it; only for kShaded
-    // [V, stride], in the place of the model's; empty: the GPU evaluates the model. That of a composed asset it cannot.
+    // [V, stride], in the place of the model's; empty: the GPU evaluates the model, unless GlAsset::needsNumbers().
     std::span<const float> numbers = {};
     std::span<const float> true_ambient = {};  // [V], only for kError
 };
@@ -37,9 +37,12 @@ private:
     bool has_numbers_ = false;  // some character has given numbers
     UploadRing poses_;
     std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
+    std::optional<GlObject> anchors_;                              // values of a composed asset's anchors
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;
+    std::size_t anchorBytes() const;
+    void evaluateAnchors();
     void uploadPoses(std::span<const PosedCharacter> characters);
     // Uploads `member`, [of_one] floats each, of the characters that have it.
     void uploadArrays(std::optional<UploadRing>& ring, std::span<const PosedCharacter> characters,

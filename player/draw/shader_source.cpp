@@ -1,5 +1,6 @@
 #include "player/draw/shader_source.h"
 
+#include "player/runtime/far_glsl.h"
 #include "player/runtime/shading_glsl.h"
 #include "player_shaders.h"
 
@@ -32,8 +33,8 @@ std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
            define("CLUSTER_OF_VERTEX", asset.cluster_of_vertex) + define("PART_OF_VERTEX", asset.part_of_vertex) +
            define("CLUSTERS", asset.clusters) + define("CLUSTER_WORDS", kClusterWords) +
            define("POSE_BONES", pose.bones) + define("POSE_ROTATIONS", pose.rotations) +
-           define("POSE_SCORES", pose.scores) + define("POSE_MATERIALS", pose.materials) +
-           define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
+           define("POSE_SCORES", pose.scores) + define("POSE_PARTS", pose.parts) +
+           define("POSE_MATERIALS", pose.materials) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
 }
 
 // Writes the precision of an array: a number, or the place in the cluster's table that has it.
@@ -42,7 +43,26 @@ std::string precisionOf(const char* array, const std::optional<AssetPrecision>& 
            (shared ? std::to_string(int(*shared)) + "u" : "clusterWord(" + std::to_string(word) + ")") + "\n";
 }
 
+std::string farPlaces(const FarPlaces& far) {
+    return "#define COMPOSED\n" + define("FAR_PARTS", far.parts) + define("FAR_PART_WORDS", kFarPartWords) +
+           define("FAR_LISTS", far.lists) + define("FAR_RECEIVERS", far.receivers) +
+           define("FAR_ANCHOR_TABLE", far.anchors) + define("PART_COUNT", far.part_count) +
+           define("ANCHOR_COUNT", far.anchor_count) + define("ANCHOR_VALUES", far.anchor_values) +
+           define("NUMBERS", std::size_t(far.numbers)) + "#define NO_ANCHOR " + std::to_string(kNoAnchor) + "u\n";
+}
+
+bool showsVisibility(Channel channel) {
+    return channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError;
+}
+
 }  // namespace
+
+std::string anchorSource(const ShaderRecipe& recipe) {
+    ShaderRecipe anchors = recipe;
+    anchors.channel = Channel::kAmbient;
+    std::string text = evaluateSource(anchors);
+    return text.insert(text.find("#define"), "#define FAR_ANCHORS\n");
+}
 
 std::string evaluateSource(const ShaderRecipe& recipe) {
     std::string defines = define("WORK_GROUP", kWorkGroup) + define("INFLUENCES", std::size_t(recipe.influences)) +
@@ -51,14 +71,20 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
                           precisionOf("BASIS", recipe.basis, 7);
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
     if (recipe.deforming) defines += "#define DEFORMING\n";
+    const bool composed = recipe.far && showsVisibility(recipe.channel);
+    if (composed) {
+        defines += farPlaces(*recipe.far) + define("CLUSTER_COUNT", recipe.clusters);
+        if (recipe.residual) defines += "#define HAS_RESIDUAL\n";
+    }
     std::string generated;
-    if (recipe.channel == Channel::kShaded || recipe.channel == Channel::kAmbient || recipe.channel == Channel::kError)
-        generated = ambientGlsl(recipe.convention);
+    if (showsVisibility(recipe.channel)) generated = ambientGlsl(recipe.convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
     // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.
     std::string text = kShaderEvaluateComp;
     const std::string mark = "\nGENERATED_BY_SHADING_GLSL\n";
-    text.replace(text.find(mark), mark.size(), "\n" + generated + kShaderPenumbraGlsl + "\n");
+    text.replace(
+        text.find(mark), mark.size(),
+        "\n" + generated + kShaderPenumbraGlsl + "\n" + (composed ? recipe.far_functions + kShaderFarGlsl + "\n" : ""));
     return preamble(recipe.channel) + defines + text;
 }
 

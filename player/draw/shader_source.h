@@ -21,11 +21,17 @@ struct ShaderRecipe {
     const ShadingLayout* shading = nullptr;  // only for kShaded
     AssetPlaces asset = {};
     PosePlaces pose = {};
+    std::size_t clusters = 0;           // of the model
+    bool residual = false;              // the asset has one
+    std::optional<FarPlaces> far = {};  // of a composed asset that the GPU evaluates
+    std::string far_functions = {};     // farGlsl()
 };
 
 constexpr std::size_t kWorkGroup = 64;  // vertices: two warps or one wave
 
 std::string evaluateSource(const ShaderRecipe& recipe);
+// Returns the shader that evaluates the anchors of a composed asset, which goes before the other. recipe.far is set.
+std::string anchorSource(const ShaderRecipe& recipe);
 std::string valueVertexSource(Channel channel);
 std::string evaluatedVertexSource(Channel channel);
 std::string channelFragmentSource(Channel channel);

@@ -34,9 +34,10 @@ void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const 
 
 void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view) {
     const ShadingSet* shading = shading_ ? &*shading_ : nullptr;
-    if (!model_painter_) model_painter_.emplace(std::make_shared<GlAsset>(*asset_, shading), 1);
+    if (!gl_asset_) gl_asset_ = std::make_shared<GlAsset>(*asset_, shading, &frame.evaluator());
+    if (!model_painter_) model_painter_.emplace(gl_asset_, 1);
     PosedCharacter character{&frame.evaluator(), {}, shading};
-    if (panel.source == VisibilitySource::kTruth || frame.evaluator().composed())
+    if (panel.source == VisibilitySource::kTruth || gl_asset_->needsNumbers())
         character.numbers = frame.numbers(panel.source);
     if (panel.channel == Channel::kError) character.true_ambient = frame.ambient(VisibilitySource::kTruth);
     model_painter_->evaluate(panel.channel, {&character, 1}, view.eye);

@@ -36,6 +36,7 @@ private:
     OffscreenTarget target_;
     std::optional<ShadingSet> shading_;
     std::map<Channel, ValuePainter> value_painters_;
+    std::shared_ptr<GlAsset> gl_asset_;
     std::optional<ModelPainter> model_painter_;
     OverlayPainter overlays_;
 

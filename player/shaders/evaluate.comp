@@ -14,6 +14,14 @@ layout(std430, binding = 3) readonly buffer Given { vec4 given_numbers[]; };  //
 #if CHANNEL == CHANNEL_ERROR
 layout(std430, binding = 4) readonly buffer TrueAmbient { float true_ambient[]; };  // one a vertex
 #endif
+#ifdef COMPOSED
+#ifdef FAR_ANCHORS
+layout(std430, binding = 6) writeonly buffer Anchors { vec4 anchor_values[]; };  // ANCHOR_VALUES a character
+#else
+layout(std430, binding = 6) readonly buffer Anchors { vec4 anchor_values[]; };
+#endif
+float penumbra_f[36], penumbra_even[21];
+#endif
 #ifdef DEFORMING
 // position and normal, 6 numbers a vertex
 layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices[]; };
@@ -23,9 +31,10 @@ uniform vec3 eye;  // in the scene
 uniform uint vertex_count;
 
 uint vertex, cluster;  // of this invocation
+uint table_row;        // of the cluster table: of the model's cluster, or of the residual's
 uint pose_begin;       // of its character
 
-uint clusterWord(uint i) { return asset[CLUSTERS + cluster * CLUSTER_WORDS + i]; }
+uint clusterWord(uint i) { return asset[CLUSTERS + table_row * CLUSTER_WORDS + i]; }
 
 vec4 quadOf(uint array, uint quad, uint stored_as);
 #define PENUMBRA_MATERIAL(texel) texelFetch(materials, texel)
@@ -80,16 +89,29 @@ PenumbraSurface surfaceOf(uint character) {
 #endif
 
 #if CHANNEL != CHANNEL_NORMALS && CHANNEL != CHANNEL_CLUSTERS && CHANNEL != CHANNEL_PARTS
-void numbersOf(uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+void modelNumbers(uint row, out vec4 numbers[PENUMBRA_STRIDE4]) {
+    table_row = row;
+    first_score = 4u * (pose_begin + POSE_SCORES) + clusterWord(3u);
+    mean_array = clusterWord(4u);
+    basis_array = clusterWord(5u);
+    penumbra_numbers(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), numbers);
+}
+
+void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
     if (pose[pose_begin].w > 0.0) {
         uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
         for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = given_numbers[first + q];
         return;
     }
-    first_score = 4u * (pose_begin + POSE_SCORES) + clusterWord(3u);
-    mean_array = clusterWord(4u);
-    basis_array = clusterWord(5u);
-    penumbra_numbers(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), numbers);
+    modelNumbers(cluster, numbers);
+#if defined(COMPOSED) && !defined(FAR_ANCHORS)
+    farCompose(s, halfWord(PART_OF_VERTEX, vertex), character * ANCHOR_VALUES, numbers);
+#ifdef HAS_RESIDUAL
+    vec4 residual[PENUMBRA_STRIDE4];
+    modelNumbers(cluster + CLUSTER_COUNT, residual);
+    for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] += residual[q];
+#endif
+#endif
     penumbra_clamp_ambient(numbers);
 }
 #endif
@@ -103,7 +125,7 @@ vec3 valueOf(PenumbraSurface s, uint character, vec3 offset) {
     return vec3(float(halfWord(PART_OF_VERTEX, vertex)));
 #else
     vec4 numbers[PENUMBRA_STRIDE4];
-    numbersOf(character, numbers);
+    numbersOf(s, character, numbers);
 #if CHANNEL == CHANNEL_AO
     return vec3(penumbra_ambient(numbers));
 #elif CHANNEL == CHANNEL_ERROR
@@ -122,6 +144,19 @@ vec3 valueOf(PenumbraSurface s, uint character, vec3 offset) {
 #endif
 }
 
+#ifdef FAR_ANCHORS
+void main() {
+    uint anchor = gl_GlobalInvocationID.x;
+    if (anchor >= ANCHOR_COUNT) return;
+    uint character = gl_GlobalInvocationID.y;
+    pose_begin = character * POSE_SIZE;
+    if (pose[pose_begin].w > 0.0) return;  // its numbers are given
+    vertex = asset[FAR_ANCHOR_TABLE + 2u * anchor];
+    cluster = asset[CLUSTER_OF_VERTEX + vertex];
+    farAnchor(surfaceOf(character), halfWord(PART_OF_VERTEX, vertex),
+              character * ANCHOR_VALUES + asset[FAR_ANCHOR_TABLE + 2u * anchor + 1u]);
+}
+#else
 void main() {
     vertex = gl_GlobalInvocationID.x;
     if (vertex >= vertex_count) return;
@@ -134,3 +169,4 @@ void main() {
     evaluated[at] = vec4(s.position + offset, 1.0);
     evaluated[at + 1u] = vec4(valueOf(s, character, offset), 0.0);
 }
+#endif

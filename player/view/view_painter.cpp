@@ -20,11 +20,14 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
     return view;
 }
 
-// Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets.
+// Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
+// bands than their fields have.
 bool ScenePainter::needsValues(const ViewState& state) const {
-    const bool composed = std::any_of(scene_->characters.begin(), scene_->characters.end(),
-                                      [](const auto& character) { return character->evaluator->composed(); });
-    return composed || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
+    const bool many_bands =
+        std::any_of(scene_->characters.begin(), scene_->characters.end(), [](const auto& character) {
+            return character->evaluator->composed() && character->asset.model.convention.order > kFieldOrder;
+        });
+    return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value();
 }
 
@@ -60,7 +63,7 @@ Shown shownOf(const Character& character, Shown shown) {
 
 void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye) {
     const Character& first = *scene_->characters[group.characters.front()];
-    if (!group.asset) group.asset = std::make_shared<GlAsset>(first.asset, first.shading.get());
+    if (!group.asset) group.asset = std::make_shared<GlAsset>(first.asset, first.shading.get(), first.evaluator.get());
     std::optional<ModelPainter>& painter = group.painters[std::size_t(shown)];
     if (!painter) painter.emplace(group.asset, group.characters.size());
     posed_.clear();

@@ -314,7 +314,7 @@ TEST(Render, ATurnedLightBrightensTheOtherSide) {
     EXPECT_LT(difference / size, 0.01);  // measured: 0.003, of the mesh's edges
 }
 
-// The CPU evaluates a composed asset on either path, and the GPU skins and shades it. Measured: 2e-4 of a step.
+// Measured: 2e-4 of a step.
 TEST(Render, AComposedAssetLooksTheSameOnBothPaths) {
     const std::vector<BrdfFile> brdfs = {synthetic::lambert()};
     const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};
