@@ -11,8 +11,7 @@ struct SymmetricEigen {
     std::vector<double> vectors;  // [n, n]
 };
 
-// Only the lower triangle of `matrix` [n, n] is read. The largest number of each vector is positive, so that assets do
-// not depend on the signs that a solver happens to give.
+// Only the lower triangle of `matrix` [n, n] is read.
 SymmetricEigen symmetricEigen(std::span<const double> matrix, std::size_t n);
 
 }  // namespace penumbra

@@ -60,7 +60,7 @@ EDGES = {
     r"EGL/|GL/": ["player/gl/"],
     r"GLFW/": ["player/view/view_window.cpp"],
     r"imgui|backends/imgui": ["player/view/"],
-    r"Eigen/": ["fit/", "tests/"],
+    r"Eigen/": ["fit/", "pack/", "tests/"],
     r"flatbuffers/|asset_generated\.h": ["formats/asset/", "pack/", "tests/"],
 }
 

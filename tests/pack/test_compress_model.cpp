@@ -12,10 +12,10 @@
 namespace penumbra {
 namespace {
 
-// Measured: 4e-15.
+// Measured: 4e-15, and 3e-14 of 130 rows.
 TEST(SymmetricEigen, RebuildsTheMatrixFromOrthonormalVectors) {
     synthetic::Noise noise(4);
-    for (std::size_t n : {1, 2, 7, 30}) {
+    for (std::size_t n : {0, 1, 2, 7, 30, 130}) {
         std::vector<double> a(n * n);
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t j = 0; j <= i; ++j) a[i * n + j] = a[j * n + i] = noise();
