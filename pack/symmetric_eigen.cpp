@@ -10,8 +10,8 @@ namespace penumbra {
 
 namespace {
 
-// Of matrices with few rows Jacobi's method costs little, and assets keep their bytes: Eigen gives some vectors the other
-// sign. Models of a thousand poses have some hundred rows.
+// Of matrices with few rows Jacobi's method costs little, and assets keep their bytes: Eigen gives some vectors the
+// other sign. Models of a thousand poses have some hundred rows.
 constexpr std::size_t kFewRows = 128;
 
 // Turns rows and columns p, q of the symmetric `a` so that a_pq = 0, and rows p, q of `vectors` with them.
