@@ -35,15 +35,24 @@ void subtractPrediction(const ClusterProblem& problem, const ClusterModel& model
     const float norm2 = std::inner_product(w.begin(), w.end(), w.begin(), 0.0f);
     const Eigen::Map<const EigenRows<float>> basis(model.basis.data(), Eigen::Index(model.components()),
                                                    Eigen::Index(residual.columns));
-    MatrixF numbers(1, residual.columns);
-    for (std::size_t f = 0; f < raw.rows; ++f) {
-        MatrixF scores(1, model.components());
-        scores.values = scoreCluster(problem.kind, *problem.recipe, model, raw.row(f)).scores;
+    // A batch of frames reads the basis once.
+    constexpr std::size_t kBatch = 16;
+    for (std::size_t first = 0; first < raw.rows; first += kBatch) {
+        const std::size_t frames = std::min(kBatch, raw.rows - first);
+        MatrixF scores(frames, model.components()), numbers(frames, residual.columns);
+        for (std::size_t f = 0; f < frames; ++f) {
+            const std::vector<float> of_frame =
+                scoreCluster(problem.kind, *problem.recipe, model, raw.row(first + f)).scores;
+            std::copy(of_frame.begin(), of_frame.end(), scores.row(f).begin());
+        }
         asEigen(numbers).noalias() = asEigen(scores) * basis;
-        for (std::size_t c = 0; c < numbers.columns; ++c) numbers(0, c) += model.mean[c];
-        for (std::size_t c = 0; c < numbers.columns && problem.clamp; c += w.size())
-            clampAmbient(w, norm2, numbers.row(0).subspan(c, w.size()));
-        for (std::size_t c = 0; c < numbers.columns; ++c) residual(f, c) -= numbers(0, c) - model.mean[c];
+        for (std::size_t f = 0; f < frames; ++f) {
+            const std::span<float> row = numbers.row(f), left = residual.row(first + f);
+            for (std::size_t c = 0; c < row.size(); ++c) row[c] += model.mean[c];
+            for (std::size_t c = 0; c < row.size() && problem.clamp; c += w.size())
+                clampAmbient(w, norm2, row.subspan(c, w.size()));
+            for (std::size_t c = 0; c < row.size(); ++c) left[c] -= row[c] - model.mean[c];
+        }
     }
 }
 
