@@ -15,17 +15,25 @@ namespace penumbra {
 
 namespace {
 
+// Of --model: composed where there are fields, else additive.
+constexpr const char* kAuto = "auto";
+// The word for a model whose local part has one of kModelKinds, and whose far part are fields.
+constexpr const char* kComposed = "composed";
+
 struct VisibilityCommand {
     std::string input, output, train_frames;
     std::vector<std::string> fields;
-    std::string model = nameOf(FitOptions{}.model), local_model = nameOf(FitOptions{}.model),
+    std::string model = kAuto, local_model = nameOf(FitOptions{}.model),
                 features = nameOf(FeatureKind::kRelativeBones), clusters = "auto", parts = "auto",
                 input_variance = "auto", convention = "D5";
     FitOptions options;
 };
 
-// The word for a model whose local part has one of kModelKinds, and whose far part are fields.
-constexpr const char* kComposed = "composed";
+// The model that is meant.
+std::string modelOf(const VisibilityCommand& command) {
+    if (command.model != kAuto) return command.model;
+    return command.fields.empty() ? nameOf(FitOptions{}.model) : kComposed;
+}
 
 template <class Kinds>
 std::vector<std::string> namesOf(const Kinds& kinds) {
@@ -38,10 +46,12 @@ void define(CLI::App& app, VisibilityCommand& command) {
     FitOptions& options = command.options;
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
     app.add_option("-o,--output", command.output, "model to write, X.model.h5")->required();
-    app.add_option("--model", command.model, "how the numbers are predicted")
+    app.add_option("--model", command.model,
+                   "how the numbers are predicted; auto: composed with --fields, else additive")
         ->check(CLI::IsMember([] {
             std::vector<std::string> names = namesOf(kModelKinds);
             names.emplace_back(kComposed);
+            names.emplace_back(kAuto);
             return names;
         }()))
         ->capture_default_str();
@@ -91,14 +101,15 @@ int parseCount(const char* option, const std::string& text, long most) {
 
 FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
-    const bool composed = command.model == kComposed;
+    const std::string model = modelOf(command);
+    const bool composed = model == kComposed;
     if (composed == command.fields.empty())
         throw UsageError(composed ? "--model composed needs --fields X.fields.h5 (penumbra-bake fields)"
                                   : "--fields: only --model composed reads them");
     if (!composed && command.local_model != VisibilityCommand{}.local_model)
         throw UsageError("--local-model: only --model composed has one");
     // CLI11 has checked the names.
-    options.model = kindNamed(kModelKinds, composed ? command.local_model : command.model).value();
+    options.model = kindNamed(kModelKinds, composed ? command.local_model : model).value();
     options.features = kindNamed(kFeatureKinds, command.features).value();
     options.clusters = parseCount("--clusters", command.clusters, 1000000);
     options.parts = parseCount("--parts", command.parts, 65000);
@@ -124,7 +135,7 @@ std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
 
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
     nlohmann::ordered_json json;
-    json["model"] = command.model;
+    json["model"] = modelOf(command);
     if (!options.fields.empty()) json["local_model"] = command.local_model;
     json["features"] = command.features;
     json["clusters"] = command.clusters;

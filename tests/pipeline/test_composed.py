@@ -95,7 +95,7 @@ def check_threads(vis, fields, folder):
     outputs = set()
     for threads in (1, 2, 8):
         out = os.path.join(folder, f"threads{threads}.model.h5")
-        must(FIT, "visibility", vis, "-o", out, "--model", "composed", "--fields", fields, "--threads", threads)
+        must(FIT, "visibility", vis, "-o", out, "--fields", fields, "--threads", threads)  # composed by default
         outputs.add(open(out, "rb").read())
     assert len(outputs) == 1
 
@@ -103,7 +103,7 @@ def check_threads(vis, fields, folder):
 def check_refusals(vis, fields, folder):
     out = os.path.join(folder, "no.model.h5")
     refused(1, "--fields", FIT, "visibility", vis, "-o", out, "--model", "composed")
-    refused(1, "--fields", FIT, "visibility", vis, "-o", out, "--fields", fields)
+    refused(1, "--fields", FIT, "visibility", vis, "-o", out, "--model", "additive", "--fields", fields)
     refused(1, "--local-model", FIT, "visibility", vis, "-o", out, "--local-model", "linear")
     composed = [FIT, "visibility", vis, "-o", out, "--model", "composed", "--fields"]
     refused(1, "convention D", *composed, fields, "--convention", "A4")
