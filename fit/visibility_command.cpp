@@ -23,9 +23,8 @@ constexpr const char* kComposed = "composed";
 struct VisibilityCommand {
     std::string input, output, train_frames;
     std::vector<std::string> fields;
-    std::string model = kAuto, local_model = nameOf(FitOptions{}.model),
-                features = nameOf(FeatureKind::kRelativeBones), clusters = "auto", parts = "auto",
-                input_variance = "auto", convention = "D5";
+    std::string model = kAuto, local_model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones),
+                clusters = "auto", parts = "auto", input_variance = "auto", convention = "D5";
     FitOptions options;
 };
 
