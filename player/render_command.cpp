@@ -1,6 +1,7 @@
 // penumbra-player render X.pnb -o OUT.(png|exr): frames as pictures, and their errors.
 #include <cstdio>
 
+#include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "player/frame/open_asset.h"
 #include "player/player_verbs.h"

@@ -189,7 +189,7 @@ const GlAsset::Program& GlAsset::evaluateProgram(Channel channel) {
 
 const GlAsset::Program& GlAsset::anchorProgram() {
     if (!anchor_) {
-        anchor_.emplace();
+        anchor_ = Program();
         anchor_->program = makeComputeProgram(anchorSource(recipe_));
         anchor_->vertex_count = gl::GetUniformLocation(anchor_->program.id(), "vertex_count");
     }

@@ -1,6 +1,7 @@
 #include "player/draw/overlay_painter.h"
 
 #include "player/frame/visibility_lobe.h"
+#include "player/runtime/shading.h"
 
 namespace penumbra {
 
