@@ -6,5 +6,5 @@ int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
     return runProgram("penumbra-player", "Soft self-shadowed pictures of animated characters from packed assets.",
-                      "penumbra.asset 2..5", {viewVerb(), renderVerb(), benchVerb()}, argc, argv);
+                      "penumbra.asset 2..5", {viewVerb(), renderVerb(), benchVerb(), probeVerb()}, argc, argv);
 }

@@ -7,5 +7,6 @@ namespace penumbra {
 Verb viewVerb();
 Verb renderVerb();
 Verb benchVerb();
+Verb probeVerb();
 
 }  // namespace penumbra

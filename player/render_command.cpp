@@ -5,6 +5,7 @@
 #include "formats/common/write_file.h"
 #include "player/frame/open_asset.h"
 #include "player/player_verbs.h"
+#include "player/render/scene_picture.h"
 #include "player/render_flags.h"
 #include "player/render_report.h"
 
@@ -71,14 +72,15 @@ void listFiles(const RenderRun& run) {
         std::printf("would measure %zu frames\n", frames);
 }
 
+void writePicture(const RenderOptions& options, const std::filesystem::path& file, Image image) {
+    if (options.background) putBehind(image, *options.background);
+    if (file.extension() == ".png") image = forDisplay(std::move(image), options.channel);
+    writeImage(file, image, options.channel == Channel::kShaded ? options.exposure : 1);
+}
+
 BatchSink sinkOf(RenderRun& run, Progress& progress) {
     const auto write = [&run](std::size_t i, const Image& picture) {
-        const RenderOptions& options = run.plan.options;
-        Image image = picture;
-        if (options.background) putBehind(image, *options.background);
-        const std::filesystem::path& file = run.plan.files[i];
-        if (file.extension() == ".png") image = forDisplay(std::move(image), options.channel);
-        writeImage(file, image, options.channel == Channel::kShaded ? options.exposure : 1);
+        writePicture(run.plan.options, run.plan.files[i], picture);
     };
     const auto keep = [&run](std::size_t, std::vector<Image> panels) {
         run.cells.push_back(sheetCell(run.command.sheet, run.plan, std::move(panels)));
@@ -92,8 +94,30 @@ BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
     return runBatch(run.plan, common.threads, sinkOf(run, progress));
 }
 
+void runScene(const RenderCommand& command, const CommonOptions& common, Report& report) {
+    report.phase("read");
+    PosedScene scene(readScene(command.scene));
+    if (command.time_option->count() > 0) scene.pose(command.time);
+    const RenderOptions& options = command.options;
+    report.figures = {{"members", scene.members().size()}, {"casters", scene.cast().casterCount()}};
+    if (common.dry_run) {
+        std::printf("would draw %zu characters and props, %zu of which cast, %d x %d pixels, to %s\n",
+                    scene.members().size(), scene.cast().casterCount(), options.width, options.height,
+                    command.output.c_str());
+        return;
+    }
+    report.phase("frames");
+    Image image = drawScene(scene, options, common.threads);
+    report.phase("write");
+    writePicture(options, command.output, std::move(image));
+    if (!common.quiet)
+        std::printf("%s: %zu characters and props, %zu of which cast\n", command.output.c_str(), scene.members().size(),
+                    scene.cast().casterCount());
+}
+
 void runRender(RenderCommand& command, const CommonOptions& common, Report& report) {
     parseRender(command);
+    if (!command.scene.empty()) return runScene(command, common, report);
     report.phase("read");
     const OpenAsset asset(command.asset);
     std::optional<OpenAsset> truth;
@@ -132,8 +156,9 @@ Verb renderVerb() {
             "Draw frames of an asset, measure them against the truth, without a window.",
             [command](CLI::App& app) { defineRender(app, *command); },
             [command] {
-                std::vector<std::filesystem::path> inputs = {command->asset};
-                if (!command->truth.empty()) inputs.push_back(command->truth);
+                std::vector<std::filesystem::path> inputs;
+                for (const std::filesystem::path& file : {command->asset, command->scene, command->truth})
+                    if (!file.empty()) inputs.push_back(file);
                 return inputs;
             },
             [command] {  // a plain name is known before the asset is read

@@ -146,7 +146,13 @@ void defineGate(CLI::App& app, RenderCommand& command) {
 }  // namespace
 
 void defineRender(CLI::App& app, RenderCommand& command) {
-    app.add_option("asset", command.asset, "X.pnb with a model")->required();
+    app.add_option("asset", command.asset, "X.pnb with a model");
+    app.add_option("--scene", command.scene,
+                   "S.json instead of an asset: characters on a ground that cast on one another (docs/scene.md)");
+    command.time_option =
+        app.add_option("--time", command.time, "of a scene: seconds into everyone's clip (default: as it says)")
+            ->check(CLI::Range(0.0, 1e6))
+            ->default_str("");
     defineFrames(app, command);
     defineShading(app, command);
     definePicture(app, command);
@@ -154,6 +160,12 @@ void defineRender(CLI::App& app, RenderCommand& command) {
     defineErrors(app, command);
     defineSheet(app, command);
     defineGate(app, command);
+    const std::vector<std::string> of_scenes = {"asset",  "--help",     "--scene",       "--time",      "--output",
+                                                "--size", "--camera",   "--channel",     "--gl",        "--background",
+                                                "--aa",   "--exposure", "--reflectance", "--light-form"};
+    for (const CLI::Option* option : app.get_options())
+        if (std::find(of_scenes.begin(), of_scenes.end(), option->get_name()) == of_scenes.end())
+            command.asset_only.push_back(option);
 }
 
 // --- From text to values ---------------------------------------------------------------------------------------------
@@ -248,6 +260,8 @@ void refuse(const std::vector<const CLI::Option*>& options, const std::string& w
 
 void refuseUnused(const RenderCommand& command) {
     const Channel channel = command.options.channel;
+    if (!command.scene.empty() && channel != Channel::kShaded && channel != Channel::kAmbient)
+        throw UsageError("--channel " + command.channel + ": a scene is drawn as shaded or ao");
     if (channel != Channel::kShaded) refuse(command.shading, "to --channel " + command.channel);
     if (command.sheet.file.empty()) refuse(command.sheet_only, "without --sheet");
     if (!command.gate) refuse(command.gate_only, "without --fail-above");
@@ -273,6 +287,13 @@ void refuseUnused(const RenderCommand& command) {
 }  // namespace
 
 void parseRender(RenderCommand& command) {
+    if (command.asset.empty() == command.scene.empty())
+        throw UsageError(command.asset.empty() ? "an asset, X.pnb, or a --scene S.json is required"
+                                               : "an asset or a --scene: one or the other");
+    if (command.scene.empty())
+        refuse({command.time_option}, "without --scene");
+    else
+        refuse(command.asset_only, "with --scene");
     parseWords(command);
     parseGate(command);
     parseFrames(command);

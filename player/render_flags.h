@@ -6,7 +6,8 @@
 namespace penumbra {
 
 struct RenderCommand {
-    std::filesystem::path asset, truth, output, csv;
+    std::filesystem::path asset, scene, truth, output, csv;
+    double time = 0;  // of a scene, seconds
     RenderOptions options;
     FrameChoice choice;
     Framing framing = Framing::kFrame;
@@ -29,7 +30,8 @@ struct RenderCommand {
     // Options that only --channel shaded, pictures, -o, --sheet and --fail-above read.
     std::vector<const CLI::Option*> shading, picture, overlay, sheet_only, gate_only;
     const CLI::Option *frame_option = nullptr, *source_option = nullptr, *error_max_option = nullptr,
-                      *fail_option = nullptr, *lobe_option = nullptr, *lobe_of_option = nullptr;
+                      *fail_option = nullptr, *lobe_option = nullptr, *lobe_of_option = nullptr, *time_option = nullptr;
+    std::vector<const CLI::Option*> asset_only;  // what a picture of a scene does not read
 };
 
 void defineRender(CLI::App& app, RenderCommand& command);

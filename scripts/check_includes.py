@@ -37,9 +37,11 @@ MAY_INCLUDE = {
     "player/gl": {"sh", "player/runtime"} | FORMATS,
     "player/frame": {"sh", "player/runtime", "player/gl"} | FORMATS,
     "player/draw": {"sh", "player/runtime", "player/gl", "player/frame"} | FORMATS,
+    "player/scene": {"sh", "player/runtime", "player/frame", "player/gl"} | FORMATS,
     **{f"player/{room}": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw"} | FORMATS
-       for room in ("render", "view", "bench")},
-    "player": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/view",
+       for room in ("view", "bench")},
+    "player/render": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
+    "player": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene", "player/view",
                "player/bench"} | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.

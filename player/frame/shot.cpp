@@ -60,9 +60,9 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     shot.material_of_slot.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     if (!options.brdf.empty())
         std::fill(shot.material_of_slot.begin(), shot.material_of_slot.end(),
-                  findByName(asset.materials, options.brdf, "brdf"));
+                  findByName(asset.materials, options.brdf, "--brdf"));
     for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
-    shot.light = findByName(asset.lights, options.light, "light");
+    shot.light = findByName(asset.lights, options.light, "--light");
     for (const std::size_t material : shot.material_of_slot)
         if (!hasReflectance(asset.materials[material], shot.shading.reflectance))
             throw UsageError("--reflectance operators: the asset's material \"" +
@@ -98,7 +98,7 @@ void resolveOverlays(const RenderOptions& options, const AssetView& asset, Shot&
         if (word == "all")
             for (std::size_t p = 0; p < asset.model.composition->parts.size(); ++p) shot.boxes.push_back(p);
         else
-            shot.boxes.push_back(findPart(asset, word, "boxes"));
+            shot.boxes.push_back(findPart(asset, word, "--boxes"));
 }
 
 }  // namespace
@@ -130,7 +130,7 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
 
 Shot resolveShot(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
     Shot shot = resolveLook(options, asset, truth);
-    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "clip")];
+    const ClipView& clip = asset.animation.clips[findByName(asset.animation.clips, options.clip, "--clip")];
     if (std::size_t(options.frame) >= clip.frame_count)
         throw UsageError("--frame must be 0.." + std::to_string(clip.frame_count - 1) + " for clip \"" +
                          std::string(clip.name) + "\", not " + std::to_string(options.frame));

@@ -171,7 +171,7 @@ FactorChoice parseFactor(const AssetView& asset, std::string_view word) {
                          std::string(word) + "\"");
     for (const auto& [name, kind] : kWords)
         if (word == name) return {kind};
-    return {FactorKind::kPart, findPart(asset, word, "lobe-of")};
+    return {FactorKind::kPart, findPart(asset, word, "--lobe-of")};
 }
 
 }  // namespace penumbra

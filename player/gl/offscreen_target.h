@@ -1,7 +1,6 @@
 #pragma once
 // An offscreen target is where a frame is drawn without a window: a multisampled colour and depth buffer, and the
 // picture that it resolves to.
-// to.
 #include <cstdint>
 #include <vector>
 

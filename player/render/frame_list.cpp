@@ -18,7 +18,7 @@ std::vector<std::size_t> chooseClips(const std::vector<ClipView>& clips, const F
     }
     for (const std::string& name : choice.clips) {
         if (name == "all" && !named_all) throw UsageError("--clip all goes with no other --clip");
-        chosen.push_back(findByName(clips, name, "clip"));
+        chosen.push_back(findByName(clips, name, "--clip"));
         if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1)
             throw UsageError("--clip " + name + ": given twice");
     }

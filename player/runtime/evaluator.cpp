@@ -62,7 +62,7 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
 
 namespace {
 
-std::array<FarLayout, kFarQualities> layoutsOf(const AssetView& asset, const FarTables& tables) {
+std::array<FarLayout, 2> layoutsOf(const AssetView& asset, const FarTables& tables) {
     std::vector<std::size_t> part_counts;
     for (std::size_t p = 0; p < tables.partCount(); ++p) part_counts.push_back(tables.partsSeenBy(p).size());
     return {makeFarLayout(asset, part_counts, FarQuality::kFull), makeFarLayout(asset, part_counts, FarQuality::kFast)};

@@ -87,7 +87,7 @@ private:
     // What composed assets have on top.
     struct Composed {
         FarTables far;
-        std::array<FarLayout, kFarQualities> layouts;
+        std::array<FarLayout, 2> layouts;  // kFull, kFast
         std::vector<float> residual_mean;  // [V, stride], or empty
 
         Composed(const AssetView& asset);

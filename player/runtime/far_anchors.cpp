@@ -27,7 +27,7 @@ namespace {
 struct AnchorCount {
     std::size_t vertices_of_anchor, coarse;
 };
-constexpr AnchorCount kAnchorCount[kFarQualities] = {{12, 800}, {28, 450}};
+constexpr AnchorCount kAnchorCount[] = {{12, 800}, {28, 450}};
 constexpr std::size_t kVerticesOfCoarseAnchor = 4;
 // A part with no more vertices has no anchors, nor one that sees no more far parts.
 constexpr std::size_t kFewVertices = 64, kFewParts = 3;

@@ -69,6 +69,10 @@ struct FarConstants {
     // Anchors sum parts that block up to near[0] of the sphere; receivers multiply those above near[1] in one by one.
     // Between the two both have a share. The sum takes what blocks most 1 + depth times.
     float near[2], depth;
+    // A part that blocks next to nothing counts `overlap` times, one that blocks a share of `solid` and more once.
+    float overlap, solid;
+    float blocked[2];  // a part that blocks less than the first share of the sphere does not count, more than the
+                       // second in full
 };
 
 struct FarReceivers {

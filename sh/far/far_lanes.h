@@ -71,7 +71,7 @@ inline void addPart(const FarConstants& constants, const FarTable& table, const 
     Lanes height, sine;
     Blocked blocked;
     Ints small;
-    heightOf(posed, seen.frames, height, sine, small);
+    heightOf(constants, posed, seen.frames, height, sine, small);
     const Ints wanted = (height > -1) & ~small & (owed > 0);
     if (!any(wanted)) return;
     if (!blockedBy(constants, table, posed, seen.frames, wanted, blocked)) return;
@@ -134,7 +134,7 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
             Blocked blocked;
             Ints small;
             nears[p] = kZeros;
-            heightOf(posed, seen.frames, height, sine, small);
+            heightOf(constants, posed, seen.frames, height, sine, small);
             if (!any(~small)) continue;
             if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked)) continue;
             nears[p] = (blocked.share - constants.near[0]) * (1 / (constants.near[1] - constants.near[0]));

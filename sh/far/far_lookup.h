@@ -158,7 +158,8 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
 
 // Tells how high a part stands over the horizon of each receiver, as farVisibility() has it, and which receivers its
 // sphere covers too little of.
-inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, Lanes& sine, Ints& small) {
+inline void heightOf(const FarConstants& constants, const FarPart& posed, const Frames& frames, Lanes& height,
+                     Lanes& sine, Ints& small) {
     Lanes way[3];
     for (int axis = 0; axis < 3; ++axis) way[axis] = posed.centre[axis] - frames.position[axis];
     const Lanes* n = frames.normal;
@@ -170,7 +171,7 @@ inline void heightOf(const FarPart& posed, const Frames& frames, Lanes& height, 
     root(distance);
     sine = along / distance;
     const float radius2 = posed.radius * posed.radius;
-    small = (kZeros + radius2) < 4 * kLeastBlocked * (square - radius2);
+    small = (kZeros + radius2) < 4 * constants.blocked[0] * (square - radius2);
 }
 
 // What a part blocks at the receivers that are wanted.
@@ -186,8 +187,11 @@ inline bool blockedBy(const FarConstants& constants, const FarTable& table, cons
                       const Ints& wanted, Blocked& out) {
     sample(constants, table, posed, frames, wanted, out.numbers, out.inside);
     out.share = out.numbers[0] * (-1 / kRootOfSphere);
-    out.weight = (out.share - kLeastBlocked) * (1 / (kFullBlocked - kLeastBlocked));
+    out.weight = (out.share - constants.blocked[0]) * (1 / (constants.blocked[1] - constants.blocked[0]));
     clamp(out.weight, kZeros, kZeros + 1);
+    Lanes solid = out.share * (1 / constants.solid);
+    clamp(solid, kZeros, kZeros + 1);
+    out.weight *= constants.overlap + (1 - constants.overlap) * solid;
     return any((out.weight > 0) | (out.inside > 0));
 }
 

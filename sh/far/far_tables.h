@@ -9,9 +9,10 @@
 namespace penumbra {
 
 // How many parts are multiplied in one by one, and how many anchors sum the others. The fast one is for characters that
-// are small in the picture: it takes half the time, and docs/accuracy.md has its error.
-enum class FarQuality : std::uint8_t { kFull, kFast };
-constexpr std::size_t kFarQualities = 2;
+// are small in the picture: it takes half the time, and docs/accuracy.md has its error. kCast is for what a character
+// hides from others, where parts count that block less.
+enum class FarQuality : std::uint8_t { kFull, kFast, kCast };
+constexpr std::size_t kFarQualities = 3;
 
 class FarTables {
 public:

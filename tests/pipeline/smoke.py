@@ -136,6 +136,12 @@ def pictures():
     run(OK, "player", "render", "neural.pnb", *TINY, *truth, "--frames", "0:3", "--sheet", "s.png", "--csv", "s.csv", "--flip",
         "-o", "f.%d.png")
     run(OK, "player", "render", "c.pnb", *TINY, "-o", "a.png")
+    for name, text in (("s.json", '{"version": 1, "characters": [{"asset": "additive.pnb"}], "ground": {"resolution": 8}}'),
+                       ("p.csv", "x,y,z,nx,ny,nz\n0,0,0,0,1,0\n")):
+        with open(name, "w") as f:
+            f.write(text)
+    run(OK, "player", "render", "--scene", "s.json", *TINY, "-o", "a.png")
+    run(OK, "player", "probe", "s.json", "--points", "p.csv", "-o", "p.out.csv")
     run(OK, "player", "bench", "additive.pnb", "--runs", 2, *TINY, "--characters", 2)
     run(OK, "player", "view", "additive.pnb", "sky.hdr", "--dry-run")
 

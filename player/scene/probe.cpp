@@ -1,0 +1,180 @@
+#include "player/scene/probe.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "sh/quadrature.h"
+#include "sh/sh_basis.h"
+#include "sh/tangent.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::string_view kHeader = "x,y,z,nx,ny,nz";
+
+ProbePoint parsePoint(std::string_view line, const std::string& where) {
+    std::array<double, 6> numbers;
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const auto [next, problem] = std::from_chars(at, end, numbers[i]);
+        const bool last = i + 1 == numbers.size();
+        if (problem != std::errc() || !std::isfinite(float(numbers[i])) ||
+            (last ? next != end : next == end || *next != ','))
+            throw InvalidInput(where + ": must be 6 numbers, " + std::string(kHeader));
+        at = next + 1;
+    }
+    const Vec3d normal{numbers[3], numbers[4], numbers[5]};
+    const double size = length(normal);
+    if (!(size > 1e-6 && size < 1e6)) throw InvalidInput(where + ": the normal has length " + std::to_string(size));
+    return {toFloat(Vec3d{numbers[0], numbers[1], numbers[2]}), toFloat(normal * (1 / size))};
+}
+
+// Sums over directions above the horizon, in a local frame.
+class Integrals {
+public:
+    explicit Integrals(const PosedScene& scene) : directions_(gaussHemisphere(16, 32)) {
+        const AssetView& asset = scene.lightAsset();
+        if (!asset.lights.empty()) light_ = &asset.lights[scene.light()];
+        to_light_ = transposed(scene.lightRotation());
+        std::vector<double> y(kFieldNumbers);
+        const std::vector<int> even = evenIndices(kFieldOrder);
+        for (const WeightedDirection& d : directions_) {
+            evalBasis(kFieldOrder, d.direction, y);
+            std::array<double, kFarNumbers>& row = rows_.emplace_back();
+            for (std::size_t i = 0; i < row.size(); ++i) row[i] = y[std::size_t(even[i])];
+        }
+    }
+
+    ProbeValue value(const float* mirrored, const ProbePoint& point, Vec3 tangent) const {
+        const Vec3d n = toDouble(point.normal), t = toDouble(tangent), b = cross(n, t);
+        ProbeValue out;
+        out.ambient = 0;
+        std::array<double, kProbeOrder * kProbeOrder> y;
+        for (std::size_t d = 0; d < directions_.size(); ++d) {
+            double v = 0;
+            for (std::size_t i = 0; i < kFarNumbers; ++i) v += mirrored[i] * rows_[d][i];
+            const Vec3d local = directions_[d].direction, s = t * local.x + b * local.y + n * local.z;
+            const double weight = directions_[d].weight * v;
+            out.ambient += weight * local.z / std::numbers::pi;
+            evalBasis(kProbeOrder, s, y);
+            for (std::size_t i = 0; i < y.size(); ++i) out.moments[i] += weight * y[i];
+            if (light_) out.irradiance += radiance(s) * (weight * local.z);
+        }
+        return out;
+    }
+
+private:
+    std::vector<WeightedDirection> directions_;
+    std::vector<std::array<double, kFarNumbers>> rows_;  // of each direction: the mirrored functions
+    const LightView* light_ = nullptr;
+    Mat3d to_light_;
+
+    Vec3d radiance(Vec3d s) const {
+        std::vector<double> y(std::size_t(light_->order * light_->order));
+        evalBasis(light_->order, to_light_ * s, y);
+        Vec3d sum;
+        for (std::size_t i = 0; i < y.size(); ++i)
+            for (int c = 0; c < 3; ++c) sum[c] += y[i] * light_->sh[3 * i + std::size_t(c)];
+        return sum;
+    }
+};
+
+// The points of one piece of work.
+struct ProbeBatch {
+    std::array<Vec3, kMostReceivers> positions, normals, tangents;
+    std::array<float, kMostReceivers * kFarNumbers> mirrored;
+    std::vector<std::uint16_t> parts;
+    std::size_t count = 0;
+
+    explicit ProbeBatch(std::span<const ProbePoint> points) : count(points.size()) {
+        for (std::size_t i = 0; i < count; ++i) {
+            positions[i] = points[i].position;
+            normals[i] = points[i].normal;
+            tangents[i] = tangentOf(points[i].normal, {1, 0, 0});
+        }
+    }
+    void evaluate(const CastShadow& cast, CasterChoice choice) {
+        cast.evaluate({{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}}, choice, parts,
+                      {mirrored.data(), count * kFarNumbers});
+    }
+};
+
+void addCasters(const PosedScene& scene, ProbeBatch& batch, std::span<ProbeValue> values) {
+    std::array<float, kFarNumbers> weights;
+    ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
+    for (std::size_t m = 0; m < scene.members().size(); ++m) {
+        if (scene.members()[m]->caster == kNobody) continue;
+        batch.evaluate(scene.cast(), {.only = scene.members()[m]->caster});
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            float e = 0;
+            for (std::size_t k = 0; k < kFarNumbers; ++k) e += weights[k] * batch.mirrored[i * kFarNumbers + k];
+            if (1 - e > kCasterMatters) values[i].casters.push_back(m);
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::string& name) {
+    std::vector<ProbePoint> points;
+    std::size_t number = 0;
+    for (std::size_t begin = 0; begin < text.size(); ++number) {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        std::string_view line(text.data() + begin, end - begin);
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        begin = end + 1;
+        const std::string where = name + ", line " + std::to_string(number + 1);
+        if (number == 0) {
+            if (line != kHeader) throw InvalidInput(where + ": must be " + std::string(kHeader));
+        } else if (!line.empty()) {
+            points.push_back(parsePoint(line, where));
+        }
+    }
+    if (number == 0) throw InvalidInput(name + ": is empty");
+    return points;
+}
+
+std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads) {
+    const Integrals integrals(scene);
+    std::vector<ProbeValue> values(points.size());
+    parallelFor((points.size() + kMostReceivers - 1) / kMostReceivers, threads, [&](std::size_t piece) {
+        const std::size_t first = piece * kMostReceivers, count = std::min(kMostReceivers, points.size() - first);
+        ProbeBatch batch(points.subspan(first, count));
+        batch.evaluate(scene.cast(), {});
+        for (std::size_t i = 0; i < count; ++i)
+            values[first + i] =
+                integrals.value(batch.mirrored.data() + i * kFarNumbers, points[first + i], batch.tangents[i]);
+        addCasters(scene, batch, std::span(values).subspan(first, count));
+    });
+    return values;
+}
+
+std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values) {
+    std::string text = std::string(kHeader) + ",E,irradiance_r,irradiance_g,irradiance_b,casters";
+    for (int i = 0; i < kProbeOrder * kProbeOrder; ++i) text += ",sh_" + std::to_string(i);
+    text += '\n';
+    std::array<char, 32> buffer;
+    const auto add = [&](double x, const char* format) {
+        text.append(buffer.data(), std::size_t(std::snprintf(buffer.data(), buffer.size(), format, x)));
+    };
+    for (std::size_t p = 0; p < points.size(); ++p) {
+        for (const Vec3 v : {points[p].position, points[p].normal})
+            for (int axis = 0; axis < 3; ++axis) add(v[axis], "%.9g,");
+        add(values[p].ambient, "%.6g,");
+        for (int c = 0; c < 3; ++c) add(values[p].irradiance[c], "%.6g,");
+        for (std::size_t i = 0; i < values[p].casters.size(); ++i)
+            text += (i > 0 ? " " : "") + scene.members()[values[p].casters[i]]->file->name;
+        for (const double m : values[p].moments) add(m, ",%.6g");
+        text += '\n';
+    }
+    return text;
+}
+
+}  // namespace penumbra

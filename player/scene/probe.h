@@ -1,0 +1,37 @@
+#pragma once
+// What the characters of a scene leave visible at points with normals, and what light arrives there.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "player/scene/posed_scene.h"
+
+namespace penumbra {
+
+struct ProbePoint {
+    Vec3 position, normal;  // in the scene; the normal is unit
+};
+
+// A caster matters to a point where it alone takes this away from E.
+constexpr float kCasterMatters = 0.002f;
+constexpr int kProbeOrder = 5;
+
+struct ProbeValue {
+    double ambient = 1;                                       // E: 1/pi integral over the hemisphere of V cos
+    Vec3d irradiance;                                         // integral of L V cos by the scene's light; 0 without one
+    std::array<double, kProbeOrder * kProbeOrder> moments{};  // integral over the hemisphere of V y_i, in the scene
+    std::vector<std::size_t> casters;                         // members of the scene that matter
+};
+
+// Parses lines "x,y,z,nx,ny,nz" below a header of these words. Normals are made unit. Throws InvalidInput with the
+// name, the line and what is wrong with it.
+std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::string& name);
+
+// All casters count, and nothing else: neither the ground nor what the point lies on.
+std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads);
+
+// Rows of the points' six columns, E, irradiance_r, irradiance_g, irradiance_b, casters (names with blanks between) and
+// sh_0 to sh_24, the moments.
+std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values);
+
+}  // namespace penumbra

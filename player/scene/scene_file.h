@@ -1,0 +1,61 @@
+#pragma once
+// Reads scene.json, which says who stands where (docs/scene.md has the keys). It opens no other file.
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+constexpr int kSceneVersion = 1;
+constexpr std::size_t kMostSceneCharacters = 10000;
+constexpr int kMostGroundResolution = 4096;
+
+// Something that stands in a scene. Its asset's frame is turned about y (degrees; positive turns +z towards +x) and
+// then moved (metres).
+struct SceneCharacter {
+    std::string at;    // the file and the JSON pointer, for messages
+    std::string name;  // of its own; by default the asset's stem, with a number behind it where it is not the only one
+    std::filesystem::path asset;
+    std::string clip;    // "": the first
+    double seconds = 0;  // into the clip; the nearest sampled frame
+    Vec3 position;
+    double yaw = 0;
+    std::string material;                                         // of all parts; "": what the asset gives each
+    std::vector<std::pair<std::string, std::string>> slots = {};  // slot, material; after `material`
+};
+
+// A square that faces up.
+struct SceneGround {
+    double height = 0;              // y, metres
+    Vec3 centre;                    // x and z count
+    double size = 4;                // side, metres
+    int resolution = 128;           // vertices a side
+    Vec3 albedo{0.5f, 0.5f, 0.5f};  // linear
+};
+
+struct SceneLight {
+    std::string at;               // as SceneCharacter::at
+    std::filesystem::path asset;  // empty: the first character's
+    std::string name;             // "": the first
+    std::string rotation;         // sh/light_rotation.h
+};
+
+struct SceneDescription {
+    std::vector<SceneCharacter> characters, props;  // at least one in all
+    std::optional<SceneGround> ground;
+    SceneLight light;
+    std::string camera;  // sh/camera.h
+};
+
+// Paths in the result are relative to the folder of `path`, as they are in the file, joined with it. Throws IoError,
+// and InvalidInput with the file, the JSON pointer of the key, and what is wrong with it: unknown keys, a key that
+// stands twice, numbers out of range, two characters of one name.
+SceneDescription readScene(const std::filesystem::path& path);
+// The same for text; `name` stands in messages, and paths are relative to `folder`.
+SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder);
+
+}  // namespace penumbra

@@ -1,0 +1,110 @@
+// scene.json: what it says, and what is refused with the place where it stands.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/common/errors.h"
+#include "player/scene/scene_file.h"
+
+namespace penumbra {
+namespace {
+
+using ::testing::HasSubstr;
+
+SceneDescription parsed(const std::string& text) { return parseScene(text, "s.json", "/folder"); }
+
+std::string problemOf(const std::string& text) {
+    try {
+        (void)parsed(text);
+    } catch (const InvalidInput& problem) {
+        return problem.what();
+    }
+    return "none";
+}
+
+// A scene with one character, and `more` behind it.
+std::string sceneWith(const std::string& more) {
+    return R"({"version": 1, "characters": [{"asset": "a.pnb"}])" + more + "}";
+}
+
+std::string sceneOf(const std::string& character) { return R"({"version": 1, "characters": [)" + character + "]}"; }
+
+TEST(SceneFile, ReadsAllKeys) {
+    const SceneDescription scene = parsed(R"({
+        "version": 1,
+        "characters": [
+            {"name": "hero", "asset": "a.pnb", "clip": "walk", "time": 1.5, "position": [1, 2, -3], "yaw": 90, "scale": 1,
+             "material": "clay", "slots": {"body": "skin"}},
+            {"asset": "sub/a.pnb"}, {"asset": "a.pnb"}],
+        "props": [{"asset": "/elsewhere/table.pnb", "position": [0, 0, 1]}],
+        "ground": {"height": -0.5, "centre": [1, 0, 2], "size": 8, "resolution": 64, "albedo": [0.1, 0.2, 0.3]},
+        "light": {"asset": "lights.pnb", "name": "sky", "rotation": "yaw=30"},
+        "camera": "yaw=20"})");
+    ASSERT_EQ(scene.characters.size(), 3u);
+    const SceneCharacter& hero = scene.characters[0];
+    EXPECT_EQ(hero.name, "hero");
+    EXPECT_EQ(hero.asset, "/folder/a.pnb");
+    EXPECT_EQ(hero.clip, "walk");
+    EXPECT_EQ(hero.seconds, 1.5);
+    EXPECT_EQ(hero.position.z, -3);
+    EXPECT_EQ(hero.yaw, 90);
+    EXPECT_EQ(hero.material, "clay");
+    EXPECT_EQ(hero.slots.front(), (std::pair<std::string, std::string>("body", "skin")));
+    EXPECT_EQ(scene.characters[1].name, "a");
+    EXPECT_EQ(scene.characters[2].name, "a-2");
+    EXPECT_EQ(scene.props[0].asset, "/elsewhere/table.pnb");
+    ASSERT_TRUE(scene.ground);
+    EXPECT_EQ(scene.ground->height, -0.5);
+    EXPECT_EQ(scene.ground->resolution, 64);
+    EXPECT_EQ(scene.ground->albedo.y, 0.2f);
+    EXPECT_EQ(scene.light.asset, "/folder/lights.pnb");
+    EXPECT_EQ(scene.camera, "yaw=20");
+}
+
+TEST(SceneFile, RefusesWithThePlace) {
+    const auto character = [](const std::string& key_and_value) {
+        return sceneOf(R"({"asset": "a.pnb", )" + key_and_value + "}");
+    };
+    const std::vector<std::pair<std::string, std::string>> cases = {
+        {"", "s.json: not JSON"},
+        {"[1, 2", "s.json: not JSON"},
+        {"[]", "s.json: /: must be an object"},
+        {"{}", "s.json: /: has no \"version\""},
+        {R"({"version": 2, "characters": []})", "s.json: /version: is 2; this program reads 1"},
+        {R"({"version": "1", "characters": []})", "s.json: /version: must be a whole number"},
+        {R"({"version": 1})", "s.json: /: has no characters"},
+        {sceneOf(""), "s.json: /: has no characters"},
+        {sceneOf("{}"), "s.json: /characters/0: has no \"asset\""},
+        {sceneOf(R"({"asset": ""})"), "s.json: /characters/0/asset: is empty"},
+        {sceneOf(R"({"asset": "a\u0000b"})"), "s.json: /characters/0/asset: has a zero byte"},
+        {sceneOf("7"), "s.json: /characters/0: must be an object"},
+        {sceneWith(R"(, "sun": {})"), "s.json: /sun: unknown key"},
+        {character(R"("yav": 3)"), "s.json: /characters/0/yav: unknown key"},
+        {character(R"("yaw": NaN)"), "s.json: not JSON"},
+        {character(R"("yaw": 1e999)"), "s.json: not JSON"},
+        {character(R"("yaw": "3")"), "s.json: /characters/0/yaw: must be a number"},
+        {character(R"("time": -1)"), "s.json: /characters/0/time: is -1, not in [0, 1e+06]"},
+        {character(R"("scale": 2)"), "s.json: /characters/0/scale: is 2, not in [1, 1]"},
+        {character(R"("position": [0, 0])"), "s.json: /characters/0/position: must have 3 numbers"},
+        {character(R"("position": [0, 1e9, 0])"), "s.json: /characters/0/position/1: is 1e+09"},
+        {character(R"("slots": ["body"])"), "s.json: /characters/0/slots: must be an object"},
+        {sceneOf(R"({"name": "x", "asset": "a.pnb"}, {"name": "x", "asset": "b.pnb"})"),
+         "s.json: /characters/1/name: \"x\" is also the name of /characters/0"},
+        {sceneWith(R"(, "props": [{"asset": "p.pnb", "clip": "walk"}])"), "s.json: /props/0/clip: unknown key"},
+        {sceneWith(R"(, "ground": {"resolution": 1})"), "s.json: /ground/resolution: is 1, not in [2, 4096]"},
+        {sceneWith(R"(, "ground": {"resolution": 2.5})"), "s.json: /ground/resolution: must be a whole number"},
+        {sceneWith(R"(, "ground": {"albedo": [0, 2, 0]})"), "s.json: /ground/albedo/1: is 2, not in [0, 1]"},
+        {sceneWith(R"(, "camera": {})"), "s.json: /camera: must be a string"},
+        {R"({"version": 1, "version": 1, "characters": []})", "s.json: the key \"version\" stands twice"},
+        {sceneWith(R"(, "light": )" + std::string(100000, '[')), "s.json: nested too deep"},
+    };
+    for (const auto& [text, expected] : cases) EXPECT_THAT(problemOf(text), HasSubstr(expected)) << text.substr(0, 200);
+}
+
+TEST(SceneFile, RefusesACrowdThatNobodyCanMean) {
+    std::string crowd;
+    for (int i = 0; i < 1000000; ++i) crowd += i == 0 ? "0" : ",0";
+    EXPECT_THAT(problemOf(sceneOf(crowd)), HasSubstr("/characters: has 1000000 elements; at most 10000"));
+}
+
+}  // namespace
+}  // namespace penumbra

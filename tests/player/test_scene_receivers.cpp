@@ -1,0 +1,139 @@
+// The vertices of a scene: what they see past everyone else.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "formats/common/errors.h"
+#include "pack/pack_asset.h"
+#include "player/scene/scene_receivers.h"
+#include "sh/visibility_convention.h"
+#include "tests/synthetic_composition.h"
+
+namespace penumbra {
+namespace {
+
+namespace fs = std::filesystem;
+
+const synthetic::TubeOptions kTube{
+    .rings = 20, .segments = 9, .joints = 6, .clusters = 4, .components = 5, .inputs = 4};
+
+// A folder with tube.pnb, which casts, and additive.pnb of convention A4, which does not.
+class SceneReceivers : public ::testing::Test {
+protected:
+    fs::path folder_ = fs::path(::testing::TempDir()) / "scene_receivers";
+
+    void SetUp() override {
+        fs::create_directories(folder_);
+        synthetic::TubeOptions additive = kTube;
+        additive.convention = parseConvention("A4");
+        write("tube.pnb", synthetic::composedTube(kTube));
+        write("additive.pnb", synthetic::tubeModel(additive));
+    }
+    void write(const char* name, const Model& model) const {
+        const Packed packed = packAsset(model, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+        std::ofstream file(folder_ / name, std::ios::binary);
+        file.write(reinterpret_cast<const char*>(packed.bytes.data()), std::streamsize(packed.bytes.size()));
+    }
+    PosedScene scene(const std::string& members, const std::string& more = "") const {
+        return PosedScene(
+            parseScene(R"({"version": 1, "characters": [)" + members + "]" + more + "}", "s.json", folder_));
+    }
+};
+
+FrameVertices alone(const PosedScene& scene, std::size_t member) {
+    const Evaluator& evaluator = scene.members()[member]->evaluator;
+    FrameVertices vertices;
+    skinFrame(evaluator, 1, vertices);
+    evaluateNumbers(evaluator, 1, vertices);
+    return vertices;
+}
+
+std::vector<float> ambientOf(const PosedScene& scene, std::size_t member, const FrameVertices& vertices) {
+    const ModelView& model = scene.members()[member]->asset->view.model;
+    std::vector<float> e(vertices.positions.size());
+    ambient(model.convention, int(model.stride), 0, e.size(), vertices.numbers, e);
+    return e;
+}
+
+// Own parts are in the numbers already.
+TEST_F(SceneReceivers, HasTheVeryNumbersWhereNobodyElseCasts) {
+    const PosedScene one = scene(R"({"asset": "tube.pnb"})");
+    EXPECT_EQ(memberVertices(one, 0, 2).numbers, alone(one, 0).numbers);
+    const PosedScene apart = scene(R"({"asset": "tube.pnb"}, {"asset": "tube.pnb", "position": [9000, 0, 0]})");
+    EXPECT_EQ(memberVertices(apart, 0, 2).numbers, alone(apart, 0).numbers);
+    EXPECT_EQ(memberVertices(apart, 1, 2).positions[0].x - alone(apart, 1).positions[0].x, 9000);
+    const PosedScene receiver = scene(R"({"asset": "additive.pnb"}, {"asset": "additive.pnb", "position": [1, 0, 0]})");
+    EXPECT_EQ(receiver.cast().casterCount(), 0u);
+    EXPECT_EQ(memberVertices(receiver, 0, 1).numbers, alone(receiver, 0).numbers);
+}
+
+// Everyone gets darker near another, in any convention, and as much in one as in another: E of both is one integral.
+TEST_F(SceneReceivers, IsDarkerBesideAnother) {
+    for (const char* asset : {"tube.pnb", "additive.pnb"}) {
+        const PosedScene both =
+            scene(R"({"asset": ")" + std::string(asset) + R"("}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
+        const std::vector<float> before = ambientOf(both, 0, alone(both, 0)),
+                                 after = ambientOf(both, 0, memberVertices(both, 0, 1));
+        double most = 0, sum = 0;
+        for (std::size_t v = 0; v < after.size(); ++v) {
+            EXPECT_LT(after[v], before[v] + 0.02f) << asset;
+            most = std::max<double>(most, before[v] - after[v]);
+            sum += before[v] - after[v];
+        }
+        EXPECT_GT(most, 0.15) << asset;
+        EXPECT_GT(sum / double(after.size()), 0.01) << asset;
+    }
+}
+
+// Visibility past another times full visibility is the other's, whatever stands below the horizon.
+TEST_F(SceneReceivers, ConventionsAgree) {
+    std::vector<std::vector<float>> e;
+    for (const char* convention : {"D5", "A5", "B5"}) {
+        synthetic::TubeOptions tube = kTube;
+        tube.convention = parseConvention(convention);
+        Model model = synthetic::tubeModel(tube);
+        std::vector<float> moments(25), open(std::size_t(tube.convention.size()));
+        std::vector<double> below(25);
+        belowHorizonCoefficients(5, below);
+        for (std::size_t i = 0; i < 25; ++i) moments[i] = -float(below[i]);
+        moments[0] += 2 * std::sqrt(std::numbers::pi_v<float>);
+        fromMoments(tube.convention, moments, open);
+        for (ClusterModel& cluster : model.clusters) {
+            std::fill(cluster.basis.begin(), cluster.basis.end(), 0.0f);
+            for (std::size_t i = 0; i < cluster.mean.size(); ++i) cluster.mean[i] = open[i % open.size()];
+        }
+        write("open.pnb", model);
+        const PosedScene both = scene(R"({"asset": "open.pnb"}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
+        e.push_back(ambientOf(both, 0, memberVertices(both, 0, 1)));
+    }
+    double off_a = 0, off_b = 0, least = 1;
+    for (std::size_t v = 0; v < e[0].size(); ++v) {
+        off_a = std::max<double>(off_a, std::abs(e[1][v] - e[0][v]));
+        off_b = std::max<double>(off_b, std::abs(e[2][v] - e[0][v]));
+        least = std::min<double>(least, e[0][v]);
+    }
+    EXPECT_LT(least, 0.8);
+    EXPECT_LT(off_a, 0.02);
+    EXPECT_LT(off_b, 0.02);
+}
+
+TEST_F(SceneReceivers, TheGroundIsDarkestUnderTheCharacter) {
+    const PosedScene stands =
+        scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": 0, "size": 8, "resolution": 33})");
+    const GroundVertices ground = groundVertices(stands, 2);
+    const std::vector<float> e = groundAmbient(ground);
+    ASSERT_EQ(e.size(), 33u * 33u);
+    EXPECT_EQ(ground.triangles.size(), 6u * 32u * 32u);
+    const std::size_t darkest = std::size_t(std::min_element(e.begin(), e.end()) - e.begin());
+    EXPECT_LT(length(ground.positions[darkest]), 0.4f);
+    EXPECT_LT(e[darkest], 0.5f);
+    EXPECT_GT(e.front(), 0.97f);
+    EXPECT_LT(e.front(), 1.0001f);
+    // Faces up.
+    const Vec3 a = ground.positions[ground.triangles[0]], b = ground.positions[ground.triangles[1]],
+               c = ground.positions[ground.triangles[2]];
+    EXPECT_GT(cross(b - a, c - a).y, 0);
+}
+
+}  // namespace
+}  // namespace penumbra
