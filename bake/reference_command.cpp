@@ -7,6 +7,7 @@
 #include "bake/bake_verbs.h"
 #include "bake/reference/bake_reference.h"
 #include "bake/reference/reference_blockers.h"
+#include "bake/reference/scene_frame.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"
 #include "formats/common/picture_text.h"
@@ -19,7 +20,8 @@ namespace penumbra {
 namespace {
 
 struct ReferenceCommand {
-    std::filesystem::path input, output, tangents;
+    std::filesystem::path input, scene, output, tangents;
+    double time = 0;            // of a scene, seconds
     std::string light, layout;  // light: a file or analytic lights; layout "": by the picture's shape
     BrdfSource brdf;
     std::vector<std::string> slots;
@@ -28,12 +30,26 @@ struct ReferenceCommand {
     std::int64_t frame = 0;
     std::string light_rotation;
     int light_order = 0;  // 0: the picture itself
-    const CLI::Option* light_order_option = nullptr;
+    const CLI::Option *light_order_option = nullptr, *frame_option = nullptr, *time_option = nullptr;
+    std::vector<const CLI::Option*> bake_only;  // what a picture of a scene does not read
     std::string camera, size = "512x512", channel = "shaded", background = "transparent";
     float exposure = 1;
 };
 
+void checkInput(const ReferenceCommand& command) {
+    if (command.input.empty() == command.scene.empty())
+        throw UsageError(command.input.empty() ? "a bake, X.vis.h5, or a --scene S.json is required"
+                                               : "a bake or a --scene: one or the other");
+    if (command.scene.empty() && command.frame_option->count() == 0) throw UsageError("--frame is required");
+    if (command.scene.empty() && command.time_option->count() > 0)
+        throw UsageError("--time is of no use without --scene");
+    for (const CLI::Option* option : command.bake_only)
+        if (!command.scene.empty() && option->count() > 0)
+            throw UsageError(option->get_name() + " is of no use with --scene");
+}
+
 void finishOptions(ReferenceCommand& command) {
+    checkInput(command);
     ReferenceOptions& options = command.options;
     const std::optional<PictureSize> size = parseSize(command.size);
     if (!size) throw UsageError("--size must be WIDTHxHEIGHT in pixels, not '" + command.size + "'");
@@ -118,7 +134,70 @@ std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& me
     return brdf_of_vertex;
 }
 
+// Reads the materials that the assets name: those that --slot or --brdf give, and analytic ones by their names.
+std::vector<RgbBrdf> readMaterialsOf(const ReferenceCommand& command, const SceneFrame& scene, std::size_t ground,
+                                     int threads) {
+    std::vector<RgbBrdf> brdfs;
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+        const std::string& name = scene.materials[m];
+        BrdfSource source;
+        source.analytic = name;
+        source.analytic_option = "--brdf";
+        if (m != ground && (!command.brdf.analytic.empty() || !command.brdf.files().empty())) source = command.brdf;
+        for (const std::string& text : command.slots)
+            if (const SlotChoice choice = parseSlotChoice(text); choice.slot == name) source = slotSource(choice);
+        try {
+            brdfs.push_back(readBrdfSource(source, threads).brdf);
+        } catch (const UsageError& error) {
+            if (source.analytic != name) throw;
+            throw UsageError("the scene's material \"" + name +
+                             "\" is not an analytic one: say what it is by --slot '" + name + "=FILE'");
+        }
+    }
+    return brdfs;
+}
+
+EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& scene) {
+    EnvironmentLight light = EnvironmentLight::white();
+    if (!command.light.empty()) {
+        light = readLight(command);
+        if (command.light_order > 0) light = light.bandLimited(command.light_order);
+    } else if (scene.light_order > 0) {
+        light = EnvironmentLight::fromSh(scene.light_order, scene.light);
+    }
+    return light.turned(scene.light_rotation);
+}
+
+void runScene(ReferenceCommand& command, const CommonOptions& common, Report& report) {
+    finishOptions(command);
+    report.phase("read");
+    const bool shaded = command.options.channel == ReferenceChannel::kShaded;
+    std::optional<double> seconds;
+    if (command.time_option->count() > 0) seconds = command.time;
+    const SceneDescription description = readScene(command.scene);
+    const SceneFrame scene = poseScene(description, seconds, command.camera, shaded);
+    const std::size_t ground = description.ground ? scene.brdf_of_vertex.back() : scene.materials.size();
+    if (shaded) command.options.brdfs = readMaterialsOf(command, scene, ground, common.threads);
+    const EnvironmentLight light = readLightOf(command, scene);
+    report.figures = {{"members", description.characters.size() + description.props.size()},
+                      {"triangles", scene.mesh.triangles.size()}};
+    if (common.dry_run) {
+        std::printf("%zu triangles, %dx%d pixels, %d shadow rays a pixel\n", scene.mesh.triangles.size(),
+                    command.options.width, command.options.height, command.options.samples);
+        return;
+    }
+    report.phase("render");
+    ReferenceFrame input{scene.mesh, scene.frame};
+    if (shaded) input.brdf_of_vertex = scene.brdf_of_vertex;
+    input.casting_triangles = scene.casting_triangles;
+    const Image image = renderReference(input, scene.camera, light, command.options, common.threads,
+                                        parseProgressStyle(common.quiet ? "none" : common.progress));
+    report.phase("write");
+    writeImage(command.output, image, shaded ? command.exposure : 1);
+}
+
 void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
+    if (!command.scene.empty()) return runScene(command, common, report);
     finishOptions(command);
     report.phase("read");
     const BrdfReading material = readMaterialOf(command, common.threads);
@@ -165,9 +244,15 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
 
 void defineReference(CLI::App& app, ReferenceCommand& command) {
     ReferenceOptions& options = command.options;
-    app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used")->required();
+    app.add_option("visibility", command.input, "X.vis.h5: mesh and frames; its visibility is not used");
+    app.add_option("--scene", command.scene,
+                   "S.json instead of a bake: everyone casts on everyone and on the ground (docs/scene.md)");
+    command.time_option =
+        app.add_option("--time", command.time, "of a scene: seconds into everyone's clip (default: as it says)")
+            ->check(CLI::Range(0.0, 1e6))
+            ->default_str("");
     app.add_option("-o,--output", command.output, "REF.exr or REF.png")->required();
-    app.add_option("--frame", command.frame, "index into the file's frames")->required();
+    command.frame_option = app.add_option("--frame", command.frame, "index into the file's frames")->default_str("");
     app.add_option("--brdf", command.brdf.analytic, "NAME[:key=value,...] (default: lambert)");
     app.add_option("--merl", command.brdf.merl, "measurements of the MERL database (.binary)");
     app.add_option("--table", command.brdf.table,
@@ -176,21 +261,26 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option(
            "--slot", command.slots,
            "SLOT=SPEC: the material of a part of the mesh (info lists the slots), an analytic one or the file of "
-           "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above")
+           "a measured one (FILE.csv:ROW of fits); any number of them, the other parts have the one above. Of a scene: "
+           "MATERIAL=SPEC, what a material of its assets is")
         ->allow_extra_args(false);
-    app.add_option("--occluder", command.occluders,
-                   "of the bake, each as it was given there and in that order; not drawn")
-        ->allow_extra_args(false);
-    app.add_option("--tangents", command.tangents,
-                   "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
+    const CLI::Option* occluders =
+        app.add_option("--occluder", command.occluders,
+                       "of the bake, each as it was given there and in that order; not drawn")
+            ->allow_extra_args(false);
+    const CLI::Option* tangents =
+        app.add_option("--tangents", command.tangents,
+                       "X.model.h5 whose tangents anisotropic materials follow (default: a stand-in tangent)");
     app.add_option(
         "--light", command.light,
         "picture (.exr, .hdr), .light.h5, or analytic lights as in penumbra-fit light --analytic (default: white, "
         "radiance 1)");
     app.add_option("--layout", command.layout, "of the picture; by its shape when not given")
         ->check(CLI::IsMember({"latlong", "angular", "ball", "cube"}));
-    app.add_option("--light-rotation", command.light_rotation,
-                   "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render");
+    const CLI::Option* rotation =
+        app.add_option("--light-rotation", command.light_rotation,
+                       "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render");
+    command.bake_only = {command.frame_option, occluders, tangents, rotation};
     command.light_order_option = app.add_option("--light-order", command.light_order,
                                                 "replace the picture of --light by its SH of this order (0: do not)");
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
@@ -211,7 +301,9 @@ Verb referenceVerb() {
             "Ray-trace a picture of a baked frame: full-resolution light, true BRDF, shadow rays.",
             [command](CLI::App& app) { defineReference(app, *command); },
             [command] {
-                std::vector<std::filesystem::path> inputs{command->input};
+                std::vector<std::filesystem::path> inputs;
+                for (const std::filesystem::path& file : {command->input, command->scene})
+                    if (!file.empty()) inputs.push_back(file);
                 if (!command->light.empty() && !isAnalytic(command->light)) inputs.push_back(command->light);
                 if (!command->tangents.empty()) inputs.push_back(command->tangents);
                 const auto occluders = singleFilesOf(command->occluders);

@@ -11,12 +11,13 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
-FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache")}
+FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene")}
 MAY_INCLUDE = {
     "sh": set(),
     "sh/far": {"sh"},
     "formats/common": {"sh"},
     **{f"formats/{room}": {"sh", "formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
+    "formats/scene": {"sh", "formats/common", "formats/asset"},
     "formats/cache": {"sh", "formats/common", "formats/rig"},
     "bake/common": {"sh"} | FORMATS,
     "bake/source": {"sh", "bake/common"} | FORMATS,

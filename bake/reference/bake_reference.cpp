@@ -53,6 +53,8 @@ ReferenceScene makeScene(const ReferenceFrame& input, const std::vector<RgbBrdf>
         for (Vec3 p : input.occluder_positions) all.push_back(scale.apply(p));
         shadows.emplace(all, input.blockers->triangles, true);
     }
+    if (input.casting_triangles)
+        shadows.emplace(positions, std::span(input.mesh.triangles).first(*input.casting_triangles));
     std::vector<SampledBrdf> materials(brdfs.size());
     parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });
     return {input, scale, std::move(positions), std::move(scene), std::move(shadows), std::move(materials)};

@@ -42,7 +42,8 @@ struct ReferenceFrame {
     // Set for sheets, and with occluders, which are not drawn: rays start by the rules of ray_start.h. If null, rays
     // start at the bias.
     const Blockers* blockers = nullptr;
-    std::span<const Vec3> occluder_positions = {};  // positions of the blockers' vertices after those of the mesh
+    std::span<const Vec3> occluder_positions = {};      // positions of the blockers' vertices after those of the mesh
+    std::optional<std::size_t> casting_triangles = {};  // set: those behind are seen, but cast no shadow
 };
 // Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the
 // same pixels for any number of threads.

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "formats/common/errors.h"
+#include "formats/common/find_by_name.h"
 #include "formats/common/slot_choice.h"
-#include "player/frame/find_by_name.h"
 #include "player/frame/truth_frames.h"
 #include "sh/light_rotation.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "formats/common/errors.h"
-#include "player/frame/find_by_name.h"
+#include "formats/common/find_by_name.h"
 #include "player/frame/frame_values.h"
 
 namespace penumbra {

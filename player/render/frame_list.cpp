@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "player/frame/find_by_name.h"
+#include "formats/common/find_by_name.h"
 
 namespace penumbra {
 

@@ -3,13 +3,13 @@
 #include <memory>
 
 #include "formats/common/errors.h"
+#include "formats/scene/scene_placement.h"
 #include "player/draw/draw_frame.h"
 #include "player/frame/shot.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
 #include "player/scene/scene_receivers.h"
 #include "sh/bounding_box.h"
-#include "sh/camera.h"
 
 namespace penumbra {
 
@@ -72,24 +72,18 @@ FrameView viewOf(const PosedScene& scene, const RenderOptions& options, std::spa
         corners.insert(corners.end(), {box.low, box.high});
     }
     const double radius = std::max<double>(boundsOf(corners).radius(), 1e-3);
-    constexpr double kPitch = 0.25;  // radians: the ground is seen from above
-    const std::string& text = options.camera.empty() ? scene.file().camera : options.camera;
+    const double reach = scene.file().ground ? std::max(radius, scene.file().ground->size) : radius;
+    const Camera camera = cameraOf(scene.file(), options.camera, corners);
     FrameView view;
-    try {
-        const Camera camera = makeCamera(text, corners, radius, kPitch);
-        const double reach = scene.file().ground ? std::max(radius, scene.file().ground->size) : radius;
-        clipFromModel(camera, double(options.width) / options.height, reach, view.clip_from_model);
-        view.eye = toFloat(cameraPosition(camera));
-    } catch (const std::invalid_argument& problem) {
-        throw UsageError(std::string(options.camera.empty() ? "the scene's camera: " : "--camera: ") + problem.what());
-    }
+    clipFromModel(camera, double(options.width) / options.height, reach, view.clip_from_model);
+    view.eye = toFloat(cameraPosition(camera));
     return view;
 }
 
 }  // namespace
 
 Image drawScene(const PosedScene& scene, const RenderOptions& options, int threads) {
-    if (options.channel == Channel::kShaded && scene.lightAsset().lights.empty())
+    if (options.channel == Channel::kShaded && !scene.light())
         throw UsageError("the scene has no light: name an asset that has one under \"light\", or ask for --channel ao");
     std::vector<FrameVertices> members;
     for (std::size_t m = 0; m < scene.members().size(); ++m) members.push_back(memberVertices(scene, m, threads));

@@ -3,9 +3,9 @@
 #include <memory>
 #include <optional>
 
+#include "formats/scene/scene_file.h"
 #include "player/frame/open_asset.h"
 #include "player/runtime/cast_shadow.h"
-#include "player/scene/scene_file.h"
 
 namespace penumbra {
 
@@ -34,7 +34,7 @@ public:
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
     const CastShadow& cast() const { return *cast_; }
     const AssetView& lightAsset() const { return light_asset_->view; }
-    std::size_t light() const { return light_; }  // of lightAsset(); which may have none
+    const LightView* light() const { return light_; }  // of lightAsset(); null where that has none
     const Mat3d& lightRotation() const { return light_rotation_; }
 
 private:
@@ -42,7 +42,7 @@ private:
     std::vector<std::unique_ptr<SceneMember>> members_;  // characters, then props
     std::unique_ptr<CastShadow> cast_;
     std::shared_ptr<const OpenAsset> light_asset_;
-    std::size_t light_ = 0;
+    const LightView* light_ = nullptr;
     Mat3d light_rotation_;
 };
 

@@ -40,8 +40,7 @@ ProbePoint parsePoint(std::string_view line, const std::string& where) {
 class Integrals {
 public:
     explicit Integrals(const PosedScene& scene) : directions_(gaussHemisphere(16, 32)) {
-        const AssetView& asset = scene.lightAsset();
-        if (!asset.lights.empty()) light_ = &asset.lights[scene.light()];
+        light_ = scene.light();
         to_light_ = transposed(scene.lightRotation());
         std::vector<double> y(kFieldNumbers);
         const std::vector<int> even = evenIndices(kFieldOrder);

@@ -140,7 +140,7 @@ std::vector<float> groundAmbient(const GroundVertices& ground) {
 std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground) {
     // All vertices have one frame, so that irradiance is one weighted sum of the numbers: w_i = integral over the
     // hemisphere of L cos y_i.
-    const LightView& light = scene.lightAsset().lights.at(scene.light());
+    const LightView& light = *scene.light();
     const Vec3d n = toDouble(ground.normals.front()), t = toDouble(ground.tangents.front()), b = cross(n, t);
     const Mat3d to_light = transposed(scene.lightRotation());
     const std::vector<int> even = evenIndices(kFieldOrder);

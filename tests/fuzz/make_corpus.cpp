@@ -64,6 +64,16 @@ void writeTables(const fs::path& out) {
     write(brdfs / "fits.txt", "name, diffuse_r, diffuse_g, diffuse_b\na, 0.1, 0.2, 0.3\n");
     const fs::path inputs = out / "fuzz_input_table";
     write(inputs / "seconds.csv", "seconds,wind,ball.x\n0,1,2\n0.5,1.5,2.5\n1,2,3e1\n");
+    const fs::path scenes = out / "fuzz_scene";
+    write(scenes / "least.json", R"({"version": 1, "characters": [{"asset": "a.pnb"}]}
+)");
+    write(
+        scenes / "full.json",
+        R"({"version": 1, "characters": [{"name": "a", "asset": "a.pnb", "clip": "walk", "time": 0.5, "position": [1, 0, -2],
+"yaw": 90, "scale": 1, "material": "clay", "slots": {"body": "skin"}}, {"asset": "a.pnb"}], "props": [{"asset": "b.pnb"}],
+"ground": {"height": -1, "centre": [0, 0, 1], "size": 8, "resolution": 64, "albedo": [0.1, 0.2, 0.3]},
+"light": {"asset": "l.pnb", "name": "sky", "rotation": "yaw=3"}, "camera": "yaw=2"}
+)");
     write(inputs / "frames.csv", "clip,frame,wind\nwave,0,1\nwave,1,2\n\"gust\",0,-3\n");
 }
 

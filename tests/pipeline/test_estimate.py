@@ -52,7 +52,8 @@ def compare(folder, words):
     size, time, room = (megabytes * 1e6 / figures["bytes"], seconds / used, memory * 1e6 / done["peak_memory_bytes"])
     print(f"{' '.join(words)}: probe {probe:.1f} s; estimate / actual: bytes {size:.2f}, seconds {time:.2f}, memory {room:.2f}")
     assert 0.85 < size < 1.15, (text, figures)  # 0.91, 1.02, 1.02
-    assert 0.4 < time < 2.5, (text, used)  # the estimate is in whole seconds
+    # The estimate is in whole seconds: half a second more or less is rounding.
+    assert 0.4 * used - 0.5 < seconds < 2.5 * used + 0.5, (text, used)
     assert 0.7 < room < 1.5, (text, done["peak_memory_bytes"])
 
 

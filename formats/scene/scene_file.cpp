@@ -1,4 +1,4 @@
-#include "player/scene/scene_file.h"
+#include "formats/scene/scene_file.h"
 
 #include <cmath>
 #include <fstream>

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/common/errors.h"
-#include "player/scene/scene_file.h"
+#include "formats/scene/scene_file.h"
 
 namespace penumbra {
 namespace {

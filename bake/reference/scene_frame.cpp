@@ -1,0 +1,139 @@
+#include "bake/reference/scene_frame.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include "formats/asset/asset_file.h"
+#include "formats/common/errors.h"
+#include "formats/scene/scene_placement.h"
+#include "sh/bounding_box.h"
+
+namespace penumbra {
+
+namespace {
+
+struct SceneAsset {
+    MappedFile file;
+    AssetView view;
+    explicit SceneAsset(const std::filesystem::path& path) : file(path), view(openAsset(file.bytes(), path.string())) {}
+};
+
+std::vector<Triangle> trianglesOf(const MeshView& mesh) {
+    std::vector<Triangle> triangles;
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
+        triangles.push_back({mesh.triangles[t], mesh.triangles[t + 1], mesh.triangles[t + 2]});
+    return triangles;
+}
+
+// The vertices of an asset in one of its frames.
+VisibilityFrame poseAsset(const AssetView& asset, std::size_t frame) {
+    VisibilityFrame posed;
+    if (asset.model.deforming) {
+        std::vector<Vec3> points(asset.mesh.pointCount());
+        readPositions(asset, frame, points);
+        for (std::size_t v = 0; v < asset.mesh.positions.size(); ++v)
+            posed.positions.push_back(points[asset.mesh.pointOf(v)]);
+        posed.normals = vertexNormals(trianglesOf(asset.mesh), posed.positions);
+        return posed;
+    }
+    Mesh mesh;
+    mesh.rest_positions.assign(asset.mesh.positions.begin(), asset.mesh.positions.end());
+    Skin skin;
+    skin.influences = asset.mesh.influences;
+    skin.joints.assign(asset.mesh.skin_joints.begin(), asset.mesh.skin_joints.end());
+    skin.weights.assign(asset.mesh.skin_weights.begin(), asset.mesh.skin_weights.end());
+    const std::span<const Affine> bones = asset.animation.bonesOf(frame);
+    skinVertices(mesh, skin, {asset.mesh.normals.begin(), asset.mesh.normals.end()}, {bones.begin(), bones.end()},
+                 posed.positions, posed.normals);
+    return posed;
+}
+
+// Puts meshes behind one another.
+class SceneMesh {
+public:
+    explicit SceneMesh(SceneFrame& out) : out_(out) {}
+
+    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look) {
+        if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
+        if (asset.mesh.two_sided) throw Unsupported(one.at + "/asset: " + one.asset.string() + " is a two-sided sheet");
+        if (asset.model.deforming && asset.animation.playback.positions.empty())
+            throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames (--no-playback)");
+        const VisibilityFrame posed = poseAsset(asset, frameOf(one, asset.animation, seconds));
+        const Affine to_scene = placementOf(one);
+        const auto first = std::uint32_t(out_.frame.positions.size());
+        for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
+        for (const Vec3 n : posed.normals) out_.frame.normals.push_back(to_scene.linear() * n);
+        for (const Triangle& t : trianglesOf(asset.mesh))
+            out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+        std::vector<std::uint16_t> material_of_slot(std::max<std::size_t>(1, asset.mesh.slots.size()), 0);
+        if (look) {
+            const std::vector<std::size_t> materials = materialsOf(one, asset);
+            for (std::size_t s = 0; s < materials.size(); ++s)
+                material_of_slot[s] = numberOf(std::string(asset.materials[materials[s]].name));
+        }
+        for (std::size_t v = 0; v < posed.positions.size(); ++v)
+            out_.brdf_of_vertex.push_back(
+                material_of_slot[asset.mesh.slot_of_vertex.empty() ? 0 : asset.mesh.slot_of_vertex[v]]);
+        const BoundingBox box = boundsOf(std::span(out_.frame.positions).subspan(first));
+        corners_.insert(corners_.end(), {box.low, box.high});
+    }
+
+    void addGround(const SceneGround& ground) {
+        const auto first = std::uint32_t(out_.frame.positions.size());
+        for (const auto& [x, z] : {std::pair{-0.5, -0.5}, {-0.5, 0.5}, {0.5, -0.5}, {0.5, 0.5}})
+            out_.frame.positions.push_back(
+                toFloat(Vec3d{ground.centre.x + x * ground.size, ground.height, ground.centre.z + z * ground.size}));
+        out_.frame.normals.resize(out_.frame.positions.size(), {0, 1, 0});
+        out_.mesh.triangles.push_back({first, first + 1, first + 2});
+        out_.mesh.triangles.push_back({first + 2, first + 1, first + 3});
+        char name[96];
+        std::snprintf(name, sizeof name, "lambert:color=%.9g/%.9g/%.9g", double(ground.albedo.x),
+                      double(ground.albedo.y), double(ground.albedo.z));
+        out_.brdf_of_vertex.resize(out_.frame.positions.size(), numberOf(name));
+    }
+
+    std::span<const Vec3> corners() const { return corners_; }
+
+private:
+    SceneFrame& out_;
+    std::vector<Vec3> corners_;  // of everyone's boxes
+
+    std::uint16_t numberOf(const std::string& material) {
+        std::vector<std::string>& all = out_.materials;
+        const auto found = std::find(all.begin(), all.end(), material);
+        if (found != all.end()) return std::uint16_t(found - all.begin());
+        all.push_back(material);
+        return std::uint16_t(all.size() - 1);
+    }
+};
+
+}  // namespace
+
+SceneFrame poseScene(const SceneDescription& scene, std::optional<double> seconds, const std::string& camera,
+                     bool look) {
+    std::map<std::filesystem::path, std::unique_ptr<const SceneAsset>> open;
+    const auto opened = [&](const std::filesystem::path& path) -> const AssetView& {
+        std::unique_ptr<const SceneAsset>& asset = open[path.lexically_normal()];
+        if (!asset) asset = std::make_unique<const SceneAsset>(path);
+        return asset->view;
+    };
+    SceneFrame out;
+    SceneMesh mesh(out);
+    for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
+        for (const SceneCharacter& one : *list) mesh.add(one, opened(one.asset), seconds, look);
+    out.casting_triangles = out.mesh.triangles.size();
+    if (scene.ground) mesh.addGround(*scene.ground);
+    out.mesh.rest_positions = out.frame.positions;
+    out.camera = cameraOf(scene, camera, mesh.corners());
+    const std::filesystem::path& lit_by = scene.light.asset.empty() ? scene.characters[0].asset : scene.light.asset;
+    if (const LightView* light = lightOf(scene.light, opened(lit_by))) {
+        out.light_order = light->order;
+        out.light.assign(light->sh.begin(), light->sh.end());
+    }
+    out.light_rotation = rotationOf(scene.light);
+    return out;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,27 @@
+#pragma once
+// Poses everyone of a scene, as one mesh to ray-trace.
+#include "formats/scene/scene_file.h"
+#include "formats/stage/visibility_file.h"
+#include "sh/camera.h"
+
+namespace penumbra {
+
+struct SceneFrame {
+    Mesh mesh;  // characters, props, then the ground
+    VisibilityFrame frame;
+    std::size_t casting_triangles = 0;          // without the ground
+    std::vector<std::string> materials;         // names in the assets; the last is the ground's
+    std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
+    Camera camera;
+    int light_order = 0;        // 0: the scene has no light
+    std::vector<double> light;  // [light_order^2, 3]
+    Mat3d light_rotation;
+};
+
+// Takes meshes, poses, materials and light from the assets. Everyone stands as in penumbra-player render --scene, at
+// their own times or all at `seconds`; `camera` as there. Throws what reading assets throws, InvalidInput for what the
+// scene names and an asset has not, and Unsupported for a two-sided sheet. Where `look` is not set, materials may miss.
+SceneFrame poseScene(const SceneDescription& scene, std::optional<double> seconds, const std::string& camera,
+                     bool look);
+
+}  // namespace penumbra
