@@ -8,6 +8,7 @@
 #include "player/frame/shot.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
+#include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
 #include "sh/bounding_box.h"
 

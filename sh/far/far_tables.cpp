@@ -25,7 +25,7 @@ constexpr float kNear[kFarQualities][2] = {{0.02f, 0.04f}, {0.1f, 0.2f}, {0.02f,
 // What one character hides from another is many parts that each block little. Together they count: a person at 4 m
 // hides .002 of the light.
 constexpr float kBlocked[kFarQualities][2] = {
-    {kLeastBlocked, kFullBlocked}, {kLeastBlocked, kFullBlocked}, {kLeastBlocked / 10, kFullBlocked / 10}};
+    {kLeastBlocked, kFullBlocked}, {kLeastBlocked, kFullBlocked}, {kLeastBlocked / 5, kFullBlocked / 5}};
 constexpr float kDepth = 0.25f;
 // The silhouettes of a body's parts overlap, and six bands see through what is thin: together, parts that are far or
 // small block more than the body does. A character's own far parts leave that to its local model and its residual,

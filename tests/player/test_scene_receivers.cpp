@@ -5,6 +5,8 @@
 
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
+#include "player/scene/cast_on.h"
+#include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
 #include "sh/visibility_convention.h"
 #include "tests/synthetic_composition.h"
@@ -115,6 +117,20 @@ TEST_F(SceneReceivers, ConventionsAgree) {
     EXPECT_LT(least, 0.8);
     EXPECT_LT(off_a, 0.02);
     EXPECT_LT(off_b, 0.02);
+}
+
+// Vertices between evaluated ones are what they would be.
+TEST_F(SceneReceivers, MostOfTheGroundIsInterpolated) {
+    const PosedScene stands =
+        scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": 0.05, "size": 6, "resolution": 122})");
+    const GroundVertices ground = groundVertices(stands, 2);
+    EXPECT_LT(ground.evaluated, ground.positions.size() / 3);
+    GroundVertices all = ground;
+    castOn(stands.cast(), {}, {all.positions, all.normals, all.tangents}, 2, all.mirrored);
+    const std::vector<float> e = groundAmbient(ground), expected = groundAmbient(all);
+    double largest = 0;
+    for (std::size_t v = 0; v < e.size(); ++v) largest = std::max<double>(largest, std::abs(e[v] - expected[v]));
+    EXPECT_LT(largest, 0.005);
 }
 
 TEST_F(SceneReceivers, TheGroundIsDarkestUnderTheCharacter) {

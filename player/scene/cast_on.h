@@ -1,0 +1,11 @@
+#pragma once
+#include "player/runtime/cast_shadow.h"
+
+namespace penumbra {
+
+// Runs CastShadow::evaluate() for many receivers by several threads. Resizes `mirrored` [receivers, kFarNumbers].
+// Neighbours should follow one another. Returns how many receivers see any caster.
+std::size_t castOn(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, int threads,
+                   std::vector<float>& mirrored);
+
+}  // namespace penumbra

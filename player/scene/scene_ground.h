@@ -1,0 +1,20 @@
+#pragma once
+// What the ground of a scene sees past its casters.
+#include "player/scene/posed_scene.h"
+
+namespace penumbra {
+
+// A mesh of squares that face up.
+struct GroundVertices {
+    std::uint32_t side = 0;                          // vertices
+    std::vector<Vec3> positions, normals, tangents;  // [side^2]; all have one local frame
+    std::vector<float> mirrored;                     // [side^2, kFarNumbers] in it, past all casters
+    std::vector<std::uint32_t> triangles;
+    std::size_t evaluated = 0;  // vertices; the others lie between evaluated ones
+};
+GroundVertices groundVertices(const PosedScene& scene, int threads);
+// E of each vertex, and what a Lambertian ground of the scene's albedo sends back from the scene's light.
+std::vector<float> groundAmbient(const GroundVertices& ground);
+std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground);
+
+}  // namespace penumbra
