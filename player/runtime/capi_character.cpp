@@ -90,9 +90,12 @@ penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_
         requirePointer(asset, "asset");
         requirePointer(character, "character");
         if (!asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
-        *character = new penumbra_character{
-            asset->data, asset->data->restPose(), std::vector<Affine>(asset->data->view.animation.jointCount()),
-            std::vector<Vec3>(asset->data->vertex_of_point.size()), JointChain(asset->data->view.animation)};
+        *character = new penumbra_character{asset->data,
+                                            asset->data->restPose(),
+                                            std::vector<Affine>(asset->data->view.animation.jointCount()),
+                                            std::vector<Vec3>(asset->data->vertex_of_point.size()),
+                                            JointChain(asset->data->view.animation),
+                                            CastProduct(asset->data->view.model.convention)};
     });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // Defines what is behind the handles of penumbra.h, and the border that no exception crosses.
+#include <array>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
@@ -10,11 +11,14 @@
 
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
+#include "player/runtime/cast_product.h"
+#include "player/runtime/cast_shadow.h"
 #include "player/runtime/evaluator.h"
 #include "player/runtime/joint_chain.h"
 #include "player/runtime/penumbra.h"
 #include "player/runtime/shading_layout.h"
 #include "player/runtime/shading_set.h"
+#include "sh/quadrature.h"
 
 namespace penumbra {
 
@@ -104,6 +108,15 @@ struct penumbra_character {
     std::vector<penumbra::Affine> bones;  // [J] of a pose that the caller did not give as rows of 3x4
     std::vector<penumbra::Vec3> points;   // [Vs] of a deforming mesh
     penumbra::JointChain chain;
+    penumbra::CastProduct product;
+};
+
+struct penumbra_scene {
+    std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // of the casters
+    std::vector<penumbra::Evaluator> evaluators;                     // of each caster; only their tables are used
+    std::optional<penumbra::CastShadow> cast;
+    std::vector<penumbra::WeightedDirection> directions;          // above the horizon
+    std::vector<std::array<float, penumbra::kFarNumbers>> basis;  // mirrored functions there
 };
 
 struct penumbra_shading {

@@ -62,7 +62,7 @@ CastShadow::CastShadow(std::span<const Evaluator* const> casters) {
         assert(evaluator->composed());
         const FarTables& tables = evaluator->farTables();
         casters_.push_back(
-            {evaluator, tables_.size(), std::vector<Affine>(evaluator->bones().size()), FarPose(tables), {}, 0, 0});
+            {&tables, true, tables_.size(), std::vector<Affine>(evaluator->bones().size()), FarPose(tables), {}, 0, 0});
         tables_.insert(tables_.end(), tables.tables(), tables.tables() + tables.partCount());
         if (tables_.size() > std::numeric_limits<std::uint16_t>::max())
             throw std::length_error("the casters of a scene have more than 65535 parts");
@@ -70,11 +70,14 @@ CastShadow::CastShadow(std::span<const Evaluator* const> casters) {
     posed_.resize(tables_.size());
 }
 
-void CastShadow::pose(std::size_t index, const Affine& to_scene) {
+void CastShadow::hide(std::size_t caster) { casters_[caster].hidden = true; }
+
+void CastShadow::pose(std::size_t index, std::span<const Affine> bones, const Affine& to_scene) {
     Caster& caster = casters_[index];
-    const std::span<const Affine> bones = caster.evaluator->bones();
+    assert(bones.size() == caster.bones.size());
+    caster.hidden = false;
     for (std::size_t j = 0; j < bones.size(); ++j) caster.bones[j] = after(bones[j], to_scene);
-    caster.pose.set(caster.evaluator->farTables(), caster.bones);
+    caster.pose.set(*caster.tables, caster.bones);
     std::copy(caster.pose.parts.begin(), caster.pose.parts.end(), posed_.begin() + std::ptrdiff_t(caster.first_part));
     caster.centre = {};
     for (const PosedPart& part : caster.pose.posed)
@@ -86,12 +89,13 @@ void CastShadow::pose(std::size_t index, const Affine& to_scene) {
     }
 }
 
-void CastShadow::findParts(Vec3 centre, float radius, CasterChoice choice, std::vector<std::uint16_t>& parts) const {
+void CastShadow::findParts(Vec3 centre, float radius, CasterChoice choice,
+                           std::pmr::vector<std::uint16_t>& parts) const {
     parts.clear();
     for (std::size_t c = 0; c < casters_.size(); ++c) {
-        if (!choice.has(c)) continue;
         const Caster& caster = casters_[c];
-        const float least = caster.evaluator->farTables().constants(FarQuality::kCast).blocked[0];
+        if (caster.hidden || !choice.has(c)) continue;
+        const float least = caster.tables->constants(FarQuality::kCast).blocked[0];
         const float distance = length(caster.centre - centre) - radius;
         if (countsNowhere(caster.largest_part, distance - caster.radius, least)) continue;
         for (std::size_t p = 0; p < caster.pose.posed.size(); ++p) {
@@ -102,11 +106,15 @@ void CastShadow::findParts(Vec3 centre, float radius, CasterChoice choice, std::
     }
 }
 
-std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice choice, std::vector<std::uint16_t>& parts,
-                                 std::span<float> out) const {
+std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const {
     const std::size_t count = receivers.positions.size();
     assert(out.size() == count * kFarNumbers);
     const FarPath& path = fastestFarPath();
+    constexpr std::size_t kUsualParts = 2048;
+    std::array<std::byte, 2 * sizeof(std::uint16_t) * kUsualParts> room;
+    std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
+    std::pmr::vector<std::uint16_t> parts(&memory);
+    parts.reserve(kUsualParts);
     std::size_t seen = 0;
     for (std::size_t first = 0; first < count; first += kMostReceivers) {
         const std::size_t n = std::min(kMostReceivers, count - first);
@@ -119,7 +127,7 @@ std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice ch
             continue;
         }
         seen += n;
-        const FarConstants& constants = casters_.front().evaluator->farTables().constants(FarQuality::kCast);
+        const FarConstants& constants = casters_.front().tables->constants(FarQuality::kCast);
         const FarScene scene{tables_.data(), posed_.data(), parts.data(), parts.size()};
         path.far(constants, scene, {},
                  {receivers.positions.data() + first, receivers.normals.data() + first,

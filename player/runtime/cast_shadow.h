@@ -3,6 +3,7 @@
 // 7). A caster is a composed asset, whose parts' fields tell what they hide from anywhere (docs/formulas.md, section
 // 7). Parts of all characters are multiplied, as the parts of one character are.
 #include <cstdint>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -29,20 +30,22 @@ public:
     explicit CastShadow(std::span<const Evaluator* const> casters);
 
     std::size_t casterCount() const { return casters_.size(); }
-    // Takes over the pose of a caster's evaluator. `to_scene` is a rotation and a translation. Allocates nothing.
-    void pose(std::size_t caster, const Affine& to_scene);
+    // Poses a caster by its skinning matrices. `to_scene` is a rotation and a translation. Allocates nothing.
+    void pose(std::size_t caster, std::span<const Affine> bones, const Affine& to_scene);
+    // From now on the caster hides nothing, until it is posed again. This is how all casters begin.
+    void hide(std::size_t caster);
 
     // Writes the visibility past the parts of the chosen casters, mirrored at each receiver's horizon:
     // out[r * kFarNumbers + i] in its local frame (farVisibility(), sh/far_visibility.h). Parts that hide too little
     // from all of 64 neighbouring receivers are skipped, which does not change what the others give. Returns how many
-    // receivers see any caster; the rows of the others are those of free sight. `parts` is scratch space of the calling
-    // thread.
-    std::size_t evaluate(const CastReceivers& receivers, CasterChoice choice, std::vector<std::uint16_t>& parts,
-                         std::span<float> out) const;
+    // receivers see any caster; the rows of the others are those of free sight. Allocates
+    // nothing unless thousands of parts are in reach.
+    std::size_t evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const;
 
 private:
     struct Caster {
-        const Evaluator* evaluator;
+        const FarTables* tables;
+        bool hidden = true;
         std::size_t first_part;
         std::vector<Affine> bones;  // in the scene
         FarPose pose;
@@ -54,7 +57,7 @@ private:
     std::vector<FarTable> tables_;  // of all parts
     std::vector<FarPart> posed_;
 
-    void findParts(Vec3 centre, float radius, CasterChoice choice, std::vector<std::uint16_t>& parts) const;
+    void findParts(Vec3 centre, float radius, CasterChoice choice, std::pmr::vector<std::uint16_t>& parts) const;
 };
 
 }  // namespace penumbra

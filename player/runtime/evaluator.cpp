@@ -365,17 +365,25 @@ void Evaluator::skin(std::size_t begin, std::size_t end, std::span<Vec3> positio
                      std::span<Vec3> tangents) const {
     assert(end <= vertexCount() && positions.size() == vertexCount() && normals.size() == vertexCount() &&
            tangents.size() == vertexCount());
+    const std::size_t count = end - begin;
+    skin(begin, positions.subspan(begin, count), normals.subspan(begin, count), tangents.subspan(begin, count));
+}
+
+void Evaluator::skin(std::size_t begin, std::span<Vec3> positions, std::span<Vec3> normals,
+                     std::span<Vec3> tangents) const {
+    assert(begin + positions.size() <= vertexCount());
     const std::vector<ClusterView>& clusters = asset_->model.clusters;
     // Clusters are contiguous ranges of vertices: find the one that has `begin`, then go along.
     const auto after = std::upper_bound(clusters.begin(), clusters.end(), begin,
                                         [](std::size_t v, const ClusterView& c) { return v < c.first_vertex; });
     std::size_t cluster = std::size_t(after - clusters.begin()) - 1;
-    for (std::size_t v = begin; v < end; ++v) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const std::size_t v = begin + i;
         if (v >= clusters[cluster].first_vertex + std::size_t(clusters[cluster].vertex_count)) ++cluster;
         const Receiver vertex = skinned(v, cluster);
-        positions[v] = vertex.position;
-        normals[v] = vertex.normal;
-        tangents[v] = vertex.tangent;
+        positions[i] = vertex.position;
+        normals[i] = vertex.normal;
+        tangents[i] = vertex.tangent;
     }
 }
 

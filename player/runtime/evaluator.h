@@ -82,6 +82,8 @@ public:
     // the rule of skinVertices() (formats/common/mesh.h) in single precision.
     void skin(std::size_t begin, std::size_t end, std::span<Vec3> positions, std::span<Vec3> normals,
               std::span<Vec3> tangents) const;
+    // The same for the vertices from `begin` on; the arrays are as long as what is wanted.
+    void skin(std::size_t begin, std::span<Vec3> positions, std::span<Vec3> normals, std::span<Vec3> tangents) const;
 
 private:
     // What composed assets have on top.

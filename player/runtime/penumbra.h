@@ -1,9 +1,9 @@
 /* libpenumbra turns a pose into visibility and radiance at every vertex. It is C99; docs/c-api.md is a short guide.
  *
  * Memory. Handles are opaque. ..._open and ..._create make them, and ..._close and ..._destroy take them back (NULL is
- * allowed there) in any order: a character and a shading keep what they need of the asset. The caller owns all result
- * arrays. Pointers that a query returns point into the asset; they are valid until the asset, its characters and its
- * shadings are given back. Strings are UTF-8 and end with a zero.
+ * allowed there) in any order: a character, a shading and a scene keep what they need of the asset. The caller owns all
+ * result arrays. Pointers that a query returns point into the asset; they are valid until the asset, its characters and
+ * its shadings are given back. Strings are UTF-8 and end with a zero.
  *
  * Errors. Functions that can fail return a penumbra_status. Unless it is PENUMBRA_OK, the function has changed and
  * written nothing, and `error`, unless NULL, holds one sentence. A NULL handle or array where none is allowed, an index
@@ -16,7 +16,8 @@
  * the same time, even if these come from one asset. Calls that take a const handle may run at the same time on one
  * handle when they write different ranges, so that a frame can be split over threads by clusters and by vertices.
  *
- * Speed. After ..._create no function of the character or the shading allocates memory, unless it fails.
+ * Speed. After ..._create no function of the character, the shading or the scene allocates memory, unless it fails or
+ * more than 2,000 body parts are in reach of one point.
  *
  * Arrays. There are V vertices, J joints and C clusters. Arrays are row-major and float32. The model frame is
  * right-handed, with y up, in metres. Colours are linear Rec.709; light and result are radiance. SH are real and
@@ -297,6 +298,39 @@ PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character
 /* Gives a GPU the scores of all clusters [score_count] and the rotation of each [C,3,3] (rows). NULL: not wanted. */
 PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
                                                            float* rotations);
+
+/* --- Scenes: what characters hide from points that are not their own --- */
+
+typedef struct penumbra_scene penumbra_scene;
+
+/* Makes a scene of casters, of which caster i is a character of assets[i] that hides nothing yet. One asset may come
+ * more than once. Fails with PENUMBRA_UNSUPPORTED for an asset whose model has no fields (penumbra-fit visibility
+ * --model composed), and where all casters together have more than 65,535 parts. Before penumbra_scene_destroy the
+ * characters may be given back, and the assets. */
+PENUMBRA_API penumbra_status penumbra_scene_create(const penumbra_asset* const* assets, size_t caster_count,
+                                                   penumbra_scene** scene, penumbra_error* error);
+PENUMBRA_API void penumbra_scene_destroy(penumbra_scene* scene);
+/* Takes over the pose that a character of the caster's asset has now, and where it stands: `to_scene` [3,4] has the
+ * rows of a rotation and a translation; NULL is the identity. A NULL character hides nothing from now on. Calls for
+ * different casters may not run at the same time. */
+PENUMBRA_API penumbra_status penumbra_scene_set_caster(penumbra_scene* scene, size_t caster,
+                                                       const penumbra_character* character, const float* to_scene,
+                                                       penumbra_error* error);
+/* Computes what all casters but `except` (PENUMBRA_NONE: all) leave visible at points of the engine's own meshes.
+ * `positions` and unit `normals` are [count,3] in the scene. `ambient` [count] gets the cosine-weighted visibility /
+ * pi, 1 where nothing is hidden. `transfer` [count,25] gets the integrals over the hemisphere of V cos y_i, order 5, in
+ * the scene: their product with the SH of a light of at most 5 bands is the irradiance. Either may be NULL.
+ * Neighbouring points should follow one another: 64 at a time look for the casters in reach. */
+PENUMBRA_API penumbra_status penumbra_scene_probe(const penumbra_scene* scene, size_t except, const float* positions,
+                                                  const float* normals, size_t count, float* ambient, float* transfer,
+                                                  penumbra_error* error);
+/* Multiplies the visibility of vertices [first, first + count) of a character, which penumbra_character_evaluate has
+ * written into `numbers` [V, stride], by what all casters but `except` leave visible: its own caster, unless that is
+ * PENUMBRA_NONE. The character may be of any asset. Numbers stay bit for bit the same where no caster is in reach. */
+PENUMBRA_API penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except,
+                                                 const penumbra_character* character, const float* to_scene,
+                                                 size_t first_vertex, size_t vertex_count, float* numbers,
+                                                 penumbra_error* error);
 
 /* --- Shading: the materials and the light that are on. Any number of characters of one asset share it. --- */
 

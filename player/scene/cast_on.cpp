@@ -19,10 +19,9 @@ std::size_t castOn(const CastShadow& cast, CasterChoice choice, const CastReceiv
     std::vector<std::size_t> seen(pieces);
     parallelFor(pieces, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kPiece, n = std::min(kPiece, count - first);
-        std::vector<std::uint16_t> parts;
         seen[piece] = cast.evaluate({receivers.positions.subspan(first, n), receivers.normals.subspan(first, n),
                                      receivers.tangents.subspan(first, n)},
-                                    choice, parts, std::span(mirrored).subspan(first * kFarNumbers, n * kFarNumbers));
+                                    choice, std::span(mirrored).subspan(first * kFarNumbers, n * kFarNumbers));
     });
     std::size_t all = 0;
     for (const std::size_t n : seen) all += n;

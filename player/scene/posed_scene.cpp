@@ -47,7 +47,7 @@ void PosedScene::pose(std::optional<double> seconds) {
     for (const std::unique_ptr<SceneMember>& member : members_) {
         member->frame = frameOf(*member->file, member->asset->view.animation, seconds);
         member->evaluator.setFrame(member->frame);
-        if (member->caster != kNobody) cast_->pose(member->caster, member->to_scene);
+        if (member->caster != kNobody) cast_->pose(member->caster, member->evaluator.bones(), member->to_scene);
     }
 }
 

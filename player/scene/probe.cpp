@@ -89,7 +89,6 @@ private:
 struct ProbeBatch {
     std::array<Vec3, kMostReceivers> positions, normals, tangents;
     std::array<float, kMostReceivers * kFarNumbers> mirrored;
-    std::vector<std::uint16_t> parts;
     std::size_t count = 0;
 
     explicit ProbeBatch(std::span<const ProbePoint> points) : count(points.size()) {
@@ -100,7 +99,7 @@ struct ProbeBatch {
         }
     }
     void evaluate(const CastShadow& cast, CasterChoice choice) {
-        cast.evaluate({{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}}, choice, parts,
+        cast.evaluate({{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}}, choice,
                       {mirrored.data(), count * kFarNumbers});
     }
 };

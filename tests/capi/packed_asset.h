@@ -53,12 +53,14 @@ inline std::vector<std::byte> packed(const Recipe& recipe = {}) {
 }
 
 struct GiveBack {
+    void operator()(penumbra_scene* scene) const { penumbra_scene_destroy(scene); }
     void operator()(penumbra_asset* asset) const { penumbra_asset_close(asset); }
     void operator()(penumbra_character* character) const { penumbra_character_destroy(character); }
     void operator()(penumbra_shading* shading) const { penumbra_shading_destroy(shading); }
 };
 using Asset = std::unique_ptr<penumbra_asset, GiveBack>;
 using Character = std::unique_ptr<penumbra_character, GiveBack>;
+using Scene = std::unique_ptr<penumbra_scene, GiveBack>;
 using Shading = std::unique_ptr<penumbra_shading, GiveBack>;
 
 inline Asset open(const std::vector<std::byte>& bytes) {

@@ -32,6 +32,17 @@ inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_er
                                              inputs.size(), nullptr);
         }
     frame.evaluate(character.get(), info, 2);
+    const penumbra_asset* casters[] = {asset.get()};
+    penumbra_scene* made = nullptr;
+    if (penumbra_scene_create(casters, 1, &made, nullptr) == PENUMBRA_OK) {
+        const Scene scene(made);
+        const float place[12] = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 0}, up[3] = {0, 1, 0};
+        penumbra_scene_set_caster(scene.get(), 0, character.get(), place, nullptr);
+        float e = 0, transfer[25];
+        penumbra_scene_probe(scene.get(), PENUMBRA_NONE, place, up, 1, &e, transfer, nullptr);
+        penumbra_scene_cast(scene.get(), PENUMBRA_NONE, character.get(), nullptr, 0,
+                            std::min<std::size_t>(info.vertex_count, 64), frame.numbers.data(), nullptr);
+    }
     for (const penumbra_shading_options& options : {penumbra_shading_options{PENUMBRA_SLICES, PENUMBRA_ROTATION, 3},
                                                     {PENUMBRA_SLICES, PENUMBRA_FIXED_LOBES, 0},
                                                     {PENUMBRA_OPERATORS, PENUMBRA_LOBES, 0}}) {

@@ -15,6 +15,7 @@ BUILD = os.path.dirname(BIN)
 SOURCE = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 EXAMPLE = os.path.join(SOURCE, "docs", "examples", "shade_character.c")
 CLOTH = os.path.join(SOURCE, "docs", "examples", "shade_cloth.c")
+CAST = os.path.join(SOURCE, "docs", "examples", "cast_characters.c")
 
 
 def run(*words, **more):
@@ -24,11 +25,14 @@ def run(*words, **more):
 
 
 def make_asset():
-    run(BIN + "/penumbra-bake", "visibility", BIN + "/../samples/capsule_man.glb", "-o", "x.vis.h5", "--fps", 4, "--rays", 64)
+    run(BIN + "/penumbra-bake", "visibility", BIN + "/../samples/capsule_man.glb", "-o", "x.vis.h5", "--fps", 4, "--rays", 64, "--local")
     run(BIN + "/penumbra-fit", "visibility", "x.vis.h5", "-o", "x.model.h5", "--clusters", 13)
     run(BIN + "/penumbra-fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "-o", "ggx.brdf.h5")
     run(BIN + "/penumbra-fit", "light", "--analytic", "sky:elevation=40,azimuth=30", "-o", "sky.light.h5")
     run(BIN + "/penumbra-pack", "asset", "x.model.h5", "--brdf", "ggx.brdf.h5", "--light", "sky.light.h5", "-o", "x.pnb")
+    run(BIN + "/penumbra-bake", "fields", BIN + "/../samples/capsule_man.glb", "-o", "f.h5", "--megabytes", 0.5)
+    run(BIN + "/penumbra-fit", "visibility", "x.vis.h5", "--fields", "f.h5", "-o", "c.model.h5", "--clusters", 13)
+    run(BIN + "/penumbra-pack", "asset", "c.model.h5", "-o", "c.pnb")
 
 
 def check_installs_and_moves():
@@ -105,12 +109,20 @@ target_link_libraries(static PRIVATE penumbra::penumbra_static m)
     run("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", CLOTH, *flags, "-lm", "-o", "cloth")
     result = subprocess.run(["./cloth", "x.pnb"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=library["env"])
     assert result.returncode == 1 and "shade_cloth: PENUMBRA_UNSUPPORTED: x.pnb: is a skinned mesh" in result.stderr, result
+    run("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", CAST, *flags, "-o", "cast")
+    result = subprocess.run(["./cast", "x.pnb", "no.pgm"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=library["env"])
+    assert result.returncode == 1 and "x.pnb: has no fields of parts" in result.stderr and not os.path.exists("no.pgm"), result
+    printed = run("./cast", "c.pnb", "ground.pgm", 0.7, env=library["env"])
+    means = [float(x) for x in re.findall(r"mean ambient ([0-9.]+) alone, ([0-9.]+) beside", printed) for x in x]
+    grey = open("ground.pgm", "rb").read()[-256 * 256:]
+    assert len(means) == 4 and means[1] < means[0] and means[3] < means[2], printed
+    assert min(grey) < 140 and grey[0] > 245, (min(grey), grey[0])
     print("the example in C by find_package and by pkg-config, shared and static: the same figures and picture")
     print("\n".join(expected[0][:2]))
 
 
 def check_example_is_short():
-    for example in (EXAMPLE, CLOTH):
+    for example in (EXAMPLE, CLOTH, CAST):
         lines = len(open(example).readlines())
         assert lines < 100, lines
 

@@ -56,13 +56,12 @@ struct Crowd {
         cast.emplace(casters);
         for (std::size_t c = 0; c < to_scene.size(); ++c) {
             evaluators[c].setFrame(1);
-            cast->pose(c, to_scene[c]);
+            cast->pose(c, evaluators[c].bones(), to_scene[c]);
         }
     }
     std::vector<float> on(const CastReceivers& receivers, CasterChoice choice = {}) const {
         std::vector<float> out(receivers.positions.size() * kFarNumbers);
-        std::vector<std::uint16_t> parts;
-        cast->evaluate(receivers, choice, parts, out);
+        cast->evaluate(receivers, choice, out);
         return out;
     }
 };
@@ -127,10 +126,13 @@ TEST(CastShadow, NobodyInReachLeavesFreeSight) {
     const Crowd crowd(std::vector{movedTo({1000, 0, 0})});
     const Points points(100);
     std::vector<float> out(100 * kFarNumbers, -7);
-    std::vector<std::uint16_t> parts;
-    EXPECT_EQ(crowd.cast->evaluate(points.all(), {}, parts, out), 0u);
+    EXPECT_EQ(crowd.cast->evaluate(points.all(), {}, out), 0u);
     for (std::size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % kFarNumbers == 0 ? kFree : 0.0f);
-    EXPECT_EQ(CastShadow({}).evaluate(points.all(), {}, parts, out), 0u);
+    EXPECT_EQ(CastShadow({}).evaluate(points.all(), {}, out), 0u);
+    Crowd here(std::vector{movedTo({})});
+    EXPECT_GT(here.cast->evaluate(points.all(), {}, out), 0u);
+    here.cast->hide(0);
+    EXPECT_EQ(here.cast->evaluate(points.all(), {}, out), 0u);
 }
 
 // A caster fades as it goes away: no step of E is large, and none is larger than those next to it.
@@ -141,7 +143,7 @@ TEST(CastShadow, FadesWithDistance) {
     ambientWeights(parseConvention("D6"), weights);
     std::vector<double> e;
     for (int step = 0; step < 4000; ++step) {
-        crowd.cast->pose(0, movedTo({0.3f + 0.01f * float(step), 0, 0}));
+        crowd.cast->pose(0, crowd.evaluators[0].bones(), movedTo({0.3f + 0.01f * float(step), 0, 0}));
         const std::vector<float> row = crowd.on({position, normal, tangent});
         e.push_back(0);
         for (std::size_t i = 0; i < kFarNumbers; ++i) e.back() += weights[i] * row[i];
@@ -157,11 +159,10 @@ TEST(CastShadow, AllocatesNothing) {
     Crowd crowd(std::vector{movedTo({}), movedTo({2, 0, 0})});
     const Points points(200);
     std::vector<float> out(200 * kFarNumbers);
-    std::vector<std::uint16_t> parts;
-    crowd.cast->evaluate(points.all(), {}, parts, out);
+    crowd.cast->evaluate(points.all(), {}, out);
     const std::size_t before = allocationCount();
-    crowd.cast->pose(0, movedTo({0.1f, 0, 0}));
-    crowd.cast->evaluate(points.all(), {}, parts, out);
+    crowd.cast->pose(0, crowd.evaluators[0].bones(), movedTo({0.1f, 0, 0}));
+    crowd.cast->evaluate(points.all(), {}, out);
     EXPECT_EQ(allocationCount() - before, 0u);
 }
 
