@@ -13,6 +13,7 @@ namespace {
 
 struct ViewCommand {
     std::vector<std::filesystem::path> assets, truths;
+    std::filesystem::path scene;
     ViewOptions options;
     bool no_settings = false;
     std::string size, path = "auto", reflectance = "slices", light_form = "auto";
@@ -34,6 +35,8 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     options.path = parsePath(command.path);
     options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.files = command.assets;
+    if (!command.scene.empty()) options.files.insert(options.files.begin(), command.scene);
+    if (options.files.empty()) throw UsageError("name an asset, or a scene with --scene");
     options.files.insert(options.files.end(), command.truths.begin(), command.truths.end());
     if (!std::filesystem::is_directory(options.screenshots))
         throw IoError(options.screenshots.string() + ": no such folder for screenshots");
@@ -53,8 +56,8 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
 
 void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("assets", command.assets,
-                   "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light")
-        ->required();
+                   "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light");
+    app.add_option("--scene", command.scene, "scene.json: who stands where (docs/scene.md)");
     app.add_option("--truth", command.truths, "X.truth.pnb: baked frames to compare with; any number of them");
     app.add_option("--size", command.size, "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
     app.add_flag("--no-settings", command.no_settings, "neither read nor keep what the window was left with");
@@ -78,6 +81,7 @@ Verb viewVerb() {
             [command] {
                 std::vector<std::filesystem::path> inputs = command->assets;
                 inputs.insert(inputs.end(), command->truths.begin(), command->truths.end());
+                if (!command->scene.empty()) inputs.push_back(command->scene);
                 return inputs;
             },
             [] { return std::filesystem::path(); },

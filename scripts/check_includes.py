@@ -39,9 +39,8 @@ MAY_INCLUDE = {
     "player/frame": {"sh", "player/runtime", "player/gl"} | FORMATS,
     "player/draw": {"sh", "player/runtime", "player/gl", "player/frame"} | FORMATS,
     "player/scene": {"sh", "player/runtime", "player/frame", "player/gl"} | FORMATS,
-    **{f"player/{room}": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw"} | FORMATS
-       for room in ("view", "bench")},
-    "player/render": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS,
+    **{f"player/{room}": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS
+       for room in ("render", "view", "bench")},
     "player": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene", "player/view",
                "player/bench"} | FORMATS,
 }

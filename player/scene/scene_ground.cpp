@@ -158,10 +158,14 @@ private:
 
 }  // namespace
 
+GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads) {
+    GroundVertices vertices = groundMesh(ground);
+    Refinement(cast, vertices, threads).run();
+    return vertices;
+}
+
 GroundVertices groundVertices(const PosedScene& scene, int threads) {
-    GroundVertices ground = groundMesh(*scene.file().ground);
-    Refinement(scene.cast(), ground, threads).run();
-    return ground;
+    return groundVertices(*scene.file().ground, scene.cast(), threads);
 }
 
 std::vector<float> groundAmbient(const GroundVertices& ground) {
@@ -173,12 +177,12 @@ std::vector<float> groundAmbient(const GroundVertices& ground) {
     return e;
 }
 
-std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground) {
+std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
+                                 Vec3 albedo) {
     // All vertices have one frame, so that irradiance is one weighted sum of the numbers: w_i = integral over the
     // hemisphere of L cos y_i.
-    const LightView& light = *scene.light();
     const Vec3d n = toDouble(ground.normals.front()), t = toDouble(ground.tangents.front()), b = cross(n, t);
-    const Mat3d to_light = transposed(scene.lightRotation());
+    const Mat3d to_light = transposed(rotation);
     const std::vector<int> even = evenIndices(kFieldOrder);
     std::array<Vec3d, kFarNumbers> weights{};
     std::vector<double> y(kFieldNumbers), of_light(std::size_t(light.order * light.order));
@@ -191,17 +195,21 @@ std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& 
         for (std::size_t i = 0; i < kFarNumbers; ++i)
             weights[i] += radiance * (d.weight * d.direction.z * y[std::size_t(even[i])]);
     }
-    const Vec3d albedo = toDouble(scene.file().ground->albedo) * (1 / std::numbers::pi);
+    const Vec3d reflected = toDouble(albedo) * (1 / std::numbers::pi);
     std::vector<Vec3> out;
     for (std::size_t v = 0; v < ground.positions.size(); ++v) {
         Vec3d irradiance;
         for (std::size_t i = 0; i < kFarNumbers; ++i)
             irradiance += weights[i] * double(ground.mirrored[v * kFarNumbers + i]);
-        Vec3 radiance = toFloat(albedo * irradiance);
+        Vec3 radiance = toFloat(reflected * irradiance);
         for (int c = 0; c < 3; ++c) radiance[c] = std::max(radiance[c], 0.0f);
         out.push_back(radiance);
     }
     return out;
+}
+
+std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground) {
+    return groundRadiance(ground, *scene.light(), scene.lightRotation(), scene.file().ground->albedo);
 }
 
 }  // namespace penumbra

@@ -12,9 +12,13 @@ struct GroundVertices {
     std::vector<std::uint32_t> triangles;
     std::size_t evaluated = 0;  // vertices; the others lie between evaluated ones
 };
+GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads);
 GroundVertices groundVertices(const PosedScene& scene, int threads);
-// E of each vertex, and what a Lambertian ground of the scene's albedo sends back from the scene's light.
+// E of each vertex, and what a Lambertian ground sends back from a light whose SH are turned by `rotation`.
 std::vector<float> groundAmbient(const GroundVertices& ground);
+std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
+                                 Vec3 albedo);
+// The same for the light and the ground of the scene.
 std::vector<Vec3> groundRadiance(const PosedScene& scene, const GroundVertices& ground);
 
 }  // namespace penumbra

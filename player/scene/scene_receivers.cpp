@@ -5,17 +5,16 @@
 
 namespace penumbra {
 
-namespace {
-
-void multiply(const ModelView& model, std::span<const float> mirrored, FrameVertices& vertices) {
+bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
+                   int threads, std::span<float> numbers) {
+    std::vector<float> mirrored;
+    if (castOn(cast, choice, receivers, threads, mirrored) == 0) return false;
     const CastProduct product(model.convention);
-    for (std::size_t v = 0; v < vertices.positions.size(); ++v)
-        product(
-            std::span(vertices.numbers).subspan(v * std::size_t(model.stride), std::size_t(model.convention.size())),
-            mirrored.subspan(v * kFarNumbers, kFarNumbers));
+    for (std::size_t v = 0; v < receivers.positions.size(); ++v)
+        product(numbers.subspan(v * std::size_t(model.stride), std::size_t(model.convention.size())),
+                std::span(mirrored).subspan(v * kFarNumbers, kFarNumbers));
+    return true;
 }
-
-}  // namespace
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {
     const SceneMember& member = *scene.members()[index];
@@ -26,10 +25,8 @@ FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int thr
     for (Vec3& p : vertices.positions) p = member.to_scene.point(p);
     for (std::vector<Vec3>* directions : {&vertices.normals, &vertices.tangents})
         for (Vec3& d : *directions) d = turn * d;
-    std::vector<float> mirrored;
-    if (castOn(scene.cast(), {.except = member.caster}, {vertices.positions, vertices.normals, vertices.tangents},
-               threads, mirrored) > 0)
-        multiply(member.asset->view.model, mirrored, vertices);
+    castOnNumbers(scene.cast(), {.except = member.caster}, {vertices.positions, vertices.normals, vertices.tangents},
+                  member.asset->view.model, threads, vertices.numbers);
     return vertices;
 }
 

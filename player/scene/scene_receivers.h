@@ -5,6 +5,11 @@
 
 namespace penumbra {
 
+// Multiplies numbers of the model's convention [receivers, stride] by what the chosen casters leave visible. Returns
+// whether any of the receivers sees one; without, the numbers stay the very ones that they were.
+bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
+                   int threads, std::span<float> numbers);
+
 // Computes the vertices of a member in the scene, with numbers past its own parts and all other casters. Where nobody
 // casts on it, these are the very numbers that it has alone.
 FrameVertices memberVertices(const PosedScene& scene, std::size_t member, int threads);

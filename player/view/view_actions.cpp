@@ -21,11 +21,15 @@ template <int kFrames>
 void step(ViewState& state, const ViewContents& contents, bool shift) {
     // Stepping back from between two frames, the first of the two is one step.
     const bool between = kFrames < 0 && shownPosition(state, contents, state.selected).part > 0;
-    stepFrames(state.playhead, animationOf(state, contents), selectedClip(state, contents),
+    Playhead in_clip = state.playhead;
+    in_clip.time = clipTime(state);
+    stepFrames(in_clip, animationOf(state, contents), selectedClip(state, contents),
                (shift ? 10 * kFrames : kFrames) + (between ? 1 : 0));
+    state.playhead.playing = in_clip.playing;
+    showClipTime(state, in_clip.time);
 }
 
-void rewind(ViewState& state, const ViewContents&, bool) { state.playhead.time = 0; }
+void rewind(ViewState& state, const ViewContents&, bool) { showClipTime(state, 0); }
 
 void worst(ViewState& state, const ViewContents& contents, bool out_of_range) {
     out_of_range ? showWorstRange(state, contents) : showWorstError(state, contents);
@@ -106,6 +110,9 @@ void otherFactor(ViewState& state, const ViewContents& contents, bool back) { ch
 void boxes(ViewState& state, const ViewContents&, bool) { state.boxes = !state.boxes; }
 void frames(ViewState& state, const ViewContents&, bool) { state.frames = !state.frames; }
 void unedit(ViewState& state, const ViewContents&, bool) { state.score_edit.reset(); }
+void otherShadows(ViewState& state, const ViewContents&, bool back) {
+    state.shadows = Shadows(next(std::size_t(state.shadows), 4, back));
+}
 void unpick(ViewState& state, const ViewContents&, bool) { state.picked.reset(); }
 
 void frameScene(ViewState& state, const ViewContents&, bool) { state.frame_all = true; }
@@ -165,6 +172,7 @@ constexpr std::array kShortcuts = {
     Shortcut{'R', "R", "", "turntable", turn},
     Shortcut{'B', "B", "", "background of the light", background},
     Shortcut{'G', "G", "", "ground plane", ground},
+    Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", otherShadows},
     Shortcut{kKeyTab, "Tab", "", "panels", panels},
     Shortcut{kKeyF12, "F12", "without panels", "screenshot", screenshot},
     Shortcut{kKeyF11, "F11", "", "pictures of all frames of the clip", sequence},

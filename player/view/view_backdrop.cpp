@@ -1,7 +1,5 @@
 #include "player/view/view_backdrop.h"
 
-#include <numbers>
-
 namespace penumbra {
 
 // Draws with the camera's own view from the origin of a sphere around it. Depth is clamped, as the sphere has no
@@ -27,25 +25,24 @@ void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const 
     gl::Clear(GL_DEPTH_BUFFER_BIT);
 }
 
-void Backdrop::drawGround(const Scene& scene, const ViewState& state, const FrameView& view) {
-    const ShadingSet* shading = scene.characters.front()->shading.get();
-    const bool lit = shading && state.channel == Channel::kShaded && !state.component;
-    const Made made = lit ? Made{shading->light(), shading->lightVersion()} : Made{};
-    if (!ground_ || ground_made_ != made) {
-        Vec3 radiance{0.5f, 0.5f, 0.5f};
-        if (lit)
-            radiance = irradianceFromAbove(shading->asset().lights[shading->light()], lightRotation(state)) /
-                       std::numbers::pi_v<float>;
-        const BoundingBox box = restBounds(scene);
-        ground_height_ = box.low.y;
-        const Shape ground = groundPlane(box, radiance);
-        if (!ground_) ground_.emplace(ground.triangles, Channel::kShaded);
-        ground_->upload(ground.positions, ground.values);
-        ground_made_ = made;
+void Backdrop::drawGround(const Scene& scene, const FrameView& view) {
+    const ShownGround& ground = scene.ground;
+    if (ground.version == 0 || view.eye.y < scene.ground_file->height) return;  // from below it would hide everyone
+    if (!ground_) {
+        tiles_ = groundTiles(ground.vertices.side);
+        ground_.emplace(tiles_.triangles, Channel::kShaded);
     }
-    if (view.eye.y < ground_height_) return;  // from below it would hide the characters
+    if (ground_version_ != ground.version) {
+        std::vector<Vec3> positions, values;
+        for (std::size_t v = 0; v < tiles_.vertices.size(); ++v) {
+            positions.push_back(ground.vertices.positions[tiles_.vertices[v]]);
+            values.push_back(ground.values[tiles_.vertices[v]] * tiles_.shades[v]);
+        }
+        ground_->upload(positions, values);
+        ground_version_ = ground.version;
+    }
     FrameView plain = view;
-    if (!lit) plain.display = DisplayTransform();
+    if (!ground.lit()) plain.display = DisplayTransform();
     ground_->draw(plain);
 }
 
@@ -54,7 +51,7 @@ void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView&
     if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
         shownCompare(state) != Compare::kDifference)
         drawSky(*shading, state, view, aspect);
-    if (state.ground) drawGround(scene, state, view);
+    if (state.ground && scene.ground_file) drawGround(scene, view);
 }
 
 }  // namespace penumbra

@@ -22,11 +22,12 @@ private:
     };
     std::optional<ValuePainter> sky_, ground_;
     Shape sphere_;
-    std::optional<Made> sky_made_, ground_made_;
-    float ground_height_ = 0;
+    std::optional<Made> sky_made_;
+    GroundTiles tiles_;
+    std::uint64_t ground_version_ = 0;  // of the values that are uploaded
 
     void drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view, double aspect);
-    void drawGround(const Scene& scene, const ViewState& state, const FrameView& view);
+    void drawGround(const Scene& scene, const FrameView& view);
 };
 
 }  // namespace penumbra

@@ -50,7 +50,9 @@ ViewState startState(const Scene& scene, const ViewSettings& settings, const Vie
     state.camera.yaw = 20 * kDegree;
     state.camera.pitch = startPitch(scene);
     state.camera.vertical_fov = 35 * kDegree;
-    return stateFor(scene, state);
+    state = stateFor(scene, state);
+    applySceneFile(scene, state);
+    return state;
 }
 
 // Converts a rectangle to ImGui's coordinates.
@@ -121,9 +123,11 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     try {
         auto scene = std::make_unique<Scene>(openScene(files, threads_));
         painter_ = std::make_unique<ScenePainter>(*scene, result_.path);
+        const bool is_new = !scene_->file && scene->file;
         scene_ = std::move(scene);
         files_ = std::move(files);
         state_ = stateFor(*scene_, state_);
+        if (is_new) applySceneFile(*scene_, state_);
         figures_.message = "opened " + dropped.back().filename().string();
     } catch (const std::runtime_error& error) {
         figures_.message = error.what();
@@ -177,8 +181,8 @@ void ViewLoop::advanceTime() {
     const AnimationView& animation = *contents.characters[state_.selected].animation;
     if (state_.sequence) {
         state_.playhead.playing = false;
-        state_.playhead.time =
-            frameSeconds(animation, clip, std::min<std::size_t>(*state_.sequence, clip.frame_count - 1));
+        showClipTime(state_,
+                     frameSeconds(animation, clip, std::min<std::size_t>(*state_.sequence, clip.frame_count - 1)));
     }
     advanceView(state_, contents, seconds);
     if (state_.turntable) turntable(state_.camera, seconds);

@@ -169,7 +169,7 @@ void inPanes(const Scene& scene, const ViewState& state, const Rectangle& pictur
     const double radius = boundsOf(scene).radius();
     for (const Pane& pane : panesOf(state, picture))
         for (const auto& character : scene.characters)
-            draw(*character, pane, paneView(state, pane.area, radius, character->offset), float(radius));
+            draw(*character, pane, paneView(state, pane.area, radius, character->to_scene), float(radius));
 }
 
 }  // namespace

@@ -6,28 +6,37 @@
 
 #include "player/frame/visibility_lobe.h"
 #include "player/view/vertex_figures.h"
+#include "player/view/view_cast.h"
 
 namespace penumbra {
 
-FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, Vec3 offset) {
-    Camera camera = state.camera;
-    camera.target = camera.target - toDouble(offset);
+FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, const Affine& to_scene) {
     FrameView view;
-    clipFromModel(camera, double(area.width) / area.height, scene_radius, view.clip_from_model);
-    view.eye = toFloat(cameraPosition(camera));
+    std::array<float, 16> from_scene;
+    clipFromModel(state.camera, double(area.width) / area.height, scene_radius, from_scene);
+    const auto& m = to_scene.m;
+    for (std::size_t row = 0; row < 4; ++row)
+        for (std::size_t column = 0; column < 4; ++column) {
+            float sum = column == 3 ? from_scene[12 + row] : 0;
+            for (std::size_t k = 0; k < 3; ++k) sum += from_scene[4 * k + row] * m[4 * k + column];
+            view.clip_from_model[4 * column + row] = sum;
+        }
+    view.eye = transposed(to_scene.linear()) * (toFloat(cameraPosition(state.camera)) - to_scene.translation());
     view.error_max = state.error_max;
     view.display = state.display;
     return view;
 }
 
 // Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
-// bands than their fields have.
+// bands than their fields have and characters that are turned.
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands =
         std::any_of(scene_->characters.begin(), scene_->characters.end(), [](const auto& character) {
             return character->evaluator->composed() && character->asset.model.convention.order > kFieldOrder;
         });
-    return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
+    const bool turned = std::ranges::any_of(
+        scene_->characters, [](const auto& character) { return character->to_scene.linear() != Mat3(); });
+    return many_bands || turned || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value();
 }
 
@@ -69,9 +78,12 @@ void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye) {
     posed_.clear();
     for (const std::size_t i : group.characters) {
         const Character& character = *scene_->characters[i];
-        PosedCharacter& posed =
-            posed_.emplace_back(PosedCharacter{character.evaluator.get(), character.offset, character.shading.get()});
-        if (shownOf(character, shown) == Shown::kTruth) posed.numbers = character.truth_numbers;
+        PosedCharacter& posed = posed_.emplace_back(
+            PosedCharacter{character.evaluator.get(), character.to_scene.translation(), character.shading.get()});
+        if (shownOf(character, shown) == Shown::kTruth)
+            posed.numbers = character.truth_numbers;
+        else if (changesNumbers(*scene_, i, character.shadows))
+            posed.numbers = character.vertices.numbers;
     }
     painter->evaluate(first.channel, posed_, eye);
 }
@@ -103,7 +115,7 @@ void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, doub
     }
     for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
         const Character& character = *scene_->characters[i];
-        FrameView view = paneView(state, pane.area, radius, character.offset);
+        FrameView view = paneView(state, pane.area, radius, character.to_scene);
         if (character.plain) view.display = DisplayTransform();
         value_painters_.at({i, shownOf(character, pane.shown), character.channel}).draw(view);
     }
@@ -119,7 +131,7 @@ void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double ra
         const CompositionView& composition = *character.asset.model.composition;
         std::vector<std::size_t> parts(one ? 1 : composition.parts.size(), one ? factor->choice.part : 0);
         if (!one) std::iota(parts.begin(), parts.end(), std::size_t(0));
-        FrameView view = paneView(state, pane.area, radius, character.offset);
+        FrameView view = paneView(state, pane.area, radius, character.to_scene);
         view.display = DisplayTransform();
         overlays_.drawBoxes(fieldBoxEdges(composition, character.evaluator->bones(), parts), view);
     }
@@ -136,10 +148,10 @@ void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double rad
     const VisibilityFactor* factor = shownFactor(*scene_, state);
     if (factor && factor->choice.kind != FactorKind::kWhole) drawn = *factor;
     const FrameVertices& at = character.vertices;
-    FrameView view = paneView(state, pane.area, radius, character.offset);
+    FrameView view = paneView(state, pane.area, radius, character.to_scene);
     view.display = DisplayTransform();
     overlays_.drawLobe(drawn, {at.positions[vertex], at.normals[vertex], at.tangents[vertex]},
-                       float(kLobeRadius * radius), view);
+                       float(kLobeRadius * boundsOf(*scene_).radius()), view);
 }
 
 void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double radius, int window_height) {
@@ -153,7 +165,8 @@ void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double rad
 }
 
 void ScenePainter::draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost) {
-    const double radius = boundsOf(*scene_).radius();
+    double radius = boundsOf(*scene_).radius();
+    if (state.ground && scene_->ground_file) radius = std::max(radius, scene_->ground_file->size / 4);
     const std::vector<Pane> panes = panesOf(state, picture);
     const auto start = std::chrono::steady_clock::now();
     evaluate_timer_.begin();

@@ -57,7 +57,8 @@ private:
     void drawLobe(const ViewState& state, const Pane& pane, double radius);
 };
 
-// Returns the view (column-major 4x4) of the camera for a pane of this shape, for a model that stands at `offset`.
-FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, Vec3 offset);
+// Returns the view (column-major 4x4) of the camera for a pane of this shape, for a model that stands as
+// `to_scene` says, and the eye in its frame.
+FrameView paneView(const ViewState& state, const Rectangle& area, double scene_radius, const Affine& to_scene);
 
 }  // namespace penumbra

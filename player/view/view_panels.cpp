@@ -37,12 +37,19 @@ void chooseFromNames(const char* label, std::span<const std::string_view> names,
     ImGui::EndCombo();
 }
 
+std::string nameOfCharacter(const Scene& scene, std::size_t i) {
+    if (!scene.file) return std::filesystem::path(scene.characters[i]->asset.name).stem();
+    const std::size_t people = scene.file->characters.size(), props = scene.file->props.size();
+    if (i < people) return scene.file->characters[i].name;
+    return i < people + props ? scene.file->props[i - people].name
+                              : std::string(std::filesystem::path(scene.characters[i]->asset.name).stem());
+}
+
 void characterPanel(const Scene& scene, ViewState& state) {
     if (scene.characters.size() > 1) {
         ImGui::TextDisabled("Characters");
         for (std::size_t i = 0; i < scene.characters.size(); ++i)
-            if (choice(std::filesystem::path(scene.characters[i]->asset.name).stem(), i, i == state.selected))
-                state.selected = i;
+            if (choice(nameOfCharacter(scene, i), i, i == state.selected)) state.selected = i;
     }
     const Character& character = *scene.characters[state.selected];
     ImGui::TextDisabled("Clips");
@@ -135,6 +142,10 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::Checkbox("ground", &state.ground);
     ImGui::SameLine();
     ImGui::Checkbox("turn", &state.turntable);
+    int shadows = int(state.shadows);
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::Combo("##shadows", &shadows, "all shadows\0shadows on itself\0shadows on others\0no shadows\0"))
+        state.shadows = Shadows(shadows);
     ImGui::Checkbox("normals and tangents", &state.frames);
     if (contents.composed()) ImGui::Checkbox("boxes of fields", &state.boxes);
 }
@@ -151,7 +162,7 @@ void truthHint(const Character& character, const ClipView& clip) {
 void figurePanel(const Scene& scene, const ViewState& state, const ViewFigures& figures) {
     ImGui::TextDisabled("Cost of a frame, ms");
     ImGui::Text("evaluate %.2f  shade %.2f", figures.update.evaluate, figures.update.shade);
-    ImGui::Text("upload %.2f  whole %.1f", figures.paint.upload, figures.frame);
+    ImGui::Text("ground %.2f  upload %.2f  whole %.1f", figures.update.ground, figures.paint.upload, figures.frame);
     if (figures.software)
         ImGui::Text("path %s, software GL", figures.path == EvaluationPath::kCpu ? "CPU" : "GLSL");
     else
@@ -184,6 +195,7 @@ void helpWindow(ViewState& state) {
         for (const Shortcut& s : shortcuts()) row(text(s.name), text(s.text), text(s.shifted));
         row("Left drag", "orbit", "pan");
         row("Middle drag", "pan", "");
+        row("Alt + left drag", "move a character on the ground", "");
         row("Left click", "pick a vertex: its visibility", "");
         row("Right drag", "turn the light", "");
         row("Wheel", "nearer, farther", "");
@@ -242,11 +254,31 @@ bool isHeld(ImGuiMouseButton button) {
     return ImGui::IsMouseDown(button) || ImGui::IsMouseReleased(button);  // the last of its way
 }
 
+// Lets the character that Alt and the left button took follow the pointer over the ground. Returns whether one does.
+bool dragCharacter(const Scene& scene, ViewState& state, const Rectangle& picture) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && io.KeyAlt)
+        if (const auto under = pick(scene, state, picture, double(io.MousePos.x), double(io.MousePos.y))) {
+            const Character& taken = *scene.characters[under->character];
+            state.dragged = DraggedCharacter{under->character,
+                                             double(taken.to_scene.point(taken.vertices.positions[under->vertex]).y)};
+        }
+    if (!state.dragged) return io.KeyAlt && isHeld(ImGuiMouseButton_Left);  // beside everyone it does nothing
+    const auto at = [&](ImVec2 pointer) {
+        return pointAtHeight(state, state.dragged->height, picture, double(pointer.x), double(pointer.y));
+    };
+    const auto now = at(io.MousePos),
+               before = at(ImVec2(io.MousePos.x - io.MouseDelta.x, io.MousePos.y - io.MouseDelta.y));
+    if (now && before) state.characters[state.dragged->character].moved += toFloat(*now - *before);
+    if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) state.dragged.reset();
+    return true;
+}
+
 }  // namespace
 
 void applyMouse(const Scene& scene, ViewState& state, const Rectangle& picture) {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantCaptureMouse) return;
+    if (io.WantCaptureMouse || dragCharacter(scene, state, picture)) return;
     const bool left = isHeld(ImGuiMouseButton_Left), right = isHeld(ImGuiMouseButton_Right);
     const ImVec2 drag = takeDrag(left    ? ImGuiMouseButton_Left
                                  : right ? ImGuiMouseButton_Right

@@ -53,15 +53,31 @@ std::optional<PickedVertex> pick(const Scene& scene, const ViewState& state, con
         for (std::size_t i = 0; i < scene.characters.size(); ++i) {
             const Character& character = *scene.characters[i];
             double distance = 0;
-            const auto vertex =
-                pickVertex(character.vertices.positions, character.asset.mesh,
-                           cameraPosition(state.camera) - toDouble(character.offset), direction, distance);
+            const Mat3d to_model = transposed(toDouble(character.to_scene.linear()));
+            const Vec3d from = cameraPosition(state.camera) - toDouble(character.to_scene.translation());
+            const auto vertex = pickVertex(character.vertices.positions, character.asset.mesh, to_model * from,
+                                           to_model * direction, distance);
             if (!vertex || distance >= nearest_distance) continue;
             nearest_distance = distance;
             nearest = PickedVertex{i, *vertex};
         }
     }
     return nearest;
+}
+
+std::optional<Vec3d> pointAtHeight(const ViewState& state, double height, const Rectangle& picture, double x,
+                                   double y) {
+    constexpr double kFarthest = 20;  // times the camera's distance
+    for (const Pane& pane : panesOf(state, picture)) {
+        if (x < pane.clip.x || x >= pane.clip.x + pane.clip.width) continue;
+        const Vec3d eye = cameraPosition(state.camera),
+                    way = pixelDirection(state.camera, x - pane.area.x, y - pane.area.y, pane.area.width,
+                                         pane.area.height);
+        const double along = (height - eye.y) / way.y;
+        if (!(along > 0 && along < kFarthest * state.camera.distance)) return std::nullopt;
+        return eye + way * along;
+    }
+    return std::nullopt;
 }
 
 }  // namespace penumbra

@@ -14,4 +14,7 @@ std::optional<std::size_t> pickVertex(std::span<const Vec3> positions, const Mes
 std::optional<PickedVertex> pick(const Scene& scene, const ViewState& state, const Rectangle& picture, double x,
                                  double y);
 
+// Returns where the pointer's ray meets the height, in the scene; nothing above the horizon or too far away to say.
+std::optional<Vec3d> pointAtHeight(const ViewState& state, double height, const Rectangle& picture, double x, double y);
+
 }  // namespace penumbra

@@ -58,6 +58,12 @@ const VisibilityFactor* shownFactor(const Scene& scene, const ViewState& state) 
 
 namespace {
 
+std::string_view nameOf(Shadows shadows) {
+    static constexpr std::string_view kNames[] = {"all shadows", "shadows on itself", "shadows on others",
+                                                  "no shadows"};
+    return kNames[std::size_t(shadows)];
+}
+
 std::string_view nameOf(Compare compare) {
     static constexpr std::string_view kNames[] = {"model", "truth", "side by side", "wipe", "difference"};
     return kNames[std::size_t(compare)];
@@ -88,6 +94,7 @@ std::string describe(const Scene& scene, const ViewState& state) {
     if (shaded && shading != ShadingChoice())
         text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
                 std::string(nameOf(shading.light_form));
+    if (state.shadows != Shadows::kBoth) text += ", " + std::string(nameOf(state.shadows));
     if (const VisibilityFactor* factor = shownFactor(scene, state))
         text += ", lobe of vertex " + std::to_string(state.picked->vertex) + " (" +
                 nameOf(scene.characters[state.picked->character]->asset, factor->choice) + ")";
@@ -103,11 +110,14 @@ BoundingBox boundsOf(const Scene& scene, bool rest) {
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         const Character& character = *scene.characters[i];
         const bool posed = character.posed && !rest;
-        BoundingBox box =
+        const BoundingBox box =
             boundsOf(posed ? std::span<const Vec3>(character.vertices.positions) : character.asset.mesh.positions);
-        box.low += character.offset;
-        box.high += character.offset;
-        all = i == 0 ? box : merged(all, box);
+        std::array<Vec3, 8> corners;
+        for (std::size_t c = 0; c < corners.size(); ++c)
+            corners[c] = (posed ? character.to_scene : character.placement)
+                             .point({(c & 1 ? box.high : box.low).x, (c & 2 ? box.high : box.low).y,
+                                     (c & 4 ? box.high : box.low).z});
+        all = i == 0 ? boundsOf(corners) : merged(all, boundsOf(corners));
     }
     return all;
 }

@@ -3,9 +3,12 @@
 #include <array>
 #include <memory>
 
+#include "formats/scene/scene_file.h"
 #include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
 #include "player/frame/orbit_camera.h"
+#include "player/runtime/cast_shadow.h"
+#include "player/scene/scene_ground.h"
 #include "player/view/clip_strip.h"
 #include "player/view/error_strip.h"
 #include "player/view/pose_interpolation.h"
@@ -21,14 +24,17 @@ constexpr std::size_t kShownCount = 3;
 
 // Milliseconds of one update.
 struct UpdateCost {
-    double evaluate = 0;  // pose, skinning, visibility; of the last update that computed any
+    double evaluate = 0;  // pose, skinning, visibility, shadows of others; of the last update that computed any
+    double ground = 0;    // the ground's shadow
     double shade = 0;     // computing what every vertex shows
 };
 
 struct Character {
     AssetView asset;  // with the materials and lights of every file
     const AssetView* truth = nullptr;
-    Vec3 offset;  // offset of its model frame in the scene
+    Affine placement;              // from its model frame to the scene: a rotation about y and a translation
+    Affine to_scene;               // the same, with what the user has moved it
+    std::size_t caster = kNobody;  // of Scene::cast
     std::unique_ptr<Evaluator> evaluator;
     std::unique_ptr<ShadingSet> shading;  // null without materials or lights
 
@@ -39,6 +45,9 @@ struct Character {
     std::optional<std::size_t> truth_frame;  // only for sampled frames
     std::optional<ScoreEdit> edited;         // that the evaluator has
     bool posed = false, has_model_numbers = false, has_truth_numbers = false;
+    // What the numbers were made for.
+    Shadows shadows = Shadows::kBoth;
+    std::uint64_t cast_version = 0;
     FrameVertices vertices;            // numbers: of the model
     std::vector<float> truth_numbers;  // in the local frames of `vertices`
     std::array<std::vector<Vec3>, kShownCount> values;
@@ -68,19 +77,44 @@ struct SceneFile {
 };
 constexpr int kPictureLightOrder = 5;
 
-struct Scene {
-    std::vector<SceneFile> files;
-    std::vector<std::unique_ptr<Character>> characters;
-    std::vector<std::string_view> material_names, light_names;
+// What the ground shows at its vertices.
+struct ShownGround {
+    struct Made {
+        bool shadows = false, lit = false;
+        std::uint64_t cast_version = 0;
+        std::size_t light = 0;
+        Mat3 rotation;
+        bool operator==(const Made&) const = default;
+    };
+    std::optional<Made> made;  // what the values were made for
+    std::uint64_t version = 0;
+    GroundVertices vertices;
+    std::vector<Vec3> values;
+    bool lit() const { return made && made->lit; }  // the values are radiance; otherwise colours
 };
 
-// Opens a scene. A .pnb is a character, or truth for the characters that it fits, or brings materials or lights. An
-// .exr or .hdr is a light's picture (lat-long or a cube's cross). Throws InvalidInput when none is a character, and
-// when a truth fits no character.
+struct Scene {
+    std::vector<SceneFile> files;
+    std::optional<SceneDescription> file;  // scene.json
+    std::vector<std::unique_ptr<Character>> characters;
+    std::vector<std::string_view> material_names, light_names;
+    std::unique_ptr<CastShadow> cast;
+    std::uint64_t cast_version = 0;          // grows with every caster that takes another pose or place
+    std::optional<SceneGround> ground_file;  // none where a scene's file has none
+    ShownGround ground;
+};
+
+// Opens a scene. A .json says who stands where (docs/scene.md); its characters and props come first. Without one the
+// characters stand side by side. A .pnb is a character, or truth for the characters that it fits, or brings materials
+// or lights. An .exr or .hdr is a light's picture (lat-long or a cube's cross). Throws InvalidInput when none is a
+// character, and when a truth fits no character.
 Scene openScene(std::span<const std::filesystem::path> paths, int threads);
 ViewContents contentsOf(const Scene& scene);
 // Returns characters, clips and materials as the files have them. What `old` has chosen stays where it still exists.
 ViewState stateFor(const Scene& scene, const ViewState& old);
+
+// Gives the state what the scene's file says: clips, times, materials, light and camera.
+void applySceneFile(const Scene& scene, ViewState& state);
 
 // Tells what a frame needs on the CPU.
 struct UpdateNeeds {

@@ -3,8 +3,9 @@
 
 #include "formats/common/errors.h"
 #include "formats/image/project_map.h"
+#include "formats/scene/scene_placement.h"
 #include "player/frame/truth_frames.h"
-#include "player/view/view_scene.h"
+#include "player/view/view_cast.h"
 
 namespace penumbra {
 
@@ -53,7 +54,32 @@ void placeCharacters(Scene& scene) {
     }
     const float middle = 0.5f * float(scene.characters.size() - 1);
     for (std::size_t i = 0; i < scene.characters.size(); ++i)
-        scene.characters[i]->offset = {(float(i) - middle) * 4 / 3 * widest, 0, 0};
+        scene.characters[i]->placement.m[3] = (float(i) - middle) * 4 / 3 * widest;
+}
+
+// Places everyone where the scene's file says.
+void placeMembers(Scene& scene) {
+    const std::size_t people = scene.file->characters.size();
+    for (std::size_t i = 0; i < people + scene.file->props.size(); ++i)
+        scene.characters[i]->placement =
+            placementOf(i < people ? scene.file->characters[i] : scene.file->props[i - people]);
+}
+
+// Reads the scene's file among the paths, if there is one. Returns the paths of its members, in their order, and then
+// all others.
+std::vector<std::filesystem::path> filesOf(std::span<const std::filesystem::path> paths, Scene& scene) {
+    std::vector<std::filesystem::path> files;
+    for (const std::filesystem::path& path : paths) {
+        if (path.extension() != ".json") continue;
+        if (scene.file) throw InvalidInput(path.string() + ": a second scene; the window shows one");
+        scene.file = readScene(path);
+        for (const std::vector<SceneCharacter>* list : {&scene.file->characters, &scene.file->props})
+            for (const SceneCharacter& one : *list) files.push_back(one.asset);
+        if (!scene.file->light.asset.empty()) files.push_back(scene.file->light.asset);
+    }
+    std::ranges::copy_if(paths, std::back_inserter(files),
+                         [](const auto& path) { return path.extension() != ".json"; });
+    return files;
 }
 
 // Makes a character. `like` is a character of the same file, whose decoded models it shares, or null.
@@ -103,13 +129,19 @@ std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths,
 
 }  // namespace
 
-Scene openScene(std::span<const std::filesystem::path> paths, int threads) {
+Scene openScene(std::span<const std::filesystem::path> given, int threads) {
     Scene scene;
+    const std::vector<std::filesystem::path> paths = filesOf(given, scene);
     const std::vector<std::size_t> file_of_path = openFiles(paths, threads, scene);
+    const std::size_t members = scene.file ? scene.file->characters.size() + scene.file->props.size() : 0;
     std::vector<const Character*> first_of_file(scene.files.size());
-    for (const std::size_t index : file_of_path) {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        const std::size_t index = file_of_path[i];
         const SceneFile& file = scene.files[index];
-        if (!file.asset || !isCharacter(file.asset->view)) continue;
+        const bool is_character = file.asset && isCharacter(file.asset->view);
+        if (i < members && !is_character) throw InvalidInput(paths[i].string() + ": holds no model");
+        if (i == members && scene.file && !scene.file->light.asset.empty()) continue;  // it is there for its light
+        if (!is_character) continue;
         scene.characters.push_back(makeCharacter(scene, file, first_of_file[index]));
         if (!first_of_file[index]) first_of_file[index] = scene.characters.back().get();
     }
@@ -120,7 +152,9 @@ Scene openScene(std::span<const std::filesystem::path> paths, int threads) {
     const AssetView& first = scene.characters.front()->asset;
     for (const MaterialView& material : first.materials) scene.material_names.push_back(material.name);
     for (const LightView& light : first.lights) scene.light_names.push_back(light.name);
-    placeCharacters(scene);
+    scene.file ? placeMembers(scene) : placeCharacters(scene);
+    scene.ground_file = scene.file ? scene.file->ground : groundUnder(restBounds(scene));
+    makeCasters(scene);
     return scene;
 }
 

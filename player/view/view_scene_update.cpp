@@ -5,6 +5,7 @@
 
 #include "player/frame/truth_frames.h"
 #include "player/view/vertex_figures.h"
+#include "player/view/view_cast.h"
 #include "player/view/view_scene.h"
 
 namespace penumbra {
@@ -95,20 +96,42 @@ void setShading(Character& character, const CharacterChoice& choice, const ViewS
         if (set.materialOfSlot()[slot] != choice.material_of_slot[slot])
             set.setMaterial(slot, choice.material_of_slot[slot]);
     if (set.light() != state.light) set.setLight(state.light);
-    const Mat3 rotation = lightRotation(state);
+    const Mat3 rotation = transposed(character.to_scene.linear()) * lightRotation(state);  // in the model's frame
     if (set.lightRotation() != rotation) set.setLightRotation(rotation);
 }
 
+// Takes a character to its place. Returns false where it stands there already.
+bool placeCharacter(Character& character, Vec3 moved) {
+    Affine to_scene = character.placement;
+    for (int axis = 0; axis < 3; ++axis) to_scene.m[std::size_t(4 * axis + 3)] += moved[axis];
+    if (character.to_scene == to_scene) return false;
+    character.to_scene = to_scene;
+    return true;
+}
+
+// Forgets numbers that were made for other shadows, or for others in other places.
+void forgetNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
+    Character& character = *scene.characters[index];
+    const bool moved = character.cast_version != scene.cast_version && changesNumbers(scene, index, shadows);
+    if (!moved && character.shadows == shadows) return;
+    character.has_model_numbers = character.has_truth_numbers = false;
+    character.shadows = shadows;
+    character.cast_version = scene.cast_version;
+}
+
 // Evaluates the numbers that are missing. Returns whether any were.
-bool needNumbers(Character& character, bool model, bool truth, int threads) {
+bool needNumbers(const Scene& scene, std::size_t index, bool model, bool truth, int threads) {
+    Character& character = *scene.characters[index];
     const bool needs_model = model && !character.has_model_numbers;
     const bool needs_truth = truth && character.truth_frame && !character.has_truth_numbers;
     if (needs_model) {
         evaluateNumbers(*character.evaluator, threads, character.vertices);
+        applyShadows(scene, index, character.shadows, threads, character.vertices.numbers);
         character.has_model_numbers = true;
     }
     if (needs_truth) {
         character.truth_numbers = truthNumbers(shotOf(character), character.vertices, threads);
+        applyShadows(scene, index, character.shadows, threads, character.truth_numbers);
         character.has_truth_numbers = true;
     }
     return needs_model || needs_truth;
@@ -179,24 +202,46 @@ void showComponent(Character& character, std::size_t component) {
 
 }  // namespace
 
+namespace {
+
+// Returns whether anything was computed.
+bool poseInScene(Scene& scene, std::size_t index, const ViewState& state, const ViewContents& contents, int threads) {
+    Character& character = *scene.characters[index];
+    const ClipView& clip = character.asset.animation.clips[state.characters[index].clip];
+    const bool is_edited = state.score_edit && state.score_edit->character == index;
+    const bool posed = poseCharacter(character, clip, shownPosition(state, contents, index),
+                                     is_edited ? state.score_edit : std::nullopt, threads);
+    const bool moved = placeCharacter(character, state.characters[index].moved);
+    if (posed || moved) takeOver(scene, index);
+    return posed;
+}
+
+Vec3 inModel(const Character& character, Vec3 point) {
+    return transposed(character.to_scene.linear()) * (point - character.to_scene.translation());
+}
+
+}  // namespace
+
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost) {
-    const ViewContents contents = contentsOf(scene);
     const Vec3 eye = toFloat(cameraPosition(state.camera));
     UpdateCost spent;
     bool evaluated = false;
+    auto start = std::chrono::steady_clock::now();
+    const ViewContents contents = contentsOf(scene);
+    for (std::size_t i = 0; i < scene.characters.size(); ++i)
+        evaluated |= poseInScene(scene, i, state, contents, needs.threads);
+    spent.evaluate += elapsedMilliseconds(start);
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         Character& character = *scene.characters[i];
-        auto start = std::chrono::steady_clock::now();
-        const ClipView& clip = character.asset.animation.clips[state.characters[i].clip];
-        const bool is_edited = state.score_edit && state.score_edit->character == i;
-        evaluated |= poseCharacter(character, clip, shownPosition(state, contents, i),
-                                   is_edited ? state.score_edit : std::nullopt, needs.threads);
+        start = std::chrono::steady_clock::now();
+        forgetNumbers(scene, i, state.shadows);
         const Compare compare = shownCompare(state);
         const bool picked = state.picked && state.picked->character == i;
         const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
         const bool model = compare != Compare::kTruth || !character.truth_frame;
         character.channel = shownChannel(character, state.channel);
-        evaluated |= needNumbers(character, (needs.values && model) || picked, truth, needs.threads);
+        const bool on_cpu = needs.values || changesNumbers(scene, i, state.shadows);
+        evaluated |= needNumbers(scene, i, (on_cpu && model) || picked, truth, needs.threads);
         needFactors(character, picked ? std::optional(state.picked->vertex) : std::nullopt);
         spent.evaluate += elapsedMilliseconds(start);
         start = std::chrono::steady_clock::now();
@@ -205,9 +250,13 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         if (state.component)
             showComponent(character, *state.component);
         else if (needs.values)
-            showValues(character, compare, eye - character.offset, needs.threads);
+            showValues(character, compare, inModel(character, eye), needs.threads);
         spent.shade += elapsedMilliseconds(start);
     }
+    start = std::chrono::steady_clock::now();
+    const std::uint64_t ground = scene.ground.version;
+    updateGround(scene, state, needs.threads);
+    if (scene.ground.version != ground) cost.ground = elapsedMilliseconds(start);
     cost.shade = spent.shade;
     if (evaluated) cost.evaluate = spent.evaluate;
 }

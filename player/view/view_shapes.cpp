@@ -1,7 +1,6 @@
 #include "player/view/view_shapes.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "sh/sh_basis.h"
 
@@ -22,36 +21,26 @@ std::vector<Vec3> radianceFrom(const LightView& light, const Mat3& rotation, std
     return radiance;
 }
 
-// The clamped cosine about s is zonal: E(s) = sum over l of A_l sum over m of L_lm y_lm(s), with A = pi, 2 pi / 3, pi
-// / 4, 0, -pi / 24, 0, pi / 64, 0 (Ramamoorthi and Hanrahan 2001, eq 8).
-Vec3 irradianceFromAbove(const LightView& light, const Mat3& rotation) {
-    constexpr double kPi = std::numbers::pi;
-    constexpr double kCosine[kMaxOrder] = {kPi, 2 * kPi / 3, kPi / 4, 0, -kPi / 24, 0, kPi / 64, 0};
-    std::vector<float> basis(std::size_t(coefficientCount(light.order)));
-    evalBasis(light.order, transposed(rotation) * Vec3{0, 1, 0}, basis);
-    Vec3 sum;
-    for (std::size_t i = 0; i < basis.size(); ++i)
-        sum += Vec3{light.sh[3 * i], light.sh[3 * i + 1], light.sh[3 * i + 2]} *
-               (basis[i] * float(kCosine[bandOfIndex(int(i))]));
-    return {std::max(sum.x, 0.0f), std::max(sum.y, 0.0f), std::max(sum.z, 0.0f)};
-}
-
-Shape groundPlane(const BoundingBox& box, Vec3 light) {
-    constexpr int kTiles = 24;
-    const float tile = float(box.radius()) / 3;
-    const Vec3 middle = (box.low + box.high) * 0.5f;
-    Shape ground;
-    for (int row = 0; row < kTiles; ++row)
-        for (int column = 0; column < kTiles; ++column) {
-            const auto first = std::uint32_t(ground.positions.size());
-            for (const auto& [x, z] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}}) {
-                ground.positions.push_back({middle.x + tile * float(column + x - kTiles / 2), box.low.y,
-                                            middle.z + tile * float(row + z - kTiles / 2)});
-                ground.values.push_back(light * ((row + column) % 2 == 0 ? 0.25f : 0.2f));
-            }
-            ground.triangles.insert(ground.triangles.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
+GroundTiles groundTiles(std::uint32_t side) {
+    constexpr float kShade = 0.8f;  // of every other tile
+    const std::uint32_t squares = side - 1, step = std::max(1u, squares / kGroundTiles);
+    GroundTiles out;
+    for (std::uint32_t row = 0; row < squares; row += step)
+        for (std::uint32_t column = 0; column < squares; column += step) {
+            const auto first = std::uint32_t(out.vertices.size());
+            const std::uint32_t rows = std::min(step, squares - row), columns = std::min(step, squares - column);
+            for (std::uint32_t i = 0; i <= rows; ++i)
+                for (std::uint32_t j = 0; j <= columns; ++j) {
+                    out.vertices.push_back((row + i) * side + column + j);
+                    out.shades.push_back((row / step + column / step) % 2 == 0 ? 1 : kShade);
+                }
+            for (std::uint32_t i = 0; i < rows; ++i)
+                for (std::uint32_t j = 0; j < columns; ++j) {
+                    const std::uint32_t a = first + i * (columns + 1) + j, b = a + columns + 1;
+                    out.triangles.insert(out.triangles.end(), {a, a + 1, b, b, a + 1, b + 1});
+                }
         }
-    return ground;
+    return out;
 }
 
 }  // namespace penumbra

@@ -1,5 +1,7 @@
 #pragma once
 // Surfaces around the characters, under the light of the scene. It uses no GL.
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "formats/asset/asset_file.h"
@@ -11,11 +13,15 @@ namespace penumbra {
 // Returns the radiance from each direction of a light that is turned by `rotation`, L(R^T s), with ringing below 0 as
 // 0.
 std::vector<Vec3> radianceFrom(const LightView& light, const Mat3& rotation, std::span<const Vec3> directions);
-// Returns the irradiance of a horizontal plane that sees the whole upper half: the integral of L cos.
-Vec3 irradianceFromAbove(const LightView& light, const Mat3& rotation);
 
-// Makes a chequered square at the height of the box' floor, with tiles of a third of the box' radius. Its values are
-// `light` (radiance of a white plane) times the tiles' albedo.
-Shape groundPlane(const BoundingBox& box, Vec3 light);
+// Chequered tiles of a square grid of vertices, with a vertex for every tile that touches it, so that tiles have edges.
+struct GroundTiles {
+    std::vector<std::uint32_t> vertices;   // of the grid
+    std::vector<float> shades;             // of each of these: what its tile multiplies values by
+    std::vector<std::uint32_t> triangles;  // of these
+};
+constexpr std::uint32_t kGroundTiles = 24;  // along a side, or as many squares as there are
+// `side` >= 2 vertices along a side of the grid, row after row.
+GroundTiles groundTiles(std::uint32_t side);
 
 }  // namespace penumbra

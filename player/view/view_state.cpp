@@ -43,8 +43,8 @@ namespace {
 
 void showFrame(ViewState& state, const ViewContents& contents, std::size_t number) {
     state.playhead.playing = false;
-    state.playhead.time =
-        frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number);
+    showClipTime(state,
+                 frameSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents), number));
 }
 
 // Goes to the frame with the largest figure. Where the figures are still those of a clip that was on before, it does
@@ -91,19 +91,30 @@ void showAwaited(ViewState& state, const ViewContents& contents) {
 }  // namespace
 
 ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character) {
+    const CharacterChoice& choice = state.characters[character];
+    if (choice.still) return {};
     const ClipView& clip = clipOf(state, contents, character);
-    ClipPosition position = clipPosition(*contents.characters[character].animation, clip, state.playhead.time);
+    const ClipPosition position =
+        clipPosition(*contents.characters[character].animation, clip, state.playhead.time + choice.start);
     if (!snapsToFrames(state)) return position;
     return {position.frame, position.frame, 0};
 }
 
 std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character) {
     const ClipView& clip = clipOf(state, contents, character);
-    return clip.first_frame + frameNumber(*contents.characters[character].animation, clip, state.playhead.time);
+    return clip.first_frame + shownPosition(state, contents, character).frame;
+}
+
+double clipTime(const ViewState& state) { return state.playhead.time + state.characters[state.selected].start; }
+void showClipTime(ViewState& state, double seconds) {
+    state.playhead.time = seconds - state.characters[state.selected].start;
 }
 
 void chooseClip(ViewState& state, std::size_t clip) {
-    state.characters[state.selected].clip = clip;
+    CharacterChoice& choice = state.characters[state.selected];
+    choice.clip = clip;
+    choice.start = 0;
+    choice.still = false;
     state.playhead.time = 0;
 }
 
@@ -160,7 +171,7 @@ Mat3 lightRotation(const ViewState& state) {
     const double yaw = radians(state.light_yaw), pitch = radians(state.light_pitch);
     const double sy = std::sin(yaw), cy = std::cos(yaw), sp = std::sin(pitch), cp = std::cos(pitch);
     const Mat3d about_y{{cy, 0, sy, 0, 1, 0, -sy, 0, cy}}, about_x{{1, 0, 0, 0, cp, sp, 0, -sp, cp}};
-    const Mat3d r = about_y * about_x;
+    const Mat3d r = about_y * about_x * toDouble(state.light_base);
     Mat3 out;
     for (std::size_t i = 0; i < 9; ++i) out.m[i] = float(r.m[i]);
     return out;

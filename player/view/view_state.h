@@ -24,14 +24,31 @@ enum class Compare {
     kDifference,  // |model - truth| of what each vertex shows
 };
 
+// Which shadows are shown.
+enum class Shadows {
+    kBoth,
+    kSelf,  // of each on itself
+    kCast,  // on others and on the ground
+    kNone,
+};
+
 struct CharacterChoice {
     std::size_t clip = 0;
     std::vector<std::size_t> material_of_slot;  // 1 entry for a mesh without slots
+    double start = 0;                           // seconds that its clip is ahead of the playhead
+    bool still = false;                         // it stays in the first frame of its animation
+    Vec3 moved = {};                            // from its place in the scene
 };
 
 struct PickedVertex {
     std::size_t character = 0, vertex = 0;
     bool operator==(const PickedVertex&) const = default;
+};
+
+// A character follows the pointer, at the height where it was taken.
+struct DraggedCharacter {
+    std::size_t character = 0;
+    double height = 0;
 };
 
 // Scores of a cluster that the user has changed.
@@ -69,8 +86,11 @@ struct ViewState {
     bool frames = false;  // draw normals and tangents
     bool boxes = false;   // draw the boxes of the fields of composed characters
     std::size_t light = 0;
+    Shadows shadows = Shadows::kBoth;
+    std::optional<DraggedCharacter> dragged;
     ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
+    Mat3 light_base;                        // as the scene's file turns the light, before yaw and pitch
     DisplayTransform display;
     float error_max = 0.25f;
     bool background = true, ground = false;
@@ -110,6 +130,9 @@ bool snapsToFrames(const ViewState& state);
 // Returns what is shown of the character's clip. All characters share the playhead's time. `part` is 0 on sampled
 // frames.
 ClipPosition shownPosition(const ViewState& state, const ViewContents& contents, std::size_t character);
+// Seconds into the selected character's clip, and back.
+double clipTime(const ViewState& state);
+void showClipTime(ViewState& state, double seconds);
 // Returns the first frame of that position, in the character's animation.
 std::size_t shownFrame(const ViewState& state, const ViewContents& contents, std::size_t character);
 

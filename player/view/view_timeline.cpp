@@ -57,8 +57,8 @@ void frameNumbers(const Row& row) {
 void jumpTo(const Scene& scene, ViewState& state, double number) {
     const ViewContents contents = contentsOf(scene);
     state.playhead.playing = false;
-    state.playhead.time = positionSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents),
-                                          snapsToFrames(state) ? std::floor(number) : number);
+    showClipTime(state, positionSeconds(*contents.characters[state.selected].animation, selectedClip(state, contents),
+                                        snapsToFrames(state) ? std::floor(number) : number));
 }
 
 void scrubBar(const Scene& scene, ViewState& state, std::size_t frames, double shown) {
@@ -161,7 +161,7 @@ void buildTimeline(const Scene& scene, ViewState& state) {
     const ClipPosition position = shownPosition(state, contents, state.selected);
     const double shown = double(position.frame) + position.part;
     ImGui::Text("frame %.*f of %u   %.2f s of %.2f s", snapsToFrames(state) ? 0 : 2, shown, clip.frame_count,
-                state.playhead.time, clipSeconds(animation, clip));
+                clipTime(state), clipSeconds(animation, clip));
     if (state.smooth && snapsToFrames(state)) {
         ImGui::SameLine();
         ImGui::TextColored(ImVec4(0.95f, 0.75f, 0.3f, 1), "sampled frames: truth is shown");

@@ -150,7 +150,7 @@ inline void sample(const FarConstants& constants, const FarTable& table, const F
     }
     for (std::size_t i = 0; i < 5; ++i) transpose((const float*)rows + 8 * i, kRow, out + 8 * i);
     const Lanes fine = levels[0].share;
-    inside = out[kDistance] * -table.per_fade;
+    inside = out[kDistance] * (-table.per_fade * constants.dark);
     clamp(inside, kZeros, fine);
     const Lanes scale = 1 / (square + 0.25f * table.radius * table.radius);
     for (int i = 0; i < kFull; ++i) out[i] *= scale;

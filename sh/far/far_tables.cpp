@@ -32,6 +32,9 @@ constexpr float kDepth = 0.25f;
 // which are fitted with them. Chosen on training frames of three rigs (docs/scene.md); 0.75 to 0.85 and 0.03 to 0.1 are
 // alike.
 constexpr float kOverlap[kFarQualities] = {1, 1, 0.8f}, kSolid = 0.05f;
+// Vertices of a character hardly sink into its own parts, but others walk through them: a point that went dark within
+// the few millimetres of FieldTable::fade would pop.
+constexpr float kDark[kFarQualities] = {1, 1, 0.25f};
 
 FarBox boxOf(const FieldBox& box, std::size_t first, float width) {
     FarBox out{};
@@ -141,7 +144,7 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
     for (const FieldTable& field : fields_.tables) tables_.push_back(tableOf(field));
     const FarProduct compose{compose_.j.data(), compose_.k.data(), compose_.j.size(), compose_.rows.view(),
                              int(compose_.rows.first.size()) - 1};
-    FarConstants constants = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth, 1, 1, {}};
+    FarConstants constants = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth, 1, 1, 1, {}};
     const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
     std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants.quarter_turn);
     setMirror(constants);
@@ -152,6 +155,7 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
         std::copy_n(kBlocked[q], 2, constants_[q].blocked);
         constants_[q].overlap = kOverlap[q];
         constants_[q].solid = kSolid;
+        constants_[q].dark = kDark[q];
     }
 }
 

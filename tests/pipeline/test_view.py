@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from view_window import HEIGHT, PANEL, TIMELINE, WIDTH, View, center, difference, opened, prepared, wait_until
+from view_window import HEIGHT, PANEL, TIMELINE, WIDTH, View, center, difference, make_scene, opened, prepared, wait_until
 
 
 def check_plays_and_scrubs(view, first):
@@ -271,6 +271,28 @@ def check_paths_agree():
         assert cpu.said == glsl.said and rmse < 0.5, (cpu.said, glsl.said, rmse)
 
 
+def check_scene():
+    """A scene's ground has shadows that go on and off, and a character that is moved takes its shadow along."""
+    make_scene()
+    view = View("--scene", "scene.json", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
+    both = view.shot()
+    alone, cast, none = view.shot("j"), view.shot("j"), view.shot("j")
+    for shot, words in ((alone, "shadows on itself"), (cast, "shadows on others"), (none, "no shadows")):
+        assert words in shot.said and difference(both, shot) > 0.2, (shot.said, difference(both, shot))
+    assert (none.picture - both.picture).mean() > (none.picture - cast.picture).mean() > 0, "shadows are dark"
+    assert difference(view.shot("j"), both) == 0
+    for x in range(PANEL + 60, PANEL + 260, 25):  # across the left figure, wherever it is
+        view.tool("keydown", "alt")
+        view.drag(1, (x, 200), (x - 40, 330))
+        view.tool("keyup", "alt")
+        moved = view.shot()
+        if difference(moved, both) > 1:
+            break
+    assert difference(moved, both) > 1
+    assert difference(view.shot("j", "j", "j", "j"), moved) == 0
+    view.close()
+
+
 with prepared():
     with opened() as (window, start):
         check_plays_and_scrubs(window, start)
@@ -286,4 +308,5 @@ with prepared():
         check_components(window)
         check_heat_map(window)
     check_paths_agree()
+    check_scene()
 print("ok")

@@ -1,5 +1,6 @@
 """The tests of penumbra-player view share this: an X server, assets, a running window and its screenshots."""
 import contextlib
+import json
 import os
 import subprocess
 import sys
@@ -39,6 +40,18 @@ def make_assets():
     good("fit", "brdf", "--analytic", "lambert:color=0.02/0.6/0.1", "--name", "green", "-o", "green.brdf.h5")
     good("fit", "light", "--analytic", "uniform", "--name", "dropped light", "-o", "dropped.light.h5")
     good("pack", "asset", "--brdf", "green.brdf.h5", "--light", "dropped.light.h5", "-o", "library.pnb")
+
+
+def make_scene():
+    """Two composed characters on a ground, the second one turned and later in its clip."""
+    good("bake", "visibility", RIG, "-o", "y.vis.h5", "--fps", 4, "--rays", 64, "--local")
+    good("bake", "fields", RIG, "-o", "y.fields.h5")
+    good("fit", "visibility", "y.vis.h5", "--fields", "y.fields.h5", "-o", "y.model.h5", "--holdout", "squat")
+    good("pack", "asset", "y.model.h5", "--brdf", "lambert.brdf.h5", "--light", "sky.light.h5", "-o", "y.pnb")
+    people = [{"asset": "y.pnb", "position": [-0.45, 0, 0]},
+              {"asset": "y.pnb", "position": [0.45, 0, 0], "yaw": 160, "time": 0.5}]
+    with open("scene.json", "w") as f:
+        json.dump({"version": 1, "characters": people, "ground": {"size": 5}, "camera": "yaw=10,pitch=25"}, f)
 
 
 class Display:

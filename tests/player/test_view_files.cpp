@@ -72,7 +72,7 @@ TEST_F(ViewFiles, ACharacterKeepsItsMaterialsWhateverTheOrder) {
     EXPECT_EQ(scene.material_names[state.characters[0].material_of_slot[0]], "grey");
     EXPECT_EQ(state.characters[0].material_of_slot[0], 1u);
     EXPECT_EQ(state.characters[1].material_of_slot[0], 1u) << "the same file";
-    EXPECT_LT(scene.characters[0]->offset.x, scene.characters[1]->offset.x);
+    EXPECT_LT(scene.characters[0]->placement.m[3], scene.characters[1]->placement.m[3]);
 }
 
 // A model that brings no materials and no light shows the scene's first ones, with slots and without, wherever it is

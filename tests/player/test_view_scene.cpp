@@ -45,18 +45,27 @@ TEST(ViewShapes, LightIsSeenWhereItComesFrom) {
     EXPECT_NEAR(radiance[0].x, 2, 1e-5);
     EXPECT_NEAR(radiance[1].x, 0, 1e-5);
     EXPECT_NEAR(radiance[2].x, 1, 1e-5);
-    EXPECT_NEAR(irradianceFromAbove(light, Mat3()).x, 5 * std::numbers::pi / 3, 1e-4);
     Mat3 roll;  // +y goes to -x
     const Mat3d turned = parseLightRotation("roll=90");
     for (std::size_t i = 0; i < 9; ++i) roll.m[i] = float(turned.m[i]);
     EXPECT_NEAR(radianceFrom(light, roll, directions)[2].x, 0, 1e-5);
-    EXPECT_NEAR(irradianceFromAbove(light, roll).x, std::numbers::pi, 1e-4);
 }
 
-TEST(ViewShapes, GroundIsUnderTheBox) {
-    const Shape ground = groundPlane({{-1, 2, -1}, {1, 5, 1}}, {1, 1, 1});
-    for (const Vec3& p : ground.positions) EXPECT_EQ(p.y, 2);
-    EXPECT_EQ(ground.values.size(), ground.positions.size());
+// Two vertices of one place have the shades of two tiles, and every square has its two triangles.
+TEST(ViewShapes, GroundTilesHaveEdges) {
+    for (const std::uint32_t side : {2u, 25u, 49u, 128u}) {
+        const GroundTiles tiles = groundTiles(side);
+        EXPECT_EQ(tiles.triangles.size(), 6 * (side - 1) * (side - 1));
+        std::vector<int> shades(side * side);
+        for (std::size_t v = 0; v < tiles.vertices.size(); ++v)
+            shades[tiles.vertices[v]] |= tiles.shades[v] == 1 ? 1 : 2;
+        EXPECT_EQ(std::ranges::count(shades, 0), 0);
+        if (side == 49) {
+            EXPECT_EQ(shades[2 * 49 + 1], 3) << "an edge between two tiles of 2 x 2 squares";
+        }
+        for (std::size_t t = 0; t < tiles.triangles.size(); t += 3)
+            EXPECT_EQ(tiles.shades[tiles.triangles[t]], tiles.shades[tiles.triangles[t + 1]]);
+    }
 }
 
 TEST(ClipStrip, HasTheEvaluatorsMeasureOfEveryFrame) {

@@ -241,7 +241,7 @@ TEST(ViewActions, EveryKeyIsThereOnce) {
         c.press(shortcut.key, true);
     }
     Contents c;
-    EXPECT_FALSE(applyKey(c.state, c.contents, {'J', false}));
+    EXPECT_FALSE(applyKey(c.state, c.contents, {'0', false}));
 }
 
 TEST(ViewState, LightTurnsAsOnTheCommandLine) {

@@ -1,0 +1,26 @@
+#pragma once
+// Who casts on whom in the window.
+#include "player/view/view_scene.h"
+
+namespace penumbra {
+
+// Makes the casters of an opened scene: every composed character.
+void makeCasters(Scene& scene);
+
+// Tells the casters how a character stands, after it was posed or moved.
+void takeOver(Scene& scene, std::size_t character);
+
+// Makes of a character's own numbers, of the model or of the truth, those that are shown: with or without the shadow of
+// itself and of the others. Without others in reach they stay the very ones that they were.
+void applyShadows(const Scene& scene, std::size_t character, Shadows shadows, int threads, std::span<float> numbers);
+
+// Tells whether applyShadows() may change numbers of this character.
+bool changesNumbers(const Scene& scene, std::size_t character, Shadows shadows);
+
+// The ground of a scene whose file has none: it lies under everyone.
+SceneGround groundUnder(const BoundingBox& box);
+
+// Computes what the ground shows, unless that is there already.
+void updateGround(Scene& scene, const ViewState& state, int threads);
+
+}  // namespace penumbra

@@ -1,0 +1,58 @@
+// Takes over what a scene.json says.
+#include "formats/common/errors.h"
+#include "formats/scene/scene_placement.h"
+#include "player/view/view_scene.h"
+
+namespace penumbra {
+
+namespace {
+
+// Returns which of the scene's lights is the file's.
+std::size_t lightOfFile(const Scene& scene) {
+    const SceneLight& wanted = scene.file->light;
+    const std::filesystem::path path =
+        wanted.asset.empty() ? scene.characters.front()->asset.name : wanted.asset.string();
+    std::size_t first = 0;
+    for (const SceneFile& file : scene.files) {
+        if (file.asset && std::filesystem::equivalent(path, file.asset->view.name)) {
+            const LightView* light = lightOf(wanted, file.asset->view);
+            return light ? first + std::size_t(light - file.asset->view.lights.data()) : 0;
+        }
+        first += file.asset ? file.asset->view.lights.size() : 1;
+    }
+    return 0;
+}
+
+}  // namespace
+
+void applySceneFile(const Scene& scene, ViewState& state) {
+    if (!scene.file) return;
+    const std::size_t people = scene.file->characters.size();
+    std::vector<Vec3> corners;
+    for (std::size_t i = 0; i < people + scene.file->props.size(); ++i) {
+        const SceneCharacter& one = i < people ? scene.file->characters[i] : scene.file->props[i - people];
+        const Character& character = *scene.characters[i];
+        const AnimationView& animation = character.asset.animation;
+        const std::size_t frame = frameOf(one, animation, {});
+        CharacterChoice& choice = state.characters[i];
+        choice = {};
+        while (frame >= animation.clips[choice.clip].first_frame + animation.clips[choice.clip].frame_count)
+            ++choice.clip;
+        choice.start = one.seconds;
+        choice.still = i >= people;
+        if (!character.asset.materials.empty()) choice.material_of_slot = materialsOf(one, character.asset);
+        choice.material_of_slot.resize(std::max<std::size_t>(1, character.asset.mesh.slots.size()));
+    }
+    state.playhead.time = 0;
+    state.light = lightOfFile(scene);
+    const Mat3d rotation = rotationOf(scene.file->light);
+    for (std::size_t i = 0; i < 9; ++i) state.light_base.m[i] = float(rotation.m[i]);
+    state.light_yaw = state.light_pitch = 0;
+    state.ground = scene.file->ground.has_value();
+    const BoundingBox box = restBounds(scene);
+    const std::array points = {box.low, box.high};
+    state.camera = cameraOf(*scene.file, "", points);
+    state.frame_all = false;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,176 @@
+// Scenes in the window: who stands where, and whose shadow is shown.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "formats/common/errors.h"
+#include "formats/common/write_file.h"
+#include "pack/pack_asset.h"
+#include "player/scene/scene_receivers.h"
+#include "player/view/view_pick.h"
+#include "tests/synthetic_composition.h"
+
+namespace penumbra {
+namespace {
+
+namespace fs = std::filesystem;
+
+const synthetic::TubeOptions kTube{
+    .rings = 20, .segments = 9, .joints = 6, .clusters = 4, .components = 5, .inputs = 4};
+
+class ViewCast : public testing::Test {
+protected:
+    fs::path folder = fs::path(testing::TempDir()) / ("view_cast_" + std::to_string(getpid()));
+    UpdateCost cost;
+
+    void SetUp() override {
+        fs::create_directories(folder);
+        const std::array materials = {synthetic::lambert({0.5, 0.5, 0.5})};
+        const std::array lights = {synthetic::light(4, 0.1)};
+        writeWholeFile(folder / "tube.pnb", packAsset(synthetic::composedTube(kTube), materials, lights,
+                                                      {.precision = AssetPrecision::kF32}, "{}", 1)
+                                                .bytes);
+    }
+    void TearDown() override { fs::remove_all(folder); }
+
+    fs::path file(const std::string& members, const std::string& more = "") const {
+        writeWholeFile(folder / "s.json", R"({"version": 1, "characters": [)" + members + "]" + more + "}");
+        return folder / "s.json";
+    }
+    Scene open(const std::string& members, const std::string& more = "") const {
+        const std::array files = {file(members, more)};
+        return openScene(files, 1);
+    }
+    static ViewState stateOf(const Scene& scene) {
+        ViewState state = stateFor(scene, {});
+        applySceneFile(scene, state);
+        return state;
+    }
+    void update(Scene& scene, const ViewState& state) {
+        updateScene(scene, state, {.values = true, .threads = 2}, cost);
+    }
+};
+
+const std::string kPair = R"({"asset": "tube.pnb", "time": 0.5}, )"
+                          R"({"asset": "tube.pnb", "position": [0.6, 0, 0.1], "yaw": 40})";
+
+double largestDifference(std::span<const float> a, std::span<const float> b) {
+    EXPECT_EQ(a.size(), b.size());
+    double largest = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(double(a[i]) - b[i]));
+    return largest;
+}
+
+TEST_F(ViewCast, ShowsTheNumbersOfTheScene) {
+    const PosedScene posed(readScene(file(kPair)));
+    Scene scene = open(kPair);
+    ViewState state = stateOf(scene);
+    state.smooth = false;
+    update(scene, state);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const FrameVertices expected = memberVertices(posed, i, 1);
+        const Character& character = *scene.characters[i];
+        EXPECT_EQ(character.frame, posed.members()[i]->frame);
+        EXPECT_EQ(character.to_scene, posed.members()[i]->to_scene);
+        EXPECT_LT(largestDifference(character.vertices.numbers, expected.numbers), 1e-5);
+    }
+}
+
+TEST_F(ViewCast, ShadowsGoOnAndOff) {
+    Scene scene = open(kPair), single = open(R"({"asset": "tube.pnb", "time": 0.5})");
+    ViewState state = stateOf(scene), one = stateOf(single);
+    update(scene, state);
+    update(single, one);
+    const std::vector<float>& numbers = scene.characters[0]->vertices.numbers;
+    const std::vector<float> both = numbers, alone = single.characters[0]->vertices.numbers;
+    EXPECT_GT(largestDifference(both, alone), 0.3);
+    state.shadows = Shadows::kSelf;
+    update(scene, state);
+    EXPECT_EQ(numbers, alone);
+    state.shadows = Shadows::kNone;
+    update(scene, state);
+    const auto stride = std::size_t(scene.characters[0]->asset.model.stride);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        EXPECT_NEAR(numbers[i], i % stride == 0 ? 2 * std::sqrt(std::numbers::pi) : 0, 1e-5);
+    state.shadows = Shadows::kCast;
+    update(scene, state);
+    EXPECT_GT(largestDifference(numbers, both), 0.3) << "without its own";
+    state.shadows = Shadows::kBoth;
+    update(scene, state);
+    EXPECT_EQ(numbers, both);
+}
+
+// Somebody who is moved away hides nothing any more, and comes back to the very picture.
+TEST_F(ViewCast, MovesWithThePointer) {
+    Scene scene = open(kPair, R"(, "ground": {"size": 6, "resolution": 33})");
+    ViewState state = stateOf(scene);
+    update(scene, state);
+    const std::vector<float>& numbers = scene.characters[0]->vertices.numbers;
+    const std::vector<float> near = numbers;
+    const std::vector<Vec3> shadow = scene.ground.values;
+    state.characters[1].moved = {900, 0, 0};
+    update(scene, state);
+    EXPECT_GT(largestDifference(near, numbers), 0.3);
+    state.characters[1].moved = {};
+    update(scene, state);
+    EXPECT_EQ(numbers, near);
+    EXPECT_EQ(scene.ground.values, shadow);
+}
+
+TEST_F(ViewCast, TheGroundIsDarkUnderThem) {
+    Scene scene = open(kPair, R"(, "ground": {"size": 8, "resolution": 65})");
+    ViewState state = stateOf(scene);
+    ASSERT_TRUE(state.ground);
+    update(scene, state);
+    const auto at = [&](float x, float z) {
+        const std::vector<Vec3>& positions = scene.ground.vertices.positions;
+        const auto nearest = std::ranges::min_element(positions, {}, [&](Vec3 p) { return length(p - Vec3{x, 0, z}); });
+        return scene.ground.values[std::size_t(nearest - positions.begin())].y;
+    };
+    EXPECT_LT(at(0.3f, 0), 0.7f * at(3.9f, 3.9f));
+    const float dark = at(0.3f, 0);
+    state.shadows = Shadows::kSelf;
+    update(scene, state);
+    EXPECT_GT(at(0.3f, 0), 1.3f * dark);
+    EXPECT_FALSE(stateOf(scene = open(kPair)).ground);
+}
+
+// A prop stays, and a character that starts later in its clip is shown there.
+TEST_F(ViewCast, EveryoneHasTheirOwnTime) {
+    Scene scene = open(R"({"asset": "tube.pnb"}, {"asset": "tube.pnb", "time": 0.34})",
+                       R"(, "props": [{"asset": "tube.pnb", "position": [4, 0, 0]}])");
+    ViewState state = stateOf(scene);
+    update(scene, state);
+    EXPECT_EQ(scene.characters[0]->frame, 0u);
+    EXPECT_EQ(scene.characters[1]->frame, 1u);
+    state.playhead.time = 0.2;
+    update(scene, state);
+    EXPECT_GT(scene.characters[0]->part, 0.5);
+    EXPECT_EQ(scene.characters[2]->frame, 0u);
+    EXPECT_EQ(scene.characters[2]->part, 0);
+    state.selected = 1;
+    EXPECT_NEAR(clipTime(state), 0.54, 1e-12);
+    showClipTime(state, 0.34);
+    EXPECT_NEAR(state.playhead.time, 0, 1e-12);
+}
+
+TEST_F(ViewCast, RefusesWhatIsNoScene) {
+    const std::array twice = {file(kPair), file(kPair)};
+    EXPECT_THROW(openScene(twice, 1), InvalidInput);
+    EXPECT_THROW(open(R"({"asset": "nobody.pnb"})"), IoError);
+}
+
+TEST_F(ViewCast, ThePointerMeetsTheGround) {
+    ViewState state;
+    state.panels = false;
+    state.camera.pitch = 0.5;
+    state.camera.distance = 4;
+    const Rectangle picture{0, 0, 400, 300};
+    const auto middle = pointAtHeight(state, 0, picture, 200, 150);
+    ASSERT_TRUE(middle);
+    EXPECT_NEAR(length(*middle - state.camera.target), 0, 1e-9);
+    state.camera.pitch = 0.1;
+    EXPECT_FALSE(pointAtHeight(state, 0, picture, 200, 5)) << "above the horizon";
+}
+
+}  // namespace
+}  // namespace penumbra
