@@ -15,6 +15,7 @@ FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "s
 MAY_INCLUDE = {
     "sh": set(),
     "sh/far": {"sh"},
+    "sh/cast": {"sh", "sh/far"},
     "formats/common": {"sh"},
     **{f"formats/{room}": {"sh", "formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
     "formats/scene": {"sh", "formats/common", "formats/asset"},
@@ -34,7 +35,7 @@ MAY_INCLUDE = {
     "fit": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/compare"} | FORMATS,
     "pack": {"sh", "player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
-    "player/runtime": {"sh", "sh/far", "formats/common", "formats/asset"},
+    "player/runtime": {"sh", "sh/cast", "sh/far", "formats/common", "formats/asset"},
     "player/gl": {"sh", "player/runtime"} | FORMATS,
     "player/frame": {"sh", "player/runtime", "player/gl"} | FORMATS,
     "player/draw": {"sh", "player/runtime", "player/gl", "player/frame"} | FORMATS,

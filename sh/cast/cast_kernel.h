@@ -1,0 +1,34 @@
+#pragma once
+// The inner loop of castVisibility() (sh/cast/cast_visibility.h). It reads plain tables and works on 8 receivers at a
+// time. Its source (cast_lanes.h) is compiled for any processor and for AVX2.
+#include <cstddef>
+#include <cstdint>
+
+#include "sh/repeated_product.h"
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+struct CastTables {
+    int order;
+    const float* logs;                               // rows of 8 (CapLogTable)
+    const BasicRepeatedProduct<float>::Term* terms;  // of output i: first[i] up to first[i + 1]
+    const std::uint16_t* first;
+};
+struct CastScene {
+    const float* spheres;  // x, y, z, radius
+    std::size_t sphere_count;
+    const Vec3* positions;
+    std::size_t count;
+};
+// Writes rows of order^2 numbers, one for each position.
+using CastVisibilityLanes = void (*)(const CastTables&, const CastScene&, float* out);
+
+struct CastPath {
+    CastVisibilityLanes visibility;
+};
+extern const CastPath kCastPortable;
+extern const CastPath* const kCastAvx2;  // null where the compiler cannot make it
+const CastPath& fastestCastPath();
+
+}  // namespace penumbra

@@ -1,0 +1,213 @@
+// Visibility past spheres, for 8 receivers at a time.
+//
+// Problem: one receiver takes a microsecond and more: 15 lookups with three roots each, and three SH products whose
+// terms are scattered.
+//
+// Naive: netLog() and expOfLog() (sh/cap_visibility.h, sh/log_visibility.h), which this is held to.
+//
+// Here: receivers fill the lanes of vectors. All of them go through the same spheres and the same terms, so that
+// nothing but the rows of the table is gathered, 32 bytes each. Only the number of squarings differs; lanes that have
+// enough keep what they have.
+//
+// cast_portable.cpp and cast_avx2.cpp include this source and differ in the processor that they are compiled for.
+// Everything has internal linkage and calls nothing inline from the standard library (player/runtime/shade_lanes.h
+// tells why).
+#include "sh/cap_visibility.h"
+#include "sh/cast/cast_kernel.h"
+#include "sh/far/far_vectors.h"
+#include "sh/fixed_basis.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::size_t kCastLanes = kFarLanes;
+constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kMostCapAngle / 2)
+constexpr int kMostCastSquarings = 8;
+
+struct CastPosition {
+    Lanes x, y, z;
+};
+
+// The unit direction to the centre, and the place of the cap in the table; both are 0 where nothing is hidden.
+struct CapLanes {
+    Lanes x, y, z, entry;
+};
+
+// Returns whether any receiver sees the sphere. The comments are in sineOfCap().
+inline bool seeSphere(const float* sphere, const CastPosition& at, CapLanes& cap) {
+    const Lanes x = sphere[0] - at.x, y = sphere[1] - at.y, z = sphere[2] - at.z;
+    const float radius = sphere[3];
+    if (!(radius > 0)) return false;
+    Lanes distance = x * x + y * y + z * z, per_distance, sine, cosine, both;
+    root(distance);
+    choose(distance >= 1e-6f, 1 / distance, kZeros, per_distance);
+    choose(distance >= radius, radius * per_distance, (distance * (1 / radius) - 0.85f) * (1 / 0.15f), sine);
+    choose(distance >= 1e-6f, sine, kZeros, sine);
+    clamp(sine, kZeros, kZeros + 1);
+    if (!any(sine > 0)) return false;
+    cosine = (1 - sine) * (1 + sine);
+    root(cosine);
+    both = 2 + 2 * cosine;
+    root(both);
+    cap = {x * per_distance, y * per_distance, z * per_distance, sine / both * kEntryOfHalfSine};
+    return true;
+}
+
+// Reads the row of each lane. out[l] is that of band l, of 8.
+inline void lookUpLogs(const float* logs, const Lanes& entry, Lanes* out) {
+    Lanes rows[kCastLanes];
+    for (std::size_t lane = 0; lane < kCastLanes; ++lane) {
+        const int e = int(entry[lane]);  // caps of spheres are 90 degrees at most, so e + 1 is in the table
+        Lanes low, high;
+        loadFloats(logs + 8 * e, low);
+        loadFloats(logs + 8 * e + 8, high);
+        rows[lane] = low + (entry[lane] - float(e)) * (high - low);
+    }
+    transpose((const float*)rows, 8, out);
+}
+
+// sum_lm += row_l y_lm(axis), by the recurrences of sh/fixed_basis.h.
+template <int Order>
+inline void addTurned(const CapLanes& cap, const Lanes* row, Lanes* sum) {
+    Lanes re = kZeros + 1, im = kZeros;
+    for (int m = 0; m < Order; ++m) {
+        Lanes before = kZeros, q = kZeros + float(kRecurrence.start[m]);
+        for (int l = m; l < Order; ++l) {
+            if (l > m) {
+                const Lanes next = float(kRecurrence.rise[l][m]) * cap.z * q - float(kRecurrence.fall[l][m]) * before;
+                before = q;
+                q = next;
+            }
+            const Lanes scaled = row[l] * q;
+            sum[l * (l + 1) + m] += scaled * re;
+            if (m > 0) sum[l * (l + 1) - m] += scaled * im;
+        }
+        const Lanes next_re = cap.x * re - cap.y * im;
+        im = cap.x * im + cap.y * re;
+        re = next_re;
+    }
+}
+
+template <int Order>
+inline void sumTerms(const CastTables& tables, const Lanes* pairs, Lanes* out) {
+    for (int i = 0; i < Order * Order; ++i) {
+        Lanes sum = kZeros;
+        for (int t = tables.first[i]; t < tables.first[i + 1]; ++t)
+            sum += tables.terms[t].value * pairs[tables.terms[t].pair];
+        out[i] = sum;
+    }
+}
+
+template <int Order>
+inline void multiplyLanes(const CastTables& tables, const Lanes* a, const Lanes* b, Lanes* out) {
+    constexpr int n = Order * Order;
+    Lanes pairs[n * (n + 1) / 2];
+    Lanes* next = pairs;
+    for (int j = 0; j < n; ++j) {
+        *next++ = a[j] * b[j];
+        for (int k = j + 1; k < n; ++k) *next++ = a[j] * b[k] + a[k] * b[j];
+    }
+    sumTerms<Order>(tables, pairs, out);
+}
+
+template <int Order>
+inline void squareLanes(const CastTables& tables, const Lanes* a, Lanes* out) {
+    constexpr int n = Order * Order;
+    Lanes pairs[n * (n + 1) / 2];
+    Lanes* next = pairs;
+    for (int j = 0; j < n; ++j) {
+        const Lanes twice = 2 * a[j];
+        *next++ = a[j] * a[j];
+        for (int k = j + 1; k < n; ++k) *next++ = twice * a[k];
+    }
+    sumTerms<Order>(tables, pairs, out);
+}
+
+// v = exp(v), the smooth form of ExpMethod::kHybPs2.
+template <int Order>
+inline void exponentialLanes(const CastTables& tables, Lanes* v) {
+    constexpr int n = Order * Order;
+    // 1. Halve each lane until its norm is 1/2 at the most.
+    Lanes norm = kZeros, scale = kZeros + 1;
+    for (int i = 1; i < n; ++i) norm += v[i] * v[i];
+    root(norm);
+    Ints squarings = {};
+    for (int k = 0; k < kMostCastSquarings; ++k) {
+        const Ints large = norm * scale > 0.5f;
+        if (!any(large)) break;
+        squarings -= large;
+        choose(large, scale * 0.5f, scale, scale);
+    }
+    // 2. Take the power series up to x^3/6.
+    Lanes x[n], power[n], cube[n], constant = v[0] * scale * (1 / kRootOfSphere);
+    for (std::size_t lane = 0; lane < kCastLanes; ++lane) constant[lane] = __builtin_expf(constant[lane]);
+    x[0] = kZeros;
+    for (int i = 1; i < n; ++i) x[i] = v[i] * scale;
+    squareLanes<Order>(tables, x, power);
+    multiplyLanes<Order>(tables, power, x, cube);
+    v[0] = kZeros + kRootOfSphere;
+    for (int i = 1; i < n; ++i) v[i] = x[i];
+    for (int i = 0; i < n; ++i) v[i] = (v[i] + 0.5f * power[i] + (1 / 6.0f) * cube[i]) * constant;
+    // 3. Square each lane as often as it was halved.
+    for (int k = 0; any(squarings > k); ++k) {
+        squareLanes<Order>(tables, v, power);
+        const Ints on = squarings > k;
+        for (int i = 0; i < n; ++i) choose(on, power[i], v[i], v[i]);
+    }
+}
+
+// Lanes beyond the last position get the first one of the block.
+inline void loadPositions(const Vec3* positions, std::size_t lanes, CastPosition& at) {
+    float xyz[3][kCastLanes];
+    for (std::size_t lane = 0; lane < kCastLanes; ++lane) {
+        const Vec3* p = positions + (lane < lanes ? lane : 0);
+        xyz[0][lane] = p->x;
+        xyz[1][lane] = p->y;
+        xyz[2][lane] = p->z;
+    }
+    loadFloats(xyz[0], at.x);
+    loadFloats(xyz[1], at.y);
+    loadFloats(xyz[2], at.z);
+}
+
+template <int Order>
+inline void castLanesOf(const CastTables& tables, const CastScene& scene, float* out) {
+    constexpr int n = Order * Order;
+    for (std::size_t first = 0; first < scene.count; first += kCastLanes) {
+        const std::size_t lanes = scene.count - first < kCastLanes ? scene.count - first : kCastLanes;
+        CastPosition at;
+        loadPositions(scene.positions + first, lanes, at);
+        Lanes v[40] = {}, row[8];
+        CapLanes cap;
+        bool seen = false;
+        for (std::size_t s = 0; s < scene.sphere_count; ++s) {
+            if (!seeSphere(scene.spheres + 4 * s, at, cap)) continue;
+            lookUpLogs(tables.logs, cap.entry, row);
+            addTurned<Order>(cap, row, v);
+            seen = true;
+        }
+        if (seen)
+            exponentialLanes<Order>(tables, v);
+        else
+            v[0] = kZeros + kRootOfSphere;
+        storeRows(v, std::size_t(n), n, lanes, out + first * std::size_t(n));
+    }
+}
+
+void castLanes(const CastTables& tables, const CastScene& scene, float* out) {
+    switch (tables.order) {
+        case 3:
+            return castLanesOf<3>(tables, scene, out);
+        case 4:
+            return castLanesOf<4>(tables, scene, out);
+        case 5:
+            return castLanesOf<5>(tables, scene, out);
+        default:
+            return castLanesOf<6>(tables, scene, out);
+    }
+}
+
+}  // namespace
+
+}  // namespace penumbra

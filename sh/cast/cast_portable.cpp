@@ -1,0 +1,10 @@
+#include "sh/cast/cast_lanes.h"
+#include "sh/cpu_features.h"
+
+namespace penumbra {
+
+const CastPath kCastPortable{castLanes};
+
+const CastPath& fastestCastPath() { return kCastAvx2 && cpuHasAvx2() ? *kCastAvx2 : kCastPortable; }
+
+}  // namespace penumbra

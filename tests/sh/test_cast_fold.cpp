@@ -1,0 +1,135 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "sh/cast_fold.h"
+#include "sh/log_visibility.h"
+#include "sh/mirrored_product.h"
+#include "sh/reflectance.h"
+#include "sh/sh_product.h"
+#include "sh/sh_rotation.h"
+#include "tests/sh/caster_scenes.h"
+
+namespace penumbra {
+namespace {
+
+// [16][3] of a golden file, row after row.
+std::vector<double> flat(const nlohmann::json& rows) {
+    std::vector<double> out;
+    for (const auto& row : rows)
+        for (const auto& value : row) out.push_back(value);
+    return out;
+}
+
+std::vector<double> channel(const std::vector<double>& rgb, std::size_t c) {
+    std::vector<double> out;
+    for (std::size_t i = c; i < rgb.size(); i += 3) out.push_back(rgb[i]);
+    return out;
+}
+
+std::vector<float> inFloats(const std::vector<double>& values) {
+    return std::vector<float>(values.begin(), values.end());
+}
+
+// The rows of Q are tangent, normal x tangent and normal.
+Mat3d localFrame(Vec3d normal, Vec3d tangent) { return fromRows(tangent, cross(normal, tangent), normal); }
+
+// f = C y_even(o) for the direction o towards the eye in the local frame.
+std::vector<double> sliceOf(const nlohmann::json& slices, Vec3d to_eye) {
+    std::vector<double> y(25), f;
+    evalBasis(5, to_eye, y);
+    const std::vector<int> even = evenIndices(5);
+    for (const auto& row : slices) {
+        double sum = 0;
+        for (std::size_t e = 0; e < even.size(); ++e) sum += row.at(e).get<double>() * y[std::size_t(even[e])];
+        f.push_back(sum);
+    }
+    return f;
+}
+
+// t = d x f over the sphere, order 4.
+std::vector<double> transferOf(const nlohmann::json& d5, const std::vector<double>& f) {
+    std::vector<double> d(25), t(16);
+    const std::vector<int> even = evenIndices(5);
+    for (std::size_t e = 0; e < even.size(); ++e) d[std::size_t(even[e])] = d5.at(e);
+    multiply(4, d, 5, f, 5, t);
+    return t;
+}
+
+double dotOf(const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+    return sum;
+}
+
+// Radiance of a case under a light [16][3] in the model frame, in double precision.
+std::vector<double> radianceOf(const nlohmann::json& test, const nlohmann::json& slices,
+                               const std::vector<double>& light) {
+    const Mat3d q = localFrame(vec3(test.at("normal")), vec3(test.at("tangent")));
+    const Vec3d to_eye = q * normalized(vec3(test.at("eye")) - vec3(test.at("position")));
+    const std::vector<double> t = transferOf(test.at("d5"), sliceOf(slices, to_eye));
+    std::vector<double> radiance;
+    for (std::size_t c = 0; c < 3; ++c) {
+        std::vector<double> local(16);
+        apply(makeShRotation(4, q), channel(light, c), local);
+        radiance.push_back(dotOf(local, t));
+    }
+    return radiance;
+}
+
+// The spheres of a person, to the visibility past them, to the light that is left, to radiance.
+TEST(CastFold, MatchesGolden) {
+    const auto golden = readGolden("cast_and_self.json");
+    const double tolerance = golden.at("tol"), float_tolerance = golden.at("tol_float");
+    EXPECT_EQ(golden.at("even_index").get<std::vector<int>>(), evenIndices(5));
+    ASSERT_EQ(golden.at("cases").size(), 8u);
+    for (const auto& test : golden.at("cases")) {
+        const std::vector<CasterSphereD> spheres = goldenSpheres(test.at("centres"), test.at("radii"));
+        const Vec3d position = vec3(test.at("position"));
+        int used = 0;
+        for (const CasterSphereD& sphere : spheres) used += capOf(sphere, position).angle > 0;
+        EXPECT_EQ(used, test.at("spheres_used").get<int>());
+
+        const ExpOptions plain = {ExpMethod::kHybPs2, false};
+        const std::vector<double> log = netLogAt(5, spheres, position);
+        std::vector<double> cast(25), folded(48);
+        expOfLog(expTablesD(5), plain, log, cast);
+        expectNear(cast, doubles(test.at("cast_order5")), tolerance);
+        EXPECT_EQ(squaringCount(plain, std::sqrt(dotOf(log, log) - log[0] * log[0])), test.at("squarings").get<int>());
+        const std::vector<double> light = flat(test.at("light_sh"));
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::vector<double> product(16);
+            multiply(4, channel(light, c), 4, cast, 5, product);
+            for (std::size_t i = 0; i < 16; ++i) folded[3 * i + c] = product[i];
+        }
+        expectNear(folded, flat(test.at("folded_light")), tolerance);
+        for (const char* brdf : {"lambert", "ggx_.3"}) {
+            const auto& slices = golden.at("slices").at(brdf);
+            expectNear(radianceOf(test, slices, folded), doubles(test.at(brdf).at("radiance")), tolerance);
+            expectNear(radianceOf(test, slices, light), doubles(test.at(brdf).at("radiance_without_cast")), tolerance);
+        }
+
+        // The same in single precision, as the run time computes it.
+        std::vector<float> cast_floats(25), folded_floats(48);
+        expOfLog(expTables(5), plain, netLogAt(5, inFloats(spheres), toFloat(position)), cast_floats);
+        foldCast(makeCastFold(4, inFloats(light), 5), cast_floats, folded_floats);
+        const std::vector<double> floats(folded_floats.begin(), folded_floats.end());
+        expectNear(floats, flat(test.at("folded_light")), float_tolerance);
+        for (const char* brdf : {"lambert", "ggx_.3"})
+            expectNear(radianceOf(test, golden.at("slices").at(brdf), floats), doubles(test.at(brdf).at("radiance")),
+                       float_tolerance);
+    }
+}
+
+TEST(CastFold, WithFreeSightChangesNothing) {
+    std::vector<float> light(48), one(25), out(48);
+    for (std::size_t i = 0; i < light.size(); ++i) light[i] = float(std::sin(double(i)));
+    one[0] = float(std::sqrt(4 * std::acos(-1.0)));
+    foldCast(makeCastFold(4, light, 5), one, out);
+    for (std::size_t i = 0; i < light.size(); ++i) EXPECT_NEAR(out[i], light[i], 1e-6);
+}
+
+}  // namespace
+}  // namespace penumbra
