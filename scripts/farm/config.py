@@ -182,12 +182,14 @@ def slots(key, value, folder):
 
 # --- The file ---------------------------------------------------------------------------------------------------------
 
-# Keys of bake, fit, pack, a material and a light are the options of the programs, with _ for -.
+# Keys of bake, fields, fit, pack, a material and a light are the options of the programs, with _ for -.
 BAKE = dict(order=number(1, True), rays=number(16, True), seed=number(0, True), bias=number(0), precision=one_of("f32", "f16"),
             ground=either(number(-1e9), True, False), poses=a_file, units=lambda key, value, folder: str(value), up=one_of("y", "z"),
             cache_fps=number(0.001), blocks=number(1, True), two_sided=one_of(True, False), occluder=list_of(an_occluder), inputs=a_file,
             local=one_of(True, False), local_steps=number(1, True), local_order=number(5, True))
-FIT = dict(model=one_of("linear", "quadratic", "neural", "additive"), parts=either(number(1, True), "auto"),
+FIELDS = dict(rays=number(16, True), seed=number(0, True), cells=number(4, True), megabytes=number(0.01), fade=number(1e-6))
+MODELS = ("linear", "quadratic", "neural", "additive")
+FIT = dict(model=one_of(*MODELS, "composed"), local_model=one_of(*MODELS), parts=either(number(1, True), "auto"),
            features=one_of("relative-bones", "joint-angles", "dihedral-angles"),
            clusters=either(number(1, True), "auto"), input_variance=either(number(0), "auto"), output_variance=number(0),
            convention=convention, train_frames=a_file)
@@ -197,9 +199,10 @@ MATERIAL = dict(analytic=text, merl=a_file, table=a_file, material=text, operato
 LIGHT = dict(analytic=text, layout=one_of("latlong", "angular", "ball", "cube"), order=number(1, True),
              window=lambda key, value, folder: str(value), lobes=number(0, True), lobe_fit=one_of("greedy", "joint", "fixed"))
 OF_A_RIG = dict(clips=list_of(text), holdout=list_of(text), fps=number(0.001), shards=number(1, whole=True), predict=one_of(True, False),
-                materials=list_of(text), lights=list_of(text), bake=keys(**BAKE), fit=keys(**FIT), pack=keys(**PACK))
+                materials=list_of(text), lights=list_of(text), bake=keys(**BAKE), fields=keys(**FIELDS), fit=keys(**FIT),
+                pack=keys(**PACK))
 JOB = keys(threads=number(1, True), memory_mb=number(1, True), minutes=number(1, True))
-RULES = ("bake", "merge", "fit", "predict", "brdf", "light", "pack", "truth", "check", "sheet", "index")
+RULES = ("bake", "merge", "fields", "fit", "predict", "brdf", "light", "pack", "truth", "check", "sheet", "index")
 FARM = keys(
     output=needed(text), programs=text, defaults=keys(**OF_A_RIG),
     rigs=needed(map_of(keys(files=needed(list_of(a_mesh)), **OF_A_RIG))),
@@ -225,9 +228,9 @@ class Farm:
 
 
 def with_defaults(defaults, rig):
-    """Puts a rig's own values over those of `defaults`: for bake, fit and pack key by key."""
+    """Puts a rig's own values over those of `defaults`: for bake, fields, fit and pack key by key."""
     merged = {**defaults, **rig}
-    for part in ("bake", "fit", "pack"):
+    for part in ("bake", "fields", "fit", "pack"):
         merged[part] = {**defaults.get(part, {}), **rig.get(part, {})}
     return merged
 
@@ -235,6 +238,38 @@ def with_defaults(defaults, rig):
 def clip_of_block(name):
     """Returns the clip that --blocks cut this one from: flag for flag#5."""
     return name.rpartition("#")[0] or name
+
+
+def is_composed(rig):
+    return rig["fit"].get("model") == "composed"
+
+
+def settle_composed(key, rig, own):
+    """Gives the bake of a composed model its local moments and refuses what does not go with one. `own` are the rig's
+    own keys: those of `defaults` hold for the rigs whose model has them."""
+    if not is_composed(rig):
+        if "local_model" in own.get("fit", {}):
+            raise ConfigError(f"{key}.fit.local_model: only model composed has one")
+        if "fields" in own:
+            raise ConfigError(f"{key}.fields: only fit: {{model: composed}} reads them")
+        rig["fit"].pop("local_model", None)
+    if rig["bake"].pop("local", is_composed(rig)):
+        rig["bake"]["local"] = True  # the last word in any case: to spell it out bakes nothing again
+    elif is_composed(rig):
+        raise ConfigError(f"{key}.bake.local: model composed needs local moments, not False")
+
+
+def check_convention(key, rig):
+    """Checks the convention against the moments that the bake will have, with the defaults of the programs."""
+    wanted, bake = rig["fit"].get("convention", "D5"), rig["bake"]
+    if int(wanted[1]) > bake.get("order", 5):
+        raise ConfigError(f"{key}: {wanted} needs moments of order {wanted[1]}; the bake has order {bake.get('order', 5)}")
+    if not is_composed(rig):
+        return
+    if wanted[0] != "D":
+        raise ConfigError(f"{key}: model composed takes convention D, not {wanted}")
+    if int(wanted[1]) > bake.get("local_order", 5):
+        raise ConfigError(f"{key}: {wanted} needs local moments of order {wanted[1]}; bake.local_order is {bake.get('local_order', 5)}")
 
 
 def check_rig(name, rig, farm):
@@ -246,9 +281,8 @@ def check_rig(name, rig, farm):
     for clip in map(clip_of_block if "blocks" in rig["bake"] else str, rig["holdout"]):
         if "clips" in rig and clip not in rig["clips"]:
             raise ConfigError(f"{key}.holdout: {clip} is not among its clips: {', '.join(rig['clips'])}")
-    wanted, moments = rig["fit"].get("convention", "D5"), rig["bake"].get("order", 5)  # the defaults of the programs
-    if int(wanted[1]) > moments:
-        raise ConfigError(f"{key}.fit.convention: {wanted} needs moments of order {wanted[1]}; the bake has order {moments}")
+    settle_composed(key, rig, farm["rigs"][name])
+    check_convention(f"{key}.fit.convention", rig)
     for part, known in (("materials", farm["materials"]), ("lights", farm["lights"])):
         rig.setdefault(part, list(known))
         for item in rig[part]:

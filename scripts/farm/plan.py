@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from farm.config import ROOT, ConfigError, files_of, parts_of
+from farm.config import ROOT, ConfigError, files_of, is_composed, parts_of
 from farm.stamps import Digests, digest_of, label, read_stamp, tool_version, write_whole
 
 SCRIPTS = os.path.join(ROOT, "scripts")
@@ -31,13 +31,13 @@ class Job:
 # Tells where each rule writes. A rig in one piece is baked where the merged file of others stands.
 PATTERNS = {
     "bake": "{rig}/{rig}.vis.h5", "shard": "{rig}/shards/{range}.vis.h5", "merge": "{rig}/{rig}.vis.h5",
-    "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5", "light": "lights/{light}.light.h5",
-    "predict": "{rig}/{rig}.pred.vis.h5", "pack": "{rig}/{rig}.pnb", "truth": "{rig}/{rig}.truth.pnb", "check": "{rig}/check.json", "sheet": "{rig}/sheet.png",
-    "index": "index.html"}
+    "fields": "{rig}/{rig}.fields.h5", "fit": "{rig}/{rig}.model.h5", "brdf": "materials/{material}.brdf.h5",
+    "light": "lights/{light}.light.h5", "predict": "{rig}/{rig}.pred.vis.h5", "pack": "{rig}/{rig}.pnb",
+    "truth": "{rig}/{rig}.truth.pnb", "check": "{rig}/check.json", "sheet": "{rig}/sheet.png", "index": "index.html"}
 
 
 # No job reads from one of a later rule.
-ORDER = ("brdf", "light", "bake", "shard", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
+ORDER = ("brdf", "light", "fields", "bake", "shard", "merge", "fit", "predict", "truth", "pack", "check", "sheet", "index")
 
 
 def options(values):
@@ -188,13 +188,31 @@ class Planner:
         if set(clips) <= set(rig["holdout"]):
             raise ConfigError(f"rigs.{name}.holdout: no clip is left to train on")
 
+    def fields(self, name, rig):
+        """Adds the fields of a rig whose model is composed. Returns the files of fields that the fit reads."""
+        if not is_composed(rig):
+            return []
+        words = [self.program("penumbra-bake"), "fields", *rig["files"], *options(rig["fields"])]
+        files = [file for path in rig["files"] for file in files_of(path)]
+        said = self.ask(f"rigs.{name}.fields", [*words, "-o", ".farm/probe.fields.h5", "--dry-run"], files)
+        if int(re.match(r"(\d+) of", said)[1]) < 2:
+            raise ConfigError(f"rigs.{name}.fit.model: composed needs a rig of several parts; {os.path.basename(rig['files'][0])} is "
+                              "a single one, as is all that has no skeleton")
+        return [self.add("fields", {"rig": name}, words, sources=files)]
+
+    def fit(self, name, rig, vis):
+        fields = self.fields(name, rig)
+        train_frames = [rig["fit"]["train_frames"]] if "train_frames" in rig["fit"] else []
+        words = [self.program("penumbra-fit"), "visibility", vis, *options({"holdout": rig["holdout"]}), *options(rig["fit"])]
+        words += [word for file in fields for word in ("--fields", file)]
+        return self.add("fit", {"rig": name}, words, [vis, *fields], train_frames)
+
     def rig(self, name, rig):
         bake, fit, pack = (self.program(f"penumbra-{p}") for p in ("bake", "fit", "pack"))
-        names, holdout = {"rig": name}, options({"holdout": rig["holdout"]})
+        names = {"rig": name}
         self.check_holdout(name, rig)
         vis = self.bake(name, rig)
-        train_frames = [rig["fit"]["train_frames"]] if "train_frames" in rig["fit"] else []
-        model = self.add("fit", names, [fit, "visibility", vis, *holdout, *options(rig["fit"])], [vis], train_frames)
+        model = self.fit(name, rig, vis)
         brdfs = [f"materials/{m}.brdf.h5" for m in rig["materials"]]
         lights = [f"lights/{l}.light.h5" for l in rig["lights"]]
         given = {key: value for key, value in rig["pack"].items() if key != "slot"}

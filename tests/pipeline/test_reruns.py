@@ -282,8 +282,9 @@ def check_foreign(folder):
 
 def check_options():
     """Every key that goes to a program is an option that the program has."""
-    for program, verb, keys in (("bake", "visibility", config.BAKE), ("fit", "visibility", config.FIT), ("pack", "asset", config.PACK),
-                                ("fit", "brdf", config.MATERIAL), ("fit", "light", config.LIGHT)):
+    for program, verb, keys in (("bake", "visibility", config.BAKE), ("bake", "fields", config.FIELDS),
+                                ("fit", "visibility", config.FIT), ("pack", "asset", config.PACK), ("fit", "brdf", config.MATERIAL),
+                                ("fit", "light", config.LIGHT)):
         help_text = subprocess.run([os.path.join(BIN, f"penumbra-{program}"), verb, "--help"], capture_output=True, text=True).stdout
         for key in keys:
             assert f"  --{key.replace('_', '-')} " in help_text, (program, verb, key)
@@ -304,7 +305,7 @@ def check_config_errors(folder):
         ("{analytic: lambert}", "{analytic: lambert, table: farm.yaml}", "materials.clay: takes exactly one of analytic, merl, table"),
         ("{analytic: sky}", "{}", "lights.sky: takes exactly one of picture, analytic"),
         ("output: out\n", "", "output: missing"),
-        ("model: linear", "model: cubic", "defaults.fit.model: takes one of linear, quadratic, neural, additive, not 'cubic'"),
+        ("model: linear", "model: cubic", "defaults.fit.model: takes one of linear, quadratic, neural, additive, composed, not 'cubic'"),
         ("  man:", "  the man:", "rigs: 'the man' cannot be a name"),
         ("  man:", "  materials:", "rigs.materials: a rig becomes a folder of the output"),
         ("holdout: [walk]", "holdout: [wolk]", "rigs.man.holdout: no clip 'wolk'; the bake has "),
