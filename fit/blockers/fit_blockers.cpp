@@ -25,7 +25,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr int kSamples = 8000;      // points on the surface; twice as many move no sphere by more than k-means does
+constexpr int kSamples = 8000;      // points on the surface: 500 a sphere where there are 15
 constexpr std::size_t kPoses = 24;  // training frames, evenly spaced
 constexpr int kViews = 24;
 constexpr float kLeastRadius = 1e-4f;  // in diagonals of the rest positions: a group may be a single point
