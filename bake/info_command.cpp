@@ -12,6 +12,7 @@
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/stage/blocker_file.h"
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
@@ -282,6 +283,30 @@ Json describeFields(const fs::path& path) {
     return json;
 }
 
+// Lists each sphere with its joint. Of an asset and of a blockers file.
+template <class Spheres, class Joints, class Names>
+Json describeSpheres(const Spheres& spheres, const Joints& joints, const Names& joint_names) {
+    Json json = Json::array();
+    for (std::size_t s = 0; s < spheres.size(); ++s) {
+        const Vec3 center = spheres[s].center;
+        json.push_back({{"joint", joint_names[joints[s]]},
+                        {"center", {center.x, center.y, center.z}},
+                        {"radius", spheres[s].radius}});
+    }
+    return json;
+}
+
+Json describeBlockers(const fs::path& path) {
+    const BlockerFile file = readBlockers(path);
+    return {{"method", file.method},
+            {"joints", file.joint_names.size()},
+            {"scale", file.scale},
+            {"mesh_area", file.mesh_area},
+            {"area", file.area},
+            {"blockers", describeSpheres(file.blockers.spheres, file.blockers.joints, file.joint_names)},
+            {"provenance", describe(file.provenance)}};
+}
+
 void describeAssetModel(const AssetView& asset, Json& json) {
     const ModelView& model = asset.model;
     json["model"] = describeKind(model.kind, model.composition.has_value());
@@ -328,6 +353,8 @@ Json describeAsset(const fs::path& path) {
                                      {"bytes", material.stored_slices.size_bytes() + material.operators.u.size_bytes() +
                                                    material.operators.w.size_bytes()}});
     for (const LightView& light : asset.lights) json["lights"].push_back(light.name);
+    if (const BlockersView& blockers = asset.blockers; !blockers.spheres.empty())
+        json["blockers"] = describeSpheres(blockers.spheres, blockers.joints, asset.animation.joint_names);
     json["provenance"] = Json::parse(asset.provenance, nullptr, false);
     return json;
 }
@@ -350,6 +377,7 @@ Json describeFile(const fs::path& path, bool all_vertices) {
         if (format == "penumbra.poses") content = describePoses(path);
         if (format == "penumbra.fields") content = describeFields(path);
         if (format == "penumbra.light") content = describeLight(path);
+        if (format == "penumbra.blockers") content = describeBlockers(path);
         if (content.is_null()) throw Unsupported(path.string() + ": attribute format: \"" + format + "\" is unknown");
     }
     json["format"] = format;
@@ -370,7 +398,8 @@ Verb infoVerb() {
     verb.name = "info";
     verb.help = "What is in a Penumbra file of any kind, who made it and from what.";
     verb.define = [command](CLI::App& app) {
-        app.add_option("file", command->file, ".vis.h5, .poses.h5, .fields.h5, .model.h5, .brdf.h5, .light.h5 or .pnb")
+        app.add_option("file", command->file,
+                       ".vis.h5, .poses.h5, .fields.h5, .model.h5, .brdf.h5, .light.h5, .blockers.h5 or .pnb")
             ->required();
         app.add_flag("--all", command->all, "read the visibility of all vertices, not of some, for its range");
     };

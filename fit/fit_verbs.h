@@ -9,6 +9,7 @@ Verb compareVerb();
 Verb predictVerb();
 Verb brdfVerb();
 Verb lightVerb();
+Verb blockersVerb();
 Verb pageVerb();
 
 }  // namespace penumbra

@@ -3,6 +3,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/stage/blocker_file.h"
 #include "pack/material_section.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
@@ -15,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct AssetCommand {
-    fs::path model, output;
+    fs::path model, output, blockers;
     std::vector<fs::path> brdfs, lights;
     std::string precision;
     std::optional<double> max_error, max_bytes_per_vertex;
@@ -27,6 +28,7 @@ struct AssetCommand {
         if (!model.empty()) all.push_back(model);
         all.insert(all.end(), brdfs.begin(), brdfs.end());
         all.insert(all.end(), lights.begin(), lights.end());
+        if (!blockers.empty()) all.push_back(blockers);
         return all;
     }
 };
@@ -66,6 +68,10 @@ void reportSizes(const Packed& packed, bool quiet, Report& report) {
             std::printf("  fields of %zu parts: %.2f MB, not counted in the bytes a vertex\n",
                         asset.model.composition->parts.size(), megabytes);
     }
+    if (const std::size_t spheres = asset.blockers.spheres.size(); spheres > 0) {
+        report.figures["blockers"] = spheres;
+        if (!quiet) std::printf("  %zu sphere blockers: %zu bytes\n", spheres, asset.blockers.byteCount());
+    }
     const double all = double(packed.bytes.size());
     report.figures["bytes"]["file"] = packed.bytes.size();
     report.figures["model_bytes_per_vertex"] = model / vertices;
@@ -92,6 +98,12 @@ void checkNames(const std::vector<File>& files, const std::vector<fs::path>& pat
                                    "\": penumbra-fit " + verb + " --name gives one another name");
 }
 
+SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
+    BlockerFile file = readBlockers(path);
+    naming(path, [&] { checkCharacter(file, model.mesh, model.skin); });
+    return std::move(file.blockers);
+}
+
 void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
     PackOptions options;
     if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
@@ -109,6 +121,10 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!command.model.empty()) model = readModel(command.model);
     if (command.no_playback && !(model && model->deforming))
         throw UsageError("--no-playback needs a model of a deforming mesh");
+    if (!command.blockers.empty()) {
+        if (!model) throw UsageError("--blockers needs a model");
+        options.blockers = readBlockersOf(*model, command.blockers);
+    }
     std::vector<BrdfFile> brdfs;
     std::vector<LightFile> lights;
     for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
@@ -160,6 +176,9 @@ Verb assetVerb() {
                                "SLOT=MATERIAL: the material of a part of the mesh (penumbra-bake info lists the "
                                "slots); any number of them, the other parts have the first --brdf")
                     ->allow_extra_args(false);
+                app.add_option(
+                    "--blockers", command->blockers,
+                    "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
                 app.add_option("-o,--output", command->output, "X.pnb")->required();
                 app.add_option("--precision", command->precision,
                                "of the visibility basis (i8 unless --max-error); alone it keeps every component")

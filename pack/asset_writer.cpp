@@ -121,9 +121,15 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
     constexpr std::uint64_t kPlaceholder = 1;  // not the default, because a field that holds its default is not stored
     Offset<flatbuffers::Vector<std::uint16_t>> slot_material;
     if (!sections.slot_material.empty()) slot_material = writeVector<std::uint16_t>(builder, sections.slot_material);
+    Offset<flatbuffers::Vector<float>> spheres;
+    Offset<flatbuffers::Vector<std::uint16_t>> joints;
+    if (const SphereBlockers& blockers = sections.blockers; !blockers.spheres.empty()) {
+        spheres = writeVector<float>(builder, blockers.spheres);
+        joints = builder.CreateVector(blockers.joints);
+    }
     const auto asset = fbs::CreateAsset(builder, kSkinnedAssetVersion, convention, std::uint8_t(sh_order), made_by,
                                         kPlaceholder, sections.mesh, sections.animation, sections.model, sections.truth,
-                                        materials, lights, slot_material);
+                                        materials, lights, slot_material, spheres, joints);
     fbs::FinishAssetBuffer(builder, asset);
     fbs::Asset& finished = *fbs::GetMutableAsset(builder.GetBufferPointer());
     finished.mutate_format_version(std::uint16_t(lowestVersion(finished)));

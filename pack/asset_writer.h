@@ -9,6 +9,7 @@
 #include "asset_generated.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/mesh.h"
+#include "formats/common/sphere_blockers.h"
 #include "pack/quantize.h"
 
 namespace penumbra {
@@ -83,6 +84,7 @@ struct AssetSections {
     std::vector<Offset<fbs::Light>> lights;
     // The number of the material of each slot of the mesh. If this is empty, all slots have the first material.
     std::vector<std::uint16_t> slot_material;
+    SphereBlockers blockers;  // empty where there are none
 };
 std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,
                                  const std::string& provenance);

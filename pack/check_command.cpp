@@ -112,6 +112,10 @@ void reportCheck(const CheckResult& result, const AssetView& asset, bool predict
     std::printf("packing, as stored: %.2e of the signal%s\n", double(asset.model.quantization_error),
                 asset.model.composition ? "" : " (relative squared = truncation squared + regression squared)");
     report.figures["quantization_error"] = asset.model.quantization_error;
+    if (const std::size_t spheres = asset.blockers.spheres.size(); spheres > 0) {
+        report.figures["blockers"] = spheres;
+        std::printf("%zu sphere blockers for casting; this check does not judge them\n", spheres);
+    }
     report.figures["mean_from_truth"] = result.mean_from_truth;
     if (!result.mean_from_truth)
         std::printf("no training clip in the truth: relative numbers are against the model's stored mean\n");

@@ -209,17 +209,25 @@ Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile
     return fbs::CreateLight(builder, name, std::uint8_t(light.order), values, lobes);
 }
 
-std::vector<std::byte> packOnce(const Model& model, std::span<const BrdfFile> materials,
-                                std::span<const LightFile> lights, const std::vector<std::uint16_t>& slot_material,
-                                Precisions precisions, double error, FramesOf frames, const std::string& provenance) {
+// What an asset holds beside the model.
+struct Additions {
+    std::span<const BrdfFile> materials;
+    std::span<const LightFile> lights;
+    std::vector<std::uint16_t> slot_material;
+    SphereBlockers blockers;
+};
+
+std::vector<std::byte> packOnce(const Model& model, const Additions& additions, Precisions precisions, double error,
+                                FramesOf frames, const std::string& provenance) {
     FlatBufferBuilder builder(1 << 20);
     AssetSections sections;
     sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
-    sections.slot_material = slot_material;
+    sections.slot_material = additions.slot_material;
     sections.animation = writeAnimation(builder, animationOf(model, frames));
     sections.model = writeModelSection(builder, model, precisions, error);
-    for (const BrdfFile& brdf : materials) sections.materials.push_back(writeMaterial(builder, brdf));
-    for (const LightFile& light : lights) sections.lights.push_back(writeLightSection(builder, light));
+    for (const BrdfFile& brdf : additions.materials) sections.materials.push_back(writeMaterial(builder, brdf));
+    for (const LightFile& light : additions.lights) sections.lights.push_back(writeLightSection(builder, light));
+    sections.blockers = additions.blockers;
     const std::span<std::byte> bytes = finishAsset(builder, sections, model.convention.order, provenance);
     return {bytes.begin(), bytes.end()};  // a copy, because the builder's buffer is not 16-byte aligned
 }
@@ -305,7 +313,7 @@ AssetPrecision weightPrecision(const Model& model, int threads) {
         if (large(cluster->weights) || large(cluster->hidden)) return AssetPrecision::kF32;
     constexpr double kFelt = 0.02;  // share of the signal; rounding the basis to bytes costs as much
     const auto packed = [&](AssetPrecision precision) {
-        return packOnce(model, {}, {}, {}, {precision, precision}, 0, FramesOf::kAttempt, "{}");
+        return packOnce(model, {}, {precision, precision}, 0, FramesOf::kAttempt, "{}");
     };
     const std::vector<std::byte> half = packed(AssetPrecision::kF16), exact = packed(AssetPrecision::kF32);
     const double error = comparePacked(openAsset(half), openAsset(exact), threads).relative();
@@ -318,7 +326,7 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(model);
-    const std::vector<std::uint16_t> slot_material = slotMaterials(model.mesh, materials, options.slots);
+    const Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
     const AssetPrecision weights =
         options.precision == AssetPrecision::kF32 ? AssetPrecision::kF32 : weightPrecision(model, threads);
     const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, std::optional<double> error) {
@@ -326,8 +334,8 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
         const FramesOf frames = !error             ? FramesOf::kAttempt
                                 : options.playback ? FramesOf::kPlayback
                                                    : FramesOf::kNoPlayback;
-        return packOnce(chosen, materials, lights, slot_material, {precision, exact ? precision : weights},
-                        error.value_or(0), frames, provenance);
+        return packOnce(chosen, additions, {precision, exact ? precision : weights}, error.value_or(0), frames,
+                        provenance);
     };
     return packWithin(model, options, write, threads);
 }

@@ -7,6 +7,7 @@
 
 #include "formats/asset/asset_file.h"
 #include "formats/common/slot_choice.h"
+#include "formats/common/sphere_blockers.h"
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
@@ -20,6 +21,7 @@ struct PackOptions {
     std::optional<double> max_bytes_per_vertex = {};  // bound on modelBytes() / V, > 0
     std::vector<SlotChoice> slots = {};               // slots that are not listed have the first material
     bool playback = true;                             // store the positions of a deforming mesh in every frame
+    SphereBlockers blockers = {};                     // none, or those of the model's character (checkCharacter())
 };
 
 struct Packed {
@@ -52,8 +54,8 @@ struct SizeOf {
 };
 // Returns the bytes of every section in the order of the schema; containers and padding come last.
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size);
-// Returns the bytes of the visibility model: everything except mesh, skin, animation, truth, materials and lights, and
-// except the fields of a composed model, which stand in a row of their own. Names and layout count.
+// Returns the bytes of the visibility model: everything except mesh, skin, animation, truth, materials, lights and
+// blockers, and except the fields of a composed model, which stand in a row of their own. Names and layout count.
 std::size_t modelBytes(const AssetView& asset, std::size_t file_size);
 // Returns for each cluster, and then for each cluster of a residual, the bytes of one component with its row of the
 // regression weights; 0 without components.

@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
     setSourceHash(kSourceHash);
     return runProgram(
         "penumbra-pack", "The run-time asset: packed, and held against truth.",
-        "penumbra.asset 2..5, penumbra.visibility 1, penumbra.model 2..4, penumbra.brdf 1, penumbra.light 1",
+        "penumbra.asset 2..5, penumbra.visibility 1, penumbra.model 2..4, penumbra.brdf 1, penumbra.light 1, "
+        "penumbra.blockers 1",
         {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

@@ -64,6 +64,7 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
         sizes.insert(local + 1,
                      {{"residual", visibilityBytes(composition->residual)}, {"fields", composition->byteCount()}});
     }
+    if (!asset.blockers.spheres.empty()) sizes.push_back({"blockers", asset.blockers.byteCount()});
     std::size_t sum = 0;
     for (const SizeOf& size : sizes) sum += size.bytes;
     sizes.push_back({"names and layout", file_size - std::min(sum, file_size)});

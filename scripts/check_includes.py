@@ -29,11 +29,12 @@ MAY_INCLUDE = {
     "bake": {"sh", "bake/common", "bake/source", "bake/trace", "bake/poses", "bake/fields", "bake/visibility",
              "bake/reference"} | FORMATS,
     "fit/numerics": {"sh"} | FORMATS,
-    **{f"fit/{room}": {"sh", "fit/numerics"} | FORMATS for room in ("clusters", "models", "light", "reflectance")},
+    **{f"fit/{room}": {"sh", "fit/numerics"} | FORMATS
+       for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": {"sh", "sh/far", "fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/compare": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
     "fit": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
-            "fit/compare"} | FORMATS,
+            "fit/blockers", "fit/compare"} | FORMATS,
     "pack": {"sh", "player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
     "player/runtime": {"sh", "sh/cast", "sh/far", "formats/common", "formats/asset"},
     "player/gl": {"sh", "player/runtime"} | FORMATS,

@@ -335,6 +335,7 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     asset.materials = materialsOf(stored, at / "materials");
     asset.lights = lightsOf(stored, at / "lights");
     asset.slot_material = slotMaterialsOf(stored, at, asset);
+    asset.blockers = blockersOf(stored, at, joints);
     return asset;
 }
 

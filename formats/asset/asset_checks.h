@@ -46,6 +46,8 @@ bool usesVersion4(const fbs::Asset& asset);
 using ReadCluster = std::function<ClusterView(const fbs::Cluster& stored, const Field& at)>;
 void setComposition(const fbs::Model& stored, const Field& at, const AssetView& asset, const ReadCluster& read_cluster,
                     ModelView& model);
+// The blockers of the file, which version 5 brought too, in asset_checks_compose.cpp. `at` is the file.
+BlockersView blockersOf(const fbs::Asset& stored, const Field& at, std::size_t joints);
 // Returns the lowest version from 3 on that knows all that the verified file has.
 int lowestVersion(const fbs::Asset& asset);
 

@@ -1,10 +1,11 @@
-// The checks of version 5: composed models.
+// The checks of version 5: composed models and sphere blockers.
 #include <array>
 #include <cmath>
 
 #include "asset_generated.h"
 #include "formats/asset/asset_checks.h"
 #include "formats/asset/asset_field.h"
+#include "formats/common/sphere_blockers.h"
 
 namespace penumbra {
 
@@ -106,8 +107,30 @@ void setComposition(const fbs::Model& stored, const Field& model_at, const Asset
     model.composition = std::move(composition);
 }
 
+BlockersView blockersOf(const fbs::Asset& stored, const Field& file, std::size_t joints) {
+    static_assert(sizeof(BlockerSphere) == 4 * sizeof(float));
+    const Field at = file / "blocker_spheres";
+    BlockersView blockers;
+    blockers.spheres = spanOf<BlockerSphere>(stored.blocker_spheres(), at);
+    checkRange(at, std::int64_t(blockers.spheres.size()), 0, std::int64_t(kMostBlockers));
+    for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
+        const BlockerSphere& sphere = blockers.spheres[s];
+        for (int i = 0; i < 3; ++i)
+            at[s].require(std::abs(sphere.center[i]) <= kLargestBlockerLength,
+                          "has a centre that is not finite, or above 1e15");
+        at[s].require(sphere.radius >= 1 / kLargestBlockerLength && sphere.radius <= kLargestBlockerLength,
+                      "has a radius that is not in [1e-15, 1e15]");
+    }
+    if (const auto* stored_joints = stored.blocker_joints())
+        blockers.joints = {stored_joints->data(), stored_joints->size()};
+    checkCount(file / "blocker_joints", blockers.joints, blockers.spheres.size());
+    checkIndices(file / "blocker_joints", blockers.joints, joints);
+    return blockers;
+}
+
 int lowestVersion(const fbs::Asset& asset) {
-    if (asset.model() && asset.model()->composition()) return kAssetVersion;
+    if (asset.blocker_spheres() || asset.blocker_joints() || (asset.model() && asset.model()->composition()))
+        return kAssetVersion;
     return usesVersion4(asset) ? kDeformingAssetVersion : kSkinnedAssetVersion;
 }
 

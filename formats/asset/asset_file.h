@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "formats/common/model_kind.h"
+#include "sh/blocker_sphere.h"
 #include "sh/part_field.h"
 #include "sh/reflection_operator.h"
 #include "sh/slice_form.h"
@@ -21,7 +22,7 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 5;              // knows composed models
+constexpr int kAssetVersion = 5;              // knows composed models and sphere blockers
 constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
 constexpr int kSkinnedAssetVersion = 3;       // writers use the lowest of these versions that knows all they write
 constexpr int kOldestAssetVersion = 2;        // knows no compact slices
@@ -203,6 +204,13 @@ struct LightView {
     LobesView lobes = {};
 };
 
+// Spheres that cast in the place of the character: sphere s moves with bone joints[s] (movedBy(), sh/blocker_sphere.h).
+struct BlockersView {
+    std::span<const BlockerSphere> spheres;  // [S], none or 1..kMostBlockers
+    std::span<const std::uint16_t> joints;   // [S], < J
+    std::size_t byteCount() const { return spheres.size_bytes() + joints.size_bytes(); }
+};
+
 struct AssetView {
     std::string_view provenance;
     bool has_mesh = false, has_model = false, has_truth = false;
@@ -213,6 +221,7 @@ struct AssetView {
     std::vector<MaterialView> materials;
     std::vector<LightView> lights;
     std::vector<std::uint16_t> slot_material;  // [slots], < materials; empty without slots or materials
+    BlockersView blockers;                     // empty where the file has none
     std::string name = "asset";                // the file's name, for messages
 };
 

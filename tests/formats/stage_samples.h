@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/stage/blocker_file.h"
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
@@ -208,6 +209,22 @@ inline FieldFile fieldFile() {
     }
     out.fields.fade = 0.01f;
     out.provenance = {"penumbra-bake fields", "0.1.0", R"({"rays":64})", {{"strip.glb", std::string(64, 'a')}}};
+    return out;
+}
+
+// Makes three spheres of two joints.
+inline BlockerFile blockerFile() {
+    BlockerFile out;
+    out.joint_names = {"root", "Ellbogen-\xc3\xa4"};
+    out.mesh_sha256 = std::string(64, 'b');
+    out.skin_sha256 = std::string(64, 'c');
+    out.blockers.spheres = {{{0, 1, -0.5f}, 0.25f}, {{0.5f, 1, 0}, 0.125f}, {{-0.5f, 0, 2}, 1}};
+    out.blockers.joints = {0, 1, 1};
+    out.method = "area";
+    out.scale = 0.9375;
+    out.mesh_area = 0.375;
+    out.area = 0.5;
+    out.provenance = {"penumbra-fit blockers", "0.1.0", R"({"spheres":3})", {{"strip.model.h5", std::string(64, 'a')}}};
     return out;
 }
 

@@ -55,6 +55,8 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { (void)readPoseFile(path); }},
         {"fields", [](const auto& path) { writeFields(path, samples::fieldFile()); },
          [](const auto& path) { (void)readFields(path); }},
+        {"blockers", [](const auto& path) { writeBlockers(path, samples::blockerFile()); },
+         [](const auto& path) { (void)readBlockers(path); }},
         {"mixed poses", [](const auto& path) { writePoseFile(path, samples::mixedPoseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},
         {"brdf",

@@ -45,6 +45,7 @@ void writeStageFiles(const fs::path& out) {
     writeLight(inFolder(out / "fuzz_light_file", "lobes.light.h5"), light);
     writePoseFile(inFolder(out / "fuzz_pose_file", "sampled.poses.h5"), samples::poseFile());
     writeFields(inFolder(out / "fuzz_field_file", "two_parts.fields.h5"), samples::fieldFile());
+    writeBlockers(inFolder(out / "fuzz_blocker_file", "three.blockers.h5"), samples::blockerFile());
     writePoseFile(inFolder(out / "fuzz_pose_file", "mixed.poses.h5"), samples::mixedPoseFile());
     write(out / "fuzz_model_file" / "tube.model.h5", tinyModels()[0]);
     samples::writeVisibility(inFolder(out / "fuzz_visibility_file", "strip.vis.h5"), samples::visibilityHeader(1, 2),

@@ -12,7 +12,7 @@
 
 namespace penumbra {
 
-// Tiny assets, one for each kind of model and of features, and a composed one.
+// Tiny assets, one for each kind of model and of features, a composed one, and one with blockers.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -43,6 +43,10 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
             {.rings = 3, .segments = 3, .joints = 4, .clusters = 1, .components = 1, .inputs = 1, .frames = 2},
             {.cells = 2});
         made.push_back(packAsset(composed, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
+        const SphereBlockers blockers{{{{0, 1, 0}, 0.5f}, {{0, 0.5f, 0}, 0.25f}}, {1, 0}};
+        made.push_back(packAsset(synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), {},
+                                 lights, {.blockers = blockers}, "{}", 1)
+                           .bytes);
         return made;
     }();
     return all;

@@ -101,6 +101,8 @@ def fits():
         run(OK, "fit", "predict", model + ".model.h5", "a.vis.h5", "-o", model + ".pred.vis.h5")
     run(OK, *fit, "--features", "joint-angles", "-o", "angles.model.h5")
     run(OK, "fit", "visibility", "c.vis.h5", "-o", "c.model.h5", "--convention", "A3", "--parts", 2, "--clusters", 2)
+    run(OK, "fit", "blockers", "additive.model.h5", "-o", "a.blockers.h5", "--spheres", 5, "--seed", 2, "--report", "r.json")
+    run(OK, "fit", "blockers", "c.model.h5", "-o", "c.blockers.h5", "--method", "paper", "--threads", 2)
     run(OK, "fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "--operators", 4, "-o", "ggx.brdf.h5")
     run(OK, "fit", "brdf", "--table", "skew.table", "-o", "table.brdf.h5")
     run(OK, "fit", "light", "sky.hdr", "-o", "sky.light.h5")
@@ -116,10 +118,13 @@ def packs():
         run(OK, "pack", "asset", model + ".model.h5", *looks, "-o", model + ".pnb")
     for precision in ("f32", "f16"):
         run(OK, "pack", "asset", "additive.model.h5", *looks, "-o", precision + ".pnb", "--precision", precision)
+    for name, blockers in (("additive", "a"), ("c", "c")):
+        run(OK, "pack", "asset", name + ".model.h5", "--blockers", blockers + ".blockers.h5", "-o", "blockers.pnb")
+        run(OK, "bake", "info", "blockers.pnb")
     run(OK, "pack", "truth", "a.vis.h5", "-o", "a.truth.pnb")
     for model in ("linear", "quadratic", "neural", "additive"):
         run(OK, "pack", "check", model + ".pnb", "a.vis.h5", "--predictions", model + ".pred.vis.h5", "--model", model + ".model.h5")
-    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
+    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb", "a.blockers.h5",
                  "a.truth.pnb"):
         run(OK, "bake", "info", name)
     run(OK, "bake", "info", "a.vis.h5", "--all")

@@ -1,0 +1,39 @@
+#pragma once
+// x.blockers.h5: spheres that move with the bones of a character and cast in its place (HDF5, format
+// "penumbra.blockers", version 1; formats/README.md lists every dataset).
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "formats/common/mesh.h"
+#include "formats/common/provenance.h"
+#include "formats/common/sphere_blockers.h"
+
+namespace penumbra {
+
+constexpr int kBlockersVersion = 1;
+
+struct BlockerFile {
+    // What tells a character from another; see characterOf().
+    std::vector<std::string> joint_names;  // [J]
+    std::string mesh_sha256, skin_sha256;
+    SphereBlockers blockers;
+    std::string method;    // "area" or "paper" (fit/blockers/fit_blockers.h)
+    double scale = 1;      // what the radii of the method were multiplied by, > 0
+    double mesh_area = 0;  // m^2, mean silhouette of the mesh over poses and views, > 0
+    double area = 0;       // m^2, mean silhouette of the spheres over the same, > 0
+    Provenance provenance;
+};
+
+// Fills joint_names and the hashes from a mesh (meshSha256(), field_file.h) and its skin, whose hash is over the joints
+// and weights of the fronts.
+void setCharacter(const Mesh& mesh, const Skin& skin, BlockerFile& file);
+// Throws InvalidInput when the blockers are of another character than this one.
+void checkCharacter(const BlockerFile& file, const Mesh& mesh, const Skin& skin);
+
+// Writes through PartialFile. Throws IoError.
+void writeBlockers(const std::filesystem::path& path, const BlockerFile& file);
+// Throws IoError and InvalidInput. Checks every count, index and number.
+BlockerFile readBlockers(const std::filesystem::path& path);
+
+}  // namespace penumbra
