@@ -42,7 +42,8 @@ MAY_INCLUDE = {
     "player/draw": {"sh", "player/runtime", "player/gl", "player/frame"} | FORMATS,
     "player/scene": {"sh", "player/runtime", "player/frame", "player/gl"} | FORMATS,
     **{f"player/{room}": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS
-       for room in ("render", "view", "bench")},
+       for room in ("render", "view")},
+    "player/bench": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
     "player": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene", "player/view",
                "player/bench"} | FORMATS,
 }

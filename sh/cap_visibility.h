@@ -11,7 +11,7 @@
 // determines. It comes from a table. A receiver turns the logarithms to the axes of its caps and adds them; one
 // exponential (sh/log_visibility.h) gives the visibility. The logarithm of a cap's band-limited visibility g is that of
 // the matrix M of products with g, with eigenvalues below 0.02 of the largest raised to that
-// (docs/formulas.md, section 8).
+// (docs/formulas.md, section 10).
 #include <array>
 #include <cstddef>
 #include <span>

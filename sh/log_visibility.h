@@ -8,7 +8,7 @@
 //
 // Here: exp(f) = exp(f / 2^p)^(2^p). A short series does for the small f / 2^p, and squaring it p times takes p
 // products. The constant part f_0 of f is an ordinary exponential; it goes in before the squarings, so that nothing
-// gets larger than about 1 on the way. f^ is f without that part, and m = |f^| (docs/formulas.md, section 8).
+// gets larger than about 1 on the way. f^ is f without that part, and m = |f^| (docs/formulas.md, section 10).
 #include <span>
 #include <vector>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Spheres that move with the bones of a character and stand for it when it casts (docs/formulas.md, section 8).
+// Spheres that move with the bones of a character and stand for it when it casts (docs/formulas.md, section 9).
 #include <string>
 #include <vector>
 

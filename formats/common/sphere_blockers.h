@@ -1,5 +1,5 @@
 #pragma once
-// The sphere blockers of a character, as blockers files hold them. docs/formulas.md, section 8, has the reasons.
+// The sphere blockers of a character, as blockers files hold them. docs/formulas.md, section 9, has the reasons.
 #include <cstdint>
 #include <vector>
 

@@ -148,6 +148,7 @@ def pictures():
     run(OK, "player", "render", "--scene", "s.json", *TINY, "-o", "a.png")
     run(OK, "player", "probe", "s.json", "--points", "p.csv", "-o", "p.out.csv")
     run(OK, "player", "bench", "additive.pnb", "--runs", 2, *TINY, "--characters", 2)
+    run(OK, "player", "bench", "--scene", "s.json", "--runs", 2, *TINY)
     run(OK, "player", "view", "additive.pnb", "sky.hdr", "--dry-run")
 
 

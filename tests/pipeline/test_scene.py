@@ -121,6 +121,35 @@ def check_pictures():
                ground=ground, light={"asset": "man.pnb", "rotation": "yaw=30"}, camera="yaw=30,pitch=20"))
 
 
+def check_bench():
+    """What a scene costs: the scene itself, then copies of its first character on a ground that grows with them."""
+    name = scene("bench.json", characters=[{"asset": "man.pnb", "clip": CLIP}], props=[{"asset": "additive.pnb"}],
+                 ground={"size": 2, "resolution": 33})
+    words = ("--scene", name, "--runs", 2, "--size", "64x64", "--gl", "osmesa", "--threads", 2)
+    said = must(PLAYER, "bench", *words, "--characters", "4,1", "--report", "bench.report.json")
+    assert "pose of one caster" in said and "ns a pair" in said and "Hz" in said, said
+    with open("bench.report.json") as f:
+        figures = json.load(f)["figures"]
+    whole, one, four = figures["scene"], *figures["copies"]
+    assert (whole["members"], whole["casters"], one["members"], four["casters"]) == (2, 1, 1, 4), figures
+    vertices = one["members_cast"]["evaluated"]
+    # Nobody is past himself, and who has no fields is past everyone who has some.
+    assert [cost["members_cast"]["pairs"] for cost in (whole, one, four)] == [vertices, 0, 4 * 3 * vertices], figures
+    assert one["members_cast"]["pair_ns"] is None and four["members_cast"]["pair_ns"] > 0
+    assert [cost["ground_vertices"] for cost in (whole, one, four)] == [33**2, 33**2, 66**2], figures
+    for cost in (whole, one, four):
+        assert 0 < cost["ground"]["evaluated"] < cost["ground_vertices"]
+        assert cost["ground"]["pairs"] == cost["ground"]["evaluated"] * cost["casters"]
+        parts = [cost[key] for key in ("pose_ms", "evaluate_ms", "shade_ms", "draw_ms", "pose_caster_ms")]
+        assert min(parts) > 0 and cost["frame_ms"] > 0 and np.isclose(cost["hz"] * cost["frame_ms"], 1000), cost
+    assert "2 characters and props" in must(PLAYER, "bench", *words, "--dry-run")
+    bare = scene("bare.json", props=[{"asset": "man.pnb"}], characters=[{"asset": "additive.pnb"}])
+    must(PLAYER, "bench", "--scene", bare, *words[2:], "-q")
+    for more in (("--brdf", "clay"), ("--light", "sky"), ("man.pnb",)):
+        assert run(PLAYER, "bench", *words, *more).returncode == 1, more
+    assert run(PLAYER, "bench").returncode == 1
+
+
 def pixels(name):
     return np.asarray(Image.open(name).convert("RGBA")).astype(float) / 255
 
@@ -200,6 +229,7 @@ def main():
         body = f["frames/positions"][frame].astype(float), f["mesh/triangles"][:]
     check_ground(body)
     check_pictures()
+    check_bench()
     check_truth()
     check_rubbish()
 

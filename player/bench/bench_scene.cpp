@@ -1,0 +1,240 @@
+#include "player/bench/bench_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "player/gl/offscreen_target.h"
+#include "player/render/scene_frames.h"
+#include "player/scene/cast_on.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr double kCopySpacing = 2;  // metres
+
+std::size_t columnsOf(int count) { return std::size_t(std::ceil(std::sqrt(double(count)))); }
+
+SceneDescription copiesOf(const SceneDescription& scene, int count) {
+    SceneDescription out;
+    out.light = scene.light;
+    out.camera = scene.camera;
+    if (out.light.asset.empty()) out.light.asset = scene.characters.front().asset;
+    const std::size_t columns = columnsOf(count);
+    const double middle = 0.5 * double(columns - 1);
+    for (std::size_t i = 0; i < std::size_t(count); ++i) {
+        SceneCharacter& copy = out.characters.emplace_back(scene.characters.front());
+        copy.position = toFloat(Vec3d{double(i % columns) - middle, 0, double(i / columns) - middle} * kCopySpacing) +
+                        Vec3{0, copy.position.y, 0};
+        copy.yaw = 40 * double(i);
+    }
+    SceneGround& ground = out.ground.emplace(scene.ground.value_or(SceneGround()));
+    const double size = ground.size + kCopySpacing * double(columns - 1);
+    ground.resolution =
+        int(std::min<double>(kMostGroundResolution, std::round(ground.resolution * size / ground.size)));
+    ground.size = size;
+    ground.centre = {};
+    return out;
+}
+
+template <class Body>
+void timeThreads(int runs, int threads, CastCost& cost, const Body& body) {
+    cost.one_thread = timeRuns(runs, [&](std::size_t) { body(1); }).median;
+    cost.all_threads = threads == 1 ? cost.one_thread : timeRuns(runs, [&](std::size_t) { body(threads); }).median;
+}
+
+double timePose(const PosedScene& scene, int runs) {
+    const SceneMember* caster = nullptr;
+    for (const std::unique_ptr<SceneMember>& member : scene.members())
+        if (!caster && member->caster != kNobody) caster = member.get();
+    if (!caster) return 0;
+    const Evaluator* const alone = &caster->evaluator;
+    CastShadow cast({&alone, 1});
+    return timeRuns(runs, [&](std::size_t) { cast.pose(0, alone->bones(), caster->to_scene); }).median;
+}
+
+void timeMembers(const PosedScene& scene, const SceneFrames& frames, int runs, int threads, CastCost& cost) {
+    for (std::size_t m = 0; m < frames.members().size(); ++m) {
+        const std::size_t vertices = frames.members()[m].positions.size();
+        cost.receivers += vertices;
+        cost.pairs += vertices * (scene.cast().casterCount() - (scene.members()[m]->caster == kNobody ? 0 : 1));
+    }
+    std::vector<float> mirrored;
+    timeThreads(runs, threads, cost, [&](int some) {
+        for (std::size_t m = 0; m < frames.members().size(); ++m) {
+            const FrameVertices& vertices = frames.members()[m];
+            castOn(scene.cast(), {.except = scene.members()[m]->caster},
+                   {vertices.positions, vertices.normals, vertices.tangents}, some, mirrored);
+        }
+    });
+}
+
+void timeFrame(PosedScene& scene, SceneFrames& frames, const RenderOptions& options, bool drawn, int runs,
+               SceneCost& cost) {
+    std::optional<OffscreenTarget> target;
+    std::vector<ValuePainter> painters;
+    if (drawn) {
+        target.emplace(options.width, options.height, options.samples, GL_RGBA8);
+        for (const SceneMesh& mesh : frames.meshes()) painters.emplace_back(mesh.triangles, options.channel);
+    }
+    std::vector<std::uint8_t> picture;
+    const auto draw = [&] {
+        FrameView view = frames.view();
+        view.display = DisplayTransform();
+        target->begin();
+        const std::vector<SceneMesh> meshes = frames.meshes();
+        for (std::size_t i = 0; i < meshes.size(); ++i) painters[i].draw(view, meshes[i].positions, meshes[i].values);
+        target->readBytes(picture);
+    };
+    cost.pose_all = timeRuns(runs, [&](std::size_t) { scene.pose({}); }).median;
+    cost.evaluate_members = timeRuns(runs, [&](std::size_t) { frames.evaluateMembers(); }).median;
+    cost.shade = timeRuns(runs, [&](std::size_t) { frames.shade(); }).median;
+    if (drawn) cost.draw = timeRuns(runs, [&](std::size_t) { draw(); }).median;
+    cost.frame = timeRuns(runs, [&](std::size_t) {
+        scene.pose({});
+        frames.evaluateMembers();
+        frames.evaluateGround();
+        frames.shade();
+        if (drawn) draw();
+    });
+}
+
+SceneCost costOf(const RenderOptions& options, const SceneDescription& description, bool drawn, int runs, int threads) {
+    PosedScene scene(description);
+    SceneFrames frames(scene, options, threads);
+    frames.evaluateMembers();
+    frames.evaluateGround();
+    frames.shade();
+    SceneCost cost;
+    cost.members = scene.members().size();
+    cost.casters = scene.cast().casterCount();
+    runs = std::max(1, runs / int(cost.members));
+    cost.pose = timePose(scene, std::max(10, runs));
+    timeMembers(scene, frames, runs, threads, cost.members_cast);
+    if (description.ground) {
+        cost.ground_vertices = frames.ground().positions.size();
+        cost.ground_cast.receivers = frames.ground().evaluated;
+        cost.ground_cast.pairs = cost.ground_cast.receivers * cost.casters;
+        timeThreads(runs, threads, cost.ground_cast, [&](int some) { groundVertices(scene, some); });
+    }
+    timeFrame(scene, frames, options, drawn, runs, cost);
+    return cost;
+}
+
+// The scene, then its copies.
+std::vector<const SceneCost*> allOf(const SceneBench& bench) {
+    std::vector<const SceneCost*> all = {&bench.scene};
+    for (const SceneCost& cost : bench.copies) all.push_back(&cost);
+    return all;
+}
+
+// Returns the first word of a row.
+std::string nameOf(const SceneBench& bench, const SceneCost& cost) {
+    return &cost == &bench.scene ? "scene" : std::to_string(cost.members);
+}
+
+void printCast(const char* name, const CastCost& cost, std::size_t all) {
+    std::printf("%-10s %10zu %10zu %13.3f %12.3f", name, all, cost.receivers, cost.one_thread, cost.all_threads);
+    if (cost.pairs > 0)
+        std::printf(" %10.1f\n", cost.nanosecondsOfPair());
+    else
+        std::printf(" %10s\n", "-");
+}
+
+void printCasts(const SceneBench& bench) {
+    const auto header = [&](const char* what) {
+        std::printf("%-10s %10s %10s %13s %9d th. %10s\n", what, "vertices", "evaluated", "ms, 1 thread", bench.threads,
+                    "ns a pair");
+    };
+    header("members");
+    for (const SceneCost* cost : allOf(bench))
+        printCast(nameOf(bench, *cost).c_str(), cost->members_cast, cost->members_cast.receivers);
+    header("ground");
+    for (const SceneCost* cost : allOf(bench))
+        if (cost->ground_vertices > 0)
+            printCast(nameOf(bench, *cost).c_str(), cost->ground_cast, cost->ground_vertices);
+    std::printf("a pair is a vertex and a caster, in reach or not; members are past everyone but themselves\n");
+}
+
+void printFrames(const SceneBench& bench) {
+    std::printf("%-10s %9s %9s %9s %9s %9s %9s %9s %8s\n", "frame, ms", "members", "pose", "evaluate", "ground",
+                "shade", "draw", "all, ms", "Hz");
+    for (const SceneCost* cost : allOf(bench)) {
+        char draw[32] = "-";
+        if (cost->draw) std::snprintf(draw, sizeof draw, "%.3f", *cost->draw);
+        std::printf("%-10s %9zu %9.3f %9.3f %9.3f %9.3f %9s %9.3f %8.1f\n", nameOf(bench, *cost).c_str(), cost->members,
+                    cost->pose_all, cost->evaluate_members, cost->ground_cast.all_threads, cost->shade, draw,
+                    cost->frame.median, 1000 / cost->frame.median);
+    }
+}
+
+nlohmann::ordered_json figuresOf(const CastCost& cost) {
+    nlohmann::ordered_json out = {{"evaluated", cost.receivers},
+                                  {"pairs", cost.pairs},
+                                  {"one_thread_ms", cost.one_thread},
+                                  {"all_threads_ms", cost.all_threads},
+                                  {"pair_ns", nullptr}};
+    if (cost.pairs > 0) out["pair_ns"] = cost.nanosecondsOfPair();
+    return out;
+}
+
+nlohmann::ordered_json figuresOf(const SceneCost& cost) {
+    return {{"members", cost.members},
+            {"casters", cost.casters},
+            {"pose_caster_ms", cost.pose},
+            {"members_cast", figuresOf(cost.members_cast)},
+            {"ground_vertices", cost.ground_vertices},
+            {"ground", figuresOf(cost.ground_cast)},
+            {"pose_ms", cost.pose_all},
+            {"evaluate_ms", cost.evaluate_members},
+            {"shade_ms", cost.shade},
+            {"draw_ms", cost.draw ? nlohmann::ordered_json(*cost.draw) : nlohmann::ordered_json()},
+            {"frame_ms", cost.frame.median},
+            {"frame_best_ms", cost.frame.best},
+            {"hz", 1000 / cost.frame.median}};
+}
+
+}  // namespace
+
+SceneBench benchScene(const RenderOptions& asked, const SceneDescription& scene, int runs, int threads,
+                      std::vector<int> counts) {
+    if (!counts.empty() && scene.characters.empty())
+        throw UsageError("--characters: the scene has no character to copy");
+    SceneBench bench;
+    bench.threads = threads > 0 ? threads : hardwareThreads();
+    RenderOptions options = asked;
+    options.channel = PosedScene(scene).light() ? Channel::kShaded : Channel::kAmbient;
+    std::unique_ptr<GlContext> context;
+    try {
+        context = createGlContext(options.backend);
+        bench.context = context->description;
+    } catch (const Unsupported& error) {
+        bench.context = error.what();
+    }
+    std::sort(counts.begin(), counts.end());
+    bench.scene = costOf(options, scene, context != nullptr, runs, bench.threads);
+    for (const int count : counts)
+        bench.copies.push_back(costOf(options, copiesOf(scene, count), context != nullptr, runs, bench.threads));
+    return bench;
+}
+
+void printScene(const SceneBench& bench) {
+    std::printf("%zu characters and props, %zu of which cast, %d threads; %s\n", bench.scene.members,
+                bench.scene.casters, bench.threads, bench.context.c_str());
+    if (bench.scene.casters > 0) std::printf("%-32s %8.3f ms\n", "pose of one caster", bench.scene.pose);
+    printCasts(bench);
+    printFrames(bench);
+}
+
+nlohmann::ordered_json figuresOf(const SceneBench& bench) {
+    nlohmann::ordered_json copies = nlohmann::ordered_json::array();
+    for (const SceneCost& cost : bench.copies) copies.push_back(figuresOf(cost));
+    return {
+        {"threads", bench.threads}, {"context", bench.context}, {"scene", figuresOf(bench.scene)}, {"copies", copies}};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,50 @@
+#pragma once
+// Measures what a scene costs: its characters past one another, its ground, and whole frames of it.
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "player/bench/stage_time.h"
+#include "player/frame/render_options.h"
+#include "player/scene/posed_scene.h"
+
+namespace penumbra {
+
+// Medians in milliseconds. A pair is a receiver and a caster, which may be out of reach.
+struct CastCost {
+    std::size_t receivers = 0, pairs = 0;
+    double one_thread = 0, all_threads = 0;
+    double nanosecondsOfPair() const { return 1e6 * one_thread / double(pairs); }  // on one thread
+};
+
+// Milliseconds a frame; all but `pose` on all threads.
+struct SceneCost {
+    std::size_t members = 0, casters = 0;
+    double pose = 0;                  // taking over the pose of one caster
+    CastCost members_cast;            // all vertices, each past everyone but its own character
+    std::size_t ground_vertices = 0;  // 0: no ground
+    CastCost ground_cast;             // its receivers are the vertices that are evaluated
+    double pose_all = 0, shade = 0;   // members and ground
+    double evaluate_members = 0;      // skinning, visibility, and past all others
+    std::optional<double> draw;       // upload, drawing and an 8-bit picture read back; unset without GL
+    StageTime frame;                  // all of it, as far as it can be done here
+};
+
+struct SceneBench {
+    int threads = 1;
+    std::string context;  // of GL, or why there is none
+    SceneCost scene;
+    std::vector<SceneCost> copies;
+};
+
+// Measures the scene, then `counts` copies of its first character in ascending order. Copies stand on a square, 2 m
+// from one another, each turned another way. Their ground is 2 m larger for each further row, with the vertices as
+// dense. Of the options it reads size, camera, shading, samples and backend; a scene without a light shows E.
+SceneBench benchScene(const RenderOptions& options, const SceneDescription& scene, int runs, int threads,
+                      std::vector<int> counts);
+
+void printScene(const SceneBench& bench);
+nlohmann::ordered_json figuresOf(const SceneBench& bench);  // all figures that the report prints
+
+}  // namespace penumbra
