@@ -72,6 +72,7 @@ struct ViewState {
     ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
     DisplayTransform display;
+    bool automatic_exposure = true;  // display.exposure is measured (view_exposure.h)
     float error_max = 0.25f;
     bool background = true, ground = false;
     bool panels = true, help = false, frame_all = true, quit = false;
