@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <utility>
 
 #include "bake/bake_verbs.h"
 #include "bake/reference/bake_reference.h"
@@ -12,6 +13,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/picture_text.h"
 #include "formats/common/slot_choice.h"
+#include "formats/image/exposure.h"
 #include "sh/light_rotation.h"
 #include "sh/sh_basis.h"
 
@@ -33,7 +35,8 @@ struct ReferenceCommand {
     const CLI::Option *light_order_option = nullptr, *frame_option = nullptr, *time_option = nullptr;
     std::vector<const CLI::Option*> bake_only;  // what a picture of a scene does not read
     std::string camera, size = "512x512", channel = "shaded", background = "transparent";
-    float exposure = 1;
+    std::optional<float> exposure;       // unset: automaticExposure()
+    std::optional<Vec3> png_background;  // of a shaded PNG; options.background is then unset
 };
 
 void checkInput(const ReferenceCommand& command) {
@@ -72,10 +75,25 @@ void finishOptions(ReferenceCommand& command) {
     if (command.light_order < 0 || command.light_order > kMaxOrder)
         throw UsageError("--light-order must be 0 (the picture itself) or 1..8, not " +
                          std::to_string(command.light_order));
-    if (!(command.exposure > 0)) throw UsageError("--exposure must be above 0");
+    if (command.exposure && (!(*command.exposure > 0) || !std::isfinite(*command.exposure)))
+        throw UsageError("--exposure must be a finite number above 0");
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
     const std::string extension = command.output.extension().string();
     if (extension != ".exr" && extension != ".png") throw UsageError("-o must end in .exr or .png");
+    // The background of a shaded PNG is put behind the exposed picture.
+    if (extension == ".png" && options.channel == ReferenceChannel::kShaded)
+        command.png_background = std::exchange(options.background, std::nullopt);
+}
+
+// Writes the picture, a shaded PNG exposed. Prints an automatic exposure, so that other pictures can have the same.
+void writePicture(const ReferenceCommand& command, const CommonOptions& common, const Image& image, Report& report) {
+    if (command.output.extension() != ".png" || command.options.channel != ReferenceChannel::kShaded)
+        return writeImage(command.output, image, 1);
+    const float exposure = command.exposure ? *command.exposure : automaticExposure(image);
+    report.figures["exposure"] = exposure;
+    if (!command.exposure && !common.quiet) std::printf("automatic exposure: --exposure %.4g\n", double(exposure));
+    if (!command.png_background) return writePng(command.output, image, exposure);
+    writePng(command.output, overBackground(image, exposure, *command.png_background), 1);
 }
 
 // Tells an analytic light from a file: the text starts with the name of one.
@@ -193,7 +211,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     const Image image = renderReference(input, scene.camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");
-    writeImage(command.output, image, shaded ? command.exposure : 1);
+    writePicture(command, common, image, report);
 }
 
 void runReference(ReferenceCommand& command, const CommonOptions& common, Report& report) {
@@ -238,8 +256,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     const Image image = renderReference(input, camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");
-    const bool shaded = command.options.channel == ReferenceChannel::kShaded;
-    writeImage(command.output, image, shaded ? command.exposure : 1);
+    writePicture(command, common, image, report);
 }
 
 void defineReference(CLI::App& app, ReferenceCommand& command) {
@@ -287,7 +304,9 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
     app.add_option("--size", command.size, "WIDTHxHEIGHT, pixels");
     app.add_option("--samples", options.samples, "shadow rays a pixel");
     app.add_option("--aa", options.camera_rays, "camera rays a pixel");
-    app.add_option("--exposure", command.exposure, "factor on the colours of a shaded PNG");
+    app.add_option("--exposure", command.exposure,
+                   "factor on the colours of a shaded PNG (default: automatic and printed: the 90th percentile of the "
+                   "picture's luminance is shown as 0.6)");
     app.add_option("--background", command.background, "transparent or R/G/B (linear)");
     app.add_option("--channel", command.channel, "what to draw")->check(CLI::IsMember({"shaded", "ao", "normals"}));
     app.footer(describeBrdfs() + "\n" + describeAnalyticLights() + "\n" + app.get_footer());

@@ -3,6 +3,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/image/exposure.h"
 #include "player/frame/open_asset.h"
 #include "player/player_verbs.h"
 #include "player/render/scene_picture.h"
@@ -18,6 +19,7 @@ struct RenderRun {
     const RenderCommand& command;
     BatchPlan plan;
     std::vector<SheetCell> cells = {};
+    float exposure = 1;  // BatchResult::exposure
 };
 
 BatchPlan makePlan(const RenderCommand& command, const AssetView& asset, const AssetView* truth) {
@@ -72,20 +74,27 @@ void listFiles(const RenderRun& run) {
         std::printf("would measure %zu frames\n", frames);
 }
 
-void writePicture(const RenderOptions& options, const std::filesystem::path& file, Image image) {
+// Writes a picture over its background, if there is one. `exposure` is a factor on the colours of a shaded PNG.
+void writePicture(const RenderOptions& options, const std::filesystem::path& file, Image image, float exposure) {
+    const bool png = file.extension() == ".png";
+    if (png && options.channel == Channel::kShaded) {
+        if (!options.background) return writePng(file, image, exposure);
+        return writePng(file, overBackground(image, exposure, *options.background), 1);
+    }
     if (options.background) putBehind(image, *options.background);
-    if (file.extension() == ".png") image = forDisplay(std::move(image), options.channel);
-    writeImage(file, image, options.channel == Channel::kShaded ? options.exposure : 1);
+    if (png) image = forDisplay(std::move(image), options.channel);
+    writeImage(file, image, 1);
 }
 
 BatchSink sinkOf(RenderRun& run, Progress& progress) {
     const auto write = [&run](std::size_t i, const Image& picture) {
-        writePicture(run.plan.options, run.plan.files[i], picture);
+        writePicture(run.plan.options, run.plan.files[i], picture, run.exposure);
     };
     const auto keep = [&run](std::size_t, std::vector<Image> panels) {
-        run.cells.push_back(sheetCell(run.command.sheet, run.plan, std::move(panels)));
+        run.cells.push_back(sheetCell(run.command.sheet, run.plan, std::move(panels), run.exposure));
     };
-    return {write, keep, [&progress](std::size_t done) { progress.update(double(done)); }};
+    return {write, keep, [&progress](std::size_t done) { progress.update(double(done)); },
+            [&run](float exposure) { run.exposure = exposure; }};
 }
 
 BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
@@ -109,7 +118,10 @@ void runScene(const RenderCommand& command, const CommonOptions& common, Report&
     report.phase("frames");
     Image image = drawScene(scene, options, common.threads);
     report.phase("write");
-    writePicture(options, command.output, std::move(image));
+    const bool exposes = options.channel == Channel::kShaded && command.output.extension() == ".png";
+    const float exposure = !exposes ? 1 : options.exposure ? *options.exposure : automaticExposure(image);
+    writePicture(options, command.output, std::move(image), exposure);
+    if (exposes) reportExposure(options, exposure, common, report);
     if (!common.quiet)
         std::printf("%s: %zu characters and props, %zu of which cast\n", command.output.c_str(), scene.members().size(),
                     scene.cast().casterCount());

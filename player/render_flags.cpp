@@ -49,7 +49,11 @@ void defineShading(CLI::App& app, RenderCommand& command) {
         app.add_option("--reflectance", command.reflectance,
                        "what a material is evaluated from: slices, or the paper's operators")
             ->capture_default_str(),
-        app.add_option("--exposure", options.exposure, "factor on the colours of a shaded PNG")->capture_default_str()};
+        app.add_option(
+            "--exposure", options.exposure,
+            "factor on the colours of a shaded PNG (default: automatic and printed, one for the whole run: the "
+            "90th percentile of the luminance of the clips' first frame, in the truth if there is one, is "
+            "shown as 0.6)")};
     command.picture.insert(command.picture.end(), command.shading.begin(), command.shading.end());
 }
 

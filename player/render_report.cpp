@@ -5,11 +5,16 @@
 
 namespace penumbra {
 
+void reportExposure(const RenderOptions& options, float exposure, const CommonOptions& common, Report& report) {
+    report.figures["exposure"] = exposure;
+    if (!options.exposure && !common.quiet) std::printf("automatic exposure: --exposure %.4g\n", double(exposure));
+}
+
 namespace {
 
-void reportPictures(const RenderOptions& options, const BatchResult& result, const CommonOptions& common,
-                    Report& report) {
+void reportPictures(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report) {
     if (result.gl.empty()) return;
+    const RenderOptions& options = plan.options;
     const char* path = result.path == EvaluationPath::kCpu ? "cpu" : "glsl";
     report.figures["width"] = options.width;
     report.figures["height"] = options.height;
@@ -19,13 +24,14 @@ void reportPictures(const RenderOptions& options, const BatchResult& result, con
         report.figures["reflectance"] = nameOf(options.shading.reflectance);
         report.figures["light_form"] = nameOf(options.shading.light_form);
     }
+    if (plan.exposes()) reportExposure(options, result.exposure, common, report);
     if (common.verbosity > 0) std::printf("%s; path %s\n", result.gl.c_str(), path);
 }
 
 }  // namespace
 
 void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report) {
-    reportPictures(plan.options, result, common, report);
+    reportPictures(plan, result, common, report);
     const FrameRecord& record = result.frames.front();
     report.figures["out_of_range"] = record.out_of_range;
     if (!common.quiet)
@@ -137,7 +143,7 @@ nlohmann::ordered_json gateJson(const ErrorGate& gate, const GateResult& result)
 
 void reportBatch(const BatchPlan& plan, const BatchResult& result, const std::optional<Judgement>& judgement,
                  const CommonOptions& common, Report& report) {
-    reportPictures(plan.options, result, common, report);
+    reportPictures(plan, result, common, report);
     RunFigures all;
     report.figures["frames"] = nlohmann::ordered_json::array();
     for (const FrameRecord& record : result.frames) {

@@ -6,6 +6,9 @@
 
 namespace penumbra {
 
+// Reports the factor on the colours of shaded pictures, and prints it if it is an automatic one.
+void reportExposure(const RenderOptions& options, float exposure, const CommonOptions& common, Report& report);
+
 // Reports one picture of one frame.
 void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report);
 

@@ -15,7 +15,7 @@ void setView(const GlObject& program, const ViewUniforms& at, const FrameView& v
     gl::UniformMatrix4fv(at.clip_from_model, 1, GL_FALSE, view.clip_from_model.data());
     gl::Uniform3f(at.eye, view.eye.x, view.eye.y, view.eye.z);
     gl::Uniform1f(at.error_max, view.error_max);
-    gl::Uniform1f(at.exposure, view.display ? view.display->exposure : 1);
+    gl::Uniform1f(at.exposure, view.display ? view.display->exposure : view.scale);
     gl::Uniform1i(at.tone_map, view.display ? int(view.display->tone_map) : -1);
 }
 

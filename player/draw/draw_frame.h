@@ -18,6 +18,7 @@ struct FrameView {
     Vec3 eye;                                 // model frame
     float error_max = 0.25f;
     std::optional<DisplayTransform> display;  // unset: linear values, which pictures are written from
+    float scale = 1;                          // factor on these linear values
 };
 
 // The places of a FrameView's members in a program; -1 where it does not use them.

@@ -28,8 +28,8 @@ std::string findProblem(const RenderOptions& options) {
     if (options.height < 1 || options.height > 16384) return outside("--size: the height", "1..16384", options.height);
     if (options.samples != 1 && options.samples != 2 && options.samples != 4 && options.samples != 8)
         return outside("--aa", "1, 2, 4 or 8", options.samples);
-    if (!(options.exposure > 0) || !std::isfinite(options.exposure))
-        return outside("--exposure", "a finite number above 0", double(options.exposure));
+    if (options.exposure && (!(*options.exposure > 0) || !std::isfinite(*options.exposure)))
+        return outside("--exposure", "a finite number above 0", double(*options.exposure));
     if (!(options.error_max > 0) || !std::isfinite(options.error_max))
         return outside("--error-max", "a finite number above 0", double(options.error_max));
     return "";

@@ -38,7 +38,7 @@ struct RenderOptions {
     VisibilitySource source = VisibilitySource::kModel;
     std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU
     GlBackend backend = GlBackend::kAuto;
-    float exposure = 1;               // factor on the colours of a shaded PNG, > 0
+    std::optional<float> exposure;    // factor on the colours of a shaded PNG, > 0; unset: automaticExposure()
     std::optional<Vec3> background;   // linear; unset: transparent
     int samples = 4;                  // a pixel, 1, 2, 4 or 8
     float error_max = 0.25f;          // the error that gets the brightest colour, > 0

@@ -35,19 +35,6 @@ Image shrunk(const Image& image, int factor) {
     return out;
 }
 
-Image overBackground(const Image& image, float exposure, Vec3 background) {
-    Image out{image.width, image.height, {}, {}};
-    out.pixels.reserve(image.pixels.size());
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        const float alpha = image.alpha.empty() ? 1 : image.alpha[i];
-        Vec3 color;
-        for (int c = 0; c < 3; ++c)
-            color[c] = std::clamp(image.pixels[i][c] * exposure, 0.0f, alpha) + (1 - alpha) * background[c];
-        out.pixels.push_back(color);
-    }
-    return out;
-}
-
 // --- Layout ---------------------------------------------------------------------------------------------------------
 
 namespace {

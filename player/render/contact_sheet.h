@@ -3,15 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "formats/image/image_file.h"
+#include "formats/image/exposure.h"
 
 namespace penumbra {
 
 // Averages squares of `factor` pixels, and drops what is left over at the right and at the bottom. `factor` is at
 // most the smaller side.
 Image shrunk(const Image& image, int factor);
-// Puts a picture over a background, as a PNG of this exposure shows it: colours in [0, 1] without alpha.
-Image overBackground(const Image& image, float exposure, Vec3 background);
 
 struct SheetLayout {
     int columns = 1, rows = 1, panels = 1;

@@ -48,6 +48,7 @@ ChosenFrames chooseFrames(const AssetView& asset, const FrameChoice& choice) {
     ChosenFrames list{chooseClips(clips, choice), {}};
     const std::vector<ListedFrame> all = framesOf(clips, list.clips);
     if (all.empty()) throw InvalidInput(asset.name + ": the chosen clips have no frames");
+    list.first = all.front();
     if (choice.frames) {
         checkFrameRange(*choice.frames, all.size());
         for (std::size_t f = choice.frames->begin; f < choice.frames->end; f += choice.frames->step)

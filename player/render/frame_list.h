@@ -29,6 +29,7 @@ struct ListedFrame {
 struct ChosenFrames {
     std::vector<std::size_t> clips;
     std::vector<ListedFrame> frames;  // at least one
+    ListedFrame first = {};           // of all frames of these clips, whether it is in `frames` or not
 };
 
 // Throws UsageError for an unknown clip, one given twice and a frame beyond the last. Throws InvalidInput for an

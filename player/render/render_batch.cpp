@@ -1,7 +1,10 @@
 #include "player/render/render_batch.h"
 
+#include <algorithm>
+
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/image/exposure.h"
 #include "player/draw/picture_view.h"
 #include "player/frame/truth_frames.h"
 
@@ -21,6 +24,12 @@ bool showsTruth(const Panel& panel) {
 }
 
 }  // namespace
+
+bool BatchPlan::exposes() const {
+    const bool png =
+        std::any_of(files.begin(), files.end(), [](const auto& file) { return file.extension() == ".png"; });
+    return options.channel == Channel::kShaded && (png || !panels.empty() || image_error);
+}
 
 void findTruth(BatchPlan& plan) {
     if (!plan.look.truth) return;
@@ -68,8 +77,12 @@ private:
     std::optional<OffscreenRenderer> renderer_;
     FrameView view_;
     std::optional<std::size_t> framed_clip_;  // of view_, for Framing::kClip
+    float exposure_ = 1;                      // BatchResult::exposure
 
     void frameClips(std::span<const std::size_t> clips);
+    // Frames the clip of a frame if each clip has a camera of its own.
+    void frameClipOf(const ListedFrame& at);
+    float chooseExposure();
     void draw(std::size_t index, const BatchSink& sink, FrameRecord& record);
 };
 
@@ -81,10 +94,33 @@ Batch::Batch(const BatchPlan& plan, int threads, BatchResult& result) : plan_(pl
     renderer_.emplace(plan.options, plan.look);
     result.gl = renderer_->gl();
     result.path = renderer_->path();
+    if (plan.exposes()) exposure_ = chooseExposure();
+    renderer_->setExposure(exposure_);
+    result.exposure = exposure_;
 }
 
 void Batch::frameClips(std::span<const std::size_t> clips) {
     view_ = makeSequenceView(plan_.options, *plan_.look.asset, boundsOfClips(frame_, clips));
+}
+
+void Batch::frameClipOf(const ListedFrame& at) {
+    if (plan_.framing != Framing::kClip || framed_clip_ == at.clip) return;
+    framed_clip_ = at.clip;
+    frameClips({&at.clip, 1});
+}
+
+float Batch::chooseExposure() {
+    const RenderOptions& options = plan_.options;
+    if (options.exposure) return *options.exposure;
+    const AssetView& asset = *plan_.look.asset;
+    const ListedFrame& first = plan_.chosen.first;
+    std::optional<std::size_t> truth_frame;
+    if (plan_.look.truth) truth_frame = findTruthFrame(asset, *plan_.look.truth, first.frame);
+    frameClipOf(first);
+    frame_.pose(first.frame, truth_frame);
+    if (plan_.framing == Framing::kFrame) view_ = makePictureView(options, asset, frame_.positions());
+    const VisibilitySource source = truth_frame ? VisibilitySource::kTruth : VisibilitySource::kModel;
+    return automaticExposure(renderer_->drawWithoutOverlays({Channel::kShaded, source}, frame_, view_));
 }
 
 void Batch::draw(std::size_t index, const BatchSink& sink, FrameRecord& record) {
@@ -99,17 +135,14 @@ void Batch::draw(std::size_t index, const BatchSink& sink, FrameRecord& record) 
     for (const Panel& panel : plan_.panels) panels.push_back(pictures.of(panel));
     if (!panels.empty()) sink.panels(index, std::move(panels));
     if (!plan_.image_error || !frame_.hasTruth()) return;
-    record.image = imageError(pictures.of({options.channel, VisibilitySource::kModel}),
-                              pictures.of({options.channel, VisibilitySource::kTruth}),
-                              options.channel == Channel::kShaded ? options.exposure : 1, plan_.flip, frame_.threads());
+    record.image =
+        imageError(pictures.of({options.channel, VisibilitySource::kModel}),
+                   pictures.of({options.channel, VisibilitySource::kTruth}), exposure_, plan_.flip, frame_.threads());
 }
 
 FrameRecord Batch::run(std::size_t index, const BatchSink& sink) {
     FrameRecord record{plan_.chosen.frames[index]};
-    if (renderer_ && plan_.framing == Framing::kClip && framed_clip_ != record.at.clip) {
-        framed_clip_ = record.at.clip;
-        frameClips({&record.at.clip, 1});
-    }
+    if (renderer_) frameClipOf(record.at);
     frame_.pose(record.at.frame, plan_.truth_frames.empty() ? std::nullopt : plan_.truth_frames[index]);
     record.out_of_range = frame_.evaluator().outOfRange();
     if (frame_.hasTruth()) record.errors = errorsOf(frame_, mean_ ? &*mean_ : nullptr);
@@ -122,6 +155,7 @@ FrameRecord Batch::run(std::size_t index, const BatchSink& sink) {
 BatchResult runBatch(const BatchPlan& plan, int threads, const BatchSink& sink) {
     BatchResult result;
     Batch batch(plan, threads, result);
+    if (sink.exposure) sink.exposure(result.exposure);
     for (std::size_t i = 0; i < plan.chosen.frames.size(); ++i) {
         throwIfInterrupted();
         result.frames.push_back(batch.run(i, sink));

@@ -26,6 +26,7 @@ struct BatchPlan {
     bool relative_error = false;                    // measured; it needs the truth of all training frames
     bool image_error = false, flip = false;         // measured; pictures of model and truth in options.channel
     bool draws() const { return !files.empty() || !panels.empty() || image_error; }
+    bool exposes() const;  // tells whether shaded colours become 8 bits
 };
 
 // Fills `truth_frames`. Throws InvalidInput when plan.files show the truth of a frame that has none.
@@ -37,6 +38,8 @@ struct BatchSink {
     std::function<void(std::size_t index, const Image& picture)> picture;
     std::function<void(std::size_t index, std::vector<Image> panels)> panels;
     std::function<void(std::size_t done)> progress;
+    // Gets BatchResult::exposure before the first picture. May be empty.
+    std::function<void(float exposure)> exposure = {};
 };
 
 struct BatchResult {
@@ -44,6 +47,10 @@ struct BatchResult {
     std::string gl;  // GlContext::description; "" when nothing was drawn
     EvaluationPath path = EvaluationPath::kCpu;
     bool mean_from_truth = false;  // as in TruthMean
+    // The factor on the colours of all shaded pictures: options.exposure, or the automatic one of the first frame of
+    // the chosen clips, whichever frames are drawn. There the truth decides where it has this frame, and the model
+    // where it does not. So slices of a sequence agree, and so do models that are compared with one truth.
+    float exposure = 1;
 };
 
 BatchResult runBatch(const BatchPlan& plan, int threads, const BatchSink& sink);

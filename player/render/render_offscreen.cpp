@@ -45,7 +45,9 @@ void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const F
     model_painter_->draw(view);
 }
 
-void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& frame_view) {
+    FrameView view = frame_view;
+    if (panel.channel == Channel::kShaded) view.scale = 1 / exposure_;
     const Shot& shot = frame.shot();
     const Evaluator& evaluator = frame.evaluator();
     if (!shot.boxes.empty())
@@ -61,12 +63,21 @@ void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, cons
                        view);
 }
 
-Image OffscreenRenderer::draw(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+void OffscreenRenderer::drawCharacter(const Panel& panel, PosedFrame& frame, const FrameView& view) {
     if (path_ == EvaluationPath::kCpu)
         drawValues(panel, frame, view);
     else
         drawModel(panel, frame, view);
+}
+
+Image OffscreenRenderer::draw(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    drawCharacter(panel, frame, view);
     drawOverlays(panel, frame, view);
+    return target_.read();
+}
+
+Image OffscreenRenderer::drawWithoutOverlays(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    drawCharacter(panel, frame, view);
     return target_.read();
 }
 

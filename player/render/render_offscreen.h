@@ -28,6 +28,9 @@ public:
     // Returns linear Rec.709 with alpha, the colours multiplied by it, with the lobe and boxes of the look. The frame
     // must have truth where the panel shows it, and a shaded panel needs a shaded look.
     Image draw(const Panel& panel, PosedFrame& frame, const FrameView& view);
+    Image drawWithoutOverlays(const Panel& panel, PosedFrame& frame, const FrameView& view);
+    // Shaded pictures will be multiplied by this factor. Lobes and boxes are divided by it, so they keep their colours.
+    void setExposure(float factor) { exposure_ = factor; }
 
 private:
     const AssetView* asset_;
@@ -39,10 +42,12 @@ private:
     std::shared_ptr<GlAsset> gl_asset_;
     std::optional<ModelPainter> model_painter_;
     OverlayPainter overlays_;
+    float exposure_ = 1;
 
     void drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view);
-    void drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& view);
+    void drawCharacter(const Panel& panel, PosedFrame& frame, const FrameView& view);
+    void drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& frame_view);
 };
 
 // Puts the background behind pixels that the mesh covers in part or not at all.

@@ -126,14 +126,14 @@ SheetLayout planSheet(const SheetOptions& sheet, const BatchPlan& plan) {
     return layoutSheet(plan.chosen.frames.size(), tiles, first.columns);
 }
 
-SheetCell sheetCell(const SheetOptions& sheet, const BatchPlan& plan, std::vector<Image> pictures) {
+SheetCell sheetCell(const SheetOptions& sheet, const BatchPlan& plan, std::vector<Image> pictures, float exposure) {
     const Vec3 background = plan.options.background.value_or(Vec3{kPanelGrey, kPanelGrey, kPanelGrey});
     const std::vector<Panel> panels = picturesOf(sheet, plan.options.channel);
     SheetCell cell;
     for (std::size_t p = 0; p < pictures.size(); ++p) {
-        const float exposure = panels[p].channel == Channel::kShaded ? plan.options.exposure : 1;
+        const float factor = panels[p].channel == Channel::kShaded ? exposure : 1;
         cell.panels.push_back(overBackground(
-            shrunk(forDisplay(std::move(pictures[p]), panels[p].channel), sheet.shrink), exposure, background));
+            shrunk(forDisplay(std::move(pictures[p]), panels[p].channel), sheet.shrink), factor, background));
     }
     return cell;
 }

@@ -27,7 +27,8 @@ SheetLayout planSheet(const SheetOptions& sheet, const BatchPlan& plan);
 std::vector<std::string> captionOf(const FrameRecord& record, const AnimationView& animation);
 
 // Makes the panels of one frame as they go on the sheet, without its caption. A picture without pixels stays paper.
-SheetCell sheetCell(const SheetOptions& sheet, const BatchPlan& plan, std::vector<Image> pictures);
+// `exposure` is a factor on the colours of shaded panels.
+SheetCell sheetCell(const SheetOptions& sheet, const BatchPlan& plan, std::vector<Image> pictures, float exposure);
 
 // Joins the `cells` of all records, in their order. Frames that failed in `gate`, which may be null, have red
 // captions.

@@ -4,7 +4,7 @@ INTERPOLATION in vec3 value;
 
 uniform float error_max;  // the error that gets the brightest colour
 uniform float exposure;
-uniform int tone_map;  // ToneMap (view_display.h); -1: linear values as they are
+uniform int tone_map;  // ToneMap (view_display.h); -1: linear values times exposure
 
 layout(location = 0) out vec4 color;
 
@@ -61,5 +61,5 @@ void main() {
 #else
     vec3 rgb = value;
 #endif
-    color = vec4(tone_map < 0 ? rgb : displayed(rgb), 1.0);
+    color = vec4(tone_map < 0 ? rgb * exposure : displayed(rgb), 1.0);
 }

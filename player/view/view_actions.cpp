@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "player/view/view_exposure.h"
+
 namespace penumbra {
 namespace {
 
@@ -73,12 +75,13 @@ void otherReflectance(ViewState& state, const ViewContents&, bool) {
 
 void unturnLight(ViewState& state, const ViewContents&, bool) { state.light_yaw = state.light_pitch = 0; }
 
-void brighter(ViewState& state, const ViewContents&, bool) {
-    state.display.exposure = std::min(64.0f, state.display.exposure * 1.25f);
+void brighter(ViewState& state, const ViewContents&, bool automatic) {
+    if (automatic)
+        state.automatic_exposure = true;
+    else
+        fixExposure(state, state.display.exposure * 1.25f);
 }
-void darker(ViewState& state, const ViewContents&, bool) {
-    state.display.exposure = std::max(1 / 64.0f, state.display.exposure / 1.25f);
-}
+void darker(ViewState& state, const ViewContents&, bool) { fixExposure(state, state.display.exposure / 1.25f); }
 
 void otherToneMap(ViewState& state, const ViewContents&, bool back) {
     state.display.tone_map = ToneMap(next(std::size_t(state.display.tone_map), 3, back));
@@ -149,7 +152,7 @@ constexpr std::array kShortcuts = {
     Shortcut{'K', "K", "", "light as it came, not turned", unturnLight},
     Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", otherLightForm},
     Shortcut{'P', "P", "", "reflectance as slices or as operators", otherReflectance},
-    Shortcut{'E', "E", "", "brighter", brighter},
+    Shortcut{'E', "E", "automatic exposure", "brighter", brighter},
     Shortcut{'D', "D", "", "darker", darker},
     Shortcut{'O', "O", "previous", "next tone mapping", otherToneMap},
     Shortcut{'T', "T", "", "baked truth or model", toggleTruth},

@@ -11,6 +11,7 @@
 #include "formats/common/write_file.h"
 #include "player/gl/gpu_timer.h"
 #include "player/gl/screenshot.h"
+#include "player/view/view_exposure.h"
 #include "player/view/view_panels.h"
 #include "player/view/view_settings.h"
 #include "player/view/view_window.h"
@@ -94,6 +95,7 @@ private:
     std::unique_ptr<ScenePainter> painter_;
     GpuTimer timer_;
     ViewFigures figures_;
+    std::optional<ExposedLook> exposed_;  // what the automatic exposure was measured for
     Clock::time_point last_frame_ = Clock::now(), last_event_ = Clock::now();
 
     void tellSettingsProblem();
@@ -101,6 +103,7 @@ private:
     void addFiles(const std::vector<std::filesystem::path>& dropped);
     void advanceTime();
     void updatePicture(const Rectangle& picture);
+    void updateExposure(const Rectangle& picture);
     void drawFrame();
     void write(const std::filesystem::path& path, const Image& image);
     void takeScreenshot(const Rectangle& part);
@@ -126,6 +129,7 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
         const bool is_new = !scene_->file && scene->file;
         scene_ = std::move(scene);
         files_ = std::move(files);
+        exposed_.reset();
         state_ = stateFor(*scene_, state_);
         if (is_new) applySceneFile(*scene_, state_);
         figures_.message = "opened " + dropped.back().filename().string();
@@ -200,12 +204,21 @@ void ViewLoop::updatePicture(const Rectangle& picture) {
     updateScene(*scene_, state_, needs, figures_.update);  // seen from the new place
 }
 
+void ViewLoop::updateExposure(const Rectangle& picture) {
+    if (!state_.automatic_exposure) return exposed_.reset();
+    const ExposedLook look = exposedLook(state_);
+    if (exposed_ == look || !showsShadedColors(*scene_, state_)) return;
+    state_.display.exposure = painter_->measureExposure(state_, picture);
+    exposed_ = look;
+}
+
 void ViewLoop::drawFrame() {
     if (!window_.visible()) return;
     advanceTime();
     const int width = window_.width(), height = window_.height();
     const Rectangle picture = pictureArea(width, height, window_.scale(), state_.panels);
     updatePicture(picture);
+    updateExposure(picture);
     gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
     timer_.begin();
     painter_->draw(state_, height, picture, figures_.paint);

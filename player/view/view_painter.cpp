@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <numeric>
 
+#include "formats/image/exposure.h"
 #include "player/frame/visibility_lobe.h"
+#include "player/gl/offscreen_target.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
 
@@ -107,16 +110,18 @@ void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& pane
     }
 }
 
-void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, double radius) {
+void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, double radius,
+                                  const std::optional<DisplayTransform>& display) {
     if (!needsValues(state)) {
-        const FrameView view = paneView(state, pane.area, radius, {});
+        FrameView view = paneView(state, pane.area, radius, {});
+        view.display = display;
         for (const Group& group : groups_) group.painters[std::size_t(pane.shown)]->draw(view);
         return;
     }
     for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
         const Character& character = *scene_->characters[i];
         FrameView view = paneView(state, pane.area, radius, character.to_scene);
-        if (character.plain) view.display = DisplayTransform();
+        view.display = character.plain ? DisplayTransform() : display;
         value_painters_.at({i, shownOf(character, pane.shown), character.channel}).draw(view);
     }
 }
@@ -159,9 +164,26 @@ void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double rad
     gl::ClearColor(0.11f, 0.12f, 0.13f, 1);
     gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}), double(pane.area.width) / pane.area.height);
-    drawCharacters(state, pane, radius);
+    drawCharacters(state, pane, radius, state.display);
     if (state.boxes) drawBoxes(state, pane, radius);
     if (state.picked) drawLobe(state, pane, radius);
+}
+
+float ScenePainter::measureExposure(const ViewState& state, const Rectangle& picture) {
+    constexpr int kHeight = 128;  // pixels, enough for a percentile
+    const std::vector<Pane> panes = panesOf(state, picture);
+    const Pane& pane = panes.front().clip.width > 0 ? panes.front() : panes.back();
+    const double radius = boundsOf(*scene_).radius(), aspect = double(pane.area.width) / pane.area.height;
+    prepare(state, {pane}, radius);
+    const OffscreenTarget target(std::clamp(int(std::lround(kHeight * aspect)), 1, 4 * kHeight), kHeight, 1);
+    gl::Disable(GL_SCISSOR_TEST);
+    gl::Disable(GL_CULL_FACE);
+    gl::Disable(GL_BLEND);
+    target.begin();
+    drawCharacters(state, pane, radius, std::nullopt);
+    const float exposure = automaticExposure(target.read());
+    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
+    return exposure;
 }
 
 void ScenePainter::draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost) {

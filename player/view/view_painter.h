@@ -24,6 +24,9 @@ public:
     // Tells whether this frame's values must be computed on the CPU.
     bool needsValues(const ViewState& state) const;
     void draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost);
+    // Returns the automatic exposure of the characters in the first pane. The picture must have shaded colours
+    // (view_exposure.h), and updateScene() must have been called. Leaves the window's framebuffer bound.
+    float measureExposure(const ViewState& state, const Rectangle& picture);
 
 private:
     struct Key {
@@ -51,7 +54,9 @@ private:
     void uploadValues(std::size_t index, Shown shown);
     // Uploads what the characters show in the panes, each once.
     void prepare(const ViewState& state, const std::vector<Pane>& panes, double radius);
-    void drawCharacters(const ViewState& state, const Pane& pane, double radius);
+    // Without `display` colours stay linear.
+    void drawCharacters(const ViewState& state, const Pane& pane, double radius,
+                        const std::optional<DisplayTransform>& display);
     void drawPane(const ViewState& state, const Pane& pane, double radius, int window_height);
     void drawBoxes(const ViewState& state, const Pane& pane, double radius);
     void drawLobe(const ViewState& state, const Pane& pane, double radius);

@@ -6,8 +6,10 @@
 #include <array>
 #include <cstdio>
 
+#include "formats/image/exposure.h"
 #include "player/frame/truth_frames.h"
 #include "player/view/view_actions.h"
+#include "player/view/view_exposure.h"
 #include "player/view/view_inspect.h"
 #include "player/view/view_overlays.h"
 #include "player/view/view_pick.h"
@@ -102,7 +104,11 @@ void materialPanel(const Scene& scene, ViewState& state) {
     shadingChoice(scene, state);
     ImGui::TextDisabled("Exposure, tone mapping");
     ImGui::SetNextItemWidth(-1);
-    ImGui::SliderFloat("##exposure", &state.display.exposure, 1 / 64.0f, 64, "x %.2f", ImGuiSliderFlags_Logarithmic);
+    float exposure = state.display.exposure;
+    if (ImGui::SliderFloat("##exposure", &exposure, kLeastExposure, kMostExposure, "x %.3g",
+                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+        fixExposure(state, exposure);
+    ImGui::Checkbox("automatic exposure", &state.automatic_exposure);
     int tone_map = int(state.display.tone_map);
     ImGui::SetNextItemWidth(-1);
     if (ImGui::Combo("##tone", &tone_map, "cut above 1\0Reinhard\0filmic\0"))

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "formats/common/write_file.h"
+#include "formats/image/exposure.h"
 
 namespace penumbra {
 
@@ -71,7 +72,10 @@ ViewSettings parseSettings(const Json& json, std::string& problem) {
         read.number(*window, "x", -32768, 32767, settings.window.x);  // what X11 has
         read.number(*window, "y", -32768, 32767, settings.window.y);
     }
-    read.number(json, "exposure", 1 / 64.0, 64, settings.display.exposure);
+    std::optional<float> exposure;
+    read.number(json, "exposure", double(kLeastExposure), double(kMostExposure), exposure);
+    settings.automatic_exposure = !exposure;
+    if (exposure) settings.display.exposure = *exposure;
     read.number(json, "tone_map", 0, 2, settings.display.tone_map);
     read.number(json, "speed", 0.125, 8, settings.speed);
     read.number(json, "error_max", 1e-3, 1, settings.error_max);
@@ -104,7 +108,7 @@ void writeSettings(const std::filesystem::path& path, const ViewSettings& settin
     json["window"] = {{"width", settings.window.width}, {"height", settings.window.height}};
     if (settings.window.x) json["window"]["x"] = *settings.window.x;
     if (settings.window.y) json["window"]["y"] = *settings.window.y;
-    json["exposure"] = settings.display.exposure;
+    if (!settings.automatic_exposure) json["exposure"] = settings.display.exposure;
     json["tone_map"] = int(settings.display.tone_map);
     json["speed"] = settings.speed;
     json["error_max"] = settings.error_max;
@@ -118,6 +122,7 @@ void writeSettings(const std::filesystem::path& path, const ViewSettings& settin
 
 void applySettings(const ViewSettings& settings, ViewState& state) {
     state.display = settings.display;
+    state.automatic_exposure = settings.automatic_exposure;
     state.playhead.speed = settings.speed;
     state.error_max = settings.error_max;
     state.background = settings.background;
@@ -126,7 +131,9 @@ void applySettings(const ViewSettings& settings, ViewState& state) {
 }
 
 ViewSettings settingsOf(const ViewState& state, const WindowPlace& window) {
-    return {window, state.display, state.playhead.speed, state.error_max, state.background, state.ground, state.panels};
+    return {
+        window,       state.display, state.automatic_exposure, state.playhead.speed, state.error_max, state.background,
+        state.ground, state.panels};
 }
 
 }  // namespace penumbra

@@ -12,6 +12,7 @@ namespace penumbra {
 struct ViewSettings {
     WindowPlace window;
     DisplayTransform display;
+    bool automatic_exposure = true;  // then a file has no exposure
     double speed = 1;
     float error_max = 0.25f;
     bool background = true, ground = false, panels = true;

@@ -92,6 +92,7 @@ struct ViewState {
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
     Mat3 light_base;                        // as the scene's file turns the light, before yaw and pitch
     DisplayTransform display;
+    bool automatic_exposure = true;  // display.exposure is measured (view_exposure.h)
     float error_max = 0.25f;
     bool background = true, ground = false;
     bool panels = true, help = false, frame_all = true, quit = false;

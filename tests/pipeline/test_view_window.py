@@ -207,6 +207,28 @@ def check_several():
     view.close()
 
 
+def check_exposure():
+    """Lights 4000 times as bright or as dark look like the light between them. A fixed exposure stays."""
+    for name, exponent in (("bright", 141), ("grey", 129), ("dim", 117)):
+        with open(name + ".hdr", "wb") as file:
+            file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + bytes([64, 64, 64, exponent]) * 32)
+    for path in ("cpu", "glsl"):
+        view = View("x.pnb", "bright.hdr", "grey.hdr", "dim.hdr", "--no-settings", "--path", path)
+        shots = {}
+        for shot in (view.shot("b"), *(view.shot("l") for _ in range(4))):
+            shots[shot.said.split("light ")[1].split(",")[0].removesuffix(".hdr")] = shot
+        inside = shots["grey"].mask()
+        for name in ("bright", "dim"):
+            assert np.abs(shots[name].picture - shots["grey"].picture).max() <= 2, (path, name)
+        assert 100 < shots["grey"].picture[inside].mean() < 210, (path, shots["grey"].picture[inside].mean())
+        fixed = view.shot("e")  # of the last light, dim.hdr
+        assert difference(fixed, shots["dim"]) > 0.3, path
+        view.keys("l", "l")
+        assert "bright" in view.shot("l").said and view.shot().picture[inside].min() > 250, "a fixed exposure stays"
+        assert difference(view.shot("shift+e"), shots["bright"]) == 0, "automatic again"
+        view.close()
+
+
 def check_cloth():
     """A sheet with two sides plays, truth beside it looks alike, and from behind its back is seen."""
     sheet = os.path.join(BIN, "..", "samples", "sheet.npz")
@@ -255,6 +277,7 @@ with prepared():
     print("%d frames, %s, path %s; %.3f of a core while idle" % (figures["frames"], figures["gl"], figures["path"], idle))
     check_settings()
     check_several()
+    check_exposure()
     check_cloth()
     check_high_density()
     check_managed()  # last: GLFW 3.3 may abort where a window manager has just gone

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/common/errors.h"
+#include "formats/image/exposure.h"
 #include "player/draw/picture_view.h"
 #include "player/render/render_batch.h"
 #include "player/render/render_sheet.h"
@@ -115,6 +116,38 @@ TEST(RenderBatch, OneCameraHoldsEveryFrame) {
                 EXPECT_LE(p[axis], both.high[axis]);
             }
     }
+}
+
+// The truth's picture of the clips' first frame decides, and the model's where the truth lacks that frame. Neither
+// depends on which frames are drawn.
+TEST(RenderBatch, OneExposureForAllFramesAndSlices) {
+    SyntheticAsset data;
+    const auto nothing = [](std::size_t, const auto&) {};
+    std::vector<float> told;
+    const BatchSink sink{nothing, nothing, [](std::size_t) {}, [&](float exposure) { told.push_back(exposure); }};
+    RenderOptions options = smallPicture(EvaluationPath::kCpu);
+    const auto exposureOf = [&](const BatchPlan& plan) { return runBatch(plan, 1, sink).exposure; };
+    const auto alone = [&](VisibilitySource source) {
+        RenderOptions first = options;
+        first.clip = data.asset.animation.clips[0].name;
+        first.source = source;
+        return automaticExposure(renderOffscreen(first, data.asset, &data.truth, 1).image);
+    };
+    BatchPlan plan = planOf(data, options);
+    const float truth = exposureOf(plan), model = alone(VisibilitySource::kModel);
+    EXPECT_EQ(truth, alone(VisibilitySource::kTruth));
+    EXPECT_LT(truth, model) << "the model is darker than the truth";
+    plan.chosen = chooseFrames(data.asset, {.frames = FrameRange{2, 4, 1}, .sequence = true});
+    plan.truth_frames.clear();
+    findTruth(plan);
+    EXPECT_EQ(exposureOf(plan), truth);
+    plan.options.exposure = 3;
+    EXPECT_EQ(exposureOf(plan), 3);
+    EXPECT_EQ(told, (std::vector<float>{truth, truth, 3}));
+    data.truth.animation.clips[0].name = "another";
+    EXPECT_EQ(exposureOf(planOf(data, options)), model);
+    options.channel = Channel::kAmbient;
+    EXPECT_EQ(exposureOf(planOf(data, options)), 1);
 }
 
 TEST(RenderBatch, AFrameWithoutTruthHasNeitherErrorsNorPanelsOfIt) {

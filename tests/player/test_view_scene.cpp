@@ -152,6 +152,7 @@ TEST(ViewSettings, AreReadAsTheyWereWritten) {
     ViewSettings settings;
     settings.window = {700, 500, 3, 4};
     settings.display = {2.5f, ToneMap::kFilmic};
+    settings.automatic_exposure = false;
     settings.ground = true;
     writeSettings(path, settings);
     const ViewSettings read = readSettings(path, problem);
@@ -159,6 +160,7 @@ TEST(ViewSettings, AreReadAsTheyWereWritten) {
     EXPECT_EQ(read.window.width, 700);
     EXPECT_EQ(read.window.y, 4);
     EXPECT_EQ(read.display.exposure, 2.5f);
+    EXPECT_FALSE(read.automatic_exposure);
     EXPECT_EQ(read.display.tone_map, ToneMap::kFilmic);
     EXPECT_TRUE(read.ground);
     std::ofstream(path) << R"({"window": {"width": 1e30}})";
@@ -192,6 +194,7 @@ TEST(ViewSettings, EachFieldStandsForItself) {
     EXPECT_FALSE(read.window.x);
     EXPECT_EQ(read.speed, 2);
     EXPECT_EQ(read.display.exposure, DisplayTransform().exposure);
+    EXPECT_TRUE(read.automatic_exposure);
     for (const char* text : {"[1]", "{", "3"}) {
         std::ofstream(path) << text;
         problem.clear();

@@ -231,6 +231,21 @@ TEST(ViewActions, ScalesAndFormsGoByKeys) {
     EXPECT_FALSE(c.state.score_edit);
 }
 
+TEST(ViewActions, ExposureIsAutomaticUntilItIsFixed) {
+    Contents c;
+    EXPECT_TRUE(c.state.automatic_exposure);
+    c.state.display.exposure = 0.01f;  // as it was measured
+    c.press('D');
+    EXPECT_FALSE(c.state.automatic_exposure);
+    EXPECT_FLOAT_EQ(c.state.display.exposure, 0.008f);
+    c.press('E');
+    EXPECT_FLOAT_EQ(c.state.display.exposure, 0.01f);
+    EXPECT_FALSE(c.state.automatic_exposure);
+    c.press('E', /*shift=*/true);
+    EXPECT_TRUE(c.state.automatic_exposure);
+    EXPECT_FLOAT_EQ(c.state.display.exposure, 0.01f) << "until it is measured";
+}
+
 TEST(ViewActions, EveryKeyIsThereOnce) {
     std::set<int> keys;
     for (const Shortcut& shortcut : shortcuts()) {

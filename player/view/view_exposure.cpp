@@ -1,0 +1,25 @@
+#include "player/view/view_exposure.h"
+
+#include <algorithm>
+
+#include "formats/image/exposure.h"
+
+namespace penumbra {
+
+ExposedLook exposedLook(const ViewState& state) {
+    ExposedLook look{state.light, state.light_yaw, state.light_pitch, {}};
+    for (const CharacterChoice& character : state.characters) look.materials.push_back(character.material_of_slot);
+    return look;
+}
+
+bool showsShadedColors(const Scene& scene, const ViewState& state) {
+    return contentsOf(scene).shaded() && state.channel == Channel::kShaded && !state.component &&
+           shownCompare(state) != Compare::kDifference;
+}
+
+void fixExposure(ViewState& state, float exposure) {
+    state.display.exposure = std::clamp(exposure, kLeastExposure, kMostExposure);
+    state.automatic_exposure = false;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,28 @@
+#pragma once
+// Tells when the window measures its automatic exposure anew.
+//
+// An exposure that followed every frame would pump as a clip plays or the camera turns, and would hide that one pose is
+// darker than another. So it is measured when the light, its turn or a material changes, on the next frame that shows
+// shaded colours, and stays until one of them changes again.
+#include <vector>
+
+#include "player/view/view_scene.h"
+
+namespace penumbra {
+
+// The choices that the exposure depends on.
+struct ExposedLook {
+    std::size_t light = 0;
+    double light_yaw = 0, light_pitch = 0;            // degrees
+    std::vector<std::vector<std::size_t>> materials;  // of every character, of its slots
+    bool operator==(const ExposedLook&) const = default;
+};
+ExposedLook exposedLook(const ViewState& state);
+
+// Tells whether the picture has shaded colours, rather than differences, another channel or a component.
+bool showsShadedColors(const Scene& scene, const ViewState& state);
+
+// E and D, and the slider, fix an exposure. These bounds are those of automatic ones.
+void fixExposure(ViewState& state, float exposure);
+
+}  // namespace penumbra
