@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <span>
 
+#include "sh/caster_sphere.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -23,14 +24,6 @@ namespace penumbra {
 constexpr int kLeastLogOrder = 3, kMostLogOrder = 6;  // orders of the logarithms
 constexpr std::size_t kCapLogEntries = 512;
 constexpr double kMostCapAngle = 2.8797932657906435;  // 165 degrees: logarithms of larger caps tend to -infinity
-
-template <class T>
-struct BasicCasterSphere {
-    BasicVec3<T> centre;
-    T radius{};
-};
-using CasterSphere = BasicCasterSphere<float>;
-using CasterSphereD = BasicCasterSphere<double>;
 
 // The directions within `angle` of the unit `axis`.
 struct Cap {

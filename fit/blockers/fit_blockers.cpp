@@ -169,7 +169,7 @@ std::vector<double> sphereAreas(const SphereBlockers& blockers, double scale, co
                                 std::span<const Vec3d> views, int threads) {
     std::vector<double> areas(poses.bones.size() * views.size());
     parallelFor(areas.size(), threads, [&](std::size_t i) {
-        std::vector<BlockerSphere> spheres = blockers.spheres;
+        std::vector<CasterSphere> spheres = blockers.spheres;
         for (std::size_t s = 0; s < spheres.size(); ++s) {
             spheres[s].radius *= float(scale);
             spheres[s] = movedBy(poses.bones[i / views.size()][blockers.joints[s]], spheres[s]);
@@ -254,7 +254,7 @@ BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int th
     GroupedBlockers grouped = paper ? boundVertices(samples, options.spheres, options.seed)
                                     : groupByArea(model, samples, poses, options, fit);
     const float least = kLeastRadius * float(boxDiagonal(model.mesh.rest_positions));
-    for (BlockerSphere& sphere : grouped.blockers.spheres) sphere.radius = std::max(sphere.radius, least);
+    for (CasterSphere& sphere : grouped.blockers.spheres) sphere.radius = std::max(sphere.radius, least);
     fit.rigid_share = rigidShare(samples, grouped);
     fit.blockers = std::move(grouped.blockers);
     // 2. Scale all radii by one factor.
@@ -263,7 +263,7 @@ BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int th
     fit.mesh_area = meanOf(mesh_areas);
     if (!(fit.mesh_area > 0)) throw InvalidInput("the mesh has no silhouette in any training frame");
     if (!paper) fit.scale = areaScale(fit.blockers, fit.mesh_area, poses, views, threads);
-    for (BlockerSphere& sphere : fit.blockers.spheres) sphere.radius *= float(fit.scale);
+    for (CasterSphere& sphere : fit.blockers.spheres) sphere.radius *= float(fit.scale);
     // 3. Measure what came out.
     const std::vector<double> areas = sphereAreas(fit.blockers, 1, poses, views, threads);
     fit.area = meanOf(areas);

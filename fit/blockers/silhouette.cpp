@@ -95,18 +95,18 @@ std::vector<Vec3d> silhouetteViews(int count) {
     return views;
 }
 
-double silhouetteArea(std::span<const BlockerSphere> spheres, Vec3d view) {
+double silhouetteArea(std::span<const CasterSphere> spheres, Vec3d view) {
     const Plane plane(view);
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const BlockerSphere& sphere : spheres) {
-        const double y = dot(toDouble(sphere.center), plane.up);
+    for (const CasterSphere& sphere : spheres) {
+        const double y = dot(toDouble(sphere.centre), plane.up);
         low = std::min(low, y - sphere.radius);
         high = std::max(high, y + sphere.radius);
     }
     if (!(low < high)) return 0;
     ScanLines rows(low, high);
-    for (const BlockerSphere& sphere : spheres) {
-        const double x = dot(toDouble(sphere.center), plane.right), y = dot(toDouble(sphere.center), plane.up);
+    for (const CasterSphere& sphere : spheres) {
+        const double x = dot(toDouble(sphere.centre), plane.right), y = dot(toDouble(sphere.centre), plane.up);
         const std::size_t end = rows.rowFrom(y + sphere.radius);
         for (std::size_t row = rows.rowFrom(y - sphere.radius); row < end; ++row) {
             const double off = rows.heightOf(row) - y;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/common/mesh.h"
-#include "sh/blocker_sphere.h"
+#include "sh/caster_sphere.h"
 
 namespace penumbra {
 
@@ -18,7 +18,7 @@ constexpr int kSilhouetteRows = 256;
 std::vector<Vec3d> silhouetteViews(int count);
 
 // Return the area that is covered as seen along a view (a unit vector), in squares of the unit of the positions.
-double silhouetteArea(std::span<const BlockerSphere> spheres, Vec3d view);
+double silhouetteArea(std::span<const CasterSphere> spheres, Vec3d view);
 double silhouetteArea(std::span<const Triangle> triangles, std::span<const Vec3> positions, Vec3d view);
 
 }  // namespace penumbra

@@ -108,15 +108,15 @@ void setComposition(const fbs::Model& stored, const Field& model_at, const Asset
 }
 
 BlockersView blockersOf(const fbs::Asset& stored, const Field& file, std::size_t joints) {
-    static_assert(sizeof(BlockerSphere) == 4 * sizeof(float));
+    static_assert(sizeof(CasterSphere) == 4 * sizeof(float));
     const Field at = file / "blocker_spheres";
     BlockersView blockers;
-    blockers.spheres = spanOf<BlockerSphere>(stored.blocker_spheres(), at);
+    blockers.spheres = spanOf<CasterSphere>(stored.blocker_spheres(), at);
     checkRange(at, std::int64_t(blockers.spheres.size()), 0, std::int64_t(kMostBlockers));
     for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
-        const BlockerSphere& sphere = blockers.spheres[s];
+        const CasterSphere& sphere = blockers.spheres[s];
         for (int i = 0; i < 3; ++i)
-            at[s].require(std::abs(sphere.center[i]) <= kLargestBlockerLength,
+            at[s].require(std::abs(sphere.centre[i]) <= kLargestBlockerLength,
                           "has a centre that is not finite, or above 1e15");
         at[s].require(sphere.radius >= 1 / kLargestBlockerLength && sphere.radius <= kLargestBlockerLength,
                       "has a radius that is not in [1e-15, 1e15]");

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "formats/common/model_kind.h"
-#include "sh/blocker_sphere.h"
+#include "sh/caster_sphere.h"
 #include "sh/part_field.h"
 #include "sh/reflection_operator.h"
 #include "sh/slice_form.h"
@@ -204,9 +204,9 @@ struct LightView {
     LobesView lobes = {};
 };
 
-// Spheres that cast in the place of the character: sphere s moves with bone joints[s] (movedBy(), sh/blocker_sphere.h).
+// Spheres that cast in the place of the character: sphere s moves with bone joints[s] (movedBy(), sh/caster_sphere.h).
 struct BlockersView {
-    std::span<const BlockerSphere> spheres;  // [S], none or 1..kMostBlockers
+    std::span<const CasterSphere> spheres;  // [S], none or 1..kMostBlockers
     std::span<const std::uint16_t> joints;   // [S], < J
     std::size_t byteCount() const { return spheres.size_bytes() + joints.size_bytes(); }
 };

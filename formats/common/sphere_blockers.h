@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sh/blocker_sphere.h"
+#include "sh/caster_sphere.h"
 
 namespace penumbra {
 
@@ -13,7 +13,7 @@ constexpr std::size_t kMostBlockers = 64;
 constexpr float kLargestBlockerLength = 1e15f;
 
 struct SphereBlockers {
-    std::vector<BlockerSphere> spheres;  // [S], 1..kMostBlockers
+    std::vector<CasterSphere> spheres;  // [S], 1..kMostBlockers
     std::vector<std::uint16_t> joints;   // [S], the joint that each sphere moves with
 };
 

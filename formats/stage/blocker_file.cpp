@@ -41,14 +41,14 @@ void checkCharacter(const BlockerFile& file, const Mesh& mesh, const Skin& skin)
 // --- Writing --------------------------------------------------------------------------------------------------------
 
 void writeBlockers(const std::filesystem::path& path, const BlockerFile& blockers) {
-    const std::vector<BlockerSphere>& spheres = blockers.blockers.spheres;
+    const std::vector<CasterSphere>& spheres = blockers.blockers.spheres;
     const std::vector<std::uint16_t>& joints = blockers.blockers.joints;
     const hsize_t count = spheres.size();
     assert(joints.size() == count);
     std::vector<Vec3> centers;
     std::vector<float> radii;
-    for (const BlockerSphere& sphere : spheres) {
-        centers.push_back(sphere.center);
+    for (const CasterSphere& sphere : spheres) {
+        centers.push_back(sphere.centre);
         radii.push_back(sphere.radius);
     }
     PartialFile partial(path);

@@ -5,13 +5,13 @@
 
 #include "player/runtime/shading.h"
 #include "sh/far_visibility.h"
-#include "sh/mirrored_product.h"
 #include "sh/sh_product.h"
 
 namespace penumbra {
 
 CastProduct::CastProduct(const Convention& convention)
     : convention_(convention),
+      in_mirror_(convention.order, convention.order, kFieldOrder),
       size_(std::size_t(convention.size())),
       weights_(size_),
       below_(size_),
@@ -35,7 +35,7 @@ void CastProduct::operator()(std::span<float> numbers, std::span<const float> mi
 void CastProduct::multiplyInMirror(std::span<float> numbers, std::span<const float> mirrored) const {
     std::array<float, mirroredCount(kMaxOrder)> product;
     const std::span<float> out(product.data(), size_);
-    multiplyMirrored(convention_.order, numbers, convention_.order, mirrored, kFieldOrder, out);
+    in_mirror_(numbers, mirrored, out);
     std::copy(out.begin(), out.end(), numbers.begin());
 }
 

@@ -2,6 +2,7 @@
 #include <span>
 #include <vector>
 
+#include "sh/mirrored_product.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
@@ -17,6 +18,7 @@ public:
 
 private:
     Convention convention_;
+    MirroredProduct in_mirror_;  // of D
     std::size_t size_;
     std::vector<float> weights_;
     std::vector<double> below_;  // what stands below the horizon of A

@@ -6,7 +6,8 @@
 //
 // Here: receivers go by 64 neighbours at a time. A part whose bounding sphere is too small from everywhere in the
 // sphere around them counts nowhere there (heightOf(), sh/far/far_lookup.h), so it is left out, and a whole character
-// is left out where its largest part would be. What is left goes through the kernel of composed models.
+// is left out where its largest part would be. What is left goes through the kernel of composed models, and spheres
+// through that of sh/cast/.
 #include "player/runtime/cast_shadow.h"
 
 #include <algorithm>
@@ -15,6 +16,9 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include "sh/cast/cast_visibility.h"
+#include "sh/mirrored_product.h"
 
 namespace penumbra {
 
@@ -38,101 +42,155 @@ bool countsNowhere(float part, float distance, float least) {
     return distance > 0 && part * part < 4 * least * (distance * distance - part * part);
 }
 
-struct Sphere {
-    Vec3 centre;
-    float radius = 0;
-};
-
-Sphere sphereAround(std::span<const Vec3> points) {
+CasterSphere sphereAround(std::span<const Vec3> points) {
     Vec3 low = points.front(), high = low;
     for (const Vec3 p : points)
         for (int axis = 0; axis < 3; ++axis) {
             low[axis] = std::min(low[axis], p[axis]);
             high[axis] = std::max(high[axis], p[axis]);
         }
-    Sphere sphere{(low + high) * 0.5f};
+    CasterSphere sphere{(low + high) * 0.5f, 0};
     for (const Vec3 p : points) sphere.radius = std::max(sphere.radius, length(p - sphere.centre));
     return sphere;
 }
 
+// Spheres fade as parts do. A person of 15 spheres counts whole up to some 3 m, and is gone at 6 m.
+constexpr CastFade kSphereFade = {0.0001f, 0.0003f};
+
 }  // namespace
 
-CastShadow::CastShadow(std::span<const Evaluator* const> casters) {
-    for (const Evaluator* evaluator : casters) {
-        assert(evaluator->composed());
-        const FarTables& tables = evaluator->farTables();
-        casters_.push_back(
-            {&tables, true, tables_.size(), std::vector<Affine>(evaluator->bones().size()), FarPose(tables), {}, 0, 0});
-        tables_.insert(tables_.end(), tables.tables(), tables.tables() + tables.partCount());
-        if (tables_.size() > std::numeric_limits<std::uint16_t>::max())
-            throw std::length_error("the casters of a scene have more than 65535 parts");
+std::optional<CasterKind> casterKindOf(const Evaluator& evaluator) {
+    if (evaluator.composed()) return CasterKind::kFields;
+    if (!evaluator.asset().blockers.spheres.empty()) return CasterKind::kSpheres;
+    return std::nullopt;
+}
+
+CastShadow::CastShadow(std::span<const Evaluator* const> casters, std::span<const CasterKind> kinds) {
+    assert(kinds.empty() || kinds.size() == casters.size());
+    std::size_t spheres = 0;
+    for (std::size_t c = 0; c < casters.size(); ++c) {
+        const Evaluator& evaluator = *casters[c];
+        const CasterKind kind = kinds.empty() ? casterKindOf(evaluator).value() : kinds[c];
+        const std::size_t bones = evaluator.bones().size();
+        if (kind == CasterKind::kSpheres) {
+            const BlockersView& blockers = evaluator.asset().blockers;
+            casters_.push_back({nullptr, true, spheres, std::vector<Affine>(bones), FarPose(), blockers});
+            spheres += blockers.spheres.size();
+        } else {
+            assert(evaluator.composed());
+            const FarTables& tables = evaluator.farTables();
+            constants_ = &tables.constants(FarQuality::kCast);
+            casters_.push_back({&tables, true, tables_.size(), std::vector<Affine>(bones), FarPose(tables)});
+            tables_.insert(tables_.end(), tables.tables(), tables.tables() + tables.partCount());
+        }
+        if (std::max(tables_.size(), spheres) > std::numeric_limits<std::uint16_t>::max())
+            throw std::length_error("the casters of a scene have more than 65535 parts or spheres");
     }
     posed_.resize(tables_.size());
+    spheres_.resize(spheres);
 }
 
 void CastShadow::hide(std::size_t caster) { casters_[caster].hidden = true; }
+
+// `sphereOf` returns the bounding sphere of each of the parts.
+void CastShadow::bound(Caster& caster, std::size_t parts, const auto& sphereOf) {
+    caster.centre = {};
+    for (std::size_t p = 0; p < parts; ++p) caster.centre += sphereOf(p).centre * (1 / float(parts));
+    caster.radius = caster.largest_part = 0;
+    for (std::size_t p = 0; p < parts; ++p) {
+        const CasterSphere part = sphereOf(p);
+        caster.radius = std::max(caster.radius, length(part.centre - caster.centre));
+        caster.largest_part = std::max(caster.largest_part, part.radius);
+    }
+}
+
+void CastShadow::poseSpheres(Caster& caster) {
+    const BlockersView& blockers = caster.blockers;
+    CasterSphere* const posed = spheres_.data() + caster.first_part;
+    for (std::size_t s = 0; s < blockers.spheres.size(); ++s)
+        posed[s] = movedBy(caster.bones[blockers.joints[s]], blockers.spheres[s]);
+    bound(caster, blockers.spheres.size(), [&](std::size_t s) { return posed[s]; });
+}
 
 void CastShadow::pose(std::size_t index, std::span<const Affine> bones, const Affine& to_scene) {
     Caster& caster = casters_[index];
     assert(bones.size() == caster.bones.size());
     caster.hidden = false;
     for (std::size_t j = 0; j < bones.size(); ++j) caster.bones[j] = after(bones[j], to_scene);
+    if (!caster.tables) return poseSpheres(caster);
     caster.pose.set(*caster.tables, caster.bones);
     std::copy(caster.pose.parts.begin(), caster.pose.parts.end(), posed_.begin() + std::ptrdiff_t(caster.first_part));
-    caster.centre = {};
-    for (const PosedPart& part : caster.pose.posed)
-        caster.centre += part.centre * (1 / float(caster.pose.posed.size()));
-    caster.radius = caster.largest_part = 0;
-    for (const PosedPart& part : caster.pose.posed) {
-        caster.radius = std::max(caster.radius, length(part.centre - caster.centre));
-        caster.largest_part = std::max(caster.largest_part, part.radius);
-    }
+    bound(caster, caster.pose.posed.size(), [&](std::size_t p) {
+        return CasterSphere{caster.pose.posed[p].centre, caster.pose.posed[p].radius};
+    });
 }
 
-void CastShadow::findParts(Vec3 centre, float radius, CasterChoice choice,
-                           std::pmr::vector<std::uint16_t>& parts) const {
-    parts.clear();
+void CastShadow::findParts(Vec3 centre, float radius, CasterChoice choice, Found& found) const {
+    found.parts.clear();
+    found.spheres.clear();
     for (std::size_t c = 0; c < casters_.size(); ++c) {
         const Caster& caster = casters_[c];
         if (caster.hidden || !choice.has(c)) continue;
-        const float least = caster.tables->constants(FarQuality::kCast).blocked[0];
-        const float distance = length(caster.centre - centre) - radius;
-        if (countsNowhere(caster.largest_part, distance - caster.radius, least)) continue;
-        for (std::size_t p = 0; p < caster.pose.posed.size(); ++p) {
-            const PosedPart& part = caster.pose.posed[p];
-            if (!countsNowhere(part.radius, length(part.centre - centre) - radius, least))
-                parts.push_back(std::uint16_t(caster.first_part + p));
-        }
+        const float least = caster.tables ? constants_->blocked[0] : kSphereFade.least;
+        const auto counts = [&](Vec3 at, float reach, float size) {
+            return !countsNowhere(size, length(at - centre) - radius - reach, least);
+        };
+        if (!counts(caster.centre, caster.radius, caster.largest_part)) continue;
+        for (std::size_t p = 0; p < caster.pose.posed.size(); ++p)
+            if (const PosedPart& part = caster.pose.posed[p]; counts(part.centre, 0, part.radius))
+                found.parts.push_back(std::uint16_t(caster.first_part + p));
+        for (std::size_t s = 0; s < caster.blockers.spheres.size(); ++s)
+            if (const CasterSphere& sphere = spheres_[caster.first_part + s]; counts(sphere.centre, 0, sphere.radius))
+                found.spheres.push_back(sphere);
+    }
+}
+
+void CastShadow::castFields(const CastReceivers& receivers, std::span<const std::uint16_t> parts,
+                            std::span<float> rows) const {
+    fastestFarPath().far(
+        *constants_, {tables_.data(), posed_.data(), parts.data(), parts.size()}, {},
+        {receivers.positions.data(), receivers.normals.data(), receivers.tangents.data(), receivers.positions.size()},
+        rows.data());
+}
+
+void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const {
+    const CastPoints points{receivers.positions, receivers.normals, receivers.tangents};
+    if (found.parts.empty()) return castMirrored(found.spheres, points, kSphereFade, rows);
+    static const MirroredProduct product(kFieldOrder, kFieldOrder, kFieldOrder);
+    std::array<float, kMostReceivers * kFarNumbers> by_spheres;
+    std::array<float, kFarNumbers> by_fields;
+    castMirrored(found.spheres, points, kSphereFade, std::span(by_spheres).first(rows.size()));
+    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers) {
+        std::copy_n(rows.begin() + std::ptrdiff_t(first), kFarNumbers, by_fields.begin());
+        product(by_fields, std::span(by_spheres).subspan(first, kFarNumbers), rows.subspan(first, kFarNumbers));
     }
 }
 
 std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const {
     const std::size_t count = receivers.positions.size();
     assert(out.size() == count * kFarNumbers);
-    const FarPath& path = fastestFarPath();
-    constexpr std::size_t kUsualParts = 2048;
-    std::array<std::byte, 2 * sizeof(std::uint16_t) * kUsualParts> room;
+    constexpr std::size_t kUsualParts = 2048, kUsualSpheres = 512;
+    std::array<std::byte, 2 * (sizeof(std::uint16_t) * kUsualParts + sizeof(CasterSphere) * kUsualSpheres)> room;
     std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
-    std::pmr::vector<std::uint16_t> parts(&memory);
-    parts.reserve(kUsualParts);
+    Found found{std::pmr::vector<std::uint16_t>(&memory), std::pmr::vector<CasterSphere>(&memory)};
+    found.parts.reserve(kUsualParts);
+    found.spheres.reserve(kUsualSpheres);
     std::size_t seen = 0;
     for (std::size_t first = 0; first < count; first += kMostReceivers) {
         const std::size_t n = std::min(kMostReceivers, count - first);
-        const Sphere sphere = sphereAround(receivers.positions.subspan(first, n));
-        findParts(sphere.centre, sphere.radius, choice, parts);
-        float* const rows = out.data() + first * kFarNumbers;
-        if (parts.empty()) {
-            std::fill_n(rows, n * kFarNumbers, 0.0f);
+        const CastReceivers block{receivers.positions.subspan(first, n), receivers.normals.subspan(first, n),
+                                  receivers.tangents.subspan(first, n)};
+        const CasterSphere around = sphereAround(block.positions);
+        findParts(around.centre, around.radius, choice, found);
+        const std::span<float> rows = out.subspan(first * kFarNumbers, n * kFarNumbers);
+        if (found.parts.empty() && found.spheres.empty()) {
+            std::ranges::fill(rows, 0.0f);
             for (std::size_t r = 0; r < n; ++r) rows[r * kFarNumbers] = 2 * float(std::sqrt(M_PI));
             continue;
         }
         seen += n;
-        const FarConstants& constants = casters_.front().tables->constants(FarQuality::kCast);
-        const FarScene scene{tables_.data(), posed_.data(), parts.data(), parts.size()};
-        path.far(constants, scene, {},
-                 {receivers.positions.data() + first, receivers.normals.data() + first,
-                  receivers.tangents.data() + first, n},
-                 rows);
+        if (!found.parts.empty()) castFields(block, found.parts, rows);
+        if (!found.spheres.empty()) castSpheres(block, found, rows);
     }
     return seen;
 }

@@ -1,9 +1,11 @@
 #pragma once
 // What characters hide from points of a scene: from the ground, from things, and from one another (paper 000, section
-// 7). A caster is a composed asset, whose parts' fields tell what they hide from anywhere (docs/formulas.md, section
-// 7). Parts of all characters are multiplied, as the parts of one character are.
+// 7). Casters are of two kinds. A composed asset has fields of its parts, which tell what they hide from anywhere;
+// parts of all characters are multiplied, as the parts of one character are (docs/formulas.md, sections 7 and 8). An
+// asset with sphere blockers hides what its spheres hide (sections 9 and 10). Both give the same numbers.
 #include <cstdint>
 #include <memory_resource>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,11 +25,15 @@ struct CasterChoice {
     bool has(std::size_t caster) const { return caster != except && (only == kNobody || caster == only); }
 };
 
+enum class CasterKind : std::uint8_t { kFields, kSpheres };
+// Returns what an asset casts by if nothing else is wished: fields, else spheres, else nothing.
+std::optional<CasterKind> casterKindOf(const Evaluator& evaluator);
+
 class CastShadow {
 public:
-    // The evaluators are of composed assets and outlive this object. Together they have at most 65,535 parts; throws
-    // std::length_error beyond that.
-    explicit CastShadow(std::span<const Evaluator* const> casters);
+    // The evaluators outlive this object. Each has what its kind needs; by default it casts by casterKindOf(). Together
+    // they have at most 65,535 parts and as many spheres; throws std::length_error beyond that.
+    explicit CastShadow(std::span<const Evaluator* const> casters, std::span<const CasterKind> kinds = {});
 
     std::size_t casterCount() const { return casters_.size(); }
     // Poses a caster by its skinning matrices. `to_scene` is a rotation and a translation. Allocates nothing.
@@ -44,20 +50,31 @@ public:
 
 private:
     struct Caster {
-        const FarTables* tables;
+        const FarTables* tables;  // null: it casts by spheres
         bool hidden = true;
-        std::size_t first_part;
+        std::size_t first_part;     // or sphere
         std::vector<Affine> bones;  // in the scene
         FarPose pose;
-        Vec3 centre;  // bounding sphere of the parts, in the scene
+        BlockersView blockers = {};
+        Vec3 centre = {};  // bounding sphere of the parts' centres, in the scene
         float radius = 0;
         float largest_part = 0;  // radius
+    };
+    struct Found {
+        std::pmr::vector<std::uint16_t> parts;
+        std::pmr::vector<CasterSphere> spheres;
     };
     std::vector<Caster> casters_;
     std::vector<FarTable> tables_;  // of all parts
     std::vector<FarPart> posed_;
+    std::vector<CasterSphere> spheres_;  // of all casters, in the scene
+    const FarConstants* constants_ = nullptr;
 
-    void findParts(Vec3 centre, float radius, CasterChoice choice, std::pmr::vector<std::uint16_t>& parts) const;
+    void bound(Caster& caster, std::size_t parts, const auto& sphereOf);
+    void poseSpheres(Caster& caster);
+    void findParts(Vec3 centre, float radius, CasterChoice choice, Found& found) const;
+    void castFields(const CastReceivers& receivers, std::span<const std::uint16_t> parts, std::span<float> rows) const;
+    void castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const;
 };
 
 }  // namespace penumbra

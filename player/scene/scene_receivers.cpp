@@ -1,5 +1,8 @@
 #include "player/scene/scene_receivers.h"
 
+#include <algorithm>
+
+#include "formats/common/parallel_for.h"
 #include "player/runtime/cast_product.h"
 #include "player/scene/cast_on.h"
 
@@ -9,10 +12,14 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceiv
                    int threads, std::span<float> numbers) {
     std::vector<float> mirrored;
     if (castOn(cast, choice, receivers, threads, mirrored) == 0) return false;
+    constexpr std::size_t kPiece = 256;  // vertices that a thread takes at once
     const CastProduct product(model.convention);
-    for (std::size_t v = 0; v < receivers.positions.size(); ++v)
-        product(numbers.subspan(v * std::size_t(model.stride), std::size_t(model.convention.size())),
-                std::span(mirrored).subspan(v * kFarNumbers, kFarNumbers));
+    const std::size_t count = receivers.positions.size();
+    parallelFor((count + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
+        for (std::size_t v = piece * kPiece; v < std::min(count, (piece + 1) * kPiece); ++v)
+            product(numbers.subspan(v * std::size_t(model.stride), std::size_t(model.convention.size())),
+                    std::span(mirrored).subspan(v * kFarNumbers, kFarNumbers));
+    });
     return true;
 }
 

@@ -14,14 +14,17 @@ struct CastTables {
     const float* logs;                               // rows of 8 (CapLogTable)
     const BasicRepeatedProduct<float>::Term* terms;  // of output i: first[i] up to first[i + 1]
     const std::uint16_t* first;
+    const float (*mirror)[6];  // FarConstants::mirror (sh/far/far_kernel.h)
 };
 struct CastScene {
     const float* spheres;  // x, y, z, radius
     std::size_t sphere_count;
     const Vec3* positions;
     std::size_t count;
+    const Vec3 *normals, *tangents;  // null: the frame of the spheres
+    float least, full;               // CastFade
 };
-// Writes rows of order^2 numbers, one for each position.
+// Writes a row for each position: order^2 numbers, or the 21 of the mirrored function where there are normals.
 using CastVisibilityLanes = void (*)(const CastTables&, const CastScene&, float* out);
 
 struct CastPath {

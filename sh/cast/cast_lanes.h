@@ -14,7 +14,7 @@
 // tells why).
 #include "sh/cap_visibility.h"
 #include "sh/cast/cast_kernel.h"
-#include "sh/far/far_vectors.h"
+#include "sh/far/far_turns.h"
 #include "sh/fixed_basis.h"
 
 namespace penumbra {
@@ -34,8 +34,9 @@ struct CapLanes {
     Lanes x, y, z, entry;
 };
 
-// Returns whether any receiver sees the sphere. The comments are in sineOfCap().
-inline bool seeSphere(const float* sphere, const CastPosition& at, CapLanes& cap) {
+// Returns whether any receiver sees the sphere. The comments are in sineOfCap(). `weight` is that of its logarithm.
+inline bool seeSphere(const CastScene& scene, const float* sphere, const CastPosition& at, CapLanes& cap,
+                      Lanes& weight) {
     const Lanes x = sphere[0] - at.x, y = sphere[1] - at.y, z = sphere[2] - at.z;
     const float radius = sphere[3];
     if (!(radius > 0)) return false;
@@ -45,6 +46,12 @@ inline bool seeSphere(const float* sphere, const CastPosition& at, CapLanes& cap
     choose(distance >= radius, radius * per_distance, (distance * (1 / radius) - 0.85f) * (1 / 0.15f), sine);
     choose(distance >= 1e-6f, sine, kZeros, sine);
     clamp(sine, kZeros, kZeros + 1);
+    if (scene.full > 0) {
+        const Lanes half = 0.5f * radius * per_distance;
+        weight = (half * half - scene.least) * (1 / (scene.full - scene.least));
+        clamp(weight, kZeros, kZeros + 1);
+        choose(weight > 0, sine, kZeros, sine);
+    }
     if (!any(sine > 0)) return false;
     cosine = (1 - sine) * (1 + sine);
     root(cosine);
@@ -52,6 +59,14 @@ inline bool seeSphere(const float* sphere, const CastPosition& at, CapLanes& cap
     root(both);
     cap = {x * per_distance, y * per_distance, z * per_distance, sine / both * kEntryOfHalfSine};
     return true;
+}
+
+// Turns the direction to the cap into the frame of the receiver.
+inline void turnCap(const Frames& frames, CapLanes& cap) {
+    const Lanes *t = frames.tangent, *b = frames.bitangent, *n = frames.normal;
+    const Lanes x = cap.x * t[0] + cap.y * t[1] + cap.z * t[2], y = cap.x * b[0] + cap.y * b[1] + cap.z * b[2],
+                z = cap.x * n[0] + cap.y * n[1] + cap.z * n[2];
+    cap.x = x, cap.y = y, cap.z = z;
 }
 
 // Reads the row of each lane. out[l] is that of band l, of 8.
@@ -157,6 +172,12 @@ inline void exponentialLanes(const CastTables& tables, Lanes* v) {
     }
 }
 
+constexpr std::size_t kMirroredNumbers = std::size_t(kEven), kMirroredRow = std::size_t(kPaddedEven);
+template <int... I>
+inline void mirrorLanes(const CastTables& tables, const Lanes* v, Lanes* out, Numbers<I...>) {
+    (mirrorOrder<I - kOrder + 1>(tables.mirror, v, kZeros + 1, kZeros, out), ...);
+}
+
 // Lanes beyond the last position get the first one of the block.
 inline void loadPositions(const Vec3* positions, std::size_t lanes, CastPosition& at) {
     float xyz[3][kCastLanes];
@@ -178,12 +199,17 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
         const std::size_t lanes = scene.count - first < kCastLanes ? scene.count - first : kCastLanes;
         CastPosition at;
         loadPositions(scene.positions + first, lanes, at);
+        Frames frames = {};
+        if (scene.normals) gatherFrames({scene.positions, scene.normals, scene.tangents, scene.count}, first, frames);
         Lanes v[40] = {}, row[8];
         CapLanes cap;
+        Lanes weight = kZeros + 1;
         bool seen = false;
         for (std::size_t s = 0; s < scene.sphere_count; ++s) {
-            if (!seeSphere(scene.spheres + 4 * s, at, cap)) continue;
+            if (!seeSphere(scene, scene.spheres + 4 * s, at, cap, weight)) continue;
             lookUpLogs(tables.logs, cap.entry, row);
+            for (int l = 0; l < Order; ++l) row[l] *= weight;
+            if (scene.normals) turnCap(frames, cap);
             addTurned<Order>(cap, row, v);
             seen = true;
         }
@@ -191,7 +217,13 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
             exponentialLanes<Order>(tables, v);
         else
             v[0] = kZeros + kRootOfSphere;
-        storeRows(v, std::size_t(n), n, lanes, out + first * std::size_t(n));
+        if (!scene.normals) {
+            storeRows(v, std::size_t(n), n, lanes, out + first * std::size_t(n));
+            continue;
+        }
+        Lanes mirrored[kMirroredRow];
+        mirrorLanes(tables, v, mirrored, Upto<2 * kOrder - 1>());
+        storeRows(mirrored, kMirroredNumbers, int(kMirroredNumbers), lanes, out + first * kMirroredNumbers);
     }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // The visibility past the spheres of casters, for many receivers at once. It is what netLog() and expOfLog() with its
-// default options give, computed for 8 receivers at a time.
+// default options give, computed for 8 receivers at a time (docs/formulas.md, section 10).
 #include <span>
 
 #include "sh/cap_visibility.h"
@@ -13,5 +13,22 @@ namespace penumbra {
 // call of an order makes its tables.
 void castVisibility(int order, std::span<const CasterSphere> spheres, std::span<const Vec3> positions,
                     std::span<float> out, const CastPath& path = fastestCastPath());
+
+// Points with unit normals and unit tangents orthogonal to them.
+struct CastPoints {
+    std::span<const Vec3> positions, normals, tangents;
+};
+// A sphere whose (r / 2d)^2, the share of all directions that it hides from afar, is below `least` does not count, and
+// one above `full` counts whole, so that spheres fade out with distance.
+struct CastFade {
+    float least = 0, full = 0;
+};
+constexpr std::size_t kMirroredCast = 21;
+constexpr int kCastOrder = 5;  // of the logarithms of the spheres
+
+// Writes the visibility past all `spheres` in each point's local frame, mirrored at its horizon (sh/mirrored_product.h,
+// order 6): out[r * kMirroredCast + i]. Allocates nothing, but the first call makes its tables.
+void castMirrored(std::span<const CasterSphere> spheres, const CastPoints& points, const CastFade& fade,
+                  std::span<float> out, const CastPath& path = fastestCastPath());
 
 }  // namespace penumbra

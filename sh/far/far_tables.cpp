@@ -92,7 +92,8 @@ FarGrid makeGrid() {
     return grid;
 }
 
-void setMirror(FarConstants& constants) {
+MirrorTable makeMirrorTable() {
+    MirrorTable table{};
     for (int l = 0; l < kFieldOrder; ++l)
         for (int m = 1 - l; m < l; m += 2) {  // odd l + m
             std::array<float, kFieldNumbers> odd{};
@@ -101,12 +102,18 @@ void setMirror(FarConstants& constants) {
             mirrorAtHorizon(kFieldOrder, odd, even);
             for (int to = std::abs(m); to < kFieldOrder; to += 2) {
                 const int place = to * (to + 1) / 2 + (m + to) / 2;
-                constants.mirror[place][l] = even[std::size_t(place)];
+                table[std::size_t(place)][l] = even[std::size_t(place)];
             }
         }
+    return table;
 }
 
 }  // namespace
+
+const MirrorTable& mirrorTable() {
+    static const MirrorTable table = makeMirrorTable();
+    return table;
+}
 
 void FarTables::Matrix::endRow() { first.push_back(std::uint16_t(terms.size())); }
 
@@ -147,7 +154,7 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
     FarConstants constants = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth, 1, 1, 1, {}};
     const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
     std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants.quarter_turn);
-    setMirror(constants);
+    for (std::size_t i = 0; i < kFarNumbers; ++i) std::copy_n(mirrorTable()[i], kFieldOrder, constants.mirror[i]);
     std::copy(kFieldSphereScales.begin(), kFieldSphereScales.end(), constants.sphere_scales);
     constants_.fill(constants);
     for (std::size_t q = 0; q < kFarQualities; ++q) {

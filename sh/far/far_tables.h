@@ -50,6 +50,10 @@ private:
     static Product makeProduct(int order_out, int order_a, int order_b);
 };
 
+// FarConstants::mirror.
+using MirrorTable = std::array<float[kFieldOrder], kFarNumbers>;
+const MirrorTable& mirrorTable();
+
 // The part as the kernel reads it; it points into `posed`.
 FarPart farPart(const PosedPart& posed);
 

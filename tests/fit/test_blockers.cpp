@@ -25,15 +25,15 @@ constexpr double kPi = std::numbers::pi;
 
 // The bounds are twice what was measured.
 TEST(SilhouetteArea, OfSpheresMatchesClosedForms) {
-    const std::vector<BlockerSphere> one = {{{1, -2, 3}, 0.5f}};
+    const std::vector<CasterSphere> one = {{{1, -2, 3}, 0.5f}};
     for (const Vec3d view : silhouetteViews(7)) EXPECT_NEAR(silhouetteArea(one, view), kPi / 4, 2e-4);
-    const std::vector<BlockerSphere> apart = {{{0, 0, 0}, 0.5f}, {{2, 0, 0}, 0.25f}};
+    const std::vector<CasterSphere> apart = {{{0, 0, 0}, 0.5f}, {{2, 0, 0}, 0.25f}};
     EXPECT_NEAR(silhouetteArea(apart, {0, 0, 1}), kPi * (0.25 + 0.0625), 3e-4);
     EXPECT_NEAR(silhouetteArea(apart, {1, 0, 0}), kPi * 0.25, 2e-4);  // the smaller one is behind
     // Two unit discs at the distance 1 share 2 pi / 3 - sqrt(3) / 2.
-    const std::vector<BlockerSphere> lens = {{{0, 0, 0}, 1}, {{0, 1, 0}, 1}};
+    const std::vector<CasterSphere> lens = {{{0, 0, 0}, 1}, {{0, 1, 0}, 1}};
     EXPECT_NEAR(silhouetteArea(lens, {0, 0, 1}), 2 * kPi - (2 * kPi / 3 - std::sqrt(3) / 2), 1e-3);
-    EXPECT_EQ(silhouetteArea(std::vector<BlockerSphere>{}, {0, 0, 1}), 0);
+    EXPECT_EQ(silhouetteArea(std::vector<CasterSphere>{}, {0, 0, 1}), 0);
 }
 
 // Makes a box of 1 x 2 x 3.
@@ -121,8 +121,8 @@ double distanceTo(const Capsule& c, Vec3d point) {
 }
 
 // Fills each capsule with spheres so close to one another that their union has the silhouette of the solid.
-std::vector<BlockerSphere> filled(const std::vector<Capsule>& capsules) {
-    std::vector<BlockerSphere> spheres;
+std::vector<CasterSphere> filled(const std::vector<Capsule>& capsules) {
+    std::vector<CasterSphere> spheres;
     for (const Capsule& c : capsules)
         for (int i = 0; i <= 40; ++i) {
             const double u = i / 40.0;
@@ -178,7 +178,7 @@ GoldenSpheres goldenSpheres(const nlohmann::json& golden, const char* count) {
     return spheres;
 }
 
-double meanArea(std::span<const BlockerSphere> spheres) {
+double meanArea(std::span<const CasterSphere> spheres) {
     double sum = 0;
     const std::vector<Vec3d> views = silhouetteViews(24);
     for (const Vec3d view : views) sum += silhouetteArea(spheres, view);
@@ -192,7 +192,7 @@ TEST(GoldenSphereSet, HasTheSilhouettesOfTheSolid) {
     const double solid = meanArea(filled(capsulesOf(golden)));
     for (const char* count : {"10", "15", "20"}) {
         const GoldenSpheres spheres = goldenSpheres(golden, count);
-        std::vector<BlockerSphere> blockers;
+        std::vector<CasterSphere> blockers;
         for (std::size_t i = 0; i < spheres.radii.size(); ++i)
             blockers.push_back({toFloat(spheres.centers[i]), float(spheres.radii[i])});
         EXPECT_NEAR(meanArea(blockers) / solid, 1, 0.012) << count;
@@ -343,10 +343,10 @@ TEST(FitBlockers, SilhouettesAreAsLargeAsTheMeshs) {
     EXPECT_EQ(fit.poses, 6u);  // of the training clip
     // Each sphere is on the axis, of the joint that it is nearest to.
     for (std::size_t s = 0; s < fit.blockers.spheres.size(); ++s) {
-        const BlockerSphere& sphere = fit.blockers.spheres[s];
-        EXPECT_NEAR(std::hypot(sphere.center.x, sphere.center.z), 0, 0.1);
+        const CasterSphere& sphere = fit.blockers.spheres[s];
+        EXPECT_NEAR(std::hypot(sphere.centre.x, sphere.centre.z), 0, 0.1);
         const std::uint16_t joint = fit.blockers.joints[s];
-        EXPECT_NEAR(model.joint_centers[joint].y, sphere.center.y, 0.35) << s;
+        EXPECT_NEAR(model.joint_centers[joint].y, sphere.centre.y, 0.35) << s;
         EXPECT_GT(sphere.radius, 0.08);
         EXPECT_LT(sphere.radius, 0.25);
     }
@@ -396,7 +396,7 @@ TEST(FitBlockers, PaperSpheresHoldAllVertices) {
     EXPECT_GT(fit.area, 1.05 * fit.mesh_area);  // they stick out
     for (const Vec3& p : model.mesh.rest_positions) {
         bool held = false;
-        for (const BlockerSphere& s : fit.blockers.spheres) held |= length(p - s.center) <= s.radius * 1.00001f;
+        for (const CasterSphere& s : fit.blockers.spheres) held |= length(p - s.centre) <= s.radius * 1.00001f;
         EXPECT_TRUE(held);
     }
 }

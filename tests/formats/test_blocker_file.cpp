@@ -120,10 +120,10 @@ TEST(BlockerFile, BelongsToOneCharacter) {
     EXPECT_THROW(checkCharacter(file, header.mesh, skin), InvalidInput);
 }
 
-TEST(BlockerSphere, MovesAndScalesWithItsBone) {
-    const BlockerSphere sphere{{1, 2, 3}, 0.5f};
+TEST(CasterSphere, MovesAndScalesWithItsBone) {
+    const CasterSphere sphere{{1, 2, 3}, 0.5f};
     EXPECT_EQ(movedBy(Affine{}, sphere), sphere);
-    const BlockerSphere moved = movedBy(Affine{{0, -2, 0, 10, 2, 0, 0, 20, 0, 0, -2, 30}}, sphere);
+    const CasterSphere moved = movedBy(Affine{{0, -2, 0, 10, 2, 0, 0, 20, 0, 0, -2, 30}}, sphere);
     EXPECT_EQ(moved.center, (Vec3{6, 22, 24}));
     EXPECT_FLOAT_EQ(moved.radius, 1);
     EXPECT_FLOAT_EQ(movedBy(Affine{{8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}, sphere).radius, 1);  // as volumes do
