@@ -124,8 +124,8 @@ def packs():
     run(OK, "pack", "truth", "a.vis.h5", "-o", "a.truth.pnb")
     for model in ("linear", "quadratic", "neural", "additive"):
         run(OK, "pack", "check", model + ".pnb", "a.vis.h5", "--predictions", model + ".pred.vis.h5", "--model", model + ".model.h5")
-    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb", "a.blockers.h5",
-                 "a.truth.pnb"):
+    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
+                 "a.blockers.h5", "a.truth.pnb"):
         run(OK, "bake", "info", name)
     run(OK, "bake", "info", "a.vis.h5", "--all")
 
@@ -181,6 +181,7 @@ def damaged_files():
               ("linear.model.h5", lambda bad: ("fit", "predict", bad, "a.vis.h5", *out)),
               ("ggx.brdf.h5", lambda bad: ("pack", "asset", "linear.model.h5", "--brdf", bad, *out)),
               ("sky.light.h5", lambda bad: ("pack", "asset", "linear.model.h5", "--light", bad, *out)),
+              ("a.blockers.h5", lambda bad: ("pack", "asset", "additive.model.h5", "--blockers", bad, *out)),
               ("sky.hdr", lambda bad: ("fit", "light", bad, *out)), ("a.exr", lambda bad: ("fit", "light", bad, *out)),
               ("skew.table", lambda bad: ("fit", "brdf", "--table", bad, *out)),
               ("merl.binary", lambda bad: ("fit", "brdf", "--merl", bad, *out, "--dry-run")),

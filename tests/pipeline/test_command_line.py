@@ -26,6 +26,7 @@ VERBS = [
     ("penumbra-fit", "visibility", ["{in}", "-o", "{out}"]),
     ("penumbra-fit", "predict", ["{in}", "{in}", "-o", "{out}"]),
     ("penumbra-fit", "light", ["{in}", "-o", "{out}"]),
+    ("penumbra-fit", "blockers", ["{in}", "-o", "{out}"]),
     ("penumbra-fit", "page", ["{in}", "-o", "{out}"]),
     ("penumbra-pack", "asset", ["{in}", "-o", "{out}"]),
     ("penumbra-pack", "truth", ["{in}", "-o", "{out}"]),
