@@ -46,7 +46,8 @@ void writeStageFiles(const fs::path& out) {
     writePoseFile(inFolder(out / "fuzz_pose_file", "sampled.poses.h5"), samples::poseFile());
     writeFields(inFolder(out / "fuzz_field_file", "two_parts.fields.h5"), samples::fieldFile());
     writePoseFile(inFolder(out / "fuzz_pose_file", "mixed.poses.h5"), samples::mixedPoseFile());
-    write(out / "fuzz_model_file" / "tube.model.h5", tinyModels()[0]);
+    write(out / "fuzz_model_file" / "tube.model.h5", tinyModels().front());
+    write(out / "fuzz_model_file" / "composed.model.h5", tinyModels().back());
     samples::writeVisibility(inFolder(out / "fuzz_visibility_file", "strip.vis.h5"), samples::visibilityHeader(1, 2),
                              Precision::kFloat16);
     samples::writeVisibility(out / "fuzz_visibility_file" / "sheet.vis.h5", samples::sheetHeader(2, 2),
