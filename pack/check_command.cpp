@@ -20,10 +20,17 @@ struct CheckCommand {
     std::string quality = "full";
 };
 
+// A composed model has no truncation and no regression, because its numbers are products and no components span them.
+std::string orDash(double figure) {
+    char text[32] = "-";
+    if (!std::isnan(figure)) std::snprintf(text, sizeof text, "%.4f", figure);
+    return text;
+}
+
 void printRow(const ErrorFigures& f, bool predictions) {
-    std::printf("%-24s %-8s %6zu %9.4f %10.4f %10.4f %8.4f %8.4f", f.name.substr(0, 24).c_str(),
-                f.held_out ? "held out" : "training", f.frames, f.relative_error, f.truncation, f.regression, f.rms_v,
-                f.ambient_error);
+    std::printf("%-24s %-8s %6zu %9s %10s %10s %8.4f %8.4f", f.name.substr(0, 24).c_str(),
+                f.held_out ? "held out" : "training", f.frames, orDash(f.relative_error).c_str(),
+                orDash(f.truncation).c_str(), orDash(f.regression).c_str(), f.rms_v, f.ambient_error);
     if (predictions) std::printf(" %11.2e", f.prediction_difference);
     std::printf("\n");
 }

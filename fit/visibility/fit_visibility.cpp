@@ -123,7 +123,9 @@ void checkInput(const VisibilityHeader& header, const std::string& file, const F
     if (options.features == FeatureKind::kJointAngles && header.pose_size == 0)
         throw InvalidInput(file + ": /frames/pose: empty, but --features joint-angles reads it");
     if (header.skin && options.features == FeatureKind::kRelativeBones && header.skin->jointCount() < 2)
-        throw InvalidInput(file + ": /skin/joint_names: --features relative-bones needs at least two joints");
+        throw InvalidInput(file +
+                           ": /skin/joint_names: --features relative-bones needs at least two joints; "
+                           "take --features joint-angles");
 }
 
 // Copies the poses. The table may have angles, which other features do not read.

@@ -47,7 +47,8 @@ void writeStageFiles(const fs::path& out) {
     writeFields(inFolder(out / "fuzz_field_file", "two_parts.fields.h5"), samples::fieldFile());
     writeBlockers(inFolder(out / "fuzz_blocker_file", "three.blockers.h5"), samples::blockerFile());
     writePoseFile(inFolder(out / "fuzz_pose_file", "mixed.poses.h5"), samples::mixedPoseFile());
-    write(out / "fuzz_model_file" / "tube.model.h5", tinyModels()[0]);
+    write(out / "fuzz_model_file" / "tube.model.h5", tinyModels().front());
+    write(out / "fuzz_model_file" / "composed.model.h5", tinyModels().back());
     samples::writeVisibility(inFolder(out / "fuzz_visibility_file", "strip.vis.h5"), samples::visibilityHeader(1, 2),
                              Precision::kFloat16);
     samples::writeVisibility(out / "fuzz_visibility_file" / "sheet.vis.h5", samples::sheetHeader(2, 2),

@@ -12,6 +12,13 @@
 
 namespace penumbra {
 
+// A model whose far parts are tables of two points along each side.
+inline Model tinyComposed() {
+    return synthetic::composedTube(
+        {.rings = 3, .segments = 3, .joints = 4, .clusters = 1, .components = 1, .inputs = 1, .frames = 2},
+        {.cells = 2});
+}
+
 // Tiny assets, one for each kind of model and of features, a composed one, and one with blockers.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
@@ -39,10 +46,7 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
             const Model cloth = synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2, .features = features});
             made.push_back(packAsset(cloth, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
         }
-        const Model composed = synthetic::composedTube(
-            {.rings = 3, .segments = 3, .joints = 4, .clusters = 1, .components = 1, .inputs = 1, .frames = 2},
-            {.cells = 2});
-        made.push_back(packAsset(composed, std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
+        made.push_back(packAsset(tinyComposed(), std::vector<BrdfFile>{brdf}, lights, {}, "{}", 1).bytes);
         const SphereBlockers blockers{{{{0, 1, 0}, 0.5f}, {{0, 0.5f, 0}, 0.25f}}, {1, 0}};
         made.push_back(packAsset(synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), {},
                                  lights, {.blockers = blockers}, "{}", 1)
@@ -52,14 +56,15 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     return all;
 }
 
-// Tiny model files: a rig, and cloth of both kinds of features, with two sides and inputs.
+// Tiny model files: a rig, cloth of both kinds of features with two sides and inputs, and last a composed model.
 inline const std::vector<std::string>& tinyModels() {
     static const std::vector<std::string> all = [] {
         std::vector<std::string> made;
         for (const Model& model :
              {synthetic::tubeModel({.rings = 2, .segments = 3, .frames = 2}),
               synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2}),
-              synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2, .features = FeatureKind::kDihedrals})}) {
+              synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2, .features = FeatureKind::kDihedrals}),
+              tinyComposed()}) {
             const std::filesystem::path path = memoryFile("seed", nullptr, 0);
             writeModel(path, model);
             std::ifstream in(path, std::ios::binary);

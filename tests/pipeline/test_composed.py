@@ -152,6 +152,23 @@ def check_info(fields, folder):
     assert additive["model"] == "additive" and "composition" not in additive
 
 
+def check_table(vis, folder):
+    """The table of clips has a dash where a composed model has no figure; JSON has null there."""
+    report = os.path.join(folder, "check.json")
+    printed = must(PACK, "check", os.path.join(folder, "composed.pnb"), vis, "--report", report)
+    assert "nan" not in printed, printed
+    rows = [line.split() for line in printed.splitlines() if line.startswith(("squat", "walk", "wave"))]
+    assert len(rows) == 3, printed
+    for row in rows:
+        assert row[-4:-2] == ["-", "-"] and float(row[-5]) > 0, row
+    held_out = json.load(open(report))["figures"]["held_out"]
+    assert held_out["truncation_error"] is None and held_out["regression_error"] is None, held_out
+    additive = os.path.join(folder, "additive.pnb")
+    must(PACK, "asset", os.path.join(folder, "additive.model.h5"), "-o", additive)
+    squat = [line.split() for line in must(PACK, "check", additive, vis).splitlines() if line.startswith("squat")][0]
+    assert all(float(number) > 0 for number in squat[-5:]), squat
+
+
 def check_compare(vis, fields, folder):
     """`compare --fields` has the composed model as a row, with the errors that `visibility` reports, and the additive
     one beside it."""
@@ -185,6 +202,7 @@ with tempfile.TemporaryDirectory() as folder:
     must(BAKE, "fields", MAN, "-o", fields, "--rays", 256)
     check_fit(vis, fields, folder)
     check_info(fields, folder)
+    check_table(vis, folder)
     check_compare(vis, fields, folder)
     check_threads(vis, fields, folder)
     check_refusals(vis, fields, folder)
