@@ -106,11 +106,19 @@ Json parse(const std::string& text, const std::string& name) {
     }
 }
 
+SceneCasts readCasts(const Node& node) {
+    const std::string word = node.text();
+    if (word == "fields") return SceneCasts::kFields;
+    if (word == "spheres") return SceneCasts::kSpheres;
+    if (word != "nothing") node.fail("is none of fields, spheres and nothing");
+    return SceneCasts::kNothing;
+}
+
 SceneCharacter readCharacter(const Node& node, const std::filesystem::path& folder, bool moves) {
     if (moves)
-        node.requireKeys({"name", "asset", "clip", "time", "position", "yaw", "scale", "material", "slots"});
+        node.requireKeys({"name", "asset", "clip", "time", "position", "yaw", "scale", "material", "slots", "casts"});
     else
-        node.requireKeys({"name", "asset", "position", "yaw", "scale", "material", "slots"});
+        node.requireKeys({"name", "asset", "position", "yaw", "scale", "material", "slots", "casts"});
     SceneCharacter out;
     out.at = node.place();
     if (!node.has("asset")) node.fail("has no \"asset\"");
@@ -128,6 +136,7 @@ SceneCharacter readCharacter(const Node& node, const std::filesystem::path& fold
     if (node.has("material")) out.material = node.at("material").text();
     if (node.has("slots"))
         for (const auto& [slot, value] : node.at("slots").members()) out.slots.emplace_back(slot, value.text());
+    if (node.has("casts")) out.casts = readCasts(node.at("casts"));
     return out;
 }
 

@@ -14,6 +14,9 @@ constexpr int kSceneVersion = 1;
 constexpr std::size_t kMostSceneCharacters = 10000;
 constexpr int kMostGroundResolution = 4096;
 
+// What a character casts by: what its asset has, which is fields before spheres, or one of these, or nothing.
+enum class SceneCasts { kWhatItHas, kFields, kSpheres, kNothing };
+
 // Something that stands in a scene. Its asset's frame is turned about y (degrees; positive turns +z towards +x) and
 // then moved (metres).
 struct SceneCharacter {
@@ -26,6 +29,7 @@ struct SceneCharacter {
     double yaw = 0;
     std::string material;                                         // of all parts; "": what the asset gives each
     std::vector<std::pair<std::string, std::string>> slots = {};  // slot, material; after `material`
+    SceneCasts casts = SceneCasts::kWhatItHas;
 };
 
 // A square that faces up.

@@ -53,7 +53,8 @@ double timePose(const PosedScene& scene, int runs) {
         if (!caster && member->caster != kNobody) caster = member.get();
     if (!caster) return 0;
     const Evaluator* const alone = &caster->evaluator;
-    CastShadow cast({&alone, 1});
+    const CasterKind kind = *casterKindOf(*caster->file, *alone);
+    CastShadow cast({&alone, 1}, {&kind, 1});
     return timeRuns(runs, [&](std::size_t) { cast.pose(0, alone->bones(), caster->to_scene); }).median;
 }
 

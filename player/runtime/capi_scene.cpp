@@ -79,8 +79,9 @@ penumbra_status penumbra_scene_create(const penumbra_asset* const* assets, size_
         for (std::size_t i = 0; i < caster_count; ++i) {
             requirePointer(assets[i], "an asset");
             const std::shared_ptr<const AssetData>& data = assets[i]->data;
-            if (!data->view.has_model || !data->view.model.composition)
-                throw Unsupported(data->view.name + ": has no fields of parts, so that it casts nothing");
+            if (!data->view.has_model || (!data->view.model.composition && data->view.blockers.spheres.empty()))
+                throw Unsupported(data->view.name +
+                                  ": has neither fields of parts nor spheres, so that it casts nothing");
             made->assets.push_back(data);
             made->evaluators.push_back(data->restPose());
         }

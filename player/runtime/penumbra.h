@@ -304,9 +304,10 @@ PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_charac
 typedef struct penumbra_scene penumbra_scene;
 
 /* Makes a scene of casters, of which caster i is a character of assets[i] that hides nothing yet. One asset may come
- * more than once. Fails with PENUMBRA_UNSUPPORTED for an asset whose model has no fields (penumbra-fit visibility
- * --model composed), and where all casters together have more than 65,535 parts. Before penumbra_scene_destroy the
- * characters may be given back, and the assets. */
+ * more than once. An asset casts by the fields of its composed model (penumbra-fit visibility --model composed), or
+ * else by its spheres (penumbra-pack asset --blockers). Fails with PENUMBRA_UNSUPPORTED for one that has neither, and
+ * where all casters together have more than 65,535 parts or spheres. Before penumbra_scene_destroy the characters may
+ * be given back, and the assets. */
 PENUMBRA_API penumbra_status penumbra_scene_create(const penumbra_asset* const* assets, size_t caster_count,
                                                    penumbra_scene** scene, penumbra_error* error);
 PENUMBRA_API void penumbra_scene_destroy(penumbra_scene* scene);

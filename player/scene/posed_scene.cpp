@@ -7,6 +7,17 @@
 
 namespace penumbra {
 
+std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluator& evaluator) {
+    const std::string at = one.at + "/casts: " + one.asset.string();
+    if (one.casts == SceneCasts::kFields && !evaluator.composed())
+        throw InvalidInput(at + " has no fields; a composed model brings them");
+    if (one.casts == SceneCasts::kSpheres && evaluator.asset().blockers.spheres.empty())
+        throw InvalidInput(at + " has no spheres; penumbra-pack asset --blockers brings them");
+    if (one.casts == SceneCasts::kNothing) return std::nullopt;
+    if (one.casts == SceneCasts::kWhatItHas) return casterKindOf(evaluator);
+    return one.casts == SceneCasts::kFields ? CasterKind::kFields : CasterKind::kSpheres;
+}
+
 PosedScene::PosedScene(SceneDescription file) : file_(std::move(file)) {
     std::map<std::filesystem::path, std::shared_ptr<const OpenAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) {
@@ -16,6 +27,7 @@ PosedScene::PosedScene(SceneDescription file) : file_(std::move(file)) {
     };
     std::map<const OpenAsset*, const Evaluator*> decoded;
     std::vector<const Evaluator*> casters;
+    std::vector<CasterKind> kinds;
     for (const std::vector<SceneCharacter>* list : {&file_.characters, &file_.props})
         for (const SceneCharacter& one : *list) {
             std::shared_ptr<const OpenAsset> asset = opened(one.asset);
@@ -28,12 +40,14 @@ PosedScene::PosedScene(SceneDescription file) : file_(std::move(file)) {
                 SceneMember{&one, std::move(asset), std::move(evaluator), 0, placementOf(one), kNobody}));
             SceneMember& member = *members_.back();
             first = &member.evaluator;
-            if (!member.evaluator.composed()) continue;
+            const std::optional<CasterKind> kind = casterKindOf(one, member.evaluator);
+            if (!kind) continue;
             member.caster = casters.size();
+            kinds.push_back(*kind);
             casters.push_back(&member.evaluator);
         }
     try {
-        cast_ = std::make_unique<CastShadow>(casters);
+        cast_ = std::make_unique<CastShadow>(casters, kinds);
     } catch (const std::length_error& error) {
         throw Unsupported(error.what());
     }

@@ -16,8 +16,12 @@ struct SceneMember {
     Evaluator evaluator;
     std::size_t frame = 0;  // of the asset's animation
     Affine to_scene;
-    std::size_t caster = kNobody;  // of the cast; kNobody: the asset has no fields, so it hides nothing
+    std::size_t caster = kNobody;  // of the cast; kNobody: it hides nothing
 };
+
+// Returns what a character casts by; nothing where it casts nothing. Throws InvalidInput where its asset lacks what the
+// file wants.
+std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluator& evaluator);
 
 class PosedScene {
 public:

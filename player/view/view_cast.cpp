@@ -2,18 +2,25 @@
 
 #include <algorithm>
 
+#include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
 
 namespace penumbra {
 
 void makeCasters(Scene& scene) {
     std::vector<const Evaluator*> casters;
-    for (const auto& character : scene.characters) {
-        if (!character->evaluator->composed()) continue;
-        character->caster = casters.size();
-        casters.push_back(character->evaluator.get());
+    std::vector<CasterKind> kinds;
+    for (std::size_t i = 0; i < scene.characters.size(); ++i) {
+        Character& character = *scene.characters[i];
+        const SceneCharacter* member = memberOf(scene, i);
+        const std::optional<CasterKind> kind =
+            member ? casterKindOf(*member, *character.evaluator) : casterKindOf(*character.evaluator);
+        if (!kind) continue;
+        character.caster = casters.size();
+        casters.push_back(character.evaluator.get());
+        kinds.push_back(*kind);
     }
-    scene.cast = std::make_unique<CastShadow>(casters);
+    scene.cast = std::make_unique<CastShadow>(casters, kinds);
 }
 
 void takeOver(Scene& scene, std::size_t index) {

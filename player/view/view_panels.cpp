@@ -40,11 +40,8 @@ void chooseFromNames(const char* label, std::span<const std::string_view> names,
 }
 
 std::string nameOfCharacter(const Scene& scene, std::size_t i) {
-    if (!scene.file) return std::filesystem::path(scene.characters[i]->asset.name).stem();
-    const std::size_t people = scene.file->characters.size(), props = scene.file->props.size();
-    if (i < people) return scene.file->characters[i].name;
-    return i < people + props ? scene.file->props[i - people].name
-                              : std::string(std::filesystem::path(scene.characters[i]->asset.name).stem());
+    if (const SceneCharacter* member = memberOf(scene, i)) return member->name;
+    return std::filesystem::path(scene.characters[i]->asset.name).stem();
 }
 
 void characterPanel(const Scene& scene, ViewState& state) {

@@ -110,6 +110,8 @@ struct Scene {
 // character, and when a truth fits no character.
 Scene openScene(std::span<const std::filesystem::path> paths, int threads);
 ViewContents contentsOf(const Scene& scene);
+// Returns what the scene's file says of a character; null without a file, and for one that was added to it.
+const SceneCharacter* memberOf(const Scene& scene, std::size_t character);
 // Returns characters, clips and materials as the files have them. What `old` has chosen stays where it still exists.
 ViewState stateFor(const Scene& scene, const ViewState& old);
 

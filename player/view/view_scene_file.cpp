@@ -25,12 +25,17 @@ std::size_t lightOfFile(const Scene& scene) {
 
 }  // namespace
 
+const SceneCharacter* memberOf(const Scene& scene, std::size_t i) {
+    if (!scene.file) return nullptr;
+    const std::size_t people = scene.file->characters.size();
+    if (i < people) return &scene.file->characters[i];
+    return i < people + scene.file->props.size() ? &scene.file->props[i - people] : nullptr;
+}
+
 void applySceneFile(const Scene& scene, ViewState& state) {
     if (!scene.file) return;
-    const std::size_t people = scene.file->characters.size();
-    std::vector<Vec3> corners;
-    for (std::size_t i = 0; i < people + scene.file->props.size(); ++i) {
-        const SceneCharacter& one = i < people ? scene.file->characters[i] : scene.file->props[i - people];
+    for (std::size_t i = 0; const SceneCharacter* member = memberOf(scene, i); ++i) {
+        const SceneCharacter& one = *member;
         const Character& character = *scene.characters[i];
         const AnimationView& animation = character.asset.animation;
         const std::size_t frame = frameOf(one, animation, {});
@@ -39,7 +44,7 @@ void applySceneFile(const Scene& scene, ViewState& state) {
         while (frame >= animation.clips[choice.clip].first_frame + animation.clips[choice.clip].frame_count)
             ++choice.clip;
         choice.start = one.seconds;
-        choice.still = i >= people;
+        choice.still = i >= scene.file->characters.size();
         if (!character.asset.materials.empty()) choice.material_of_slot = materialsOf(one, character.asset);
         choice.material_of_slot.resize(std::max<std::size_t>(1, character.asset.mesh.slots.size()));
     }

@@ -59,10 +59,8 @@ void placeCharacters(Scene& scene) {
 
 // Places everyone where the scene's file says.
 void placeMembers(Scene& scene) {
-    const std::size_t people = scene.file->characters.size();
-    for (std::size_t i = 0; i < people + scene.file->props.size(); ++i)
-        scene.characters[i]->placement =
-            placementOf(i < people ? scene.file->characters[i] : scene.file->props[i - people]);
+    for (std::size_t i = 0; const SceneCharacter* member = memberOf(scene, i); ++i)
+        scene.characters[i]->placement = placementOf(*member);
 }
 
 // Reads the scene's file among the paths, if there is one. Returns the paths of its members, in their order, and then

@@ -79,6 +79,8 @@ TEST(SceneFile, RefusesWithThePlace) {
         {sceneOf("7"), "s.json: /characters/0: must be an object"},
         {sceneWith(R"(, "sun": {})"), "s.json: /sun: unknown key"},
         {character(R"("yav": 3)"), "s.json: /characters/0/yav: unknown key"},
+        {character(R"("casts": "light")"), "s.json: /characters/0/casts: is none of fields, spheres and nothing"},
+        {character(R"("casts": 1)"), "s.json: /characters/0/casts: "},
         {character(R"("yaw": NaN)"), "s.json: not JSON"},
         {character(R"("yaw": 1e999)"), "s.json: not JSON"},
         {character(R"("yaw": "3")"), "s.json: /characters/0/yaw: must be a number"},
