@@ -14,7 +14,7 @@ constexpr float kLargestBlockerLength = 1e15f;
 
 struct SphereBlockers {
     std::vector<CasterSphere> spheres;  // [S], 1..kMostBlockers
-    std::vector<std::uint16_t> joints;   // [S], the joint that each sphere moves with
+    std::vector<std::uint16_t> joints;  // [S], the joint that each sphere moves with
 };
 
 }  // namespace penumbra

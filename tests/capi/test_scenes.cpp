@@ -169,7 +169,7 @@ TEST(CApiScenes, RefusesWhatIsWrong) {
     penumbra_error error;
     EXPECT_FALSE(sceneOf({additive.get()}, &error));
     EXPECT_EQ(error.status, PENUMBRA_UNSUPPORTED);
-    EXPECT_THAT(error.message, HasSubstr("has no fields"));
+    EXPECT_THAT(error.message, HasSubstr("neither fields of parts nor spheres"));
     EXPECT_FALSE(sceneOf({nullptr}, &error));
     EXPECT_EQ(error.status, PENUMBRA_INVALID_ARGUMENT);
     EXPECT_FALSE(sceneOf(std::vector<const penumbra_asset*>(70000 / 6, asset.get()), &error));

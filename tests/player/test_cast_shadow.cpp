@@ -42,18 +42,29 @@ struct Points {
     }
 };
 
+// The balls of the tube's fields (tests/synthetic_composition.h), as spheres.
+SphereBlockers ballsOf(const Model& model) {
+    SphereBlockers blockers;
+    for (std::size_t j = 0; j < model.joint_centers.size(); ++j) {
+        blockers.spheres.push_back({model.joint_centers[j], 0.22f});
+        blockers.joints.push_back(std::uint16_t(j));
+    }
+    return blockers;
+}
+
 // Tubes of one asset, in a row.
 struct Crowd {
-    Packed packed = packAsset(synthetic::composedTube(kTube), {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    Model model = synthetic::composedTube(kTube);
+    Packed packed = packAsset(model, {}, {}, {.precision = AssetPrecision::kF32, .blockers = ballsOf(model)}, "{}", 1);
     AssetView asset = openAsset(packed.bytes);
     std::vector<Evaluator> evaluators;
     std::optional<CastShadow> cast;
 
-    explicit Crowd(std::span<const Affine> to_scene) {
+    explicit Crowd(std::span<const Affine> to_scene, CasterKind kind = CasterKind::kFields) {
         evaluators.assign(to_scene.size(), Evaluator(asset));
         std::vector<const Evaluator*> casters;
         for (const Evaluator& evaluator : evaluators) casters.push_back(&evaluator);
-        cast.emplace(casters);
+        cast.emplace(casters, std::vector(casters.size(), kind));
         for (std::size_t c = 0; c < to_scene.size(); ++c) {
             evaluators[c].setFrame(1);
             cast->pose(c, evaluators[c].bones(), to_scene[c]);
@@ -65,6 +76,18 @@ struct Crowd {
         return out;
     }
 };
+
+class CastShadowOf : public testing::TestWithParam<CasterKind> {};
+INSTANTIATE_TEST_SUITE_P(Kinds, CastShadowOf, testing::Values(CasterKind::kFields, CasterKind::kSpheres),
+                         [](const auto& kind) { return kind.param == CasterKind::kFields ? "Fields" : "Spheres"; });
+
+std::vector<double> ambientOf(std::span<const float> rows) {
+    std::array<float, kFarNumbers> weights;
+    ambientWeights(parseConvention("D6"), weights);
+    std::vector<double> e(rows.size() / kFarNumbers);
+    for (std::size_t i = 0; i < rows.size(); ++i) e[i / kFarNumbers] += double(weights[i % kFarNumbers] * rows[i]);
+    return e;
+}
 
 double largestDifference(std::span<const float> a, std::span<const float> b) {
     double largest = 0;
@@ -96,8 +119,8 @@ TEST(CastShadow, IsCloseToFarVisibilityOfAllParts) {
 
 // Which receivers are neighbours decides only what is skipped because it counts for none of them. Lanes are filled up
 // differently, which changes the last bits of numbers around 3.5. Measured: 8e-6.
-TEST(CastShadow, DoesNotDependOnNeighbours) {
-    const Crowd crowd(std::vector{movedTo({}), movedTo({2, 0, 0}, 1), movedTo({0, 0, 9})});
+TEST_P(CastShadowOf, DoesNotDependOnNeighbours) {
+    const Crowd crowd(std::vector{movedTo({}), movedTo({2, 0, 0}, 1), movedTo({0, 0, 9})}, GetParam());
     const Points points(200);
     const std::vector<float> together = crowd.on(points.all());
     for (std::size_t r = 0; r < points.positions.size(); ++r) {
@@ -106,38 +129,38 @@ TEST(CastShadow, DoesNotDependOnNeighbours) {
     }
 }
 
-TEST(CastShadow, MovesWithTheScene) {
+TEST_P(CastShadowOf, MovesWithTheScene) {
     const Affine moved = movedTo({5, -2, 3}, 2);
-    const Crowd here(std::vector{movedTo({})}), there(std::vector{moved});
+    const Crowd here(std::vector{movedTo({})}, GetParam()), there(std::vector{moved}, GetParam());
     EXPECT_LT(largestDifference(here.on(Points(200).all()), there.on(Points(200, moved).all())), 2e-4);
 }
 
 // Two characters apart hide what each hides alone, where one of them hides nothing.
-TEST(CastShadow, ChoosesCasters) {
-    const Crowd both(std::vector{movedTo({}), movedTo({2, 0, 0})});
-    const Crowd first(std::vector{movedTo({})}), second(std::vector{movedTo({2, 0, 0})});
+TEST_P(CastShadowOf, ChoosesCasters) {
+    const Crowd both(std::vector{movedTo({}), movedTo({2, 0, 0})}, GetParam());
+    const Crowd first(std::vector{movedTo({})}, GetParam()), second(std::vector{movedTo({2, 0, 0})}, GetParam());
     const Points points(200);
     EXPECT_EQ(both.on(points.all(), {.only = 0}), first.on(points.all()));
     EXPECT_EQ(both.on(points.all(), {.except = 0}), second.on(points.all()));
     EXPECT_GT(largestDifference(both.on(points.all()), first.on(points.all())), 0.1);
 }
 
-TEST(CastShadow, NobodyInReachLeavesFreeSight) {
-    const Crowd crowd(std::vector{movedTo({1000, 0, 0})});
+TEST_P(CastShadowOf, NobodyInReachLeavesFreeSight) {
+    const Crowd crowd(std::vector{movedTo({1000, 0, 0})}, GetParam());
     const Points points(100);
     std::vector<float> out(100 * kFarNumbers, -7);
     EXPECT_EQ(crowd.cast->evaluate(points.all(), {}, out), 0u);
     for (std::size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % kFarNumbers == 0 ? kFree : 0.0f);
     EXPECT_EQ(CastShadow({}).evaluate(points.all(), {}, out), 0u);
-    Crowd here(std::vector{movedTo({})});
+    Crowd here(std::vector{movedTo({})}, GetParam());
     EXPECT_GT(here.cast->evaluate(points.all(), {}, out), 0u);
     here.cast->hide(0);
     EXPECT_EQ(here.cast->evaluate(points.all(), {}, out), 0u);
 }
 
 // A caster fades as it goes away: no step of E is large, and none is larger than those next to it.
-TEST(CastShadow, FadesWithDistance) {
-    Crowd crowd(std::vector{movedTo({})});
+TEST_P(CastShadowOf, FadesWithDistance) {
+    Crowd crowd(std::vector{movedTo({})}, GetParam());
     const std::vector<Vec3> position = {{0, 0, 0}}, normal = {{0, 1, 0}}, tangent = {{0, 0, 1}};
     std::array<float, kFarNumbers> weights;
     ambientWeights(parseConvention("D6"), weights);
@@ -180,8 +203,8 @@ TEST(CastShadow, NothingPopsOnTheWayThrough) {
     EXPECT_LT(largest, 0.012);
 }
 
-TEST(CastShadow, AllocatesNothing) {
-    Crowd crowd(std::vector{movedTo({}), movedTo({2, 0, 0})});
+TEST_P(CastShadowOf, AllocatesNothing) {
+    Crowd crowd(std::vector{movedTo({}), movedTo({2, 0, 0})}, GetParam());
     const Points points(200);
     std::vector<float> out(200 * kFarNumbers);
     crowd.cast->evaluate(points.all(), {}, out);
@@ -189,6 +212,46 @@ TEST(CastShadow, AllocatesNothing) {
     crowd.cast->pose(0, crowd.evaluators[0].bones(), movedTo({0.1f, 0, 0}));
     crowd.cast->evaluate(points.all(), {}, out);
     EXPECT_EQ(allocationCount() - before, 0u);
+}
+
+// The same balls as fields and as spheres. Parts that hide little count four fifths as fields, and whole as spheres.
+TEST(CastShadow, SpheresHideWhatFieldsOfSpheresHide) {
+    const Crowd fields(std::vector{movedTo({})}), spheres(std::vector{movedTo({})}, CasterKind::kSpheres);
+    const Points points(500);
+    const std::vector<double> a = ambientOf(fields.on(points.all())), b = ambientOf(spheres.on(points.all()));
+    double squares = 0, hidden = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        if (a[i] < 0.5) continue;  // points inside of a ball, which goes dark as a field and fades as a sphere
+        squares += std::pow(a[i] - b[i], 2);
+        hidden = std::max(hidden, 1 - a[i]);
+        ++count;
+    }
+    EXPECT_GT(hidden, 0.15);
+    EXPECT_LT(std::sqrt(squares / double(count)), 0.012);
+}
+
+// A scene may have casters of both kinds. They multiply as two of a kind do.
+TEST(CastShadow, KindsMultiply) {
+    const std::vector places = {movedTo({}), movedTo({1.2f, 0, 0})};
+    const Crowd crowd(places);
+    std::vector<const Evaluator*> casters;
+    for (const Evaluator& evaluator : crowd.evaluators) casters.push_back(&evaluator);
+    CastShadow both(casters, std::array{CasterKind::kFields, CasterKind::kSpheres});
+    for (std::size_t c = 0; c < 2; ++c) both.pose(c, casters[c]->bones(), places[c]);
+    const Points points(300);
+    std::vector<float> rows[3];
+    const std::size_t choices[] = {kNobody, 1, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+        rows[k].resize(300 * kFarNumbers);
+        both.evaluate(points.all(), {.except = choices[k]}, rows[k]);
+    }
+    std::array<float, kFarNumbers> expected;
+    for (std::size_t first = 0; first < rows[0].size(); first += kFarNumbers) {
+        multiplyMirrored(6, std::span(rows[1]).subspan(first, kFarNumbers), 6,
+                         std::span(rows[2]).subspan(first, kFarNumbers), 6, expected);
+        EXPECT_LT(largestDifference(expected, std::span(rows[0]).subspan(first, kFarNumbers)), 1e-4);
+    }
 }
 
 TEST(CastShadow, RefusesTooManyParts) {

@@ -7,6 +7,7 @@
 
 #include "sh/cast/cast_visibility.h"
 #include "sh/log_visibility.h"
+#include "sh/mirrored_product.h"
 #include "tests/sh/caster_scenes.h"
 
 namespace penumbra {
@@ -63,6 +64,51 @@ TEST(CastVisibility, ComesNearGolden) {
             for (std::size_t i = 0; i < 25; ++i) sum += (out[i] - expected[i]) * (out[i] - expected[i]);
             EXPECT_LT(std::sqrt(sum / (4 * std::numbers::pi)), 0.012);
         }
+}
+
+// What the scalar functions give for spheres in each point's own frame, mirrored at its horizon.
+TEST(CastVisibility, IsMirroredAtEachHorizon) {
+    const std::vector<CasterSphere> person = inFloats(goldenPerson());
+    const std::vector<Vec3> places = somePlaces(205);
+    std::vector<Vec3> normals, tangents;
+    for (std::size_t r = 0; r < places.size(); ++r) {
+        const float a = 0.3f * float(r), b = 0.7f * float(r);
+        normals.push_back({std::cos(a) * std::cos(b), std::sin(b), std::sin(a) * std::cos(b)});
+        tangents.push_back({-std::sin(a), 0, std::cos(a)});
+    }
+    for (const CastPath& path : castPaths()) {
+        std::vector<float> out(places.size() * kMirroredCast), log(25), v(36), expected(kMirroredCast);
+        castMirrored(person, {places, normals, tangents}, {}, out, path);
+        for (std::size_t r = 0; r < places.size(); ++r) {
+            std::vector<CasterSphere> local;
+            for (const CasterSphere& s : person) {
+                const Vec3 way = s.centre - places[r];
+                local.push_back(
+                    {{dot(way, tangents[r]), dot(way, cross(normals[r], tangents[r])), dot(way, normals[r])},
+                     s.radius});
+            }
+            log = netLogAt(5, local, {});
+            expOfLog(expTables(5), {}, log, std::span(v).first(25));
+            mirrorAtHorizon(6, v, expected);
+            for (std::size_t i = 0; i < kMirroredCast; ++i)
+                EXPECT_NEAR(out[r * kMirroredCast + i], expected[i], 5e-5f) << r;
+        }
+    }
+}
+
+// A sphere counts whole above one share of the sphere of directions, not at all below another, and in part between.
+TEST(CastVisibility, FadesWithDistance) {
+    const std::vector<CasterSphere> sphere = {{{0, 0, 0}, 1}};
+    const std::vector<Vec3> places = {{0, 0, -4}, {0, 0, -8}, {0, 0, -12}}, normals(3, {0, 0, 1}),
+                            tangents(3, {1, 0, 0});
+    std::vector<float> whole(3 * kMirroredCast), faded(whole);
+    castMirrored(sphere, {places, normals, tangents}, {}, whole);
+    castMirrored(sphere, {places, normals, tangents}, {1 / 400.0f, 1 / 100.0f}, faded);
+    const float free = 3.5449077f;
+    EXPECT_EQ(faded[0], whole[0]);
+    const float part = (faded[kMirroredCast] - free) / (whole[kMirroredCast] - free);
+    EXPECT_NEAR(part, (1 / 256.0 - 1 / 400.0) / (1 / 100.0 - 1 / 400.0), 0.02);
+    EXPECT_EQ(faded[2 * kMirroredCast], free);
 }
 
 TEST(CastVisibility, OfNothingIsFreeSight) {
