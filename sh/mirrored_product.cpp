@@ -104,24 +104,4 @@ void multiplyMirrored(int order_out, std::span<const float> a, int order_a, std:
         out[term.i] += term.value * a[term.j] * b[term.k];
 }
 
-MirroredProduct::MirroredProduct(int order_out, int order_a, int order_b)
-    : first_(std::size_t(mirroredCount(order_out)) + 1) {
-    std::vector<EvenTerm> terms = evenTerms(order_out, order_a, order_b);
-    std::ranges::stable_sort(terms, {}, &EvenTerm::i);
-    for (const EvenTerm& term : terms) {
-        terms_.push_back({std::uint8_t(term.j), std::uint8_t(term.k), term.value});
-        first_[std::size_t(term.i) + 1] = std::uint16_t(terms_.size());
-    }
-}
-
-void MirroredProduct::operator()(std::span<const float> a, std::span<const float> b, std::span<float> out) const {
-    assert(out.size() + 1 == first_.size());
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        float sum = 0;
-        for (std::size_t t = first_[i]; t < first_[i + 1]; ++t)
-            sum += terms_[t].value * a[terms_[t].j] * b[terms_[t].k];
-        out[i] = sum;
-    }
-}
-
 }  // namespace penumbra

@@ -2,9 +2,7 @@
 // Functions that are mirrored at the horizon (convention D, sh/visibility_convention.h) and their products. Only
 // coefficients with even l+m are stored, in the order of evenIndices(). What lies below the horizon never mixes in, and
 // a product takes a fraction of the terms of one over the whole sphere (docs/formulas.md, section 7).
-#include <cstdint>
 #include <span>
-#include <vector>
 
 #include "sh/sh_basis.h"
 
@@ -21,20 +19,5 @@ void mirrorAtHorizon(int order, std::span<const float> coefficients, std::span<f
 // overlap a or b. Orders <= kMaxOrder.
 void multiplyMirrored(int order_out, std::span<const float> a, int order_a, std::span<const float> b, int order_b,
                       std::span<float> out);
-
-// The same for many products of the same orders: it finds its table once, which multiplyMirrored() looks up every time.
-class MirroredProduct {
-public:
-    MirroredProduct(int order_out, int order_a, int order_b);
-    void operator()(std::span<const float> a, std::span<const float> b, std::span<float> out) const;
-
-private:
-    struct Term {
-        std::uint8_t j, k;
-        float value;
-    };
-    std::vector<Term> terms_;
-    std::vector<std::uint16_t> first_;  // of output i: terms first_[i] up to first_[i + 1]
-};
 
 }  // namespace penumbra

@@ -176,10 +176,9 @@ penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, 
                 batch.tangents[i] = turn * batch.tangents[i];
             }
             if (batch.evaluate(*scene->cast, allBut(except), n) == 0) continue;
-            for (std::size_t i = 0; i < n; ++i)
-                character->product(
-                    {numbers + (begin + i) * std::size_t(model.stride), std::size_t(model.convention.size())},
-                    {&batch.mirrored[i * kFarNumbers], kFarNumbers});
+            const auto stride = std::size_t(model.stride);
+            character->product({numbers + begin * stride, n * stride}, stride,
+                               {batch.mirrored.data(), n * kFarNumbers});
         }
     });
 }

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 #include "player/runtime/shading.h"
-#include "sh/far_visibility.h"
+#include "sh/far/far_tables.h"
 #include "sh/sh_product.h"
 
 namespace penumbra {
 
 CastProduct::CastProduct(const Convention& convention)
     : convention_(convention),
-      in_mirror_(convention.order, convention.order, kFieldOrder),
       size_(std::size_t(convention.size())),
       weights_(size_),
       below_(size_),
@@ -20,23 +20,20 @@ CastProduct::CastProduct(const Convention& convention)
     for (const float w : weights_) norm2_ += w * w;
     if (convention.below == BelowHorizon::kOpen) belowHorizonCoefficients(convention.order, below_);
     // The tables of products are made once, now.
-    std::vector<float> numbers(size_), open(std::size_t(mirroredCount(kFieldOrder)));
-    (*this)(numbers, open);
+    if (convention.below == BelowHorizon::kMirrored) in_mirror_ = &productConstants(convention.order);
+    std::vector<float> numbers(size_), open(kFarNumbers);
+    (*this)(numbers, size_, open);
 }
 
-void CastProduct::operator()(std::span<float> numbers, std::span<const float> mirrored) const {
-    if (convention_.below == BelowHorizon::kMirrored)
-        multiplyInMirror(numbers, mirrored);
-    else
-        multiplyAbove(numbers, mirrored);
-    clampAmbient(weights_, norm2_, numbers);
-}
-
-void CastProduct::multiplyInMirror(std::span<float> numbers, std::span<const float> mirrored) const {
-    std::array<float, mirroredCount(kMaxOrder)> product;
-    const std::span<float> out(product.data(), size_);
-    in_mirror_(numbers, mirrored, out);
-    std::copy(out.begin(), out.end(), numbers.begin());
+void CastProduct::operator()(std::span<float> numbers, std::size_t stride, std::span<const float> mirrored) const {
+    const std::size_t vertices = numbers.size() / stride;
+    assert(stride >= size_ && mirrored.size() == vertices * kFarNumbers);
+    if (in_mirror_) fastestFarPath().compose(*in_mirror_, mirrored.data(), nullptr, vertices, stride, numbers.data());
+    for (std::size_t v = 0; v < vertices; ++v) {
+        const std::span<float> row = numbers.subspan(v * stride, size_);
+        if (!in_mirror_) multiplyAbove(row, mirrored.subspan(v * kFarNumbers, kFarNumbers));
+        clampAmbient(weights_, norm2_, row);
+    }
 }
 
 // What is 0 below the horizon stays 0 there, whatever it is multiplied by.

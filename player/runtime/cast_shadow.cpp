@@ -18,7 +18,7 @@
 #include <stdexcept>
 
 #include "sh/cast/cast_visibility.h"
-#include "sh/mirrored_product.h"
+#include "sh/far/far_tables.h"
 
 namespace penumbra {
 
@@ -156,14 +156,11 @@ void CastShadow::castFields(const CastReceivers& receivers, std::span<const std:
 void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const {
     const CastPoints points{receivers.positions, receivers.normals, receivers.tangents};
     if (found.parts.empty()) return castMirrored(found.spheres, points, kSphereFade, rows);
-    static const MirroredProduct product(kFieldOrder, kFieldOrder, kFieldOrder);
     std::array<float, kMostReceivers * kFarNumbers> by_spheres;
-    std::array<float, kFarNumbers> by_fields;
-    castMirrored(found.spheres, points, kSphereFade, std::span(by_spheres).first(rows.size()));
-    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers) {
-        std::copy_n(rows.begin() + std::ptrdiff_t(first), kFarNumbers, by_fields.begin());
-        product(by_fields, std::span(by_spheres).subspan(first, kFarNumbers), rows.subspan(first, kFarNumbers));
-    }
+    const std::span<float> factor = std::span(by_spheres).first(rows.size());
+    castMirrored(found.spheres, points, kSphereFade, factor);
+    fastestFarPath().compose(productConstants(kFieldOrder), factor.data(), nullptr, receivers.positions.size(),
+                             kFarNumbers, rows.data());
 }
 
 std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const {

@@ -12,13 +12,13 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceiv
                    int threads, std::span<float> numbers) {
     std::vector<float> mirrored;
     if (castOn(cast, choice, receivers, threads, mirrored) == 0) return false;
-    constexpr std::size_t kPiece = 256;  // vertices that a thread takes at once
+    constexpr std::size_t kPiece = 512;  // vertices that a thread takes at once
     const CastProduct product(model.convention);
-    const std::size_t count = receivers.positions.size();
+    const std::size_t count = receivers.positions.size(), stride = std::size_t(model.stride);
     parallelFor((count + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
-        for (std::size_t v = piece * kPiece; v < std::min(count, (piece + 1) * kPiece); ++v)
-            product(numbers.subspan(v * std::size_t(model.stride), std::size_t(model.convention.size())),
-                    std::span(mirrored).subspan(v * kFarNumbers, kFarNumbers));
+        const std::size_t first = piece * kPiece, n = std::min(kPiece, count - first);
+        product(numbers.subspan(first * stride, n * stride), stride,
+                std::span(mirrored).subspan(first * kFarNumbers, n * kFarNumbers));
     });
     return true;
 }

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <numbers>
 
 #include "sh/reflectance.h"
@@ -164,6 +166,15 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
         constants_[q].solid = kSolid;
         constants_[q].dark = kDark[q];
     }
+}
+
+const FarConstants& productConstants(int order) {
+    static std::mutex mutex;
+    static std::array<std::unique_ptr<FarTables>, kMaxOrder + 1> made;
+    const std::lock_guard lock(mutex);
+    std::unique_ptr<FarTables>& tables = made[std::size_t(order)];
+    if (!tables) tables = std::make_unique<FarTables>(FarFields(), std::vector<std::vector<std::uint16_t>>(), order);
+    return tables->constants();
 }
 
 FarPart farPart(const PosedPart& posed) {

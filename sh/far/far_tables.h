@@ -50,6 +50,9 @@ private:
     static Product makeProduct(int order_out, int order_a, int order_b);
 };
 
+// Constants for FarPath::compose() alone, of numbers of convention D of this order, made when they are first asked for.
+const FarConstants& productConstants(int order);
+
 // FarConstants::mirror.
 using MirrorTable = std::array<float[kFieldOrder], kFarNumbers>;
 const MirrorTable& mirrorTable();
