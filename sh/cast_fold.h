@@ -1,8 +1,8 @@
 #pragma once
 // Shadows that others cast, as a change of the light. V_c is the visibility past other characters at a receiver, over
-// the whole sphere. The light L' = L V_c then shades the receiver, whose own visibility is as before. V_c is not
-// mirrored at the receiver's horizon, so it cannot be multiplied to visibilities that are (docs/formulas.md, section
-// 8).
+// the whole sphere. The light L' = L V_c then shades the receiver, whose own visibility is as before. This is a
+// reference: scenes mirror V_c at the receiver's horizon and multiply it to the receiver's own visibility, which has
+// less error (docs/formulas.md, section 10).
 #include <span>
 #include <vector>
 

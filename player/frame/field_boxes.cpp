@@ -1,6 +1,7 @@
 #include "player/frame/field_boxes.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace penumbra {
 
@@ -28,6 +29,26 @@ std::vector<BoxEdge> fieldBoxEdges(const CompositionView& composition, std::span
                 for (const unsigned axis : {1u, 2u, 4u})
                     if (!(c & axis)) edges.push_back({corner(c), corner(c | axis), p, b == 0});
         }
+    }
+    return edges;
+}
+
+std::vector<BoxEdge> sphereEdges(const BlockersView& blockers, std::span<const Affine> bones) {
+    constexpr int kPieces = 32;  // of a circle
+    std::vector<BoxEdge> edges;
+    for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
+        const CasterSphere sphere = movedBy(bones[blockers.joints[s]], blockers.spheres[s]);
+        for (int axis = 0; axis < 3; ++axis)
+            for (int piece = 0; piece < kPieces; ++piece) {
+                const auto at = [&](int i) {
+                    const double angle = 2 * std::numbers::pi * i / kPieces;
+                    Vec3 p = sphere.centre;
+                    p[(axis + 1) % 3] += sphere.radius * float(std::cos(angle));
+                    p[(axis + 2) % 3] += sphere.radius * float(std::sin(angle));
+                    return p;
+                };
+                edges.push_back({at(piece), at(piece + 1), blockers.joints[s], false});
+            }
     }
     return edges;
 }

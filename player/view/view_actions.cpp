@@ -167,7 +167,7 @@ constexpr std::array kShortcuts = {
     Shortcut{'[', "[", "", "error scale to a smaller number", smallerError},
     Shortcut{']', "]", "", "error scale to a larger number", largerError},
     Shortcut{'N', "N", "", "normals and tangents as lines", frames},
-    Shortcut{'U', "U", "", "boxes of the fields of composed characters", boxes},
+    Shortcut{'U', "U", "", "boxes of fields, or spheres, that characters cast by", boxes},
     Shortcut{'Y', "Y", "previous", "lobe of the next factor of the picked vertex", otherFactor},
     Shortcut{'X', "X", "", "no vertex picked", unpick},
     Shortcut{'Z', "Z", "", "scores as the pose has them, not changed", unedit},

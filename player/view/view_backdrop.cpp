@@ -2,6 +2,11 @@
 
 namespace penumbra {
 
+bool showsGround(const Scene& scene, const ViewState& state) {
+    return state.ground && scene.ground_file && scene.ground.version > 0 &&
+           cameraPosition(state.camera).y >= scene.ground_file->height;
+}
+
 // Draws with the camera's own view from the origin of a sphere around it. Depth is clamped, as the sphere has no
 // place.
 void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view, double aspect) {
@@ -27,7 +32,6 @@ void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const 
 
 void Backdrop::drawGround(const Scene& scene, const FrameView& view) {
     const ShownGround& ground = scene.ground;
-    if (ground.version == 0 || view.eye.y < scene.ground_file->height) return;  // from below it would hide everyone
     if (!ground_) {
         tiles_ = groundTiles(ground.vertices.side);
         ground_.emplace(tiles_.triangles, Channel::kShaded);
@@ -51,7 +55,7 @@ void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView&
     if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
         shownCompare(state) != Compare::kDifference)
         drawSky(*shading, state, view, aspect);
-    if (state.ground && scene.ground_file) drawGround(scene, view);
+    if (showsGround(scene, state)) drawGround(scene, view);
 }
 
 }  // namespace penumbra

@@ -8,6 +8,9 @@
 
 namespace penumbra {
 
+// Tells whether the ground is drawn. From below it would hide everyone.
+bool showsGround(const Scene& scene, const ViewState& state);
+
 class Backdrop {
 public:
     // Draws into the pane that is set, and clears its depth. `view` has the pane's camera; `aspect` is its shape.

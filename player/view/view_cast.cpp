@@ -16,6 +16,7 @@ void makeCasters(Scene& scene) {
         const std::optional<CasterKind> kind =
             member ? casterKindOf(*member, *character.evaluator) : casterKindOf(*character.evaluator);
         if (!kind) continue;
+        character.casts = kind;
         character.caster = casters.size();
         casters.push_back(character.evaluator.get());
         kinds.push_back(*kind);

@@ -126,19 +126,23 @@ void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, doub
     }
 }
 
-// Draws the boxes of all parts, or of the one far part whose lobe is drawn.
+// Draws the boxes of all parts, or of the one far part whose lobe is drawn, and the spheres of those that cast by them.
 void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double radius) {
     const VisibilityFactor* factor = shownFactor(*scene_, state);
     const bool one = factor && factor->choice.kind == FactorKind::kPart;
     for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
         const Character& character = *scene_->characters[i];
-        if (!character.evaluator->composed() || (one && state.picked->character != i)) continue;
+        if (one && state.picked->character != i) continue;
+        FrameView view = paneView(state, pane.area, radius, character.to_scene);
+        view.display = DisplayTransform();
+        const std::span<const Affine> bones = character.evaluator->bones();
+        if (!one && character.casts == CasterKind::kSpheres)
+            overlays_.drawBoxes(sphereEdges(character.asset.blockers, bones), view);
+        if (!character.evaluator->composed() || (!one && character.casts == CasterKind::kSpheres)) continue;
         const CompositionView& composition = *character.asset.model.composition;
         std::vector<std::size_t> parts(one ? 1 : composition.parts.size(), one ? factor->choice.part : 0);
         if (!one) std::iota(parts.begin(), parts.end(), std::size_t(0));
-        FrameView view = paneView(state, pane.area, radius, character.to_scene);
-        view.display = DisplayTransform();
-        overlays_.drawBoxes(fieldBoxEdges(composition, character.evaluator->bones(), parts), view);
+        overlays_.drawBoxes(fieldBoxEdges(composition, bones, parts), view);
     }
 }
 
@@ -188,7 +192,7 @@ float ScenePainter::measureExposure(const ViewState& state, const Rectangle& pic
 
 void ScenePainter::draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost) {
     double radius = boundsOf(*scene_).radius();
-    if (state.ground && scene_->ground_file) radius = std::max(radius, scene_->ground_file->size / 4);
+    if (showsGround(*scene_, state)) radius = std::max(radius, scene_->ground_file->size / 4);
     const std::vector<Pane> panes = panesOf(state, picture);
     const auto start = std::chrono::steady_clock::now();
     evaluate_timer_.begin();

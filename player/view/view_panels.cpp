@@ -150,7 +150,7 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
     if (ImGui::Combo("##shadows", &shadows, "all shadows\0shadows on itself\0shadows on others\0no shadows\0"))
         state.shadows = Shadows(shadows);
     ImGui::Checkbox("normals and tangents", &state.frames);
-    if (contents.composed()) ImGui::Checkbox("boxes of fields", &state.boxes);
+    if (contents.hasOutlines()) ImGui::Checkbox("boxes of fields, spheres", &state.boxes);
 }
 
 // Explains missing truth. Poses between sampled frames have none, and need no word.

@@ -15,7 +15,8 @@ ViewContents contentsOf(const Scene& scene) {
             {&character->asset.animation, std::max<std::size_t>(1, character->asset.mesh.slots.size()),
              mostComponents(character->asset.model), character->truth != nullptr, character->strip.clip(),
              character->strip.outOfRange(), known ? character->error_strip.errors() : std::span<const FrameError>(),
-             character->asset.model.composition.has_value(), character->factors});
+             character->asset.model.composition.has_value(), character->casts == CasterKind::kSpheres,
+             character->factors});
     }
     contents.materials = scene.material_names.size();
     contents.lights = scene.light_names.size();
@@ -98,7 +99,7 @@ std::string describe(const Scene& scene, const ViewState& state) {
     if (const VisibilityFactor* factor = shownFactor(scene, state))
         text += ", lobe of vertex " + std::to_string(state.picked->vertex) + " (" +
                 nameOf(scene.characters[state.picked->character]->asset, factor->choice) + ")";
-    if (state.boxes && contents.composed()) text += ", boxes of fields";
+    if (state.boxes && contents.hasOutlines()) text += ", boxes of fields";
     if (state.score_edit) text += ", scores of cluster " + std::to_string(state.score_edit->cluster) + " changed";
     return text;
 }

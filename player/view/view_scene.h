@@ -35,6 +35,7 @@ struct Character {
     Affine placement;              // from its model frame to the scene: a rotation about y and a translation
     Affine to_scene;               // the same, with what the user has moved it
     std::size_t caster = kNobody;  // of Scene::cast
+    std::optional<CasterKind> casts = {};
     std::unique_ptr<Evaluator> evaluator;
     std::unique_ptr<ShadingSet> shading;  // null without materials or lights
 

@@ -16,6 +16,10 @@ bool ViewContents::composed() const {
     return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.composed; });
 }
 
+bool ViewContents::hasOutlines() const {
+    return composed() || std::ranges::any_of(characters, &CharacterContents::spheres);
+}
+
 std::size_t ViewContents::components() const {
     std::size_t most = 0;
     for (const CharacterContents& character : characters) most = std::max(most, character.components);

@@ -109,6 +109,7 @@ struct CharacterContents {
     std::span<const float> out_of_range = {};
     std::span<const FrameError> errors = {};
     bool composed = false;
+    bool spheres = false;                            // it casts by them
     std::span<const VisibilityFactor> factors = {};  // of the picked vertex, if it belongs to this character
 };
 struct ViewContents {
@@ -117,6 +118,7 @@ struct ViewContents {
     bool shaded() const { return materials > 0 && lights > 0; }
     bool hasTruth() const;
     bool composed() const;           // some character is
+    bool hasOutlines() const;        // some character has boxes of fields, or spheres
     std::size_t components() const;  // the most that any character has
 };
 

@@ -111,7 +111,7 @@ target_link_libraries(static PRIVATE penumbra::penumbra_static m)
     assert result.returncode == 1 and "shade_cloth: PENUMBRA_UNSUPPORTED: x.pnb: is a skinned mesh" in result.stderr, result
     run("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", CAST, *flags, "-o", "cast")
     result = subprocess.run(["./cast", "x.pnb", "no.pgm"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=library["env"])
-    assert result.returncode == 1 and "x.pnb: has no fields of parts" in result.stderr and not os.path.exists("no.pgm"), result
+    assert result.returncode == 1 and "x.pnb: has neither fields of parts nor spheres" in result.stderr and not os.path.exists("no.pgm"), result
     printed = run("./cast", "c.pnb", "ground.pgm", 0.7, env=library["env"])
     means = [float(x) for x in re.findall(r"mean ambient ([0-9.]+) alone, ([0-9.]+) beside", printed) for x in x]
     grey = open("ground.pgm", "rb").read()[-256 * 256:]

@@ -135,6 +135,20 @@ TEST(FieldBoxes, MoveWithTheirBones) {
     }
 }
 
+TEST(FieldBoxes, CirclesLieOnTheirSpheres) {
+    const std::array spheres = {CasterSphere{{1, 2, 3}, 0.5f}, CasterSphere{{0, 0, 0}, 2}};
+    const std::array<std::uint16_t, 2> joints = {1, 0};
+    const std::array bones = {Affine{}, Affine{{2, 0, 0, 5, 0, 2, 0, 0, 0, 0, 2, 0}}};
+    const std::vector<BoxEdge> edges = sphereEdges({spheres, joints}, bones);
+    ASSERT_EQ(edges.size(), 2u * 3 * 32);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const bool first = i < edges.size() / 2;
+        const Vec3 centre = first ? Vec3{7, 4, 6} : Vec3{};
+        EXPECT_EQ(edges[i].part, first ? 1u : 0u);
+        for (const Vec3 end : {edges[i].from, edges[i].to}) EXPECT_NEAR(length(end - centre), first ? 1 : 2, 1e-5);
+    }
+}
+
 TEST(FieldBoxes, RibbonsFaceTheEyeAndLookAsWideEverywhere) {
     const std::vector<BoxEdge> edges = {{{0, 0, 0}, {1, 0, 0}, 3, true}, {{0, 0, -8}, {0, 2, -9}, 5, true}};
     const Vec3 eye{0.5f, 0, 2};

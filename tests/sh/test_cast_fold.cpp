@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sh/cast/cast_visibility.h"
 #include "sh/cast_fold.h"
 #include "sh/log_visibility.h"
 #include "sh/mirrored_product.h"
@@ -121,6 +122,45 @@ TEST(CastFold, MatchesGolden) {
             expectNear(radianceOf(test, golden.at("slices").at(brdf), floats), doubles(test.at(brdf).at("radiance")),
                        float_tolerance);
     }
+}
+
+// D5 of a case times the visibility past its spheres, mirrored at the horizon, as scenes compute it.
+nlohmann::json castD5(const nlohmann::json& test) {
+    const std::vector<CasterSphere> spheres = inFloats(goldenSpheres(test.at("centres"), test.at("radii")));
+    const std::vector<Vec3> at = {toFloat(vec3(test.at("position")))}, normal = {toFloat(vec3(test.at("normal")))},
+                            tangent = {toFloat(vec3(test.at("tangent")))};
+    std::vector<float> cast(kMirroredCast), product(15);
+    castMirrored(spheres, {at, normal, tangent}, {}, cast);
+    multiplyMirrored(5, inFloats(doubles(test.at("d5"))), 5, cast, 6, product);
+    return product;
+}
+
+// Both ways against brute force, over all cases, colours and materials. Measured: 0.040 and 0.026; 0.24 without the
+// casters.
+TEST(CastFold, MirroredProductsAreNoFartherFromBruteForce) {
+    const auto golden = readGolden("cast_and_self.json");
+    double fold = 0, mirrored = 0, none = 0, all = 0;
+    for (auto test : golden.at("cases")) {
+        const std::vector<double> light = flat(test.at("light_sh"));
+        const nlohmann::json product = castD5(test);
+        for (const char* brdf : {"lambert", "ggx_.3"}) {
+            const nlohmann::json& figures = test.at(brdf);
+            const std::vector<double> truth = doubles(figures.at("brute_force")),
+                                      folded = doubles(figures.at("radiance")),
+                                      alone = doubles(figures.at("radiance_without_cast"));
+            nlohmann::json with_product = test;
+            with_product["d5"] = product;
+            const std::vector<double> ours = radianceOf(with_product, golden.at("slices").at(brdf), light);
+            for (std::size_t c = 0; c < 3; ++c) {
+                fold += std::pow(folded[c] - truth[c], 2);
+                mirrored += std::pow(ours[c] - truth[c], 2);
+                none += std::pow(alone[c] - truth[c], 2);
+                all += truth[c] * truth[c];
+            }
+        }
+    }
+    EXPECT_LT(mirrored, fold);
+    EXPECT_LT(mirrored, 0.1 * none);
 }
 
 TEST(CastFold, WithFreeSightChangesNothing) {
