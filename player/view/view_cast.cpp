@@ -4,6 +4,7 @@
 
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
+#include "player/view/view_shapes.h"
 
 namespace penumbra {
 
