@@ -49,7 +49,7 @@ SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, 
 }
 
 void SceneFrames::evaluateMembers() {
-    for (std::size_t m = 0; m < members_.size(); ++m) members_[m] = memberVertices(scene_, m, threads_);
+    for (std::size_t m = 0; m < members_.size(); ++m) memberVertices(scene_, m, threads_, members_[m]);
 }
 
 void SceneFrames::evaluateGround() {

@@ -10,8 +10,10 @@ namespace penumbra {
 bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
                    int threads, std::span<float> numbers);
 
-// Computes the vertices of a member in the scene, with numbers past its own parts and all other casters. Where nobody
-// casts on it, these are the very numbers that it has alone.
+// Sizes `vertices`, which may hold those of a frame before. Computes the vertices of a member in the scene, with
+// numbers past its own parts and all other casters. Where nobody casts on it, these are the very numbers that it has
+// alone.
+void memberVertices(const PosedScene& scene, std::size_t member, int threads, FrameVertices& vertices);
 FrameVertices memberVertices(const PosedScene& scene, std::size_t member, int threads);
 
 }  // namespace penumbra
