@@ -57,7 +57,9 @@ void applySceneFile(const Scene& scene, ViewState& state) {
     const BoundingBox box = restBounds(scene);
     const std::array points = {box.low, box.high};
     state.camera = cameraOf(*scene.file, "", points);
-    state.frame_all = false;
+    // What the file leaves open is framed when everyone has their pose.
+    const std::string& text = scene.file->camera;
+    state.frame_all = text.find("target") == text.npos && text.find("distance") == text.npos;
 }
 
 }  // namespace penumbra
