@@ -118,6 +118,25 @@ penumbra_status penumbra_scene_set_caster(penumbra_scene* scene, size_t caster, 
     });
 }
 
+size_t penumbra_asset_sphere_count(const penumbra_asset* asset) {
+    return asset ? asset->data->view.blockers.spheres.size() : 0;
+}
+
+penumbra_status penumbra_character_get_spheres(const penumbra_character* character, const float* to_scene,
+                                               float* spheres, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requirePointer(spheres, "spheres");
+        const Affine placed = rigidOf(to_scene);
+        const BlockersView& blockers = character->asset->view.blockers;
+        for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
+            const CasterSphere posed = movedBy(character->evaluator.bones()[blockers.joints[s]], blockers.spheres[s]);
+            const Vec3 centre = placed.point(posed.centre);
+            for (const float x : {centre.x, centre.y, centre.z, posed.radius}) *spheres++ = x;
+        }
+    });
+}
+
 penumbra_status penumbra_scene_probe(const penumbra_scene* scene, size_t except, const float* positions,
                                      const float* normals, size_t count, float* ambient_out, float* transfer,
                                      penumbra_error* error) {

@@ -17,7 +17,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "sh/cast/cast_visibility.h"
 #include "sh/far/far_tables.h"
 
 namespace penumbra {
@@ -53,9 +52,6 @@ CasterSphere sphereAround(std::span<const Vec3> points) {
     for (const Vec3 p : points) sphere.radius = std::max(sphere.radius, length(p - sphere.centre));
     return sphere;
 }
-
-// Spheres fade as parts do. A person of 15 spheres counts whole up to some 3 m, and is gone at 6 m.
-constexpr CastFade kSphereFade = {0.0001f, 0.0003f};
 
 }  // namespace
 

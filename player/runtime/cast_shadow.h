@@ -10,8 +10,12 @@
 #include <vector>
 
 #include "player/runtime/evaluator.h"
+#include "sh/cast/cast_visibility.h"
 
 namespace penumbra {
+
+// Spheres fade as parts do. A person of 15 spheres counts whole up to some 3 m, and is gone at 6 m.
+inline constexpr CastFade kSphereFade = {0.0001f, 0.0003f};
 
 // Points with unit normals and tangents orthogonal to them, in the frame of the scene.
 struct CastReceivers {

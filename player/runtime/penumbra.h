@@ -333,6 +333,14 @@ PENUMBRA_API penumbra_status penumbra_scene_cast(const penumbra_scene* scene, si
                                                  size_t first_vertex, size_t vertex_count, float* numbers,
                                                  penumbra_error* error);
 
+/* How many spheres characters of the asset cast by (penumbra-pack asset --blockers); 0: none. */
+PENUMBRA_API size_t penumbra_asset_sphere_count(const penumbra_asset* asset);
+/* Writes the spheres of a character as it is posed now, [sphere_count,4]: the centre in the scene, and the radius.
+ * Shaders read them as PENUMBRA_SPHERE (penumbra_cast_get_glsl). `to_scene` is that of penumbra_scene_set_caster. No
+ * scene is needed, and an asset with fields has its spheres here, too. Allocates nothing. */
+PENUMBRA_API penumbra_status penumbra_character_get_spheres(const penumbra_character* character, const float* to_scene,
+                                                            float* spheres, penumbra_error* error);
+
 /* --- Shading: the materials and the light that are on. Any number of characters of one asset share it. --- */
 
 typedef struct penumbra_shading penumbra_shading;
@@ -412,6 +420,18 @@ PENUMBRA_API penumbra_status penumbra_shading_get_gpu_materials(const penumbra_s
  * of the light. */
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels,
                                                             penumbra_error* error);
+
+/* Writes the GLSL functions penumbra_cast_visibility(), penumbra_cast_mirror() and penumbra_cast_ambient(): what the
+ * spheres of casters leave visible at any point. With an asset the text also has penumbra_cast_numbers(), which
+ * multiplies the numbers of that asset's vertices by it; it then stands behind the text of penumbra_shading_get_glsl.
+ * docs/gpu.md tells how they come together. `asset` may be NULL; `text`, `capacity` and `length` are as there.
+ * Allocates. */
+PENUMBRA_API penumbra_status penumbra_cast_get_glsl(const penumbra_asset* asset, char* text, size_t capacity,
+                                                    size_t* length, penumbra_error* error);
+/* Writes [PENUMBRA_CAP_LOG_TEXELS,4] for PENUMBRA_CAP_LOG, the same table for all casters. One call is enough.
+ * Allocates. */
+#define PENUMBRA_CAP_LOG_TEXELS 1024
+PENUMBRA_API penumbra_status penumbra_get_cap_logs(float* texels, penumbra_error* error);
 
 #ifdef __cplusplus
 }

@@ -32,6 +32,8 @@ inline penumbra_status useBytes(const void* bytes, std::size_t size, penumbra_er
                                              inputs.size(), nullptr);
         }
     frame.evaluate(character.get(), info, 2);
+    std::vector<float> spheres(4 * penumbra_asset_sphere_count(asset.get()) + 1);
+    penumbra_character_get_spheres(character.get(), nullptr, spheres.data(), nullptr);
     const penumbra_asset* casters[] = {asset.get()};
     penumbra_scene* made = nullptr;
     if (penumbra_scene_create(casters, 1, &made, nullptr) == PENUMBRA_OK) {
