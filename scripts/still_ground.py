@@ -49,11 +49,23 @@ def true_ambient(arguments, bake, side, grounds, positions, triangles):
     return 2 / np.sqrt(3 * np.pi) * (-n[..., 0] * v[..., 3] - n[..., 1] * v[..., 1] + n[..., 2] * v[..., 2])
 
 
-def probed_ambient(arguments, asset, ground, clip, seconds):
-    """E [points] of the ground under the asset at a time of a clip."""
-    scene, points, out = (arguments.work / name for name in ("scene.json", "points.csv", "probe.csv"))
-    scene.write_text(json.dumps({"version": 1, "characters": [{"asset": str(asset.resolve()), "clip": clip, "time": seconds}]}))
-    points.write_text("x,y,z,nx,ny,nz\n" + "".join("%.9g,%.9g,%.9g,0,1,0\n" % tuple(p) for p in ground))
-    call(arguments, "penumbra-player", "probe", scene, "--points", points, "-o", out)
+def probed(arguments, character, points, normals, columns):
+    """Columns [points, columns] of what penumbra-player probe says of points beside one character of a scene."""
+    scene, listed, out = (arguments.work / name for name in ("scene.json", "points.csv", "probe.csv"))
+    scene.write_text(json.dumps({"version": 1, "characters": [character]}))
+    rows = np.concatenate([points, np.broadcast_to(normals, points.shape)], 1)
+    listed.write_text("x,y,z,nx,ny,nz\n" + "".join("%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n" % tuple(row) for row in rows))
+    call(arguments, "penumbra-player", "probe", scene, "--points", listed, "-o", out)
     with open(out) as f:
-        return np.array([float(row["E"]) for row in csv.DictReader(f)])
+        return np.array([[float(row[column]) for column in columns] for row in csv.DictReader(f)])
+
+
+def character_of(asset, clip, seconds, casts=None):
+    """A character of a scene; `casts` as there, None for what the asset casts by of itself."""
+    character = {"asset": str(asset.resolve()), "clip": clip, "time": seconds}
+    return character | {"casts": casts} if casts else character
+
+
+def probed_ambient(arguments, asset, ground, clip, seconds, casts=None):
+    """E [points] of the ground under the asset at a time of a clip."""
+    return probed(arguments, character_of(asset, clip, seconds, casts), ground, [0, 1, 0], ["E"])[:, 0]
