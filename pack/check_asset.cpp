@@ -33,10 +33,13 @@ namespace {
 // Buffers for one frame as both sides see it, in asset order.
 struct FrameBuffers {
     std::vector<float> evaluated, truth, predicted, second, unpacked;  // [V * stride]
-    std::vector<float> local_far;                                      // [V * stride], only for a composed asset
-    std::vector<float> far;                                            // [V * kFarNumbers], the same
+    // Only for a composed asset: local visibility of the model, of the truth, and of the truth in the model's span.
+    std::vector<float> local, true_local, spanned_local;  // [V * stride]
+    std::vector<float> far;                               // [V * kFarNumbers]
     std::vector<Vec3> positions, normals, tangents;
     std::vector<float> e_evaluated, e_truth;
+
+    FrameBuffers(const Evaluator& evaluator, std::size_t stride);
 };
 
 // The span of every cluster's components around its mean.
@@ -46,6 +49,9 @@ struct Spans {
 
     explicit Spans(const AssetView& asset);
     double squaredDistance(const ClusterView& cluster, std::size_t index, std::span<const float> numbers) const;
+    // Writes the point of the cluster's span that is nearest to `numbers`; both have all vertices.
+    void project(const ClusterView& cluster, std::size_t index, std::span<const float> numbers,
+                 std::span<float> out) const;
 };
 
 class Checker {
@@ -70,9 +76,22 @@ private:
 
     void compareVertex(std::size_t vertex, const BakedFrames& baked, CheckSums& sums);
     const LocalMoments* trueLocal() const;
-    void compareComposition(std::size_t cluster, const BakedFrames& baked, CheckSums& sums);
+    void findLocal(std::size_t cluster, const BakedFrames& baked);
+    void compareComposition(std::size_t cluster, CheckSums& sums);
     void compareCluster(std::size_t cluster, const BakedFrames& baked, ClipSums& clip);
 };
+
+FrameBuffers::FrameBuffers(const Evaluator& evaluator, std::size_t stride) {
+    const std::size_t count = evaluator.vertexCount();
+    for (std::vector<float>* numbers : {&evaluated, &truth, &predicted, &second, &unpacked})
+        numbers->resize(count * stride);
+    if (evaluator.composed()) {
+        for (std::vector<float>* numbers : {&local, &true_local, &spanned_local}) numbers->resize(count * stride);
+        far.resize(count * kFarNumbers);
+    }
+    for (std::vector<Vec3>* vectors : {&positions, &normals, &tangents}) vectors->resize(count);
+    for (std::vector<float>* e : {&e_evaluated, &e_truth}) e->resize(count);
+}
 
 Spans::Spans(const AssetView& asset) {
     mean.resize(asset.mesh.positions.size() * std::size_t(asset.model.stride));
@@ -92,6 +111,14 @@ double Spans::squaredDistance(const ClusterView& cluster, std::size_t index, std
     return projectors[index].squaredDistance(numbers.subspan(first, count), std::span(mean).subspan(first, count));
 }
 
+void Spans::project(const ClusterView& cluster, std::size_t index, std::span<const float> numbers,
+                    std::span<float> out) const {
+    const std::size_t count = cluster.mean.count;
+    const std::size_t first = count / std::max<std::size_t>(1, cluster.vertex_count) * cluster.first_vertex;
+    projectors[index].project(numbers.subspan(first, count), std::span(mean).subspan(first, count),
+                              out.subspan(first, count));
+}
+
 Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const CheckReferences& references)
     : asset_(asset),
       truth_(truth),
@@ -100,13 +127,14 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
       spans_(asset),
       predictions_(references.predictions, "predictions"),
       second_bake_(references.second_bake, "second bake"),
+      buffers_(evaluator_, std::size_t(asset.model.stride)),
       frame_error_(asset.model.clusters.size()) {
     evaluator_.setQuality(references.quality);
     if (references.unpacked) {
         unpacked_.emplace(*references.unpacked);
         unpacked_spans_.emplace(*references.unpacked);
     }
-    const std::size_t count = evaluator_.vertexCount(), numbers = count * std::size_t(asset.model.stride);
+    const std::size_t numbers = evaluator_.vertexCount() * std::size_t(asset.model.stride);
     for (const std::string& name : truth.header().frames.clip_names) {
         ClipSums clip{
             name, true, 0, 0, std::vector<CheckSums>(asset.model.clusters.size()), std::vector<double>(numbers)};
@@ -114,19 +142,6 @@ Checker::Checker(const AssetView& asset, const VisibilityReader& truth, const Ch
             if (known.name == name) clip.held_out = known.held_out;
         clips_.push_back(std::move(clip));
     }
-    const std::vector<float> zeros(numbers);
-    buffers_ = {zeros,
-                zeros,
-                zeros,
-                zeros,
-                zeros,
-                evaluator_.composed() ? zeros : std::vector<float>(),
-                std::vector<float>(evaluator_.composed() ? count * kFarNumbers : 0),
-                std::vector<Vec3>(count),
-                std::vector<Vec3>(count),
-                std::vector<Vec3>(count),
-                std::vector<float>(count),
-                std::vector<float>(count)};
 }
 
 // Turns the coefficients of one vertex of a prediction into numbers of the convention. They are moments like those of
@@ -190,37 +205,59 @@ const LocalMoments* Checker::trueLocal() const {
     return fits ? &*local : nullptr;
 }
 
+// Finds the local visibility of one cluster: the model's, and the truth's if it has that, before and after it is moved
+// into the span of the model's components.
+void Checker::findLocal(std::size_t cluster, const BakedFrames& baked) {
+    const ClusterView& view = asset_.model.clusters[cluster];
+    const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(asset_.model.convention.size());
+    FrameBuffers& b = buffers_;
+    (unpacked_ ? *unpacked_ : evaluator_).evaluateLocal(cluster, b.local);
+    const LocalMoments* moments = trueLocal();
+    if (!moments) return;
+    const std::size_t n = moments->coefficientCount();
+    for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v)
+        numbersFromMoments(asset_.model.convention,
+                           std::span(baked.truth.local_coefficients).subspan(asset_.mesh.shading_point[v] * n, n),
+                           b.normals[v], b.tangents[v], std::span(b.true_local).subspan(v * stride, size));
+    if (unpacked_)
+        unpacked_spans_->project(references_.unpacked->model.clusters[cluster], cluster, b.true_local, b.spanned_local);
+    else
+        spans_.project(view, cluster, b.true_local, b.spanned_local);
+}
+
 // Adds the errors of local visibility x far parts without the residual, by the model and by the truth. Their numbers
 // are moved to where E lies in [0, 1], as those of the model are.
-void Checker::compareComposition(std::size_t cluster, const BakedFrames& baked, CheckSums& sums) {
+void Checker::compareComposition(std::size_t cluster, CheckSums& sums) {
     const ClusterView& view = asset_.model.clusters[cluster];
     const Convention& convention = asset_.model.convention;
     const std::size_t stride = std::size_t(asset_.model.stride), size = std::size_t(convention.size());
-    const LocalMoments* moments = trueLocal();
-    FrameBuffers& b = buffers_;
-    std::array<float, coefficientCount(kMaxOrder)> weight_buffer, local, product, by_truth;
+    const FrameBuffers& b = buffers_;
+    using Numbers = std::array<float, coefficientCount(kMaxOrder)>;
+    Numbers weight_buffer;
     const std::span<float> weights = std::span(weight_buffer).first(size);
     ambientWeights(convention, weights);
     float norm2 = 0;
     for (float w : weights) norm2 += w * w;
-    evaluator_.evaluateLocal(cluster, b.local_far);
     for (std::size_t v = view.first_vertex; v < view.first_vertex + std::size_t(view.vertex_count); ++v) {
         const std::span<const float> far = std::span(b.far).subspan(v * kFarNumbers, kFarNumbers);
-        const auto composed = [&](std::span<const float> from, std::span<float> to) {
-            multiplyMirrored(convention.order, from, convention.order, far, kFieldOrder, to);
+        const auto composed = [&](const std::vector<float>& local, Numbers& buffer) {
+            const std::span<float> to = std::span(buffer).first(size);
+            multiplyMirrored(convention.order, std::span(local).subspan(v * stride, size), convention.order, far,
+                             kFieldOrder, to);
             clampAmbient(weights, norm2, to);
+            return std::span<const float>(to);
         };
         const std::span<const float> y = std::span(b.truth).subspan(v * stride, size);
-        const std::span<float> model = std::span(product).first(size), truth = std::span(by_truth).first(size);
-        composed(std::span(b.local_far).subspan(v * stride, size), model);
+        Numbers of_model, of_truth, of_span;
+        const std::span<const float> model = composed(b.local, of_model);
         sums.without_residual += squaredDifference(model, y);
-        if (!moments) continue;
-        const std::size_t n = moments->coefficientCount(), point = asset_.mesh.shading_point[v];
-        numbersFromMoments(convention, std::span(baked.truth.local_coefficients).subspan(point * n, n), b.normals[v],
-                           b.tangents[v], std::span(local).first(size));
-        composed(std::span(local).first(size), truth);
+        if (!trueLocal()) continue;
+        const std::span<const float> truth = composed(b.true_local, of_truth);
+        const std::span<const float> spanned = composed(b.spanned_local, of_span);
         sums.split += squaredDifference(truth, y);
         sums.local += squaredDifference(truth, model);
+        sums.local_outside += squaredDifference(spanned, truth);
+        sums.local_regression += squaredDifference(model, spanned);
     }
 }
 
@@ -246,10 +283,12 @@ void Checker::compareCluster(std::size_t cluster, const BakedFrames& baked, Clip
     const std::span<const float> y = part(b.truth);
     for (std::size_t i = 0; i < y.size(); ++i) clip.truth_sum[begin * stride + i] += y[i];
     sums.error = frame_error_[cluster] = squaredDifference(part(b.evaluated), y);
-    if (composed)
-        compareComposition(cluster, baked, sums);
-    else
+    if (composed) {
+        findLocal(cluster, baked);
+        compareComposition(cluster, sums);
+    } else {
         sums.outside = spans_.squaredDistance(view, cluster, b.truth);
+    }
     if (unpacked_) {
         if (composed)
             unpacked_->composeCluster(cluster, b.far, b.unpacked);  // the far parts are the same

@@ -32,9 +32,14 @@ struct ErrorFigures {
     double unpacked_error = 0, unpacked_truncation = 0, packing = 0;
     // Composed models have these instead of truncation and regression; of others they are NaN.
     bool composed = false;
+    // All but `split` are of the unpacked model if it was given. Those of the truth's local visibility are NaN if the
+    // truth has none.
     double without_residual = 0;  // the error of local visibility x far parts alone
-    double split = 0;             // the error of the truth's local visibility x far parts, if the truth has that
-    double local = 0;             // the difference of these two: what the local model costs
+    double split = 0;             // the error of the truth's local visibility x far parts
+    double local = 0;             // the difference of these two products: what the local model costs
+    double local_truncation = 0;  // of that, what changes when the true local visibility is moved into the span of the
+                                  // stored mean and components
+    double local_regression = 0;  // the rest: from there to the model's local visibility
 };
 
 // A frame of the truth: its error, beside what the evaluator itself can tell about the pose.

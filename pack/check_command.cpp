@@ -81,7 +81,11 @@ void reportBudget(const CheckResult& result, Report& report) {
         }
     }
     if (result.training.composed) {
-        std::printf("squares add up: total + SH truncation = against all bands. Bake noise is in the truth.\n");
+        std::printf(
+            "squares add up: total + SH truncation = against all bands. These do up to their correlation: local PCA +\n"
+            "local regression = local model; unpacked model + rank and quantisation = total. The rows from true local "
+            "x\n"
+            "far to without residual do not add up to the total. Bake noise is in the truth.\n");
         return;
     }
     std::printf(

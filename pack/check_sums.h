@@ -13,7 +13,7 @@ namespace penumbra {
 struct CheckSums {
     double error = 0, truth_squares = 0, outside = 0, ambient = 0, prediction = 0;
     double sh_outside = 0, noise = 0, unpacked = 0, unpacked_outside = 0, packing = 0;
-    double without_residual = 0, split = 0, local = 0;
+    double without_residual = 0, split = 0, local = 0, local_outside = 0, local_regression = 0;
 
     void add(const CheckSums& other) {
         sh_outside += other.sh_outside;
@@ -24,6 +24,8 @@ struct CheckSums {
         without_residual += other.without_residual;
         split += other.split;
         local += other.local;
+        local_outside += other.local_outside;
+        local_regression += other.local_regression;
         error += other.error;
         truth_squares += other.truth_squares;
         outside += other.outside;

@@ -19,6 +19,8 @@ std::vector<BudgetRow> composedBudget(const ErrorFigures& figures) {
     return {{"bake noise", figures.bake_noise, 0, "--second-bake"},
             {"SH truncation", figures.sh_truncation, 0, ""},
             {"true local x far", figures.split, 0, "a truth with --local"},
+            {"local PCA", figures.local_truncation, 0, "a truth with --local"},
+            {"local regression", figures.local_regression, 0, "a truth with --local"},
             {"local model", figures.local, 0, "a truth with --local"},
             {"without residual", figures.without_residual, 0, ""},
             {"unpacked model", figures.unpacked_error, 0, "--model"},

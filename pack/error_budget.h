@@ -23,10 +23,15 @@ struct BudgetRow {
 // against all bands     total^2 + SH truncation^2
 // Of a composed model there are these in the place of output PCA and regression:
 // true local x far      the truth's local visibility times the far parts: fields, products of SH and the split itself
-// local model           the difference of that to the model's local visibility times the far parts: regression, output
-//                       PCA and quantisation of the local part, as they show in the final numbers
-// without residual      the model's local visibility times the far parts; what the total has less is the residual's
-// Without the unpacked model, output PCA is that of the stored components, and regression is the rest of the total.
+// local PCA             the difference of that to the same product with the truth's local visibility projected on the
+//                       span of the local components
+// local regression      the difference of that to the model's local visibility times the far parts
+// local model           both steps at once. The two are orthogonal in the local numbers, but not after the product:
+// local
+//                       model^2 is local PCA^2 + local regression^2 + twice their correlation
+// without residual      the error of the model's local visibility times the far parts, which the residual corrects
+// The local rows and the one without residual are of the unpacked model, too. They do not add up to the total.
+// Without the unpacked model, all rows are of the stored components. Regression is the rest of the total then.
 std::vector<BudgetRow> errorBudget(const ErrorFigures& figures);
 
 }  // namespace penumbra

@@ -40,19 +40,37 @@ SpanProjector::SpanProjector(std::vector<float> basis, std::size_t length)
     }
 }
 
-double SpanProjector::squaredDistance(std::span<const float> point, std::span<const float> origin) const {
-    std::vector<float> difference(length_);
+std::vector<double> SpanProjector::coordinates(std::span<const float> point, std::span<const float> origin,
+                                               std::vector<float>& difference) const {
+    difference.resize(length_);
     for (std::size_t i = 0; i < length_; ++i) difference[i] = point[i] - origin[i];
-    double squared = dotOf(difference.data(), difference.data(), length_);
     const std::size_t count = length_ > 0 ? basis_.size() / length_ : 0;
-    std::vector<double> along(count);
+    std::vector<double> along(count), result(count);
     for (std::size_t k = 0; k < count; ++k) along[k] = dotOf(basis_.data() + k * length_, difference.data(), length_);
-    for (std::size_t k = 0; k < count; ++k) {
-        double component = 0;
-        for (std::size_t i = 0; i <= k; ++i) component += factor_[k * count + i] * along[i];
-        squared -= component * component;
-    }
+    for (std::size_t k = 0; k < count; ++k)
+        for (std::size_t i = 0; i <= k; ++i) result[k] += factor_[k * count + i] * along[i];
+    return result;
+}
+
+double SpanProjector::squaredDistance(std::span<const float> point, std::span<const float> origin) const {
+    std::vector<float> difference;
+    const std::vector<double> components = coordinates(point, origin, difference);
+    double squared = dotOf(difference.data(), difference.data(), length_);
+    for (double component : components) squared -= component * component;
     return std::max(0.0, squared);
+}
+
+void SpanProjector::project(std::span<const float> point, std::span<const float> origin, std::span<float> out) const {
+    std::vector<float> difference;
+    const std::vector<double> components = coordinates(point, origin, difference);
+    const std::size_t count = components.size();
+    std::vector<double> sum(origin.begin(), origin.end());
+    for (std::size_t i = 0; i < count; ++i) {
+        double weight = 0;
+        for (std::size_t k = i; k < count; ++k) weight += components[k] * factor_[k * count + i];
+        for (std::size_t n = 0; n < length_; ++n) sum[n] += weight * basis_[i * length_ + n];
+    }
+    std::copy(sum.begin(), sum.end(), out.begin());
 }
 
 }  // namespace penumbra

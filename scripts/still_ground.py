@@ -7,6 +7,8 @@ import sys
 import h5py
 import numpy as np
 
+import ambient
+
 
 def call(arguments, program, *words):
     command = [f"{arguments.bin}/{program}", *map(str, words), "-q"]
@@ -38,7 +40,7 @@ def grid_faces(side):
 
 def true_ambient(arguments, bake, side, grounds, positions, triangles):
     """E [F, points] of a ground a frame by counted rays, with the posed character as occluder. `bake` is made if it is not
-    there. E = 1/pi integral of V max(n.s, 0) by bands 0 and 1 of the hemisphere moments."""
+    there."""
     if not bake.exists():
         mesh, occluder = arguments.work / "ground.npz", arguments.work / "occluder.npz"
         np.savez(mesh, fps=np.float32(30), verts=np.float32(grounds), faces=grid_faces(side))
@@ -46,7 +48,7 @@ def true_ambient(arguments, bake, side, grounds, positions, triangles):
         call(arguments, "penumbra-bake", "visibility", mesh, "--occluder", occluder, "--rays", arguments.rays, "-o", bake)
     with h5py.File(bake) as f:
         n, v = f["frames/normals"][:].astype(float), f["visibility/coefficients"][:].astype(float)
-    return 2 / np.sqrt(3 * np.pi) * (-n[..., 0] * v[..., 3] - n[..., 1] * v[..., 1] + n[..., 2] * v[..., 2])
+    return ambient.of_hemisphere(n, v)
 
 
 def probed(arguments, character, points, normals, columns):

@@ -350,5 +350,17 @@ TEST(SpanProjector, DistanceFromAPlaneInSpace) {
     EXPECT_NEAR(SpanProjector({}, 3).squaredDistance(point, origin), 4 + 9 + 9, 1e-12);
 }
 
+TEST(SpanProjector, ProjectsOntoAPlaneInSpace) {
+    const SpanProjector plane({1, 1, 0, 0, 2, 0, 3, 5, 0}, 3);
+    const std::vector<float> origin{1, 2, 3}, point{3, -1, 7};
+    std::vector<float> nearest(3);
+    plane.project(point, origin, nearest);
+    EXPECT_NEAR(nearest[0], 3, 1e-6);
+    EXPECT_NEAR(nearest[1], -1, 1e-6);
+    EXPECT_NEAR(nearest[2], 3, 1e-6);
+    SpanProjector({}, 3).project(point, origin, nearest);
+    EXPECT_EQ(nearest, origin);
+}
+
 }  // namespace
 }  // namespace penumbra

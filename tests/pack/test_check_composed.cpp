@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "pack/check_asset.h"
+#include "pack/compress_model.h"
 #include "pack/error_budget.h"
 #include "pack/pack_asset.h"
 #include "player/runtime/evaluator.h"
@@ -89,7 +90,7 @@ TEST(CheckComposed, AModelThatMadeTheTruthHasNoErrorOfItsOwn) {
     const ErrorFigures figures = bake.check(bake.asset);
     EXPECT_TRUE(figures.composed);
     EXPECT_LT(figures.relative_error, 1e-5);
-    EXPECT_LT(figures.local, 1e-5);
+    for (double local : {figures.local, figures.local_truncation, figures.local_regression}) EXPECT_LT(local, 1e-5);
     EXPECT_GT(figures.split, 0.01) << "the residual is not in it";
     EXPECT_NEAR(figures.split, figures.without_residual, 1e-5);
     EXPECT_TRUE(std::isnan(figures.truncation));
@@ -101,7 +102,8 @@ TEST(CheckComposed, NeedsLocalMomentsOfTheSameSteps) {
         const ComposedBake bake(steps);
         const ErrorFigures figures = bake.check(bake.asset);
         EXPECT_TRUE(std::isnan(figures.split));
-        EXPECT_TRUE(std::isnan(figures.local));
+        for (double local : {figures.local, figures.local_truncation, figures.local_regression})
+            EXPECT_TRUE(std::isnan(local));
         EXPECT_GT(figures.without_residual, 0.01);
     }
 }
@@ -113,11 +115,40 @@ TEST(CheckComposed, BudgetHasTheRowsOfAComposedModel) {
     const ErrorFigures figures = bake.check(small, {.unpacked = &bake.asset});
     EXPECT_GT(figures.packing, 1e-3);
     EXPECT_NEAR(figures.packing, figures.relative_error, 1e-5) << "the truth is the unpacked model";
+    for (double local : {figures.local, figures.local_truncation, figures.local_regression})
+        EXPECT_LT(local, 1e-5) << "these are of the unpacked model, not of the packed one";
+    const ErrorFigures stored = bake.check(small);
+    for (double local : {stored.local, stored.local_truncation, stored.local_regression}) EXPECT_GT(local, 1e-4);
     std::vector<std::string> names;
     for (const BudgetRow& row : errorBudget(figures)) names.push_back(row.name);
-    EXPECT_EQ(names, (std::vector<std::string>{"bake noise", "SH truncation", "true local x far", "local model",
-                                               "without residual", "unpacked model", "rank and quantisation", "total",
-                                               "against all bands"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"bake noise", "SH truncation", "true local x far", "local PCA",
+                                               "local regression", "local model", "without residual", "unpacked model",
+                                               "rank and quantisation", "total", "against all bands"}));
+}
+
+// The components still span the truth, so that whatever other scores cost is regression.
+TEST(CheckComposed, OtherScoresAreLocalRegression) {
+    const ComposedBake bake(1);
+    Model other = bake.model;
+    for (ClusterModel& cluster : other.clusters)
+        for (float& x : cluster.bias) x += 0.1f;
+    const Packed bytes = packAsset(other, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const ErrorFigures figures = bake.check(openAsset(bytes.bytes));
+    EXPECT_GT(figures.local, 0.01);
+    EXPECT_LT(figures.local_truncation, 1e-5);
+    EXPECT_NEAR(figures.local_regression, figures.local, 1e-5);
+}
+
+// Without components the model and the projected truth are both the mean, and nothing is left to regress.
+TEST(CheckComposed, MissingComponentsAreLocalPca) {
+    const ComposedBake bake(1);
+    Model other = bake.model;
+    for (ClusterModel& cluster : other.clusters) keepComponents(cluster, 0);
+    const Packed bytes = packAsset(other, {}, {}, {.precision = AssetPrecision::kF32}, "{}", 1);
+    const ErrorFigures figures = bake.check(openAsset(bytes.bytes));
+    EXPECT_GT(figures.local, 0.01);
+    EXPECT_EQ(figures.local_regression, 0);
+    EXPECT_EQ(figures.local_truncation, figures.local);
 }
 
 }  // namespace

@@ -163,10 +163,38 @@ def check_table(vis, folder):
         assert row[-4:-2] == ["-", "-"] and float(row[-5]) > 0, row
     held_out = json.load(open(report))["figures"]["held_out"]
     assert held_out["truncation_error"] is None and held_out["regression_error"] is None, held_out
+    # Local PCA and regression are orthogonal in the local numbers, and nearly so after the far parts.
+    must(PACK, "check", os.path.join(folder, "composed.pnb"), vis, "--model", os.path.join(folder, "composed.model.h5"),
+         "--report", report)
+    budget = json.load(open(report))["figures"]["budget"]
+    for rows in budget.values():
+        pca, regression, both = (rows[f"local {name}"]["relative"] for name in ("PCA", "regression", "model"))
+        print(f"local PCA {pca:.3f}, local regression {regression:.3f}, local model {both:.3f}")
+        assert abs(pca - regression) <= both <= pca + regression and min(pca, regression) > 0.01, rows
+        assert abs(both / np.hypot(pca, regression) - 1) < 0.1, rows
     additive = os.path.join(folder, "additive.pnb")
     must(PACK, "asset", os.path.join(folder, "additive.model.h5"), "-o", additive)
     squat = [line.split() for line in must(PACK, "check", additive, vis).splitlines() if line.startswith("squat")][0]
     assert all(float(number) > 0 for number in squat[-5:]), squat
+
+
+def check_seams(vis, folder):
+    """scripts/compare_seams: a row for every kind of edges, of all edges and of the smooth ones. Its mean
+    error of E is the fit's, up to the 0.3% of the cosine that D5 does not hold."""
+    script = os.path.join(os.path.dirname(__file__), "..", "..", "scripts", "compare_seams")
+    for model, kinds in (("composed", ["inside", "across clusters", "across parts", "across both"]),
+                         ("additive", ["inside clusters", "across clusters"])):
+        path = os.path.join(folder, model + ".model.h5")
+        lines = must(script, path, vis, "--clips", "squat", "--bin", BIN).splitlines()
+        for kind in kinds:
+            rows = [line.split()[2:] for line in lines if line.startswith(kind)]
+            assert 1 <= len(rows) <= 2, lines
+            for number, step, thousandth, largest, at_ends, of_error in (map(float, row) for row in rows):
+                assert number > 0 and 0 < step <= largest and thousandth <= largest, rows
+                assert step <= 2 * at_ends + 1e-4 and abs(of_error - step / at_ends) < 0.02, rows
+        reported = json.load(open(path + ".json"))["figures"]["held_out"]["ambient_error"]
+        assert abs(float(lines[0].split()[-1]) - reported) < 2e-3, (lines[0], reported)
+    refused(1, "no clip jump", script, path, vis, "--clips", "jump", "--bin", BIN)
 
 
 def check_compare(vis, fields, folder):
@@ -203,6 +231,7 @@ with tempfile.TemporaryDirectory() as folder:
     check_fit(vis, fields, folder)
     check_info(fields, folder)
     check_table(vis, folder)
+    check_seams(vis, folder)
     check_compare(vis, fields, folder)
     check_threads(vis, fields, folder)
     check_refusals(vis, fields, folder)
