@@ -55,13 +55,14 @@ def look_of(folder, size):
     return ["--size", f"{size[0]}x{size[1]}", "--exposure", f"{0.45 / max(mean_radiance(folder), 1e-6):.4g}"]
 
 
-def pair_sheet(pictures, titles, size):
-    """Two pictures of a size side by side, each under its title."""
-    sheet = Image.new("RGB", (2 * size[0], size[1] + 26), (30, 31, 34))
+def side_by_side(pictures, titles, box):
+    """A box of each picture side by side, each under its title."""
+    width, height = box[2] - box[0], box[3] - box[1]
+    sheet = Image.new("RGB", (len(pictures) * width, height + 26), (30, 31, 34))
     draw, font = ImageDraw.Draw(sheet), ImageFont.truetype("DejaVuSans.ttf", 15)
-    for x, picture, title in zip((0, size[0]), pictures, titles):
-        sheet.paste(over_grey(picture), (x, 26))
-        draw.text((x + 10, 5), title, fill=(235, 235, 235), font=font)
+    for i, (picture, title) in enumerate(zip(pictures, titles)):
+        sheet.paste(over_grey(picture).crop(box), (i * width, 26))
+        draw.text((i * width + 10, 5), title, fill=(235, 235, 235), font=font)
     return sheet
 
 
@@ -72,7 +73,7 @@ def main():
     truth = draw_truth(bins, folder / "scene.json", look, 512, ["--light", light])
     ours = draw_ours(bins, folder / "scene.json", look)
     titles = ("truth (ray traced)", f"composed, RMSE {rmse(ours, truth):.1f} / 255")
-    pair_sheet((truth, ours), titles, SIZE).save(folder / "scene.png")
+    side_by_side((truth, ours), titles, (0, 0, *SIZE)).save(folder / "scene.png")
 
 
 if __name__ == "__main__":
