@@ -208,6 +208,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     ReferenceFrame input{scene.mesh, scene.frame};
     if (shaded) input.brdf_of_vertex = scene.brdf_of_vertex;
     input.casting_triangles = scene.casting_triangles;
+    input.back_of_vertex = scene.back_of_vertex;
     const Image image = renderReference(input, scene.camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");

@@ -150,10 +150,14 @@ double pixelOffset(int i, int n, bool vertical) {
 }
 
 // Returns the corners of the triangle on the side that a camera ray meets.
-Corners cornersOf(const Mesh& mesh, const SurfaceHit& hit, Vec3d ray_direction) {
+Corners cornersOf(const ReferenceFrame& input, const SurfaceHit& hit, Vec3d ray_direction) {
+    const Mesh& mesh = input.mesh;
     Corners corners{mesh.triangles[hit.triangle], {1.0 - double(hit.u) - double(hit.v), hit.u, hit.v}};
-    if (mesh.two_sided && dot(toDouble(hit.normal), ray_direction) > 0)
-        for (std::uint32_t& corner : corners.vertex) corner += std::uint32_t(mesh.frontVertexCount());
+    if (dot(toDouble(hit.normal), ray_direction) <= 0) return corners;
+    for (std::uint32_t& corner : corners.vertex) {
+        if (mesh.two_sided) corner += std::uint32_t(mesh.frontVertexCount());
+        if (!input.back_of_vertex.empty()) corner = input.back_of_vertex[corner];
+    }
     return corners;
 }
 
@@ -172,7 +176,7 @@ void renderPixel(const ReferenceScene& scene, const Camera& camera, const Enviro
         if (!hit) continue;
         ++covered;
         const std::uint64_t seed = index * std::uint64_t(options.camera_rays) + std::uint64_t(i);
-        const Corners corners = cornersOf(scene.input.mesh, *hit, direction);
+        const Corners corners = cornersOf(scene.input, *hit, direction);
         const SurfacePoint point = surfacePoint(scene, corners, -direction, options.bias);
         sum += shade(scene, corners, point, light, options, seed);
     }

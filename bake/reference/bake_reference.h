@@ -44,6 +44,9 @@ struct ReferenceFrame {
     const Blockers* blockers = nullptr;
     std::span<const Vec3> occluder_positions = {};      // positions of the blockers' vertices after those of the mesh
     std::optional<std::size_t> casting_triangles = {};  // set: those behind are seen, but cast no shadow
+    // [V] for a scene, whose triangles are fronts alone: the vertex that shades the other side of each one. It is the
+    // vertex itself where that is no sheet. Rays of sheets start at the bias as well.
+    std::span<const std::uint32_t> back_of_vertex = {};
 };
 // Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the
 // same pixels for any number of threads.

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <numeric>
 
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
@@ -20,11 +21,24 @@ struct SceneAsset {
     explicit SceneAsset(const std::filesystem::path& path) : file(path), view(openAsset(file.bytes(), path.string())) {}
 };
 
-std::vector<Triangle> trianglesOf(const MeshView& mesh) {
+std::vector<Triangle> trianglesOf(std::span<const std::uint32_t> corners) {
     std::vector<Triangle> triangles;
-    for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
-        triangles.push_back({mesh.triangles[t], mesh.triangles[t + 1], mesh.triangles[t + 2]});
+    for (std::size_t t = 0; t < corners.size(); t += 3)
+        triangles.push_back({corners[t], corners[t + 1], corners[t + 2]});
     return triangles;
+}
+
+// Returns for each vertex of a mesh the one that shades its other side: its back where the mesh is a two-sided sheet,
+// else the vertex itself.
+std::vector<std::uint32_t> backsOf(const MeshView& mesh) {
+    std::vector<std::uint32_t> back(mesh.positions.size());
+    std::iota(back.begin(), back.end(), 0u);
+    if (!mesh.two_sided) return back;
+    std::vector<std::uint32_t> back_of_point(mesh.pointCount());
+    for (std::uint32_t v = 0; v < back.size(); ++v)
+        if (mesh.isBack(v)) back_of_point[mesh.pointOf(v)] = v;
+    for (std::uint32_t v = 0; v < back.size(); ++v) back[v] = back_of_point[mesh.pointOf(v)];
+    return back;
 }
 
 // The vertices of an asset in one of its frames.
@@ -35,7 +49,7 @@ VisibilityFrame poseAsset(const AssetView& asset, std::size_t frame) {
         readPositions(asset, frame, points);
         for (std::size_t v = 0; v < asset.mesh.positions.size(); ++v)
             posed.positions.push_back(points[asset.mesh.pointOf(v)]);
-        posed.normals = vertexNormals(trianglesOf(asset.mesh), posed.positions);
+        posed.normals = vertexNormals(trianglesOf(asset.mesh.triangles), posed.positions);
         return posed;
     }
     Mesh mesh;
@@ -57,7 +71,6 @@ public:
 
     void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look) {
         if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
-        if (asset.mesh.two_sided) throw Unsupported(one.at + "/asset: " + one.asset.string() + " is a two-sided sheet");
         if (asset.model.deforming && asset.animation.playback.positions.empty())
             throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames (--no-playback)");
         const VisibilityFrame posed = poseAsset(asset, frameOf(one, asset.animation, seconds));
@@ -65,7 +78,9 @@ public:
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
         for (const Vec3 n : posed.normals) out_.frame.normals.push_back(to_scene.linear() * n);
-        for (const Triangle& t : trianglesOf(asset.mesh))
+        for (const std::uint32_t back : backsOf(asset.mesh)) out_.back_of_vertex.push_back(back + first);
+        // The ray tracer meets each triangle of a sheet once.
+        for (const Triangle& t : trianglesOf(asset.mesh.frontTriangles()))
             out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
         std::vector<std::uint16_t> material_of_slot(std::max<std::size_t>(1, asset.mesh.slots.size()), 0);
         if (look) {
@@ -86,6 +101,7 @@ public:
             out_.frame.positions.push_back(
                 toFloat(Vec3d{ground.centre.x + x * ground.size, ground.height, ground.centre.z + z * ground.size}));
         out_.frame.normals.resize(out_.frame.positions.size(), {0, 1, 0});
+        for (std::uint32_t v = first; v < out_.frame.positions.size(); ++v) out_.back_of_vertex.push_back(v);
         out_.mesh.triangles.push_back({first, first + 1, first + 2});
         out_.mesh.triangles.push_back({first + 2, first + 1, first + 3});
         char name[96];

@@ -12,6 +12,7 @@ struct SceneFrame {
     std::size_t casting_triangles = 0;          // without the ground
     std::vector<std::string> materials;         // names in the assets; the last is the ground's
     std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
+    std::vector<std::uint32_t> back_of_vertex;  // [V], what shades the other side; triangles have fronts alone
     Camera camera;
     int light_order = 0;        // 0: the scene has no light
     std::vector<double> light;  // [light_order^2, 3]
@@ -19,8 +20,8 @@ struct SceneFrame {
 };
 
 // Takes meshes, poses, materials and light from the assets. Everyone stands as in penumbra-player render --scene, at
-// their own times or all at `seconds`; `camera` as there. Throws what reading assets throws, InvalidInput for what the
-// scene names and an asset has not, and Unsupported for a two-sided sheet. Where `look` is not set, materials may miss.
+// their own times or all at `seconds`; `camera` as there. Throws what reading assets throws, and InvalidInput for what
+// the scene names and an asset has not. Where `look` is not set, materials may miss.
 SceneFrame poseScene(const SceneDescription& scene, std::optional<double> seconds, const std::string& camera,
                      bool look);
 

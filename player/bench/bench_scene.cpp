@@ -80,7 +80,8 @@ void timeFrame(PosedScene& scene, SceneFrames& frames, const RenderOptions& opti
     std::vector<ValuePainter> painters;
     if (drawn) {
         target.emplace(options.width, options.height, options.samples, GL_RGBA8);
-        for (const SceneMesh& mesh : frames.meshes()) painters.emplace_back(mesh.triangles, options.channel);
+        for (const SceneMesh& mesh : frames.meshes())
+            painters.emplace_back(mesh.triangles, options.channel, mesh.sides);
     }
     std::vector<std::uint8_t> picture;
     const auto draw = [&] {

@@ -88,7 +88,8 @@ void SceneFrames::shade() {
 std::vector<SceneMesh> SceneFrames::meshes() const {
     std::vector<SceneMesh> out;
     for (std::size_t m = 0; m < members_.size(); ++m)
-        out.push_back({looks_[m]->view.mesh.triangles, members_[m].positions, values_[m]});
+        out.push_back({looks_[m]->view.mesh.triangles, members_[m].positions, values_[m],
+                       looks_[m]->view.mesh.two_sided ? Sides::kFront : Sides::kBoth});
     if (scene_.file().ground) out.push_back({ground_.triangles, ground_.positions, values_.back()});
     return out;
 }

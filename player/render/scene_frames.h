@@ -17,6 +17,7 @@ namespace penumbra {
 struct SceneMesh {
     std::span<const std::uint32_t> triangles;
     std::span<const Vec3> positions, values;  // what ValuePainter takes
+    Sides sides = Sides::kBoth;
 };
 
 class SceneFrames {

@@ -15,7 +15,7 @@ Image drawScene(const PosedScene& scene, const RenderOptions& options, int threa
     const OffscreenTarget target(options.width, options.height, options.samples);
     target.begin();
     for (const SceneMesh& mesh : frames.meshes())
-        ValuePainter(mesh.triangles, options.channel).draw(frames.view(), mesh.positions, mesh.values);
+        ValuePainter(mesh.triangles, options.channel, mesh.sides).draw(frames.view(), mesh.positions, mesh.values);
     return target.read();
 }
 

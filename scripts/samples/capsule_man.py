@@ -18,13 +18,13 @@ for side, x in (("L", 1), ("R", -1)):
     BODY["foot." + side] = ("shin." + side, (0.10 * x, 0.06, 0), (0.10 * x, 0.05, 0.17), 0.05)
 
 
-def capsule_man_mesh():
-    """Joins all capsules in one mesh. Around its joint a capsule follows its parent by half, fading over 1.5
+def capsule_man_mesh(around, along):
+    """Joins all capsules in one mesh, of `along` rings of `around` vertices each. Around its joint a capsule follows its parent by half, fading over 1.5
     radii."""
     names = list(BODY)
     points, triangles, joints, weights = [], [], [], []
     for j, (parent, start, end, radius) in enumerate(BODY.values()):
-        p, t, place = capsule(start, end, radius)
+        p, t, place = capsule(start, end, radius, around, along)
         triangles.append(t + sum(map(len, points)))
         points.append(p)
         of_parent = 0.5 * np.clip(1 - place / (1.5 * radius), 0, 1) if parent else np.zeros(len(p))
@@ -84,13 +84,13 @@ def capsule_man_clips(g, node):
     )  # fmt: skip
 
 
-def capsule_man():
+def capsule_man(around=12, along=9):
     g = Gltf()
     node = {}
     for name, (parent, start, _, _) in BODY.items():
         origin = BODY[parent][1] if parent else (0, 0, 0)
         node[name] = g.node(name, node.get(parent), translation=np.round(np.subtract(start, origin), 6).tolist())
     skin = g.skin(list(node.values()), translation_to([b[1] for b in BODY.values()]))
-    g.node("body", mesh=g.mesh(primitive(g, *capsule_man_mesh())), skin=skin)
+    g.node("body", mesh=g.mesh(primitive(g, *capsule_man_mesh(around, along))), skin=skin)
     capsule_man_clips(g, node)
     return g

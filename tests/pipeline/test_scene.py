@@ -180,6 +180,32 @@ def check_truth():
     assert not os.path.exists("no.png")
 
 
+def check_sheet():
+    """A two-sided sheet, a pipe with a slit, whose inside is dark: each side shows its own numbers, in both programs. Seen from the
+    side, both are in the picture. Measured: rms .0068; .197 where either side may be drawn."""
+    columns, rows, frames = 25, 13, 6
+    angle, along = np.meshgrid(np.linspace(-0.9, np.pi + 0.9, columns), np.linspace(-0.8, 0.8, rows), indexing="ij")
+    radius = 0.5 + 0.02 * np.arange(frames)[:, None, None]
+    arch = np.stack([radius * np.cos(angle), radius * np.sin(angle), along + 0 * radius], -1)
+    corner = (np.arange(columns - 1)[:, None] * rows + np.arange(rows - 1)).ravel()
+    faces = np.concatenate([np.stack([corner, corner + 1, corner + rows], 1),
+                            np.stack([corner + 1, corner + rows + 1, corner + rows], 1)])
+    np.savez("arch.npz", verts=arch.reshape(frames, -1, 3).astype("f4"), faces=faces.astype("i4"), fps=np.float32(10))
+    must(BAKE, "visibility", "arch.npz", "--two-sided", "--rays", 512, "-o", "arch.vis.h5", "-q")
+    must(FIT, "visibility", "arch.vis.h5", "--model", "linear", "--parts", 4, "-o", "arch.h5", "-q")
+    must(PACK, "asset", "arch.h5", "--brdf", "clay.brdf.h5", "--light", "sky.light.h5", "-o", "arch.pnb", "-q")
+    name = scene("arch.json", characters=[{"asset": "arch.pnb", "time": 0.3}], camera="yaw=25,pitch=20")
+    look = ["--scene", name, "--size", "120x90", "--aa", 4, "--channel", "ao"]
+    must(PLAYER, "render", *look, "--gl", "osmesa", "-o", "ours.png")
+    must(BAKE, "reference", *look, "--samples", 1024, "-o", "truth.png")
+    ours, truth = pixels("ours.png"), pixels("truth.png")
+    inside = (ours[..., 3] == 1) & (truth[..., 3] == 1)
+    rms = np.sqrt(((ours - truth)[inside][:, :3] ** 2).mean())
+    print(f"sheet: rms {rms:.4f}, values from {truth[inside][:, 0].min():.2f} to {truth[inside][:, 0].max():.2f}")
+    assert inside.mean() > 0.1 and (np.abs(ours[..., 3] - truth[..., 3]) > 0.3).mean() < 0.004
+    assert truth[inside][:, 0].max() - truth[inside][:, 0].min() > 0.35 and rms < 0.015, rms
+
+
 def check_rubbish():
     def fails(code, text, *words):
         result = run(*words)
@@ -231,6 +257,7 @@ def main():
     check_pictures()
     check_bench()
     check_truth()
+    check_sheet()
     check_rubbish()
 
 
