@@ -174,6 +174,7 @@ Json describeModel(const fs::path& path) {
         json["composition"] =
             describeComposition(composed->local_steps, composed->fields.parts.size(), composed->fields.byteCount(),
                                 composed->residual, [](const ClusterModel& cluster) { return cluster.bias.size(); });
+        if (composed->floor) json["composition"]["floor"] = true;
         for (const PartField& part : composed->fields.parts)
             json["part_joints"].push_back(partName(part, model.skin.joint_names));
     }
@@ -319,6 +320,7 @@ void describeAssetModel(const AssetView& asset, Json& json) {
         json["composition"] =
             describeComposition(composed->local_steps, composed->parts.size(), composed->byteCount(),
                                 composed->residual, [](const ClusterView& cluster) { return cluster.components(); });
+        if (composed->floor) json["composition"]["floor"] = true;
         for (const PartFieldView& part : composed->parts)
             json["part_joints"].push_back(partName(part.field, asset.animation.joint_names));
     }

@@ -61,7 +61,7 @@ Offset<fbs::Composition> writeComposition(FlatBufferBuilder& builder, const Comp
     Offset<flatbuffers::Vector<Offset<fbs::Cluster>>> residual_vector;
     if (!residual.empty()) residual_vector = builder.CreateVector(residual);
     return fbs::CreateComposition(builder, std::uint8_t(composition.local_steps), steps, part_vector, field_vector,
-                                  fields.fade, residual_vector);
+                                  fields.fade, residual_vector, composition.floor);
 }
 
 }  // namespace penumbra

@@ -35,6 +35,8 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
     options.path = parsePath(command.path);
     options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.files = command.assets;
+    if (!command.scene.empty() && command.scene.extension() != ".json")
+        throw UsageError("--scene takes a .json file, not " + command.scene.string());
     if (!command.scene.empty()) options.files.insert(options.files.begin(), command.scene);
     if (options.files.empty()) throw UsageError("name an asset, or a scene with --scene");
     options.files.insert(options.files.end(), command.truths.begin(), command.truths.end());
@@ -42,6 +44,8 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
         throw IoError(options.screenshots.string() + ": no such folder for screenshots");
     if (common.dry_run) {
         const Scene scene = openScene(options.files, common.threads);
+        ViewState state = stateFor(scene, {});
+        applySceneFile(scene, state);
         std::printf("would show %zu character%s, %zu materials, %zu lights\n", scene.characters.size(),
                     scene.characters.size() == 1 ? "" : "s", scene.material_names.size(), scene.light_names.size());
         return;

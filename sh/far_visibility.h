@@ -20,6 +20,7 @@ constexpr float kLeastBlocked = 0.001f, kFullBlocked = 0.003f;
 struct FarFields {
     std::vector<FieldTable> tables;     // [P]
     std::vector<std::uint32_t> joints;  // [P]
+    bool floor = false;                 // an infinite floor hides what points down (sh/far/floor_factor.h)
 };
 
 // A part in one pose.

@@ -138,7 +138,8 @@ SceneFrame poseScene(const SceneDescription& scene, std::optional<double> second
     SceneFrame out;
     SceneMesh mesh(out);
     for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
-        for (const SceneCharacter& one : *list) mesh.add(one, opened(one.asset), seconds, look);
+        for (const SceneCharacter& one : *list)
+            mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look);
     out.casting_triangles = out.mesh.triangles.size();
     if (scene.ground) mesh.addGround(*scene.ground);
     out.mesh.rest_positions = out.frame.positions;

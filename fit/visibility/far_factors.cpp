@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fit/clusters/tangent_frames.h"
+#include "sh/far/floor_factor.h"
 
 namespace penumbra {
 
@@ -17,6 +18,7 @@ FarTables makeFarTables(const Composition& composition, const Convention& conven
         fields.tables.push_back(makeFieldTable(parts.parts[p], parts.bytesOf(p), parts.fade));
         fields.joints.push_back(parts.parts[p].joint);
     }
+    fields.floor = composition.floor;
     auto far = farParts(composition.steps, parts.parts.size(), composition.local_steps);
     return {std::move(fields), std::move(far), convention.order};
 }
@@ -104,6 +106,10 @@ void farFactors(const FarTables& tables, const VertexSet& set, const PosedVertic
         fastestFarPath().far(tables.constants(), scene, {},
                              {batch.positions.data(), batch.normals.data(), batch.tangents.data(), batch.count},
                              far.data());
+        if (tables.fields().floor)
+            multiplyByFloor(fastestFarPath(), std::span(batch.normals).first(batch.count),
+                            std::span(batch.tangents).first(batch.count),
+                            std::span(far).first(batch.count * kFarNumbers));
         for (std::size_t i = 0; i < batch.count; ++i)
             std::copy_n(far.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
                         out.begin() + std::ptrdiff_t(batch.vertex[i] * kFarNumbers));

@@ -368,7 +368,7 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     phase("fit");
     const FitJob job{reader, options, observer, poses, clusters, split, makeFolds(header.frames, split.train)};
     if (!options.fields.empty()) {
-        model.composition = compositionOf(model, options.fields, header.local->steps);
+        model.composition = compositionOf(model, options.fields, header.local->steps, header.ground_y.has_value());
         finishComposed(fitComposedClusters(job, model), split, result);
         return result;
     }

@@ -91,6 +91,7 @@ void setComposition(const fbs::Model& stored, const Field& model_at, const Asset
     at.require(model.convention.below == BelowHorizon::kMirrored, "is given, but the convention is not mirrored (D)");
     CompositionView composition;
     composition.local_steps = composed.local_steps();
+    composition.floor = composed.floor();
     if (!composed.fields() || composed.fields()->size() == 0) (at / "fields").fail("is missing");
     const std::size_t parts = composed.fields()->size();
     checkRange(at / "fields", std::int64_t(parts), 1, 65535);

@@ -144,6 +144,7 @@ struct PartFieldView {
 // What makes a model a composed one; asset.fbs has the rule.
 struct CompositionView {
     int local_steps = 0;
+    bool floor = false;
     std::span<const std::uint8_t> steps;            // [P,P]
     std::span<const std::uint16_t> part_of_vertex;  // [V] < P
     std::vector<PartFieldView> parts;               // [P], at least one; joints < J

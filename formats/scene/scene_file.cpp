@@ -28,12 +28,18 @@ public:
     [[noreturn]] void fail(const std::string& what) const {
         throw InvalidInput(file_ + ": " + (at_.empty() ? "/" : at_) + ": " + what);
     }
+    // Keys of a file go to the terminal.
+    static std::string printable(std::string key) {
+        for (char& c : key)
+            if (static_cast<unsigned char>(c) < 0x20) c = '?';
+        return key;
+    }
     void requireKeys(std::initializer_list<const char*> known) const {
         if (!json_->is_object()) fail("must be an object");
         for (const auto& [key, value] : json_->items()) {
             bool found = false;
             for (const char* name : known) found = found || key == name;
-            if (!found) at(key).fail("unknown key");
+            if (!found) at(printable(key)).fail("unknown key");
         }
     }
     std::string place() const { return file_ + ": " + at_; }
@@ -59,7 +65,7 @@ public:
     std::string text() const {
         if (!json_->is_string()) fail("must be a string");
         const auto text = json_->get<std::string>();
-        if (text.find('\0') != std::string::npos) fail("has a zero byte");
+        if (std::ranges::any_of(text, [](unsigned char c) { return c < 0x20; })) fail("has a control character");
         return text;
     }
     double number(double low, double high) const {
@@ -195,6 +201,7 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
         root.at("version").fail("is " + std::to_string(version) + "; this program reads " +
                                 std::to_string(kSceneVersion));
     SceneDescription scene;
+    scene.at = name;
     if (root.has("characters"))
         for (const Node& node : root.at("characters").items(kMostSceneCharacters))
             scene.characters.push_back(readCharacter(node, folder, true));

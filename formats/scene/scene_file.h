@@ -12,7 +12,7 @@ namespace penumbra {
 
 constexpr int kSceneVersion = 1;
 constexpr std::size_t kMostSceneCharacters = 10000;
-constexpr int kMostGroundResolution = 4096;
+constexpr int kMostGroundResolution = 2048;
 
 // What a character casts by: what its asset has, which is fields before spheres, or one of these, or nothing.
 enum class SceneCasts { kWhatItHas, kFields, kSpheres, kNothing };
@@ -49,7 +49,8 @@ struct SceneLight {
 };
 
 struct SceneDescription {
-    std::vector<SceneCharacter> characters, props;  // at least one in all
+    std::string at;                                 // the file, for messages
+    std::vector<SceneCharacter> characters, props;  // at least one character
     std::optional<SceneGround> ground;
     SceneLight light;
     std::string camera;  // sh/camera.h

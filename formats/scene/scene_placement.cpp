@@ -88,7 +88,7 @@ Camera cameraOf(const SceneDescription& scene, const std::string& option, std::s
         return makeCamera(option.empty() ? scene.camera : option, points, radius, kPitch);
     } catch (const std::invalid_argument& problem) {
         if (!option.empty()) throw UsageError(std::string("--camera: ") + problem.what());
-        throw InvalidInput(std::string("the scene's camera: ") + problem.what());
+        throw InvalidInput(scene.at + ": /camera: " + problem.what());
     }
 }
 

@@ -14,7 +14,7 @@ namespace penumbra {
 constexpr int kBlockersVersion = 1;
 
 struct BlockerFile {
-    // What tells a character from another; see characterOf().
+    // What tells a character from another; see checkCharacter().
     std::vector<std::string> joint_names;  // [J]
     std::string mesh_sha256, skin_sha256;
     SphereBlockers blockers;

@@ -68,6 +68,7 @@ void writeComposition(hid_t file, const Model& model) {
     writePartFields(file, composition.fields);
     makeGroup(file, "/composition");
     writeIntegerAttribute(file, "/composition", "local_steps", composition.local_steps);
+    if (composition.floor) writeIntegerAttribute(file, "/composition", "floor", 1);
     writeIntegers(file, "/composition/part_of_vertex",
                   std::vector<std::int64_t>(composition.part_of_vertex.begin(), composition.part_of_vertex.end()),
                   {composition.part_of_vertex.size()}, H5T_STD_U16LE);
@@ -288,6 +289,8 @@ void readComposition(const Hdf5Reader& in, Model& model) {
         throw InvalidInput(in.name + ": /composition: not of convention D");
     Composition composition;
     composition.local_steps = int(readIntegerAttribute(in, "/composition", "local_steps", 0, 255));
+    composition.floor =
+        hasAttribute(in, "/composition", "floor") && readIntegerAttribute(in, "/composition", "floor", 0, 1) == 1;
     const std::size_t inputs = model.input_joints.size();
     composition.fields = readPartFields(in, {model.skin.jointCount() - inputs, inputs, true});
     const hsize_t parts = composition.fields.parts.size();

@@ -103,7 +103,8 @@ struct InputJoint {
 // parts of each part.
 struct Composition {
     int local_steps = 2;
-    PartFields fields;                          // [P]
+    bool floor = false;  // an infinite floor hides every direction with y < 0, for all vertices; it is no part
+    PartFields fields;   // [P]
     std::vector<std::uint16_t> part_of_vertex;  // [V] < P
     std::vector<std::uint8_t> steps;            // [P, P] PartTable::steps
     // What the product leaves, as clusters of the same vertices and joints. Empty when that did not pay.

@@ -123,7 +123,8 @@ GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading, const Evalua
 void GlAsset::uploadArrays(const Evaluator* evaluator) {
     const MeshView& mesh = asset_->mesh;
     const ModelView& model = asset_->model;
-    const bool composed = model.composition && evaluator && model.convention.order <= kFieldOrder;
+    const bool composed =
+        model.composition && evaluator && model.convention.order <= kFieldOrder && !model.composition->floor;
     ArrayList arrays;
     const std::vector<const ClusterView*> clusters = clustersOf(model, composed);
     recipe_.mean = sharedPrecision(clusters, &ClusterView::mean);

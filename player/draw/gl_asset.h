@@ -14,7 +14,7 @@ public:
     // `asset` has a model and outlives this object, and so do its bytes. `shading` may be null where nothing is
     // shaded. The sets of all characters that are drawn with this object must have the same materials, lights and
     // choice. `evaluator` is one of this asset; with it the GPU evaluates a composed asset, too. Without it, and where
-    // the model has more bands than the fields, the numbers of a composed asset must be given.
+    // the model has more bands than the fields or stands on a floor, the numbers of a composed asset must be given.
     GlAsset(const AssetView& asset, const ShadingSet* shading, const Evaluator* evaluator = nullptr);
 
     const AssetView& view() const { return *asset_; }

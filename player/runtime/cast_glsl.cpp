@@ -99,6 +99,10 @@ void penumbra_cast_exponential(inout float v[25]) {
     float norm = 0.0, scale = 1.0;
     for (int i = 1; i < 25; ++i) norm += v[i] * v[i];
     norm = sqrt(norm);
+    // Where a crowd hides all, its logarithm tells by how much more than all.
+    float least = min(1.0, 24.0 / max(norm, 1e-6));
+    norm *= least;
+    for (int i = 0; i < 25; ++i) v[i] *= least;
     int squarings = 0;
     for (; squarings < 8 && norm * scale > 0.5; ++squarings) scale *= 0.5;
     float constant = exp(v[0] * scale / one), b[25], product[25];
@@ -172,9 +176,19 @@ std::string castAmbientGlsl() {
     std::string sum;
     for (int i = 0; i < int(kMirroredCast); ++i)
         if (const double w = double(weights[std::size_t(i)]); w != 0) addProduct(sum, w, castElement("mirrored", i));
-    return "// Returns the cosine-weighted visibility / pi: 0 dark, 1 open.\n"
-           "float penumbra_cast_ambient(float mirrored[21]) { return clamp(" +
-           sum + ", 0.0, 1.0); }\n";
+    double norm2 = 0;
+    for (const float w : weights) norm2 += double(w * w);
+    std::string text =
+        "// Returns the cosine-weighted visibility / pi: 0 dark, 1 open.\n"
+        "float penumbra_cast_ambient(float mirrored[21]) { return clamp(" +
+        sum +
+        ", 0.0, 1.0); }\n// Moves the numbers the shortest way to where that lies in [0, 1].\n"
+        "void penumbra_cast_clamp(inout float mirrored[21]) {\n    float e = " +
+        sum + ", excess = (e - clamp(e, 0.0, 1.0)) / " + glslFloat(norm2) + ";\n";
+    for (int i = 0; i < int(kMirroredCast); ++i)
+        if (const double w = double(weights[std::size_t(i)]); w != 0)
+            text += "    " + castElement("mirrored", i) + " -= excess * " + glslFloat(w) + ";\n";
+    return text + "}\n";
 }
 
 }  // namespace
@@ -200,7 +214,7 @@ std::string castNumbersGlsl(const Convention& convention) {
     std::string text =
         "\n// Multiplies the numbers of a vertex by what others leave visible there, in the local frame of both.\n"
         "void penumbra_cast_numbers(inout vec4 numbers[PENUMBRA_STRIDE4], float mirrored[21]) {\n    float a[" +
-        size + "], t[" + size + "], s;\n";
+        size + "], t[" + size + "], s;\n    penumbra_cast_clamp(mirrored);\n";
     for (int i = 0; i < convention.size(); ++i) {
         const double open = below[std::size_t(i)];
         text += "    " + castElement("a", i) + " = " + vectorElement(i) + (open != 0 ? " - " + glslFloat(open) : "") +

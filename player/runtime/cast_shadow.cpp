@@ -84,6 +84,8 @@ CastShadow::CastShadow(std::span<const Evaluator* const> casters, std::span<cons
     }
     posed_.resize(tables_.size());
     spheres_.resize(spheres);
+    ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), ambient_weights_);
+    for (const float w : ambient_weights_) ambient_norm2_ += w * w;
 }
 
 void CastShadow::hide(std::size_t caster) { casters_[caster].hidden = true; }
@@ -162,12 +164,7 @@ void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found,
 std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const {
     const std::size_t count = receivers.positions.size();
     assert(out.size() == count * kFarNumbers);
-    constexpr std::size_t kUsualParts = 2048, kUsualSpheres = 512;
-    std::array<std::byte, 2 * (sizeof(std::uint16_t) * kUsualParts + sizeof(CasterSphere) * kUsualSpheres)> room;
-    std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
-    Found found{std::pmr::vector<std::uint16_t>(&memory), std::pmr::vector<CasterSphere>(&memory)};
-    found.parts.reserve(kUsualParts);
-    found.spheres.reserve(kUsualSpheres);
+    thread_local Found found;  // keeps its room
     std::size_t seen = 0;
     for (std::size_t first = 0; first < count; first += kMostReceivers) {
         const std::size_t n = std::min(kMostReceivers, count - first);
@@ -184,6 +181,9 @@ std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice ch
         seen += n;
         if (!found.parts.empty()) castFields(block, found.parts, rows);
         if (!found.spheres.empty()) castSpheres(block, found, rows);
+        // Bands ring, and a crowd rings most. E stays in [0, 1].
+        for (std::size_t r = 0; r < n; ++r)
+            clampAmbient(ambient_weights_, ambient_norm2_, rows.subspan(r * kFarNumbers, kFarNumbers));
     }
     return seen;
 }

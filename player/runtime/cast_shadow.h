@@ -4,7 +4,6 @@
 // parts of all characters are multiplied, as the parts of one character are (docs/formulas.md, sections 7 and 8). An
 // asset with sphere blockers hides what its spheres hide (sections 9 and 10). Both give the same numbers.
 #include <cstdint>
-#include <memory_resource>
 #include <optional>
 #include <span>
 #include <vector>
@@ -48,8 +47,8 @@ public:
     // Writes the visibility past the parts of the chosen casters, mirrored at each receiver's horizon:
     // out[r * kFarNumbers + i] in its local frame (farVisibility(), sh/far_visibility.h). Parts that hide too little
     // from all of 64 neighbouring receivers are skipped, which does not change what the others give. Returns how many
-    // receivers see any caster; the rows of the others are those of free sight. Allocates
-    // nothing unless thousands of parts are in reach.
+    // receivers see any caster; the rows of the others are those of free sight. E of every row is in [0, 1]. A thread
+    // keeps room for the parts and spheres in reach, so that nothing is allocated once it has seen as many.
     std::size_t evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const;
 
 private:
@@ -65,14 +64,16 @@ private:
         float largest_part = 0;  // radius
     };
     struct Found {
-        std::pmr::vector<std::uint16_t> parts;
-        std::pmr::vector<CasterSphere> spheres;
+        std::vector<std::uint16_t> parts;
+        std::vector<CasterSphere> spheres;
     };
     std::vector<Caster> casters_;
     std::vector<FarTable> tables_;  // of all parts
     std::vector<FarPart> posed_;
     std::vector<CasterSphere> spheres_;  // of all casters, in the scene
     const FarConstants* constants_ = nullptr;
+    std::array<float, kFarNumbers> ambient_weights_{};
+    float ambient_norm2_ = 0;
 
     void bound(Caster& caster, std::size_t parts, const auto& sphereOf);
     void poseSpheres(Caster& caster);

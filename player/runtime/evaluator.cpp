@@ -18,6 +18,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "sh/far/floor_factor.h"
 #include "sh/tangent.h"
 
 namespace penumbra {
@@ -292,6 +293,10 @@ void Evaluator::evaluateRun(const FarRun& run, std::size_t cluster, std::span<fl
         anchors.anchor = layout.anchor.data() + first * kAnchorsOfReceiver;
         anchors.weight = layout.weight.data() + first * kAnchorsOfReceiver;
         path_.far->far(constants, scene, anchors, batch.view(), out.data());
+        if (composed.far.fields().floor)
+            multiplyByFloor(*path_.far, std::span(batch.normals).first(batch.count),
+                            std::span(batch.tangents).first(batch.count),
+                            std::span(out).first(batch.count * kFarNumbers));
         for (std::size_t i = 0; i < batch.count; ++i)
             std::copy_n(out.begin() + std::ptrdiff_t(i * kFarNumbers), kFarNumbers,
                         far.begin() + std::ptrdiff_t(layout.receivers[first + i] * kFarNumbers));

@@ -224,6 +224,7 @@ FarTables makeFarTables(const CompositionView& composition, int order) {
         fields.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
         fields.joints.push_back(part.field.joint);
     }
+    fields.floor = composition.floor;
     auto far = farParts(composition.steps, composition.parts.size(), composition.local_steps);
     return {std::move(fields), std::move(far), order};
 }

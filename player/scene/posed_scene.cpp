@@ -58,8 +58,10 @@ PosedScene::PosedScene(SceneDescription file) : file_(std::move(file)) {
 }
 
 void PosedScene::pose(std::optional<double> seconds) {
-    for (const std::unique_ptr<SceneMember>& member : members_) {
-        member->frame = frameOf(*member->file, member->asset->view.animation, seconds);
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+        const std::unique_ptr<SceneMember>& member = members_[m];
+        const bool moves = m < file_.characters.size();
+        member->frame = frameOf(*member->file, member->asset->view.animation, moves ? seconds : std::nullopt);
         member->evaluator.setFrame(member->frame);
         if (member->caster != kNobody) cast_->pose(member->caster, member->evaluator.bones(), member->to_scene);
     }

@@ -154,6 +154,18 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
     return values;
 }
 
+namespace {
+
+// RFC 4180.
+std::string csvField(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == text.npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+    return quoted + "\"";
+}
+
+}  // namespace
+
 std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values) {
     std::string text = std::string(kHeader) + ",E,irradiance_r,irradiance_g,irradiance_b,casters";
     for (int i = 0; i < kProbeOrder * kProbeOrder; ++i) text += ",sh_" + std::to_string(i);
@@ -167,8 +179,10 @@ std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points
             for (int axis = 0; axis < 3; ++axis) add(v[axis], "%.9g,");
         add(values[p].ambient, "%.6g,");
         for (int c = 0; c < 3; ++c) add(values[p].irradiance[c], "%.6g,");
-        for (std::size_t i = 0; i < values[p].casters.size(); ++i)
-            text += (i > 0 ? " " : "") + scene.members()[values[p].casters[i]]->file->name;
+        std::string casters;
+        for (const std::size_t m : values[p].casters)
+            casters += (casters.empty() ? "" : ";") + scene.members()[m]->file->name;
+        text += csvField(casters);
         for (const double m : values[p].moments) add(m, ",%.6g");
         text += '\n';
     }

@@ -30,8 +30,8 @@ std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::str
 // All casters count, and nothing else: neither the ground nor what the point lies on.
 std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads);
 
-// Rows of the points' six columns, E, irradiance_r, irradiance_g, irradiance_b, casters (names with blanks between) and
-// sh_0 to sh_24, the moments.
+// Rows of the points' six columns, E, irradiance_r, irradiance_g, irradiance_b, casters (names with semicolons between,
+// quoted where a comma is in one) and sh_0 to sh_24, the moments.
 std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values);
 
 }  // namespace penumbra

@@ -1,7 +1,9 @@
 #include "player/view/view_cast.h"
 
 #include <algorithm>
+#include <stdexcept>
 
+#include "formats/common/errors.h"
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
 #include "player/view/view_shapes.h"
@@ -22,7 +24,11 @@ void makeCasters(Scene& scene) {
         casters.push_back(character.evaluator.get());
         kinds.push_back(*kind);
     }
-    scene.cast = std::make_unique<CastShadow>(casters, kinds);
+    try {
+        scene.cast = std::make_unique<CastShadow>(casters, kinds);
+    } catch (const std::length_error& error) {
+        throw Unsupported(error.what());
+    }
 }
 
 void takeOver(Scene& scene, std::size_t index) {

@@ -4,7 +4,8 @@
 
 namespace penumbra {
 
-// Makes the casters of an opened scene: every composed character.
+// Makes the casters of an opened scene: every character that has fields or spheres, unless the file says otherwise.
+// Throws Unsupported for too many.
 void makeCasters(Scene& scene);
 
 // Tells the casters how a character stands, after it was posed or moved.

@@ -31,12 +31,12 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 }
 
 // Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
-// bands than their fields have and characters that are turned.
+// bands than their fields have or with a floor, and characters that are turned.
 bool ScenePainter::needsValues(const ViewState& state) const {
-    const bool many_bands =
-        std::any_of(scene_->characters.begin(), scene_->characters.end(), [](const auto& character) {
-            return character->evaluator->composed() && character->asset.model.convention.order > kFieldOrder;
-        });
+    const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
+        const ModelView& model = character->asset.model;
+        return model.composition && (model.convention.order > kFieldOrder || model.composition->floor);
+    });
     const bool turned = std::ranges::any_of(
         scene_->characters, [](const auto& character) { return character->to_scene.linear() != Mat3(); });
     return many_bands || turned || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||

@@ -23,6 +23,24 @@ std::size_t lightOfFile(const Scene& scene) {
     return 0;
 }
 
+// Returns the material of each slot. Names are those of the member's own file, if that has any materials.
+std::vector<std::size_t> lookOf(const Scene& scene, const SceneCharacter& one, const Character& character) {
+    const std::size_t slots = std::max<std::size_t>(1, character.asset.mesh.slots.size());
+    std::size_t first = 0;
+    for (const SceneFile& file : scene.files) {
+        if (!file.asset) continue;
+        const std::vector<MaterialView>& own = file.asset->view.materials;
+        if (file.asset->view.name == character.asset.name && !own.empty()) {
+            std::vector<std::size_t> materials = materialsOf(one, file.asset->view);
+            for (std::size_t& material : materials) material += first;
+            return materials;
+        }
+        first += own.size();
+    }
+    if (character.asset.materials.empty()) return std::vector<std::size_t>(slots);
+    return materialsOf(one, character.asset);
+}
+
 }  // namespace
 
 const SceneCharacter* memberOf(const Scene& scene, std::size_t i) {
@@ -45,8 +63,7 @@ void applySceneFile(const Scene& scene, ViewState& state) {
             ++choice.clip;
         choice.start = one.seconds;
         choice.still = i >= scene.file->characters.size();
-        if (!character.asset.materials.empty()) choice.material_of_slot = materialsOf(one, character.asset);
-        choice.material_of_slot.resize(std::max<std::size_t>(1, character.asset.mesh.slots.size()));
+        choice.material_of_slot = lookOf(scene, one, character);
     }
     state.playhead.time = 0;
     state.light = lightOfFile(scene);

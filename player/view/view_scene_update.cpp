@@ -213,6 +213,7 @@ bool poseInScene(Scene& scene, std::size_t index, const ViewState& state, const 
                                      is_edited ? state.score_edit : std::nullopt, threads);
     const bool moved = placeCharacter(character, state.characters[index].moved);
     if (posed || moved) takeOver(scene, index);
+    if (moved) character.has_model_numbers = character.has_truth_numbers = false;  // it may cast nothing itself
     return posed;
 }
 

@@ -24,6 +24,7 @@ namespace {
 constexpr std::size_t kCastLanes = kFarLanes;
 constexpr float kEntryOfHalfSine = 515.40939f;  // (kCapLogEntries - 1) / sin(kMostCapAngle / 2)
 constexpr int kMostCastSquarings = 8;
+constexpr float kMostNorm = 24;  // of a logarithm; those of one person are below 15
 
 struct CastPosition {
     Lanes x, y, z;
@@ -147,6 +148,11 @@ inline void exponentialLanes(const CastTables& tables, Lanes* v) {
     Lanes norm = kZeros, scale = kZeros + 1;
     for (int i = 1; i < n; ++i) norm += v[i] * v[i];
     root(norm);
+    // Where a crowd hides all, its logarithm tells by how much more than all.
+    choose(norm > kMostNorm, kMostNorm / norm, scale, scale);
+    for (int i = 0; i < n; ++i) v[i] *= scale;
+    norm *= scale;
+    scale = kZeros + 1;
     Ints squarings = {};
     for (int k = 0; k < kMostCastSquarings; ++k) {
         const Ints large = norm * scale > 0.5f;

@@ -71,6 +71,7 @@ struct FarConstants {
     float near[2], depth;
     // A part that blocks next to nothing counts `overlap` times, one that blocks a share of `solid` and more once.
     float overlap, solid;
+    float most;        // no direction is more visible than this, however many factors ring above 1 there; 0: no bound
     float dark;        // how fast points inside a part go dark, as a share of how fast they do in its own character
     float blocked[2];  // a part that blocks less than the first share of the sphere does not count, more than the
                        // second in full

@@ -82,6 +82,7 @@ inline void addPart(const FarConstants& constants, const FarTable& table, const 
 // Sets x to exp(x) = exp(x / 8)^8, for x in [-6, 2].
 inline void exponential(Lanes& x) {
     clamp(x, kZeros - 6, kZeros + 2);
+    most(x, kZeros - 8, x);  // a crowd may hide more than the series can say
     x *= 0.125f;
     x = 1 + x * (1 + x * (0.5f + x * (1.0f / 6 + x * (1.0f / 24))));
     x *= x;
@@ -104,6 +105,8 @@ inline void finish(const FarConstants& constants, Seen& seen, Lanes* out) {
         }
     }
     if (seen.has_rest || seen.has_near) {
+        if (constants.most > 0)
+            for (int d = 0; d < kDirections; ++d) least(seen.near[d], kZeros + constants.most, seen.near[d]);
         fromGrid<kOrder>(constants.grid, seen.near, out);
         for (int i = 0; i < kEven; ++i) out[i] *= seen.light;
         return;

@@ -38,6 +38,9 @@ constexpr float kOverlap[kFarQualities] = {1, 1, 0.8f}, kSolid = 0.05f;
 // the few millimetres of FieldTable::fade would pop.
 constexpr float kDark[kFarQualities] = {1, 1, 0.25f};
 
+// A crowd may have thousands of factors, each of which rings above 1 somewhere.
+constexpr float kMost[kFarQualities] = {0, 0, 1.25f};
+
 FarBox boxOf(const FieldBox& box, std::size_t first, float width) {
     FarBox out{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -153,7 +156,7 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
     for (const FieldTable& field : fields_.tables) tables_.push_back(tableOf(field));
     const FarProduct compose{compose_.j.data(), compose_.k.data(), compose_.j.size(), compose_.rows.view(),
                              int(compose_.rows.first.size()) - 1};
-    FarConstants constants = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth, 1, 1, 1, {}};
+    FarConstants constants = {{}, {}, makeGrid(), compose, order, {}, {}, kDepth, 1, 1, 0, 1, {}};
     const ShRotation turn = makeShRotation(kFieldOrder, Mat3{{1, 0, 0, 0, 0, -1, 0, 1, 0}});
     std::copy_n(turn.blocks.begin(), rotationEntryCount(kFieldOrder), constants.quarter_turn);
     for (std::size_t i = 0; i < kFarNumbers; ++i) std::copy_n(mirrorTable()[i], kFieldOrder, constants.mirror[i]);
@@ -165,6 +168,7 @@ FarTables::FarTables(FarFields fields, std::vector<std::vector<std::uint16_t>> f
         constants_[q].overlap = kOverlap[q];
         constants_[q].solid = kSolid;
         constants_[q].dark = kDark[q];
+        constants_[q].most = kMost[q];
     }
 }
 

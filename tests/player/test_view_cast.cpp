@@ -99,6 +99,34 @@ TEST_F(ViewCast, ShadowsGoOnAndOff) {
     EXPECT_EQ(numbers, both);
 }
 
+// Who casts nothing still receives: where it is moved, others cast on it anew.
+TEST_F(ViewCast, ReceiversThatCastNothingMoveToo) {
+    Scene scene = open(R"({"asset": "tube.pnb", "casts": "nothing"}, {"asset": "tube.pnb", "position": [0.6, 0, 0]})");
+    ViewState state = stateOf(scene);
+    update(scene, state);
+    const std::vector<float>& numbers = scene.characters[0]->vertices.numbers;
+    const std::vector<float> near = numbers;
+    state.characters[0].moved = {-900, 0, 0};
+    update(scene, state);
+    EXPECT_GT(largestDifference(near, numbers), 0.3);
+}
+
+// Two files that both have a material of one name show their own.
+TEST_F(ViewCast, MaterialsAreThoseOfTheirOwnFile) {
+    BrdfFile red = synthetic::lambert({0.9, 0.1, 0.1});
+    const std::array materials = {red};
+    const std::array lights = {synthetic::light(4, 0.1)};
+    writeWholeFile(folder / "red.pnb", packAsset(synthetic::composedTube(kTube), materials, lights,
+                                                 {.precision = AssetPrecision::kF32}, "{}", 1)
+                                           .bytes);
+    const std::string name = red.name;
+    const Scene scene = open(R"({"asset": "tube.pnb", "material": ")" + name +
+                             R"("}, {"asset": "red.pnb", "material": ")" + name + R"("})");
+    const ViewState state = stateOf(scene);
+    EXPECT_EQ(state.characters[0].material_of_slot, std::vector<std::size_t>{0});
+    EXPECT_EQ(state.characters[1].material_of_slot, std::vector<std::size_t>{1});
+}
+
 // Somebody who is moved away hides nothing any more, and comes back to the very picture.
 TEST_F(ViewCast, MovesWithThePointer) {
     Scene scene = open(kPair, R"(, "ground": {"size": 6, "resolution": 33})");
