@@ -36,7 +36,8 @@ __m256 loadMean(const void* mean, bool is_half, std::size_t at) {
 // cycle.
 template <class Basis, int Registers>
 void tile(const CombineInput& in, std::size_t at, float* out) {
-    const auto* basis = static_cast<const typename Basis::Stored*>(in.basis) + at;
+    // A cluster without components has no basis.
+    const auto* basis = in.components > 0 ? static_cast<const typename Basis::Stored*>(in.basis) + at : nullptr;
     __m256 sum[Registers];
     for (int r = 0; r < Registers; ++r) sum[r] = loadMean(in.mean, in.mean_is_half, at + 8 * r);
     for (std::size_t k = 0; k < in.components; ++k, basis += in.count) {
@@ -49,7 +50,8 @@ void tile(const CombineInput& in, std::size_t at, float* out) {
 // Combines the last 4 numbers of an odd multiple of 4. It reads and writes nothing beyond them.
 template <class Basis>
 void lastFour(const CombineInput& in, std::size_t at, float* out) {
-    const auto* basis = static_cast<const typename Basis::Stored*>(in.basis) + at;
+    // A cluster without components has no basis.
+    const auto* basis = in.components > 0 ? static_cast<const typename Basis::Stored*>(in.basis) + at : nullptr;
     __m256 sum = in.mean_is_half ? Half::load4(static_cast<const std::uint16_t*>(in.mean) + at)
                                  : Float::load4(static_cast<const float*>(in.mean) + at);
     for (std::size_t k = 0; k < in.components; ++k, basis += in.count)
