@@ -51,7 +51,7 @@ MatrixBlock diagonalBlock(std::span<const double> matrix, int order, int m) {
         for (int column = m; column < order; ++column)
             block.values.push_back(matrix[std::size_t(shIndex(row, m) * coefficientCount(order) + shIndex(column, m))]);
     block.vectors.resize(block.values.size());
-    diagonalise(int(block.size), block.values, block.vectors);
+    diagonalise(block.size, block.values, block.vectors);
     return block;
 }
 
@@ -91,9 +91,9 @@ void capLogZonal(double angle, std::span<double> z) {
     cap[0] -= std::sqrt(4 * std::numbers::pi);
     for (std::size_t j = 0; j < n; ++j) {
         double along = 0;
-        for (std::size_t l = 0; l < n; ++l) along += zonal.vectors[l * n + j] * cap[l];
+        for (std::size_t l = 0; l < n; ++l) along += zonal.vectors[j * n + l] * cap[l];
         along *= logRatio(std::max(zonal.values[j * n + j], kLeastEigenvalue * largest));
-        for (std::size_t l = 0; l < n; ++l) z[l] += along * zonal.vectors[l * n + j];
+        for (std::size_t l = 0; l < n; ++l) z[l] += along * zonal.vectors[j * n + l];
     }
 }
 

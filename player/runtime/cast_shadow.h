@@ -37,6 +37,7 @@ public:
     // The evaluators outlive this object. Each has what its kind needs; by default it casts by casterKindOf(). Together
     // they have at most 65,535 parts and as many spheres; throws std::length_error beyond that.
     explicit CastShadow(std::span<const Evaluator* const> casters, std::span<const CasterKind> kinds = {});
+    CastShadow(const CastShadow&) = delete;  // posed parts point into one another
 
     std::size_t casterCount() const { return casters_.size(); }
     // Poses a caster by its skinning matrices. `to_scene` is a rotation and a translation. Allocates nothing.

@@ -172,10 +172,8 @@ std::vector<float> groundAmbient(const GroundVertices& ground) {
     std::array<float, kFarNumbers> weights;
     ambientWeights(parseConvention("D" + std::to_string(kFieldOrder)), weights);
     std::vector<float> e(ground.positions.size());
-    for (std::size_t v = 0; v < e.size(); ++v) {
+    for (std::size_t v = 0; v < e.size(); ++v)
         for (std::size_t i = 0; i < kFarNumbers; ++i) e[v] += weights[i] * ground.mirrored[v * kFarNumbers + i];
-        e[v] = std::clamp(e[v], 0.0f, 1.0f);  // six bands ring, which shows where it is dark
-    }
     return e;
 }
 

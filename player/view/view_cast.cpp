@@ -101,8 +101,11 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     const ShownGround::Made made{shadows, lit, scene.cast_version, lit ? state.light : 0,
                                  lit ? lightRotation(state) : Mat3()};
     if (ground.made == made) return;
-    if (!ground.made || ground.made->shadows != shadows || ground.made->cast_version != scene.cast_version)
-        ground.vertices = groundVertices(*scene.ground_file, shadows ? *scene.cast : CastShadow({}), threads);
+    if (!ground.made || ground.made->shadows != shadows || ground.made->cast_version != scene.cast_version) {
+        const CastShadow nobody({});
+        const CastShadow& cast = shadows ? *scene.cast : nobody;
+        ground.vertices = groundVertices(*scene.ground_file, cast, threads);
+    }
     ground.made = made;
     ++ground.version;
     const Vec3 albedo = scene.ground_file->albedo;

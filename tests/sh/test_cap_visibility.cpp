@@ -23,13 +23,13 @@ TEST(SymmetricEigen, GivesTheMatrixBack) {
             for (std::size_t j = 0; j <= i; ++j)
                 matrix[i * n + j] = matrix[j * n + i] = std::sin(double(7 * i + 3 * j + 1));
         std::vector<double> diagonal = matrix;
-        diagonalise(int(n), diagonal, vectors);
+        diagonalise(n, diagonal, vectors);
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t j = 0; j < n; ++j) {
                 double value = 0, product = 0;
                 for (std::size_t k = 0; k < n; ++k) {
-                    value += vectors[i * n + k] * diagonal[k * n + k] * vectors[j * n + k];
-                    product += vectors[k * n + i] * vectors[k * n + j];
+                    value += vectors[k * n + i] * diagonal[k * n + k] * vectors[k * n + j];
+                    product += vectors[i * n + k] * vectors[j * n + k];
                 }
                 EXPECT_NEAR(value, matrix[i * n + j], 1e-14);
                 EXPECT_NEAR(product, i == j, 1e-14);
