@@ -20,6 +20,7 @@
 #include "formats/stage/pose_file.h"
 #include "formats/stage/stage_file_kind.h"
 #include "formats/stage/visibility_file.h"
+#include "sh/angles.h"
 
 namespace penumbra {
 namespace {
@@ -65,8 +66,16 @@ Json describe(const ShardPlace& shard, const FrameList& frames) {
             {"ranges", rangesText(here, 20)}};
 }
 
-// Finds the least and the greatest coefficient, and the mean open share of the hemisphere. b_0 = y_0 integral of V,
-// which is 2 pi y_0 where nothing blocks, with y_0 = 1 / sqrt(4 pi) (twice that for mirrored visibility). Reads all
+// Returns coefficient 0 where nothing blocks. With y_0 = 1 / sqrt(4 pi), that of visibility is y_0 times the integral
+// of V, 2 pi. The mirrored one is twice that. That of transfer is y_0 times the integral of the cosine, pi.
+double unblockedOf(const std::string& quantity) {
+    const double visibility = std::sqrt(std::numbers::pi);
+    if (quantity == kMirroredVisibility) return 2 * visibility;
+    return quantity == kDiffuseTransfer ? visibility / 2 : visibility;
+}
+
+// Finds the least and the greatest coefficient, and the mean open share of the hemisphere, which for transfer is
+// weighted by the cosine. Reads all
 // frames of some vertices, in the blocks that the file keeps together, or of all vertices.
 Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
     constexpr std::size_t kBlock = 64, kSampledBlocks = 16;
@@ -74,7 +83,7 @@ Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
     const std::size_t vertices = header.mesh.vertexCount(), blocks = (vertices + kBlock - 1) / kBlock;
     const std::size_t step = all_vertices ? 1 : std::max<std::size_t>(1, blocks / kSampledBlocks);
     const std::size_t stride = header.coefficientCount(), frames = header.frames.frameCount();
-    const double unblocked = std::sqrt(std::numbers::pi) * (header.quantity == "mirrored_visibility" ? 2 : 1);
+    const double unblocked = unblockedOf(header.quantity);
     double least = INFINITY, greatest = -INFINITY, open = 0;
     std::size_t read = 0;
     for (std::size_t begin = 0; begin < vertices; begin += step * kBlock) {
@@ -94,6 +103,24 @@ Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
             {"mean_open_share", open / double(frames * read)}};
 }
 
+// Tells what the surface reflects, and the shares of the rays that hit it, as means over all frames.
+Json describeBounces(const VisibilityReader& reader) {
+    const VisibilityHeader& header = reader.header();
+    Vec3d albedo;
+    for (Vec3 color : header.colors.albedo) albedo += toDouble(color) / double(header.mesh.vertexCount());
+    const std::size_t frames = header.frames.frameCount();
+    double hits = 0, backs = 0;
+    for (std::size_t f = 0; f < frames; ++f) {
+        const std::array<float, 2> shares = reader.readHitShares(f);
+        hits += double(shares[0]) / double(frames);
+        backs += double(shares[1]) / double(frames);
+    }
+    return {{"mean_albedo", {albedo.x, albedo.y, albedo.z}},
+            {"transmission", !header.colors.transmission.empty()},
+            {"mean_hit_share", hits},
+            {"mean_back_share_of_hits", backs}};
+}
+
 Json describeVisibility(const fs::path& path, bool all_vertices) {
     const VisibilityReader reader(path);
     const VisibilityHeader& header = reader.header();
@@ -104,6 +131,7 @@ Json describeVisibility(const fs::path& path, bool all_vertices) {
               {"bounces", header.bounces}};
     if (header.ground_y) json["ground_y"] = *header.ground_y;
     if (header.local) json["local"] = {{"steps", header.local->steps}, {"sh_order", header.local->order}};
+    if (header.hasBounces()) json["light_that_bounces"] = describeBounces(reader);
     json["mesh"] = describe(header.mesh);
     json["joints"] = header.skin ? header.skin->jointCount() : 0;
     json["influences"] = header.skin ? header.skin->influences : 0;
@@ -224,6 +252,15 @@ Json describeLight(const fs::path& path) {
     for (std::size_t c = 0; c < 3; ++c) json["mean_radiance"].push_back(light.sh[c] / std::sqrt(4 * std::numbers::pi));
     if (!light.window.empty()) json["window"] = light.window;
     if (!light.lobes.directions.empty()) json["lobes"] = describeLobes(light);
+    if (!light.factor.empty()) {
+        json["factor"] = light.factor;
+        json["suns"] = Json::array();
+        for (const SunD& sun : light.suns)
+            json["suns"].push_back({{"direction", {sun.direction.x, sun.direction.y, sun.direction.z}},
+                                    {"irradiance", {sun.irradiance.x, sun.irradiance.y, sun.irradiance.z}},
+                                    {"radius_degrees", degrees(sun.radius)}});
+        json["picture"] = {light.picture.width, light.picture.height};
+    }
     json["provenance"] = describe(light.provenance);
     return json;
 }

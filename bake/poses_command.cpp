@@ -1,4 +1,4 @@
-// penumbra-bake poses RIG... -o POSES.(h5|glb): the flags and the run.
+// penumbra-bake poses RIG... -o POSES.(h5|glb|json): the flags and the run.
 #include <algorithm>
 #include <cstdio>
 
@@ -7,6 +7,7 @@
 #include "bake/source/frame_choice.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
+#include "formats/common/write_file.h"
 #include "sh/angles.h"
 
 namespace penumbra {
@@ -39,6 +40,7 @@ std::string optionsJson(const PosesCommand& command) {
 }
 
 bool isGlb(const PosesCommand& command) { return command.output.extension() == ".glb"; }
+bool isJson(const PosesCommand& command) { return command.output.extension() == ".json"; }
 
 void finishOptions(PosesCommand& command) {
     PoseOptions& options = command.options;
@@ -51,7 +53,8 @@ void finishOptions(PosesCommand& command) {
         throw UsageError("--seed must be 0..9223372036854775807, not " + std::to_string(command.seed));
     options.seed = std::uint64_t(command.seed);
     refuseTwice(command.rigs);
-    if (!isGlb(command) && command.output.extension() != ".h5") throw UsageError("-o must end in .h5 or .glb");
+    if (!isGlb(command) && !isJson(command) && command.output.extension() != ".h5")
+        throw UsageError("-o must end in .h5, .glb or .json");
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
 }
 
@@ -152,6 +155,8 @@ void runPoses(PosesCommand& command, const CommonOptions& common, Report& report
     list.file.provenance = makeProvenance("penumbra-bake poses", optionsJson(command), command.files_read);
     if (isGlb(command))
         writeGlbOfPoses(command, plan, list.file);
+    else if (isJson(command))
+        writeWholeFile(command.output, bonePosesText(bonesOfPoses(plan.rig, list.file)));
     else
         writePoseFile(command.output, list.file);
     fillReport(plan, command.options, list, report);
@@ -162,7 +167,8 @@ void definePoses(CLI::App& app, PosesCommand& command) {
     PoseOptions& options = command.options;
     app.add_option("rig", command.rigs, "rig; further files may bring clips only")->required();
     app.add_option("-o,--output", command.output,
-                   "X.poses.h5, or X.glb: a rig whose only clip has the poses as its keys")
+                   "X.poses.h5, or X.glb: a rig whose only clip has the poses as its keys, or X.poses.json: bones for "
+                   "scene.json")
         ->required();
     app.add_option("--choose", options.choose, "how many of the candidate frames");
     app.add_option("--method", command.method,

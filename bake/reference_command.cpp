@@ -9,12 +9,13 @@
 #include "bake/reference/bake_reference.h"
 #include "bake/reference/reference_blockers.h"
 #include "bake/reference/scene_frame.h"
+#include "bake/source/surface_colors.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/common/errors.h"
 #include "formats/common/picture_text.h"
 #include "formats/common/slot_choice.h"
 #include "formats/image/exposure.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -32,6 +33,7 @@ struct ReferenceCommand {
     std::int64_t frame = 0;
     std::string light_rotation;
     int light_order = 0;  // 0: the picture itself
+    std::string albedo;   // of --bounces: R/G/B or a table
     const CLI::Option *light_order_option = nullptr, *frame_option = nullptr, *time_option = nullptr;
     std::vector<const CLI::Option*> bake_only;  // what a picture of a scene does not read
     std::string camera, size = "512x512", channel = "shaded", background = "transparent";
@@ -78,6 +80,7 @@ void finishOptions(ReferenceCommand& command) {
     if (command.exposure && (!(*command.exposure > 0) || !std::isfinite(*command.exposure)))
         throw UsageError("--exposure must be a finite number above 0");
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
+    if (options.bounces == 0 && !command.albedo.empty()) throw UsageError("--albedo goes with --bounces");
     const std::string extension = command.output.extension().string();
     if (extension != ".exr" && extension != ".png") throw UsageError("-o must end in .exr or .png");
     // The background of a shaded PNG is put behind the exposed picture.
@@ -186,6 +189,17 @@ EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& 
     return light.turned(scene.light_rotation);
 }
 
+// Returns what the mesh reflects: as --albedo says, or as the bake has it.
+std::vector<Vec3> albedoOf(const ReferenceCommand& command, const VisibilityHeader& header) {
+    if (command.options.bounces == 0) return {};
+    if (!header.colors.transmission.empty())
+        throw Unsupported(command.input.string() + ": its sheet lets light through, which --bounces does not trace");
+    if (!command.albedo.empty()) return readAlbedo(command.albedo, header.mesh);
+    if (header.colors.albedo.empty())
+        throw UsageError("--bounces needs --albedo: " + command.input.string() + " has none");
+    return header.colors.albedo;
+}
+
 void runScene(ReferenceCommand& command, const CommonOptions& common, Report& report) {
     finishOptions(command);
     report.phase("read");
@@ -193,6 +207,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     std::optional<double> seconds;
     if (command.time_option->count() > 0) seconds = command.time;
     const SceneDescription description = readScene(command.scene);
+    report.willRead(filesNamedIn(description));
     const SceneFrame scene = poseScene(description, seconds, command.camera, shaded);
     const std::size_t ground = description.ground ? scene.brdf_of_vertex.back() : scene.materials.size();
     if (shaded) command.options.brdfs = readMaterialsOf(command, scene, ground, common.threads);
@@ -240,6 +255,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
         blockersOfFrame(header, std::size_t(command.frame), command.input.string(), command.occluders);
     const std::vector<std::uint16_t> brdf_of_vertex = chooseSlots(command, header.mesh, common.threads);
     const EnvironmentLight light = readLightOf(command);
+    const std::vector<Vec3> albedo = albedoOf(command, header);
     if (common.dry_run) {
         std::printf("frame %zu, %dx%d pixels, %d shadow rays a pixel\n", std::size_t(command.frame),
                     command.options.width, command.options.height, command.options.samples);
@@ -254,6 +270,7 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     input.brdf_of_vertex = brdf_of_vertex;
     if (!blockers.blockers.triangles.empty()) input.blockers = &blockers.blockers;
     input.occluder_positions = blockers.occluder_positions;
+    input.albedo = albedo;
     const Image image = renderReference(input, camera, light, command.options, common.threads,
                                         parseProgressStyle(common.quiet ? "none" : common.progress));
     report.phase("write");
@@ -298,7 +315,12 @@ void defineReference(CLI::App& app, ReferenceCommand& command) {
     const CLI::Option* rotation =
         app.add_option("--light-rotation", command.light_rotation,
                        "yaw=,pitch=,roll= or axis=X/Y/Z,angle=, degrees, as in penumbra-player render");
-    command.bake_only = {command.frame_option, occluders, tangents, rotation};
+    const CLI::Option* bounces =
+        app.add_option("--bounces", options.bounces, "how often the mesh reflects light diffusely, 0..16");
+    const CLI::Option* albedo = app.add_option(
+        "--albedo", command.albedo,
+        "of --bounces: what the mesh reflects, R/G/B or FILE.csv as in visibility (default: as the bake has it)");
+    command.bake_only = {command.frame_option, occluders, tangents, rotation, bounces, albedo};
     command.light_order_option = app.add_option("--light-order", command.light_order,
                                                 "replace the picture of --light by its SH of this order (0: do not)");
     app.add_option("--camera", command.camera, "yaw=,pitch=,fov=,distance=,target=x/y/z; framed where not given");
@@ -326,6 +348,8 @@ Verb referenceVerb() {
                     if (!file.empty()) inputs.push_back(file);
                 if (!command->light.empty() && !isAnalytic(command->light)) inputs.push_back(command->light);
                 if (!command->tangents.empty()) inputs.push_back(command->tangents);
+                if (const ColorChoice albedo = readColorChoice(command->albedo); albedo.table)
+                    inputs.push_back(*albedo.table);
                 const auto occluders = singleFilesOf(command->occluders);
                 inputs.insert(inputs.end(), occluders.begin(), occluders.end());
                 for (const std::filesystem::path& file : command->brdf.files()) inputs.push_back(file);

@@ -9,6 +9,7 @@
 
 #include "bake/bake_verbs.h"
 #include "bake/source/frame_choice.h"
+#include "bake/source/surface_colors.h"
 #include "bake/visibility/bake_estimate.h"
 #include "formats/cache/numbered_files.h"
 #include "formats/common/errors.h"
@@ -35,6 +36,9 @@ struct VisibilityCommand {
     bool local = false;
     LocalMoments local_moments;
     std::vector<const CLI::Option*> local_options;  // those that go with --local
+    std::string quantity = "visibility", albedo, transmission;
+    TransferOptions transfer;
+    std::vector<const CLI::Option*> transfer_options;  // those that go with --quantity transfer
     bool resume = false;
     std::int64_t seed = std::int64_t(BakeOptions{}.seed);  // signed, so that -1 is refused instead of wrapping around
 };
@@ -57,6 +61,16 @@ void readLocal(VisibilityCommand& command) {
     if (command.local) command.options.local = command.local_moments;
     for (const CLI::Option* option : command.local_options)
         if (!command.local && option->count() > 0) throw UsageError(option->get_name() + " goes with --local");
+}
+
+void readTransfer(VisibilityCommand& command) {
+    const bool transfer = command.quantity == "transfer";
+    for (const CLI::Option* option : command.transfer_options)
+        if (!transfer && option->count() > 0) throw UsageError(option->get_name() + " goes with --quantity transfer");
+    if (!transfer) return;
+    command.transfer.albedo = readColorChoice(command.albedo);
+    command.transfer.transmission = readColorChoice(command.transmission);
+    command.options.transfer = command.transfer;
 }
 
 std::string asJson(const std::vector<std::string>& names) {
@@ -103,6 +117,7 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     options.cache.z_up = upIsZ(command.up);
     readGround(command);
     readLocal(command);
+    readTransfer(command);
     if (!command.inputs.empty()) options.inputs = command.inputs;
     options.precision = command.precision == "f16" ? Precision::kFloat16 : Precision::kFloat32;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
@@ -139,6 +154,13 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     report.figures["rays_per_second"] = rate;
     report.figures["bytes"] = result.written_bytes;
     report.figures["peak_rss_megabytes"] = peakMegabytes();
+    if (plan.header.hasBounces()) {
+        report.figures["hit_share"] = result.hit_share;
+        report.figures["back_share_of_hits"] = result.back_share;
+        if (!common.quiet)
+            std::printf("%.1f%% of the rays hit a surface; %.2f%% of these hits were backs, which reflect nothing\n",
+                        100 * result.hit_share, 100 * result.back_share);
+    }
     if (!common.quiet && result.frames_kept > 0)
         std::printf("went on after %zu of %zu frames\n", result.frames_kept, plan.header.frames.frameCount());
     if (!common.quiet)
@@ -183,6 +205,16 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
     command.local_options = {
         app.add_option("--local-steps", command.local_moments.steps, "of --local: how many bones away is near, 1..8"),
         app.add_option("--local-order", command.local_moments.order, "of --local: SH bands, 5 or 6")};
+    app.add_option("--quantity", command.quantity,
+                   "visibility, or transfer: cosine-weighted visibility, and light that bounces")
+        ->check(CLI::IsMember({"visibility", "transfer"}));
+    command.transfer_options = {
+        app.add_option("--bounces", command.transfer.bounces, "of transfer: how often light is reflected, 0..16"),
+        app.add_option("--albedo", command.albedo,
+                       "of transfer with bounces: what the surface reflects, R/G/B (linear, below 1) or FILE.csv of "
+                       "slots or vertices (default: the rig's base colours)"),
+        app.add_option("--transmission", command.transmission,
+                       "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")};
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");
     app.add_option("--occluder", command.options.occluders,
                    "mesh that blocks rays and has no moments, still or animated; any number of them; MESH:CACHE where "

@@ -26,6 +26,8 @@ void define(CLI::App& app, BlockersCommand& command) {
                    "area: points spread over the surface, silhouettes as large as the mesh's; paper: spheres that hold "
                    "the vertices, as in the papers (much too dark)")
         ->check(CLI::IsMember({"area", "paper"}));
+    app.add_flag("--refine", command.options.refine,
+                 "then change each radius until the silhouettes of the training poses differ least");
     app.add_option("--seed", command.seed, "of the points and of where the groups start");
 }
 
@@ -49,6 +51,7 @@ BlockerFile fileOf(const BlockersCommand& command, const Model& model, const Blo
     options["spheres"] = command.options.spheres;
     options["method"] = file.method;
     options["seed"] = command.options.seed;
+    if (command.options.refine) options["refine"] = true;
     file.provenance = makeProvenance("penumbra-fit blockers", options.dump(), {command.model});
     return file;
 }
@@ -63,6 +66,9 @@ void reportFit(const BlockersCommand& command, const BlockerFit& fit, bool quiet
     report.figures["rigid_share"] = fit.rigid_share;
     report.figures["poses"] = fit.poses;
     report.figures["views"] = fit.views;
+    if (fit.refinement)
+        report.figures["refine"] = {
+            {"before", fit.refinement->before}, {"after", fit.refinement->after}, {"steps", fit.refinement->steps}};
     report.figures["feet"] = nlohmann::ordered_json::array();
     for (const FootBlockers& foot : fit.feet)
         report.figures["feet"].push_back({{"joint", foot.joint}, {"spheres", foot.spheres}});
@@ -72,6 +78,9 @@ void reportFit(const BlockersCommand& command, const BlockerFit& fit, bool quiet
     std::printf(
         "  silhouettes in %zu poses, %zu views: mesh %.4f m^2, spheres %.4f m^2; single ones differ by %.1f%%\n",
         fit.poses, fit.views, fit.mesh_area, fit.area, 100 * fit.silhouette_error);
+    if (fit.refinement)
+        std::printf("  refined in %d steps: bands of silhouettes differ by %.2f%%, and by %.2f%% before\n",
+                    fit.refinement->steps, 100 * fit.refinement->after, 100 * fit.refinement->before);
     std::printf("  %.1f%% of the surface moves with the bone of its sphere\n", 100 * fit.rigid_share);
     for (const FootBlockers& foot : fit.feet) std::printf("  foot %s: %d spheres\n", foot.joint.c_str(), foot.spheres);
 }

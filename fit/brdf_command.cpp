@@ -6,7 +6,9 @@
 #include "fit/fit_verbs.h"
 #include "fit/reflectance/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
+#include "fit/reflectance/lobe_error.h"
 #include "formats/brdf/brdf_source.h"
+#include "formats/brdf/fit_lobes.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
 #include "formats/common/name_option.h"
@@ -124,11 +126,21 @@ void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& b
                                                                  : "no pair of equal singular values is cut");
 }
 
+// An analytic model is its own lobe.
+void addLobes(const BrdfReading& reading, BrdfFile& brdf, int threads) {
+    brdf.lobes = reading.lobes;
+    if (!brdf.lobes.empty()) return;
+    brdf.lobes = fitLobes(samplesOf(reading.brdf));
+    brdf.lobe_error = lobeError(reading.brdf, brdf.lobes, threads);
+}
+
 void describe(const BrdfFile& brdf) {
     const auto error = [&](const char* name) { return brdf.errors.at(name); };
     std::printf("%s: shading error %.4f, fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n",
                 brdf.name.c_str(), error("shading_d5"), error("fit"), error("albedo_r"), error("albedo_g"),
                 error("albedo_b"), error("albedo_max"));
+    std::printf("%zu %s for light from one direction, error %.4f\n", brdf.lobes.size(),
+                brdf.lobes.size() == 1 ? "lobe" : "lobes", brdf.lobe_error);
     if (brdf.operators.count > 0)
         std::printf("%d operators from %s: shading error %.4f (A4), %.4f (D5), %zu bytes a channel\n",
                     brdf.operators.count, brdf.operators.source.c_str(), error("shading_operators"),
@@ -144,6 +156,8 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     }
     report.phase("fit");
     BrdfFile brdf = fitBrdf(reading.brdf, command.orders, common.threads);
+    report.phase("lobes");
+    addLobes(reading, brdf, common.threads);
     if (!command.name.empty()) brdf.name = command.name;
     brdf.provenance =
         makeProvenance("penumbra-fit brdf", optionsOf(command, reading.brdf).dump(), command.source.files());
@@ -156,6 +170,8 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     report.phase("write");
     writeBrdf(command.output, brdf);
     report.figures["name"] = brdf.name;
+    report.figures["lobes"] = brdf.lobes.size();
+    report.figures["lobe_error"] = brdf.lobe_error;
     for (const auto& [name, value] : reading.figures) report.figures[name] = value;
     for (const auto& [name, value] : brdf.errors) report.figures[name] = value;
     warn(reading, brdf);

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
+#include "fit/light/factor_light.h"
 #include "fit/light/fit_light.h"
 #include "fit/light/light_lobes.h"
 #include "fit/light/light_window.h"
@@ -12,6 +13,7 @@
 #include "formats/common/joined.h"
 #include "formats/common/name_option.h"
 #include "formats/common/warning.h"
+#include "sh/angles.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -25,6 +27,10 @@ struct LightCommand {
     std::string layout;  // empty: chosen by the picture's shape
     std::string window = "auto", lobe_fit = "joint";
     int order = 4, lobes = 3;
+    bool factor = false;
+    int suns = 1;
+    std::string factor_mode = "hand-over", small_picture = "128x64";
+    const CLI::Option *suns_option = nullptr, *mode_option = nullptr, *picture_option = nullptr;
     const CLI::Option *layout_option = nullptr, *lobes_option = nullptr, *window_option = nullptr;
 };
 
@@ -54,6 +60,18 @@ void define(CLI::App& app, LightCommand& command) {
     app.add_option("--lobe-fit", command.lobe_fit,
                    "one lobe after the other; directions refined together; 2 ORDER - 1 fixed directions, exact")
         ->check(CLI::IsMember({"greedy", "joint", "fixed"}));
+    app.add_flag("--factor", command.factor,
+                 "also find the suns of the light, for shadows with edges; the SH stay the whole light");
+    command.suns_option =
+        app.add_option("--suns", command.suns, "with --factor: suns at most")->check(CLI::Range(1, kMaxSuns));
+    command.mode_option =
+        app.add_option("--factor-mode", command.factor_mode,
+                       "with --factor: suns that fade where the light has no dominant direction; or one sun as paper "
+                       "004 prints it")
+            ->check(CLI::IsMember({"hand-over", "paper"}));
+    command.picture_option = app.add_option("--picture", command.small_picture,
+                                            "with --factor: size WxH, W = 2 H, of a picture of the light without its "
+                                            "suns; 0 for none");
     app.footer(describeAnalyticLights() + "\n" + app.get_footer());
 }
 
@@ -61,7 +79,27 @@ void define(CLI::App& app, LightCommand& command) {
 struct LightRequest {
     std::vector<AnalyticLight> analytic;
     WindowChoice window;
+    FactorChoice factor;
 };
+
+// Reads "128x64", or "0".
+int parsePictureWidth(const std::string& text) {
+    int width = 0, height = 0, length = 0;
+    if (text == "0") return 0;
+    if (std::sscanf(text.c_str(), "%5dx%5d%n", &width, &height, &length) != 2 || std::size_t(length) != text.size() ||
+        width != 2 * height || width < 2 || width > kMaxLightPicture)
+        throw UsageError("--picture: WxH with W = 2 H, from 2x1 to 4096x2048, or 0; not \"" + text + "\"");
+    return width;
+}
+
+FactorChoice checkFactor(const LightCommand& command) {
+    for (const CLI::Option* option : {command.suns_option, command.mode_option, command.picture_option})
+        if (!command.factor && option->count() > 0) throw UsageError(option->get_name() + " needs --factor");
+    if (command.factor_mode == "paper" && command.suns > 1)
+        throw UsageError("--suns: --factor-mode paper finds one sun");
+    return {command.suns, command.factor_mode == "paper" ? FactorMode::kPaper : FactorMode::kHandOver,
+            parsePictureWidth(command.small_picture)};
+}
 
 LightRequest checkOptions(const LightCommand& command) {
     if (command.picture.empty() == command.analytic.empty())
@@ -75,6 +113,7 @@ LightRequest checkOptions(const LightCommand& command) {
         throw UsageError("--lobes: --lobe-fit fixed has " + std::to_string(fixedLobeCount(command.order)) +
                          " lobes at order " + std::to_string(command.order) + ", not " + std::to_string(command.lobes));
     LightRequest request;
+    request.factor = checkFactor(command);
     try {
         if (command.picture.empty()) request.analytic = parseLights(joined(command.analytic, "+"));
     } catch (const std::invalid_argument& error) {
@@ -88,8 +127,8 @@ LightRequest checkOptions(const LightCommand& command) {
     return request;
 }
 
-LightFile fitPicture(const LightCommand& command, const CommonOptions& common, Report& report,
-                     nlohmann::ordered_json& options, HotPixel& hot) {
+LightFile fitPicture(const LightCommand& command, const FactorChoice& factor, const CommonOptions& common,
+                     Report& report, nlohmann::ordered_json& options, HotPixel& hot, FactorReport& suns) {
     report.phase("read");
     const EnvironmentMap map = readEnvironmentMap(command.picture, command.layout);
     options["layout"] = nameOf(map.layout);
@@ -98,7 +137,8 @@ LightFile fitPicture(const LightCommand& command, const CommonOptions& common, R
     report.figures["negative_share"] = map.negative_share;
     report.phase("fit");
     hot = findHotPixel(map);
-    const LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
+    LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
+    if (command.factor) suns = factorLight(map, factor, common.threads, light);
     if (map.negative_share > 1e-5 && !common.quiet && !common.dry_run)
         std::printf("%s: %zu pixels below 0 made 0, %.2g%% of the light, taken from the bright ones beside them\n",
                     light.name.c_str(), map.negative_pixels, 100 * map.negative_share);
@@ -123,6 +163,38 @@ void describe(const LightFile& light, Report& report, bool quiet) {
         std::printf(
             "%s: the residual is detail finer than SH of order %d hold, normal for lights with a sun or lamps\n",
             light.name.c_str(), light.order);
+}
+
+void describeSuns(const LightFile& light, const FactorReport& found, Report& report, bool quiet) {
+    nlohmann::ordered_json& suns = report.figures["suns"] = nlohmann::ordered_json::array();
+    if (light.suns.empty() && !quiet)
+        std::printf("%s: no sun: no direction dominates this light\n", light.name.c_str());
+    for (std::size_t i = 0; i < light.suns.size(); ++i) {
+        const SunD& sun = light.suns[i];
+        const FactorReport::SunReport& how = found.suns[i];
+        suns.push_back({{"direction", {sun.direction.x, sun.direction.y, sun.direction.z}},
+                        {"irradiance", {sun.irradiance.x, sun.irradiance.y, sun.irradiance.z}},
+                        {"radius_degrees", degrees(sun.radius)},
+                        {"dominance", how.dominance},
+                        {"share", how.share},
+                        {"flat_pixels", how.flat_pixels}});
+        if (quiet) continue;
+        std::printf("%s: sun %zu from %.4f %.4f %.4f, irradiance %.4g %.4g %.4g, radius %.2f degrees, %s, share %.2f\n",
+                    light.name.c_str(), i + 1, sun.direction.x, sun.direction.y, sun.direction.z, sun.irradiance.x,
+                    sun.irradiance.y, sun.irradiance.z, degrees(sun.radius), light.factor.c_str(), how.share);
+        if (how.flat_pixels >= kClippedPixels)
+            std::printf(
+                "%s: %zu pixels of sun %zu share the largest value, as in clipped pictures: the sun may be "
+                "brighter and smaller than this\n",
+                light.name.c_str(), how.flat_pixels, i + 1);
+    }
+    report.figures["picture"] = {
+        {"width", light.picture.width}, {"height", light.picture.height}, {"clamped", found.clamped}};
+    if (light.picture.width > 0 && !quiet)
+        std::printf("%s: a picture of %d x %d without the suns\n", light.name.c_str(), light.picture.width,
+                    light.picture.height);
+    if (found.clamped > 0)
+        reportWarning("penumbra-fit", light.name + ": some of the picture is too bright for half floats and is cut");
 }
 
 // Ringing below -1 times the mean is visible.
@@ -189,12 +261,14 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
     nlohmann::ordered_json options;
     LightFile light;
     HotPixel hot;
+    FactorReport suns;
     if (command.picture.empty()) {
         report.phase("fit");
         options["analytic"] = toString(request.analytic);
         light = fitLight(request.analytic, joined(command.analytic, "+"), command.order);
+        if (command.factor) suns = factorLight(request.analytic, request.factor, light);
     } else {
-        light = fitPicture(command, common, report, options, hot);
+        light = fitPicture(command, request.factor, common, report, options, hot, suns);
     }
     light.name = command.name.empty() ? oneLine(light.name) : command.name;
     if (common.dry_run) {
@@ -210,7 +284,13 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
     options["window"] = command.window;
     options["lobes"] = command.lobe_fit == "fixed" ? fixedLobeCount(command.order) : command.lobes;
     options["lobe_fit"] = command.lobe_fit;
+    if (command.factor) {
+        options["factor"] = command.factor_mode;
+        options["suns"] = command.suns;
+        options["picture_width"] = request.factor.picture_width;
+    }
     describe(light, report, common.quiet);
+    if (command.factor) describeSuns(light, suns, report, common.quiet);
     addWindow(request.window, hot, light, report, common.quiet);
     addLobes(command, light, report, common.quiet);
     report.phase("write");

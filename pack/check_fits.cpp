@@ -44,7 +44,12 @@ void checkFits(const AssetView& asset, const VisibilityHeader& header) {
 
 void checkFits(const AssetView& asset, const VisibilityHeader& truth, const CheckReferences& references) {
     checkFits(asset, truth);
-    if (references.predictions) checkFits(asset, references.predictions->header());
+    if (references.predictions) {
+        const VisibilityHeader& predictions = references.predictions->header();
+        checkFits(asset, predictions);
+        if (predictions.quantity == kDiffuseTransfer)
+            throw InvalidInput("quantity is " + predictions.quantity + "; predictions are of visibility");
+    }
     if (references.second_bake) {
         const VisibilityHeader& second = references.second_bake->header();
         checkFits(asset, second);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "formats/common/errors.h"
-#include "sh/slice_form.h"
+#include "sh/brdf/slice_form.h"
 
 namespace penumbra {
 
@@ -50,6 +50,14 @@ std::vector<float> byChannel(const std::vector<double>& values, const Channels& 
     return numbers;
 }
 
+std::vector<fbs::BrdfLobe> storedLobes(const std::vector<BrdfLobe>& lobes) {
+    std::vector<fbs::BrdfLobe> stored;
+    for (const BrdfLobe& lobe : lobes)
+        stored.emplace_back(std::uint8_t(lobe.model), flatbuffers::span<const float, 4>(lobe.parameters.data(), 4),
+                            flatbuffers::span<const float, 3>(&lobe.color.x, 3));
+    return stored;
+}
+
 }  // namespace
 
 void checkMaterial(const BrdfFile& brdf) {
@@ -78,8 +86,15 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
         operator_table =
             fbs::CreateOperators(builder, std::uint8_t(operators.count), std::uint8_t(operators.order), u, w);
     }
+    Offset<flatbuffers::Vector<const fbs::BrdfLobe*>> lobes;
+    if (!brdf.lobes.empty()) {
+        const std::vector<fbs::BrdfLobe> stored = storedLobes(brdf.lobes);
+        builder.ForceVectorAlignment(stored.size(), sizeof(fbs::BrdfLobe), 16);
+        lobes = builder.CreateVectorOfStructs(stored);
+    }
     return fbs::CreateMaterial(builder, name, std::uint8_t(j), std::uint8_t(view), channels.proportional ? 1 : 3,
-                               color_vector, slices, operator_table, fbs::SliceForm(form));
+                               color_vector, slices, operator_table, fbs::SliceForm(form), lobes,
+                               float(brdf.lobe_error));
 }
 
 }  // namespace penumbra

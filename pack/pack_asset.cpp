@@ -6,6 +6,7 @@
 
 #include "formats/asset/asset_kinds.h"
 #include "formats/common/errors.h"
+#include "formats/common/fp16.h"
 #include "pack/asset_writer.h"
 #include "pack/composition_section.h"
 #include "pack/compress_model.h"
@@ -201,12 +202,39 @@ Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& l
     return fbs::CreateLobes(builder, direction_vector, z_vector);
 }
 
+// What a factored light has beside its SH. A light without suns needs no window: nothing is subtracted from it.
+struct LightFactorSection {
+    Offset<flatbuffers::Vector<float>> suns, window;
+    std::uint16_t picture_width = 0;
+    Offset<flatbuffers::Vector<std::uint16_t>> picture;
+};
+
+LightFactorSection writeFactor(FlatBufferBuilder& builder, const LightFile& light) {
+    LightFactorSection section;
+    if (!light.suns.empty()) {
+        std::vector<Sun> suns;
+        for (const SunD& sun : light.suns) suns.push_back(floatSun(sun));
+        section.suns = writeVector<float>(builder, suns);
+        const std::vector<float> window(light.window.begin(), light.window.end());
+        if (!window.empty()) section.window = writeVector<float>(builder, window);
+    }
+    if (light.picture.width > 0) {
+        std::vector<std::uint16_t> halves(light.picture.pixels.size());
+        floatToHalf(light.picture.pixels, halves);
+        section.picture_width = std::uint16_t(light.picture.width);
+        section.picture = writeVector<std::uint16_t>(builder, halves);
+    }
+    return section;
+}
+
 Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile& light) {
     const std::vector<float> sh(light.sh.begin(), light.sh.end());
     const auto name = builder.CreateString(light.name);
     const auto values = writeVector<float>(builder, sh);
     const auto lobes = writeLobes(builder, light.lobes);
-    return fbs::CreateLight(builder, name, std::uint8_t(light.order), values, lobes);
+    const LightFactorSection factor = writeFactor(builder, light);
+    return fbs::CreateLight(builder, name, std::uint8_t(light.order), values, lobes, factor.suns, factor.window,
+                            factor.picture_width, factor.picture);
 }
 
 // What an asset holds beside the model.

@@ -40,12 +40,15 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
     if (composition)
         regression += regressionBytes(composition->residual) + composition->steps.size_bytes() +
                       composition->part_of_vertex.size_bytes();
-    std::size_t materials = 0, lights = 0;
+    std::size_t materials = 0, lights = 0, pictures = 0;
     for (const MaterialView& material : asset.materials)
-        materials +=
-            material.stored_slices.size_bytes() + material.operators.u.size_bytes() + material.operators.w.size_bytes();
-    for (const LightView& light : asset.lights)
-        lights += light.sh.size_bytes() + light.lobes.directions.size_bytes() + light.lobes.coefficients.size_bytes();
+        materials += material.stored_slices.size_bytes() + material.operators.u.size_bytes() +
+                     material.operators.w.size_bytes() + material.lobes.size_bytes();
+    for (const LightView& light : asset.lights) {
+        lights += light.sh.size_bytes() + light.lobes.directions.size_bytes() + light.lobes.coefficients.size_bytes() +
+                  light.suns.size_bytes() + light.window.size_bytes();
+        pictures += light.picture.texels.size_bytes();
+    }
     std::vector<SizeOf> sizes = {
         {"mesh", m.positions.size_bytes() + m.normals.size_bytes() + m.tangents.size_bytes() +
                      m.triangles.size_bytes() + m.shading_point.size_bytes() + m.source_vertex.size_bytes()},
@@ -65,6 +68,7 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
                      {{"residual", visibilityBytes(composition->residual)}, {"fields", composition->byteCount()}});
     }
     if (!asset.blockers.spheres.empty()) sizes.push_back({"blockers", asset.blockers.byteCount()});
+    if (pictures > 0) sizes.push_back({"light pictures", pictures});
     std::size_t sum = 0;
     for (const SizeOf& size : sizes) sum += size.bytes;
     sizes.push_back({"names and layout", file_size - std::min(sum, file_size)});

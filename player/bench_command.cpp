@@ -31,6 +31,7 @@ void refuseForScenes(const BenchCommand& command) {
 
 void runSceneBench(const BenchCommand& command, const CommonOptions& common, Report& report) {
     const SceneDescription scene = readScene(command.scene);
+    report.willRead(filesNamedIn(scene));
     if (common.dry_run) {
         const std::size_t members = PosedScene(scene).members().size();
         std::printf("would time %d frames of %zu characters and props\n", command.runs, members);

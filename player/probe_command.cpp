@@ -3,6 +3,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "player/cast_flags.h"
 #include "player/player_verbs.h"
 #include "player/scene/probe.h"
 
@@ -14,6 +15,7 @@ struct ProbeCommand {
     std::filesystem::path scene, points, output;
     double time = 0;
     const CLI::Option* time_option = nullptr;
+    CastFlags cast;
 };
 
 std::string textOf(const std::filesystem::path& path) {
@@ -25,9 +27,12 @@ std::string textOf(const std::filesystem::path& path) {
 }
 
 void runProbe(const ProbeCommand& command, const CommonOptions& common, Report& report) {
+    const CastWay way = command.cast.way();
     report.phase("read");
     const std::vector<ProbePoint> points = parseProbePoints(textOf(command.points), command.points.string());
-    PosedScene scene(readScene(command.scene));
+    SceneDescription description = readScene(command.scene);
+    report.willRead(filesNamedIn(description));
+    PosedScene scene(std::move(description), way);
     if (command.time_option->count() > 0) scene.pose(command.time);
     std::size_t casters = 0;
     for (const std::unique_ptr<SceneMember>& member : scene.members()) casters += member->caster != kNobody;
@@ -60,6 +65,7 @@ Verb probeVerb() {
                     app.add_option("--time", command->time, "seconds into everyone's clip (default: as the scene says)")
                         ->check(CLI::Range(0.0, 1e6))
                         ->default_str("");
+                addCastFlags(app, command->cast);
             },
             [command] {
                 std::vector<std::filesystem::path> inputs = {command->scene, command->points};

@@ -6,6 +6,7 @@
 #include "formats/image/exposure.h"
 #include "player/frame/open_asset.h"
 #include "player/player_verbs.h"
+#include "player/render/image_error.h"
 #include "player/render/scene_picture.h"
 #include "player/render_flags.h"
 #include "player/render_report.h"
@@ -103,10 +104,39 @@ BatchResult runFrames(RenderRun& run, const CommonOptions& common) {
     return runBatch(run.plan, common.threads, sinkOf(run, progress));
 }
 
+// Prints how far a picture of a scene is from one by brute force, as a PNG of this exposure would show both.
+void compareScene(const RenderCommand& command, const Image& image, const Image& truth, float exposure,
+                  const CommonOptions& common, Report& report) {
+    const ImageError error = imageError(image, truth, exposure, true, common.threads);
+    report.figures["flip"] = error.flip();
+    report.figures["image_rmse"] = error.rmse();
+    if (!common.quiet)
+        std::printf("against %s: FLIP %.4f, RMSE %.2f of 255\n", command.compared.c_str(), error.flip(), error.rmse());
+}
+
+// Reads the picture of --compare, if there is one.
+std::optional<Image> readCompared(const RenderCommand& command) {
+    if (command.compared.empty()) return std::nullopt;
+    Image truth = readImage(command.compared);
+    const RenderOptions& options = command.options;
+    if (truth.width != options.width || truth.height != options.height)
+        throw InvalidInput(command.compared.string() + ": has " + std::to_string(truth.width) + " x " +
+                           std::to_string(truth.height) + " pixels, and --size asks for " +
+                           std::to_string(options.width) + " x " + std::to_string(options.height));
+    if (truth.alpha.empty()) throw InvalidInput(command.compared.string() + ": has no alpha");
+    return truth;
+}
+
 void runScene(const RenderCommand& command, const CommonOptions& common, Report& report) {
+    const CastWay way = command.cast.way();
     report.phase("read");
-    PosedScene scene(readScene(command.scene));
+    SceneDescription description = readScene(command.scene);
+    report.willRead(filesNamedIn(description));
+    PosedScene scene(std::move(description), way);
     if (command.time_option->count() > 0) scene.pose(command.time);
+    const std::optional<Image> compared = readCompared(command);
+    std::optional<OpenAsset> truth;
+    if (!command.truth.empty()) truth.emplace(command.truth);
     const RenderOptions& options = command.options;
     report.figures = {{"members", scene.members().size()}, {"casters", scene.cast().casterCount()}};
     if (common.dry_run) {
@@ -116,11 +146,14 @@ void runScene(const RenderCommand& command, const CommonOptions& common, Report&
         return;
     }
     report.phase("frames");
-    Image image = drawScene(scene, options, common.threads);
+    ScenePicture picture = drawScene(scene, options, common.threads, truth ? &truth->view : nullptr);
+    const float automatic = automaticExposure(compared ? *compared : picture.image);
+    if (compared) compareScene(command, picture.image, *compared, options.exposure.value_or(automatic), common, report);
     report.phase("write");
     const bool exposes = options.channel == Channel::kShaded && command.output.extension() == ".png";
-    const float exposure = !exposes ? 1 : options.exposure ? *options.exposure : automaticExposure(image);
-    writePicture(options, command.output, std::move(image), exposure);
+    const float exposure = !exposes ? 1 : options.exposure.value_or(automatic);
+    if (picture.sky) putBehind(picture.image, *picture.sky);
+    writePicture(options, command.output, std::move(picture.image), exposure);
     if (exposes) reportExposure(options, exposure, common, report);
     if (!common.quiet)
         std::printf("%s: %zu characters and props, %zu of which cast\n", command.output.c_str(), scene.members().size(),
@@ -169,7 +202,8 @@ Verb renderVerb() {
             [command](CLI::App& app) { defineRender(app, *command); },
             [command] {
                 std::vector<std::filesystem::path> inputs;
-                for (const std::filesystem::path& file : {command->asset, command->scene, command->truth})
+                for (const std::filesystem::path& file :
+                     {command->asset, command->scene, command->truth, command->compared})
                     if (!file.empty()) inputs.push_back(file);
                 return inputs;
             },

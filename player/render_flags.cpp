@@ -46,6 +46,11 @@ void defineShading(CLI::App& app, RenderCommand& command) {
                        "how the light is turned into each vertex' frame: auto, lobes (as fitted), fixed or rotation "
                        "(both exact)")
             ->capture_default_str(),
+        app.add_option("--suns", command.suns,
+                       "whether the suns of a factored light cast shadows with edges (penumbra-fit light --factor): "
+                       "auto, on or off")
+            ->capture_default_str(),
+        app.add_option("--sun-map", options.sun_map, "texels a side of a sun's shadow map")->capture_default_str(),
         app.add_option("--reflectance", command.reflectance,
                        "what a material is evaluated from: slices, or the paper's operators")
             ->capture_default_str(),
@@ -73,7 +78,9 @@ void definePicture(CLI::App& app, RenderCommand& command) {
         app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")
             ->capture_default_str(),
         app.add_option("--gl", command.backend, "auto (a GPU, else software), egl or osmesa")->capture_default_str(),
-        app.add_option("--background", command.background, "transparent or R/G/B, linear")->capture_default_str(),
+        app.add_option("--background", command.background,
+                       "transparent, R/G/B (linear), or light: what the light looks like, behind a shaded picture")
+            ->capture_default_str(),
         app.add_option("--aa", options.samples, "samples a pixel: 1, 2, 4 or 8")->capture_default_str(),
         command.source_option,
         command.error_max_option};
@@ -157,6 +164,15 @@ void defineRender(CLI::App& app, RenderCommand& command) {
         app.add_option("--time", command.time, "of a scene: seconds into everyone's clip (default: as it says)")
             ->check(CLI::Range(0.0, 1e6))
             ->default_str("");
+    addCastFlags(app, command.cast);
+    command.compare_option =
+        app.add_option(
+               "--compare", command.compared,
+               "of a scene: REF.exr of penumbra-bake reference --scene, of the same size, to print FLIP and RMSE "
+               "against")
+            ->type_name("FILE");
+    command.scene_only = {command.time_option, command.compare_option, app.get_option("--cast"),
+                          app.get_option("--cast-exponential")};
     defineFrames(app, command);
     defineShading(app, command);
     definePicture(app, command);
@@ -164,9 +180,28 @@ void defineRender(CLI::App& app, RenderCommand& command) {
     defineErrors(app, command);
     defineSheet(app, command);
     defineGate(app, command);
-    const std::vector<std::string> of_scenes = {"asset",  "--help",     "--scene",       "--time",      "--output",
-                                                "--size", "--camera",   "--channel",     "--gl",        "--background",
-                                                "--aa",   "--exposure", "--reflectance", "--light-form"};
+    const std::vector<std::string> of_scenes = {"asset",
+                                                "--help",
+                                                "--scene",
+                                                "--time",
+                                                "--output",
+                                                "--size",
+                                                "--camera",
+                                                "--channel",
+                                                "--gl",
+                                                "--background",
+                                                "--aa",
+                                                "--exposure",
+                                                "--reflectance",
+                                                "--light-form",
+                                                "--path",
+                                                "--cast",
+                                                "--cast-exponential",
+                                                "--compare",
+                                                "--truth",
+                                                "--error-max",
+                                                "--suns",
+                                                "--sun-map"};
     for (const CLI::Option* option : app.get_options())
         if (std::find(of_scenes.begin(), of_scenes.end(), option->get_name()) == of_scenes.end())
             command.asset_only.push_back(option);
@@ -196,7 +231,9 @@ void parseWords(RenderCommand& command) {
     options.path = parsePath(command.path);
     options.backend = parseGlBackend(command.backend);
     options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
-    options.background = parseBackground(command.background);
+    options.suns = parseSuns(command.suns);
+    options.light_background = command.background == "light";
+    if (!options.light_background) options.background = parseBackground(command.background);
     if (command.lobe_option->count() > 0) options.lobe = command.lobe;
     if (const std::string problem = findProblem(options); !problem.empty()) throw UsageError(problem);
 }
@@ -264,8 +301,12 @@ void refuse(const std::vector<const CLI::Option*>& options, const std::string& w
 
 void refuseUnused(const RenderCommand& command) {
     const Channel channel = command.options.channel;
-    if (!command.scene.empty() && channel != Channel::kShaded && channel != Channel::kAmbient)
-        throw UsageError("--channel " + command.channel + ": a scene is drawn as shaded or ao");
+    if (!command.scene.empty() && channel != Channel::kShaded && channel != Channel::kAmbient &&
+        channel != Channel::kError)
+        throw UsageError("--channel " + command.channel + ": a scene is drawn as shaded, ao or error");
+    if (channel == Channel::kError && !command.scene.empty() && command.truth.empty())
+        throw UsageError("--channel error needs --truth X.truth.pnb (penumbra-pack truth makes it)");
+    if (channel != Channel::kShaded) refuse({command.compare_option}, "to --channel " + command.channel);
     if (channel != Channel::kShaded) refuse(command.shading, "to --channel " + command.channel);
     if (command.sheet.file.empty()) refuse(command.sheet_only, "without --sheet");
     if (!command.gate) refuse(command.gate_only, "without --fail-above");
@@ -295,7 +336,7 @@ void parseRender(RenderCommand& command) {
         throw UsageError(command.asset.empty() ? "an asset, X.pnb, or a --scene S.json is required"
                                                : "an asset or a --scene: one or the other");
     if (command.scene.empty())
-        refuse({command.time_option}, "without --scene");
+        refuse(command.scene_only, "without --scene");
     else
         refuse(command.asset_only, "with --scene");
     parseWords(command);

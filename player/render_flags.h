@@ -1,13 +1,16 @@
 #pragma once
 // The flags of `penumbra-player render`, and what they say together.
 #include "formats/common/command_line.h"
+#include "player/cast_flags.h"
 #include "player/render/render_sheet.h"
 
 namespace penumbra {
 
 struct RenderCommand {
     std::filesystem::path asset, scene, truth, output, csv;
-    double time = 0;  // of a scene, seconds
+    double time = 0;                 // of a scene, seconds
+    CastFlags cast;                  // of a scene
+    std::filesystem::path compared;  // of a scene: a picture of it by brute force
     RenderOptions options;
     FrameChoice choice;
     Framing framing = Framing::kFrame;
@@ -25,13 +28,14 @@ struct RenderCommand {
     double fail_above = 0, fail_percent = 0;
     std::vector<std::string> panels;
     std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
-    std::string reflectance = "slices", light_form = "auto";
+    std::string reflectance = "slices", light_form = "auto", suns = "auto";
     std::size_t lobe = 0;
     // Options that only --channel shaded, pictures, -o, --sheet and --fail-above read.
     std::vector<const CLI::Option*> shading, picture, overlay, sheet_only, gate_only;
     const CLI::Option *frame_option = nullptr, *source_option = nullptr, *error_max_option = nullptr,
-                      *fail_option = nullptr, *lobe_option = nullptr, *lobe_of_option = nullptr, *time_option = nullptr;
-    std::vector<const CLI::Option*> asset_only;  // what a picture of a scene does not read
+                      *fail_option = nullptr, *lobe_option = nullptr, *lobe_of_option = nullptr, *time_option = nullptr,
+                      *compare_option = nullptr;
+    std::vector<const CLI::Option*> asset_only, scene_only;  // what only a picture of an asset, or of a scene, reads
 };
 
 void defineRender(CLI::App& app, RenderCommand& command);

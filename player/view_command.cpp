@@ -50,6 +50,8 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
                     scene.characters.size() == 1 ? "" : "s", scene.material_names.size(), scene.light_names.size());
         return;
     }
+    for (const std::filesystem::path& file : options.files)
+        if (file.extension() == ".json") report.willRead(filesNamedIn(readScene(file)));
     report.phase("view");
     const ViewResult result = runView(options, common.threads, common.quiet);
     report.figures["gl"] = result.gl;

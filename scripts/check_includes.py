@@ -10,41 +10,42 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
 FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene")}
 MAY_INCLUDE = {
     "sh": set(),
-    "sh/far": {"sh"},
+    **{f"sh/{room}": {"sh"} for room in ("brdf", "far", "light")},
     "sh/cast": {"sh", "sh/far"},
-    "formats/common": {"sh"},
-    **{f"formats/{room}": {"sh", "formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
-    "formats/scene": {"sh", "formats/common", "formats/asset"},
-    "formats/cache": {"sh", "formats/common", "formats/rig"},
-    "bake/common": {"sh"} | FORMATS,
-    "bake/source": {"sh", "bake/common"} | FORMATS,
-    "bake/trace": {"sh", "bake/common", "bake/source"} | FORMATS,
-    "bake/poses": {"sh", "bake/common", "bake/source"} | FORMATS,
-    **{f"bake/{room}": {"sh", "bake/common", "bake/source", "bake/trace"} | FORMATS for room in ("fields", "visibility")},
-    "bake/reference": {"sh", "bake/common", "bake/source", "bake/trace", "bake/visibility"} | FORMATS,
-    "bake": {"sh", "bake/common", "bake/source", "bake/trace", "bake/poses", "bake/fields", "bake/visibility",
+    "formats/common": SH,
+    **{f"formats/{room}": SH | {"formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
+    "formats/scene": SH | {"formats/common", "formats/asset"},
+    "formats/cache": SH | {"formats/common", "formats/rig"},
+    "bake/common": SH | FORMATS,
+    "bake/source": SH | {"bake/common"} | FORMATS,
+    "bake/trace": SH | {"bake/common", "bake/source"} | FORMATS,
+    "bake/poses": SH | {"bake/common", "bake/source"} | FORMATS,
+    **{f"bake/{room}": SH | {"bake/common", "bake/source", "bake/trace"} | FORMATS for room in ("fields", "visibility")},
+    "bake/reference": SH | {"bake/common", "bake/source", "bake/trace", "bake/visibility"} | FORMATS,
+    "bake": SH | {"bake/common", "bake/source", "bake/trace", "bake/poses", "bake/fields", "bake/visibility",
              "bake/reference"} | FORMATS,
-    "fit/numerics": {"sh"} | FORMATS,
-    **{f"fit/{room}": {"sh", "fit/numerics"} | FORMATS
+    "fit/numerics": SH | FORMATS,
+    **{f"fit/{room}": SH | {"fit/numerics"} | FORMATS
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
-    "fit/visibility": {"sh", "sh/far", "fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
-    "fit/compare": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
-    "fit": {"sh", "fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
+    "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
+    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
+    "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/blockers", "fit/compare"} | FORMATS,
-    "pack": {"sh", "player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
-    "player/runtime": {"sh", "sh/cast", "sh/far", "formats/common", "formats/asset"},
-    "player/gl": {"sh", "player/runtime"} | FORMATS,
-    "player/frame": {"sh", "player/runtime", "player/gl"} | FORMATS,
-    "player/draw": {"sh", "player/runtime", "player/gl", "player/frame"} | FORMATS,
-    "player/scene": {"sh", "player/runtime", "player/frame", "player/gl"} | FORMATS,
-    **{f"player/{room}": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS
+    "pack": SH | {"player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
+    "player/runtime": SH | {"formats/common", "formats/asset"},
+    "player/gl": SH | {"player/runtime"} | FORMATS,
+    "player/frame": SH | {"player/runtime", "player/gl"} | FORMATS,
+    "player/draw": SH | {"player/runtime", "player/gl", "player/frame"} | FORMATS,
+    "player/scene": SH | {"player/runtime", "player/frame", "player/gl"} | FORMATS,
+    **{f"player/{room}": SH | {"player/runtime", "player/gl", "player/frame", "player/draw", "player/scene"} | FORMATS
        for room in ("render", "view")},
-    "player/bench": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
-    "player": {"sh", "player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene", "player/view",
+    "player/bench": SH | {"player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene"} | FORMATS,
+    "player": SH | {"player/runtime", "player/gl", "player/frame", "player/draw", "player/render", "player/scene", "player/view",
                "player/bench"} | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.

@@ -6,6 +6,7 @@ demo_scene.py BIN_FOLDER DEMO_FOLDER HELD_OUT_CLIP LIGHT_FILE
 Writes scene.json, and scene.png with both pictures, of which the left one is ray traced."""
 import json
 import pathlib
+import shlex
 import sys
 
 import h5py
@@ -13,6 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from demo_pictures import held_out_frames, mean_radiance, over_grey, rmse, run
 
+ROOT = pathlib.Path(__file__).resolve().parent.parent
 SIZE = (720, 540)
 
 
@@ -64,6 +66,13 @@ def side_by_side(pictures, titles, box):
         sheet.paste(over_grey(picture).crop(box), (i * width, 26))
         draw.text((i * width + 10, 5), title, fill=(235, 235, 235), font=font)
     return sheet
+
+
+def held_out_clip():
+    """The held-out clip of the demo, or nothing where it never ran."""
+    path = ROOT / "samples/sample.env"
+    words = [shlex.split(line)[0].split("=", 1) for line in path.read_text().splitlines()[:-1]] if path.exists() else []
+    return dict(words).get("HOLDOUT_CLIP")
 
 
 def main():

@@ -51,13 +51,13 @@ def true_ambient(arguments, bake, side, grounds, positions, triangles):
     return ambient.of_hemisphere(n, v)
 
 
-def probed(arguments, character, points, normals, columns):
+def probed(arguments, character, points, normals, columns, cast="product"):
     """Columns [points, columns] of what penumbra-player probe says of points beside one character of a scene."""
     scene, listed, out = (arguments.work / name for name in ("scene.json", "points.csv", "probe.csv"))
     scene.write_text(json.dumps({"version": 1, "characters": [character]}))
     rows = np.concatenate([points, np.broadcast_to(normals, points.shape)], 1)
     listed.write_text("x,y,z,nx,ny,nz\n" + "".join("%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n" % tuple(row) for row in rows))
-    call(arguments, "penumbra-player", "probe", scene, "--points", listed, "-o", out)
+    call(arguments, "penumbra-player", "probe", scene, "--points", listed, "-o", out, "--cast", cast)
     with open(out) as f:
         return np.array([[float(row[column]) for column in columns] for row in csv.DictReader(f)])
 

@@ -3,7 +3,7 @@
 // from a closed form.
 #include <algorithm>
 
-#include "sh/far_visibility.h"
+#include "sh/far/far_visibility.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra::synthetic {

@@ -33,6 +33,7 @@ inline void useAsset(const AssetView& asset) {
     for (const Reflectance reflectance : {Reflectance::kSlices, Reflectance::kOperators})
         for (const LightForm form : {LightForm::kLobes, LightForm::kFixed, LightForm::kRotation}) {
             ShadingSet set(asset, {reflectance, form});
+            set.setSuns(form == LightForm::kRotation);
             for (std::size_t m = 0; m < asset.materials.size(); ++m)
                 for (std::size_t l = 0; l < asset.lights.size(); ++l) {
                     if (!set.hasMaterial(m) || !set.hasLight(l)) continue;

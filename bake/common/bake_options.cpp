@@ -8,6 +8,18 @@
 
 namespace penumbra {
 
+namespace {
+
+std::string findProblem(const TransferOptions& options) {
+    if (options.bounces < 0 || options.bounces > kMostBounces)
+        return outOfRange("--bounces", "0..16 reflections", options.bounces);
+    if (options.bounces == 0 && (options.albedo.any() || options.transmission.any()))
+        return "--albedo and --transmission go with --bounces";
+    return "";
+}
+
+}  // namespace
+
 std::string findProblem(const BakeOptions& options) {
     // Each test asks for "not inside", so that NaN is a problem too.
     if (!(options.fps >= 0 && options.fps <= 1000)) return outOfRange("--fps", "0..1000 samples a second", options.fps);
@@ -27,7 +39,8 @@ std::string findProblem(const BakeOptions& options) {
         return outOfRange("--local-steps", "1..8 bones with a part", options.local->steps);
     if (options.local && (options.local->order < kLeastLocalOrder || options.local->order > kMostLocalOrder))
         return outOfRange("--local-order", "5..6 bands", options.local->order);
-    return "";
+    if (options.transfer && options.local) return "--local goes with --quantity visibility";
+    return options.transfer ? findProblem(*options.transfer) : "";
 }
 
 }  // namespace penumbra

@@ -13,6 +13,20 @@
 
 namespace penumbra {
 
+// A colour of every vertex: one for all, or from a table (bake/source/surface_colors.h). Both unset: unknown.
+struct ColorChoice {
+    std::optional<Vec3> color = {};
+    std::optional<std::filesystem::path> table = {};
+
+    bool any() const { return color || table; }
+};
+
+// The bake of diffuse transfer in place of visibility.
+struct TransferOptions {
+    int bounces = 0;                   // 0..kMostBounces
+    ColorChoice albedo, transmission;  // only with bounces
+};
+
 struct BakeOptions {
     std::vector<std::string> clips = {};              // names; empty = all clips (none with `poses`)
     double fps = 0;                                   // samples a second, 0..1000; 0 = the clips' own key times
@@ -31,6 +45,7 @@ struct BakeOptions {
     std::vector<std::filesystem::path> occluders = {};  // meshes that block rays and get no moments (blockers.h)
     std::optional<std::filesystem::path> inputs = {};   // CSV of numbers that join the pose (input_table.h)
     std::optional<LocalMoments> local = {};             // also bake what the local triangles alone leave visible
+    std::optional<TransferOptions> transfer = {};       // unset: bake visibility
     Precision precision = Precision::kFloat32;
 };
 

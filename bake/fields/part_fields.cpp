@@ -6,9 +6,9 @@
 // Naive: one grid of V - 1 around the part. Far away it wastes points, near by it has too few, and V - 1 itself falls
 // with the square of the distance, which linear interpolation follows badly.
 //
-// Here: two nested boxes and four spheres (sh/part_field.h), which hold (V - 1)(d^2 + r^2/4). A point inside the part
-// would be blocked all around and would bleed into its neighbours outside; it holds what the nearest surface point sees
-// instead, and a signed distance tells lookups how deep they are.
+// Here: two nested boxes and four spheres (sh/far/part_field.h), which hold (V - 1)(d^2 + r^2/4). A point inside the
+// part would be blocked all around and would bleed into its neighbours outside; it holds what the nearest surface point
+// sees instead, and a signed distance tells lookups how deep they are.
 #include "bake/fields/part_fields.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/common/mesh.h"
-#include "sh/part_field.h"
+#include "sh/far/part_field.h"
 
 namespace penumbra {
 

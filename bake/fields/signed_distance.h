@@ -2,7 +2,7 @@
 // Makes the signed distances of a part continuous where the part is open.
 #include <span>
 
-#include "sh/part_field.h"
+#include "sh/far/part_field.h"
 
 namespace penumbra {
 

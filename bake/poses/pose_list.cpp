@@ -1,6 +1,7 @@
 #include "bake/poses/pose_list.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <sstream>
 
@@ -178,6 +179,23 @@ Rig rigOfPoses(const Rig& rig, const PoseFile& poses) {
     Rig out = rig;
     addPoseClips(poses, out);
     out.clips = {clipOfFrames(out, rigFrames(out, poses.frames), kPosesClip)};
+    return out;
+}
+
+BonePoses bonesOfPoses(const Rig& rig, const PoseFile& poses) {
+    Rig posed = rig;
+    addPoseClips(poses, posed);
+    BonePoses out{rig.skin.joint_names, {}};
+    const std::vector<RigFrame> frames = rigFrames(posed, poses.frames);
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+        RigPose pose = evaluatePose(posed, frames[f].clip, frames[f].time);
+        const std::string& clip = poses.frames.clip_names[poses.frames.clip[f]];
+        for (const Affine& bone : pose.bones)
+            if (!std::ranges::all_of(bone.m, [](float x) { return std::isfinite(x); }))
+                throw InvalidInput("clip '" + clip + "', " + std::to_string(poses.frames.time[f]) +
+                                   " s: a bone is not finite");
+        out.poses.push_back({clip, poses.frames.time[f], std::move(pose.bones), std::move(pose.pose)});
+    }
     return out;
 }
 

@@ -8,6 +8,7 @@
 #include "bake/poses/choose_poses.h"
 #include "bake/poses/joint_limits.h"
 #include "bake/poses/limbs.h"
+#include "formats/scene/bone_poses.h"
 #include "formats/stage/pose_file.h"
 
 namespace penumbra {
@@ -53,5 +54,8 @@ PoseList makePoses(const PosePlan& plan, const PoseOptions& options, int threads
 // Returns the rig with the poses as its only clip, "poses": pose k stands at k seconds (rig_poses.h).
 Rig rigOfPoses(const Rig& rig, const PoseFile& poses);
 constexpr const char* kPosesClip = "poses";
+
+// Returns the bones of all poses of the list, for scenes. Throws InvalidInput for a pose whose bones are not finite.
+BonePoses bonesOfPoses(const Rig& rig, const PoseFile& poses);
 
 }  // namespace penumbra

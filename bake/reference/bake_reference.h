@@ -11,7 +11,7 @@
 #include "bake/trace/ray_start.h"
 #include "formats/common/progress.h"
 #include "formats/stage/visibility_file.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 #include "sh/camera.h"
 
 namespace penumbra {
@@ -24,6 +24,7 @@ struct ReferenceOptions {
     int width = 512, height = 512;               // pixels, each 1..16384
     int samples = 256;                           // shadow rays a pixel, 4..2^20, shared by its camera rays
     int camera_rays = 4;                         // a pixel, 1..64
+    int bounces = 0;                             // how often the mesh reflects light, 0..kMostBounces
     std::optional<Vec3> background = {};         // linear; unset = transparent
     double bias = 1e-4;  // distance from the surface to the start of a shadow ray, in box diagonals of the frame
 };
@@ -47,6 +48,7 @@ struct ReferenceFrame {
     // [V] for a scene, whose triangles are fronts alone: the vertex that shades the other side of each one. It is the
     // vertex itself where that is no sheet. Rays of sheets start at the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};
+    std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
 };
 // Renders the picture. Its colours are multiplied by coverage, and its alpha is coverage. The same options give the
 // same pixels for any number of threads.

@@ -28,7 +28,7 @@ Mat3d shadingFrame(Vec3d normal, Vec3d wanted_tangent) {
 }
 
 SampledBrdf sampledBrdf(RgbBrdf brdf) {
-    const BrdfLobe lobe = fitLobe(brdf);
+    const SamplingLobe lobe = fitLobe(brdf);
     return {std::move(brdf), lobe};
 }
 
@@ -40,7 +40,7 @@ Vec3d viewDirection(const SurfacePoint& point) {
 
 Vec3d directLight(const ShadowCaster& caster, const SurfacePoint& point, const EnvironmentLight& light,
                   const SampledBrdf& material, int samples, std::uint64_t seed) {
-    const BrdfLobe& lobe = material.lobe;
+    const SamplingLobe& lobe = material.lobe;
     // 1. Half of the samples follow the light. The others follow the BRDF: its lobe, and the cosine.
     const int of_light = samples / 2, of_lobe = int((samples - of_light) * lobe.share);
     const int of_cosine = samples - of_light - of_lobe;

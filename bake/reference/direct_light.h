@@ -3,10 +3,10 @@
 // BRDF, without an approximation.
 #include <cstdint>
 
-#include "bake/reference/brdf_lobe.h"
 #include "bake/reference/environment_light.h"
+#include "bake/reference/sampling_lobe.h"
 #include "bake/trace/occlusion.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra {
 
@@ -35,7 +35,7 @@ Vec3d viewDirection(const SurfacePoint& point);
 // A BRDF and how to sample it.
 struct SampledBrdf {
     RgbBrdf brdf;
-    BrdfLobe lobe;
+    SamplingLobe lobe;
 };
 SampledBrdf sampledBrdf(RgbBrdf brdf);  // fits the lobe by fitLobe()
 

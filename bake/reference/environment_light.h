@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bake/reference/light_table.h"
-#include "sh/analytic_light.h"
+#include "sh/light/analytic_light.h"
 
 namespace penumbra {
 

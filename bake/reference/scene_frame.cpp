@@ -8,6 +8,7 @@
 
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
+#include "formats/scene/bone_poses.h"
 #include "formats/scene/scene_placement.h"
 #include "sh/bounding_box.h"
 
@@ -41,24 +42,26 @@ std::vector<std::uint32_t> backsOf(const MeshView& mesh) {
     return back;
 }
 
-// The vertices of an asset in one of its frames.
-VisibilityFrame poseAsset(const AssetView& asset, std::size_t frame) {
+// The vertices of a deforming asset in one of its frames.
+VisibilityFrame deformAsset(const AssetView& asset, std::size_t frame) {
     VisibilityFrame posed;
-    if (asset.model.deforming) {
-        std::vector<Vec3> points(asset.mesh.pointCount());
-        readPositions(asset, frame, points);
-        for (std::size_t v = 0; v < asset.mesh.positions.size(); ++v)
-            posed.positions.push_back(points[asset.mesh.pointOf(v)]);
-        posed.normals = vertexNormals(trianglesOf(asset.mesh.triangles), posed.positions);
-        return posed;
-    }
+    std::vector<Vec3> points(asset.mesh.pointCount());
+    readPositions(asset, frame, points);
+    for (std::size_t v = 0; v < asset.mesh.positions.size(); ++v)
+        posed.positions.push_back(points[asset.mesh.pointOf(v)]);
+    posed.normals = vertexNormals(trianglesOf(asset.mesh.triangles), posed.positions);
+    return posed;
+}
+
+// The vertices of a skinned one in a pose.
+VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones) {
+    VisibilityFrame posed;
     Mesh mesh;
     mesh.rest_positions.assign(asset.mesh.positions.begin(), asset.mesh.positions.end());
     Skin skin;
     skin.influences = asset.mesh.influences;
     skin.joints.assign(asset.mesh.skin_joints.begin(), asset.mesh.skin_joints.end());
     skin.weights.assign(asset.mesh.skin_weights.begin(), asset.mesh.skin_weights.end());
-    const std::span<const Affine> bones = asset.animation.bonesOf(frame);
     skinVertices(mesh, skin, {asset.mesh.normals.begin(), asset.mesh.normals.end()}, {bones.begin(), bones.end()},
                  posed.positions, posed.normals);
     return posed;
@@ -73,7 +76,7 @@ public:
         if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
         if (asset.model.deforming && asset.animation.playback.positions.empty())
             throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames (--no-playback)");
-        const VisibilityFrame posed = poseAsset(asset, frameOf(one, asset.animation, seconds));
+        const VisibilityFrame posed = poseOf(one, asset, seconds);
         const Affine to_scene = placementOf(one);
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
@@ -115,7 +118,13 @@ public:
 private:
     SceneFrame& out_;
     std::vector<Vec3> corners_;  // of everyone's boxes
+    PoseFiles poses_;
 
+    VisibilityFrame poseOf(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds) {
+        if (one.pose) return skinAsset(asset, poses_.poseOf(one, asset).bones);
+        const std::size_t frame = frameOf(one, asset.animation, seconds);
+        return asset.model.deforming ? deformAsset(asset, frame) : skinAsset(asset, asset.animation.bonesOf(frame));
+    }
     std::uint16_t numberOf(const std::string& material) {
         std::vector<std::string>& all = out_.materials;
         const auto found = std::find(all.begin(), all.end(), material);

@@ -5,10 +5,6 @@
 
 namespace penumbra {
 
-namespace {
-
-// Returns where the rays of a point start: at the bias along the normal, or by the rules for sheets where these
-// apply. A vertex v of the back has the front vertex v - frontVertexCount().
 RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex) {
     const Vec3 scaled = tracer.scale.apply(position);
     if (!tracer.blockers || dot(normal, normal) == 0) return startOverSolid(scaled, normal, tracer.bias);
@@ -20,6 +16,8 @@ RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, s
         tracer.scene, *tracer.blockers,
         {scaled, direction, tracer.bias, {front, front, front}, tracer.blockers->solid_of_vertex[front]});
 }
+
+namespace {
 
 // The weights of the rays of one point at a time.
 struct RayWeights {

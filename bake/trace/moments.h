@@ -39,6 +39,10 @@ struct MomentOutput {
     }
 };
 
+// Returns where the rays of a point start: at the bias along the normal, or by the rules for sheets where these
+// apply. A vertex v of the back has the front vertex v - frontVertexCount().
+RayStart startOfVertex(const MomentTracer& tracer, Vec3 position, Vec3 normal, std::size_t vertex);
+
 // Writes the moments of each point and returns the number of rays traced, each counted once. A point whose normal is
 // zero has no horizon and gets zeros. With blockers or local moments the points are the vertices `first_vertex`,
 // `first_vertex` + 1, ... of the mesh. May be called from many threads; a point's result depends on that point alone.

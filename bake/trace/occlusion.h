@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "bake/trace/ray_directions.h"
 #include "formats/common/mesh.h"
@@ -15,6 +16,14 @@ struct SurfaceHit {
     float u = 0, v = 0;  // the point is (1-u-v) a + u b + v c of the triangle's corners
     float distance = 0;  // along the ray
     Vec3 normal;         // the normal of the triangle's front, of any length
+};
+
+// What one ray of a set of directions meets first.
+struct FirstHit {
+    std::uint32_t ray = 0;  // kLanes * packet + lane
+    std::uint32_t triangle = 0;
+    float u = 0, v = 0;  // as in SurfaceHit
+    bool back = false;   // the ray meets the triangle's back
 };
 
 // Which side of a surface a ray meets first.
@@ -60,6 +69,9 @@ public:
     // Traces rays from `origin` in the directions whose weight is 1, and sets the weight of those that hit something
     // to 0. Does not trace packets without any such direction. rays.size() == directions.packets.size().
     void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays) const;
+    // Does the same and appends to `hits` what each blocked ray meets first, in the order of the rays.
+    void removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays,
+                        std::vector<FirstHit>& hits) const;
     // Does what removeOccluded() does, with the same result, and at the same time sets to 0 the weights in `near` of
     // those rays that hit a local triangle. Each weight of 1 in `rays` must be 1 in `near` too. A ray that is 1 in
     // `near` alone counts as blocked by something that is not local.

@@ -355,32 +355,76 @@ void OcclusionScene::removeOccludedLocally(Vec3 origin, const RayDirections& dir
     traceWaiting(impl_->scene, second.context, waiting, packet);
 }
 
+// --- First hits -----------------------------------------------------------------------------------------------------
+
+namespace {
+
+// Eight rays from one point for rtcIntersect8().
+RTCRayHit8 hitPacketFrom(Vec3 origin) {
+    RTCRayHit8 packet{};
+    packet.ray = packetFrom(origin);
+    return packet;
+}
+
+// Finds what the lanes with valid = -1 meet first. Afterwards geomID of a lane that meets nothing is
+// RTC_INVALID_GEOMETRY_ID.
+void intersectPacket(RTCScene scene, RTCIntersectContext& context, const DirectionPacket& directions, const int* valid,
+                     RTCRayHit8& packet) {
+    std::copy(directions.x.begin(), directions.x.end(), packet.ray.dir_x);
+    std::copy(directions.y.begin(), directions.y.end(), packet.ray.dir_y);
+    std::copy(directions.z.begin(), directions.z.end(), packet.ray.dir_z);
+    std::fill_n(packet.ray.tfar, kLanes, kInfinity);
+    std::fill_n(packet.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(packet.hit.instID[0], kLanes, RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect8(valid, scene, &context, &packet);
+}
+
+// Tells whether a lane of a traced packet met the back of its triangle.
+bool metBack(const RTCRayHit8& packet, std::size_t k) {
+    const RTCHit8& hit = packet.hit;
+    const RTCRay8& ray = packet.ray;
+    return hit.Ng_x[k] * ray.dir_x[k] + hit.Ng_y[k] * ray.dir_y[k] + hit.Ng_z[k] * ray.dir_z[k] > 0;
+}
+
+}  // namespace
+
+void OcclusionScene::removeOccluded(Vec3 origin, const RayDirections& directions, std::span<LaneWeights> rays,
+                                    std::vector<FirstHit>& hits) const {
+    assert(rays.size() == directions.packets.size());
+    const FlushDenormals flush;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit8 packet = hitPacketFrom(origin);
+    for (std::size_t p = 0; p < rays.size(); ++p) {
+        alignas(32) int valid[kLanes];
+        int any = 0;
+        for (std::size_t k = 0; k < kLanes; ++k) any |= valid[k] = rays[p].lane[k] != 0 ? -1 : 0;
+        if (!any) continue;
+        intersectPacket(impl_->scene, context, directions.packets[p], valid, packet);
+        for (std::size_t k = 0; k < kLanes; ++k) {
+            if (!valid[k] || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
+            rays[p].lane[k] = 0;
+            hits.push_back({std::uint32_t(p * kLanes + k), packet.hit.primID[k], packet.hit.u[k], packet.hit.v[k],
+                            metBack(packet, k)});
+        }
+    }
+}
+
 void OcclusionScene::firstSides(Vec3 origin, std::span<const DirectionPacket> packets,
                                 std::span<LaneSides> sides) const {
     assert(sides.size() == packets.size());
     const FlushDenormals flush;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    RTCRayHit8 hits{};
-    std::fill_n(hits.ray.org_x, kLanes, origin.x);
-    std::fill_n(hits.ray.org_y, kLanes, origin.y);
-    std::fill_n(hits.ray.org_z, kLanes, origin.z);
-    std::fill_n(hits.ray.mask, kLanes, ~0u);
+    RTCRayHit8 packet = hitPacketFrom(origin);
     for (std::size_t p = 0; p < packets.size(); ++p) {
         const DirectionPacket& d = packets[p];
         alignas(32) int valid[kLanes];
         for (std::size_t k = 0; k < kLanes; ++k) valid[k] = d.x[k] != 0 || d.y[k] != 0 || d.z[k] != 0 ? -1 : 0;
-        std::copy(d.x.begin(), d.x.end(), hits.ray.dir_x);
-        std::copy(d.y.begin(), d.y.end(), hits.ray.dir_y);
-        std::copy(d.z.begin(), d.z.end(), hits.ray.dir_z);
-        std::fill_n(hits.ray.tfar, kLanes, kInfinity);
-        std::fill_n(hits.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
-        std::fill_n(hits.hit.instID[0], kLanes, RTC_INVALID_GEOMETRY_ID);
-        rtcIntersect8(valid, impl_->scene, &context, &hits);
+        intersectPacket(impl_->scene, context, d, valid, packet);
         for (std::size_t k = 0; k < kLanes; ++k) {
-            const bool met = valid[k] && hits.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
-            const float along = hits.hit.Ng_x[k] * d.x[k] + hits.hit.Ng_y[k] * d.y[k] + hits.hit.Ng_z[k] * d.z[k];
-            sides[p].lane[k] = !met ? MetSide::kNone : along > 0 ? MetSide::kBack : MetSide::kFront;
+            const bool met = valid[k] && packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
+            sides[p].lane[k] = !met ? MetSide::kNone : metBack(packet, k) ? MetSide::kBack : MetSide::kFront;
         }
     }
 }

@@ -17,7 +17,7 @@
 #include <chrono>
 #include <ctime>
 
-#include "bake/visibility/frame_scene.h"
+#include "bake/visibility/bake_transfer.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/stored_size.h"
@@ -44,6 +44,7 @@ double processorSeconds() {
 struct ProbeSums {
     double frames = 0, pose_seconds = 0, trace_seconds = 0;  // tracing scaled up to all vertices
     double store_seconds = 0, stored_bytes = 0, stored_frames = 0;
+    double row_bytes = 0, rows = 0;  // of the bounce matrices, which are kept for one frame at a time
 };
 
 // Chooses the vertices of the probe: kTasks blocks, spread evenly over all.
@@ -57,7 +58,7 @@ std::vector<std::size_t> probedTasks(std::size_t tasks) {
 // Holds consecutive frames of the same vertices, one block of vertices after the other, as the writer's chunks have
 // them.
 struct RunOfFrames {
-    std::vector<std::vector<float>> coefficients, local, positions, normals;  // of each probed block of vertices
+    std::vector<std::vector<float>> coefficients, local, indirect, positions, normals;  // of each probed block
     std::size_t frames = 0;
 };
 
@@ -72,6 +73,7 @@ void storeRun(const RunOfFrames& run, const BakePlan& plan, Precision precision,
         bytes += storedSize(run.coefficients[i], {run.frames, width, n2}, precision) +
                  storedSize(run.positions[i], {run.frames, width, 3}, Precision::kFloat32) +
                  storedSize(run.normals[i], {run.frames, width, 3}, Precision::kFloat32);
+        if (plan.header.hasBounces()) bytes += storedSize(run.indirect[i], {run.frames, width, 3, n2}, precision);
         if (m2 > 0) bytes += storedSize(run.local[i], {run.frames, width, m2}, precision);
         vertices += double(width);
     }
@@ -85,6 +87,17 @@ void append(std::span<const float> values, std::vector<float>& out) {
     out.insert(out.end(), values.begin(), values.end());
 }
 
+// Bounces light between the probed vertices, and measures the rows of the bounce matrix. The vertices that were not
+// traced have no rows, so that the time is that of the probed ones.
+void probeBounces(const VisibilityHeader& header, const FrameBounces& bounces, int threads, VisibilityFrame& frame,
+                  ProbeSums& sums) {
+    addBounces(header, bounces, threads, frame);
+    for (const BounceRow& row : bounces.rows) {
+        sums.row_bytes += double(sizeof(BounceRow) + row.capacity() * sizeof(BounceEntry));
+        sums.rows += row.empty() ? 0 : 1;
+    }
+}
+
 // Poses one frame of the probe, traces its chosen vertices and appends them to the run.
 void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::size_t frame, int threads,
                 RunOfFrames& run, ProbeSums& sums) {
@@ -94,7 +107,9 @@ void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::siz
     const std::size_t vertices = posed.frame.positions.size();
     const std::vector<std::size_t> tasks = probedTasks((vertices + kVerticesPerTask - 1) / kVerticesPerTask);
     const MomentTracer tracer = tracerOf(plan, posed, directions);
-    const MomentOutput out = outputOf(posed.frame);
+    std::optional<FrameBounces> bounces;
+    if (plan.header.quantity == kDiffuseTransfer) bounces.emplace(plan.header);
+    const TracedFrame traced_frame{posed, tracer, bounces ? &*bounces : nullptr};
     const auto span = [&](std::size_t i) {
         const std::size_t begin = tasks[i] * kVerticesPerTask;
         return std::pair(begin, std::min(kVerticesPerTask, vertices - begin));
@@ -103,21 +118,26 @@ void probeFrame(const BakePlan& plan, const BakeDirections& directions, std::siz
     parallelFor(tasks.size(), threads, [&](std::size_t i) {
         throwIfInterrupted();
         const auto [begin, size] = span(i);
-        traceMoments(tracer, std::span(posed.frame.positions).subspan(begin, size),
-                     std::span(posed.frame.normals).subspan(begin, size), out.part(begin, size, vertices), begin);
+        traceVertices(traced_frame, begin, size);
     });
+    if (plan.header.hasBounces()) probeBounces(plan.header, *bounces, threads, posed.frame, sums);
     const double seconds = processorSeconds() - start;
     run.coefficients.resize(tasks.size());
     run.local.resize(tasks.size());
+    run.indirect.resize(tasks.size());
     run.positions.resize(tasks.size());
     run.normals.resize(tasks.size());
     double traced = 0;
     for (std::size_t i = 0; i < tasks.size(); ++i) {
         const auto [begin, size] = span(i);
         traced += double(size);
-        const MomentOutput block = out.part(begin, size, vertices);
-        append(block.coefficients, run.coefficients[i]);
-        append(block.local, run.local[i]);
+        const auto add = [begin = begin, size = size, vertices](std::span<const float> values, std::vector<float>& to) {
+            const std::size_t numbers = values.size() / vertices;
+            append(values.subspan(begin * numbers, size * numbers), to);
+        };
+        add(posed.frame.coefficients, run.coefficients[i]);
+        add(posed.frame.local_coefficients, run.local[i]);
+        add(posed.frame.indirect, run.indirect[i]);
         append(std::span(&posed.frame.positions[begin].x, 3 * size), run.positions[i]);
         append(std::span(&posed.frame.normals[begin].x, 3 * size), run.normals[i]);
     }
@@ -155,8 +175,10 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     const ProbeSums sums = probe(plan, options, threads);
     const VisibilityHeader& header = plan.header;
     const double frames = double(header.frames.frameCount()), vertices = double(header.mesh.vertexCount());
-    const double moments = double(header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0));
+    const double moments = double(header.numbersOfVertex());
     const double frame_bytes = 4 * vertices * (6 + moments);
+    const double matrix = sums.rows > 0 ? vertices * sums.row_bytes / sums.rows : 0;
+    const double bounced = header.hasBounces() ? 2 * 4 * 3 * vertices * double(header.coefficientCount()) : 0;
     const int cores = std::min(threads > 0 ? threads : hardwareThreads(), hardwareThreads());
     // Writing and posing run beside the tracing, as two of its tasks.
     const double work =
@@ -168,11 +190,11 @@ BakeEstimate estimateBake(const BakePlan& plan, const BakeOptions& options, int 
     out.bytes = frames * sums.stored_bytes / sums.stored_frames + small;
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
-    // The figure so far holds the rig and one frame with its tree. A bake adds two more frames and the block that it
-    // writes.
+    // The figure so far holds the rig and one frame with its tree. A bake adds two more frames, the block that it
+    // writes, and with bounces the matrix of a frame and two copies of its transfer.
     const double tree = 150.0 * double(plan.blockers.triangles.size());
     const double halves = options.precision == Precision::kFloat16 ? 2 * vertices * moments : 0;
-    out.memory = 1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) +
+    out.memory = 1024.0 * double(usage.ru_maxrss) + 2 * (frame_bytes + tree) + matrix + bounced +
                  double(framesOfBlock(header)) * (frame_bytes + halves);
     out.journal = frames * vertices * moments * (options.precision == Precision::kFloat16 ? 2 : 4);
     out.probe_seconds = std::chrono::duration<double>(steady_clock::now() - start).count();

@@ -72,8 +72,8 @@ bool writeAll(int file, std::uint64_t offset, std::span<const std::byte> bytes) 
 
 BakeJournal::BakeJournal(const fs::path& output, const VisibilityHeader& header, Precision precision, bool resume)
     : path_(fs::path(output) += ".journal"), precision_(precision), keep_(resume) {
-    const std::size_t moments = header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0);
-    frame_bytes_ = header.mesh.vertexCount() * moments * (precision == Precision::kFloat16 ? 2u : 4u);
+    frame_bytes_ = header.mesh.vertexCount() * header.numbersOfVertex() * (precision == Precision::kFloat16 ? 2u : 4u) +
+                   (header.hasBounces() ? 2 * sizeof(float) : 0);
     open(resume);
     if (file_ < 0) return;
     if (!keep_) removeOnStop(path_);
@@ -185,6 +185,7 @@ namespace {
 
 // Takes values from the front of a record. Returns the rest of the record.
 std::span<const std::byte> takeFloats(std::span<const std::byte> record, Precision precision, std::span<float> values) {
+    if (values.empty()) return record;
     if (precision == Precision::kFloat32) {
         std::memcpy(values.data(), record.data(), values.size_bytes());
         return record.subspan(values.size_bytes());
@@ -197,6 +198,7 @@ std::span<const std::byte> takeFloats(std::span<const std::byte> record, Precisi
 
 // Puts values at the front of a record. Returns the rest of the record.
 std::span<std::byte> putFloats(std::span<const float> values, Precision precision, std::span<std::byte> record) {
+    if (values.empty()) return record;
     if (precision == Precision::kFloat32) {
         std::memcpy(record.data(), values.data(), values.size_bytes());
         return record.subspan(values.size_bytes());
@@ -213,15 +215,19 @@ void BakeJournal::read(std::size_t frame, VisibilityFrame& out) const {
     assert(frame < kept_);
     std::vector<std::byte> record;
     if (!readRecord(frame, record)) throw IoError(path_.string() + ": changed while it was read");
-    const std::span<const std::byte> rest = takeFloats(record, precision_, out.coefficients);
-    if (!out.local_coefficients.empty()) takeFloats(rest, precision_, out.local_coefficients);
+    std::span<const std::byte> rest = takeFloats(record, precision_, out.coefficients);
+    rest = takeFloats(rest, precision_, out.local_coefficients);
+    rest = takeFloats(rest, precision_, out.indirect);
+    takeFloats(rest, Precision::kFloat32, out.hit_shares);
 }
 
 void BakeJournal::append(const VisibilityFrame& frame) {
     if (file_ < 0 || full_) return;
     record_.resize(frame_bytes_ + 8);
-    const std::span<std::byte> rest = putFloats(frame.coefficients, precision_, record_);
-    if (!frame.local_coefficients.empty()) putFloats(frame.local_coefficients, precision_, rest);
+    std::span<std::byte> rest = putFloats(frame.coefficients, precision_, record_);
+    rest = putFloats(frame.local_coefficients, precision_, rest);
+    rest = putFloats(frame.indirect, precision_, rest);
+    putFloats(frame.hit_shares, Precision::kFloat32, rest);
     const std::uint64_t sum = checksum(frames_ + 1, std::span(record_).first(frame_bytes_));
     std::memcpy(record_.data() + frame_bytes_, &sum, 8);
     if (writeAll(file_, records_begin_ + frames_ * record_.size(), record_)) {

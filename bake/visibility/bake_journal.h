@@ -4,8 +4,9 @@
 // up to its last whole frame.
 //
 // Layout: "PNBJRNL1", u64 number of bytes of the key, the key (JSON: provenance, number of frames, bytes a frame),
-// the key's checksum. Then every traced frame follows in order: its coefficients and then its local moments, if it has
-// any, as they will be stored, and a checksum over the frame's number and both. A frame with a wrong checksum ends the
+// the key's checksum. Then every traced frame follows in order: its coefficients, its local moments and its
+// indirect transfer with the hit shares, where it has these, as they will be stored, and a checksum over the frame's
+// number and all of them. A frame with a wrong checksum ends the
 // journal. The bake poses positions, bones and the like again.
 #include <cstdint>
 #include <filesystem>

@@ -23,6 +23,7 @@
 #include <utility>
 
 #include "bake/visibility/bake_journal.h"
+#include "bake/visibility/bake_transfer.h"
 #include "bake/visibility/frame_scene.h"
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
@@ -55,18 +56,16 @@ private:
     Progress progress_;
 };
 
-void traceTask(const FrameScene& posed, const MomentTracer& tracer, std::size_t task, const MomentOutput& out,
-               RayCount& count) {
-    const std::span<const Vec3> positions(posed.frame.positions), normals(posed.frame.normals);
-    const std::size_t end = std::min(positions.size(), (task + 1) * kVerticesPerTask);
+void traceTask(const TracedFrame& traced, std::size_t task, RayCount& count) {
+    const MomentTracer& tracer = traced.tracer;
+    const std::size_t vertices = traced.posed.frame.positions.size();
+    const std::size_t end = std::min(vertices, (task + 1) * kVerticesPerTask);
     // A step traces at most 2^17 directions, about 10 ms, before it looks at the signal flag again.
     const std::size_t step = std::max<std::size_t>(1, (std::size_t(1) << 17) / std::size_t(tracer.directions.count));
     for (std::size_t begin = task * kVerticesPerTask; begin < end; begin += step) {
         throwIfInterrupted();
         const std::size_t size = std::min(step, end - begin);
-        const std::size_t traced = traceMoments(tracer, positions.subspan(begin, size), normals.subspan(begin, size),
-                                                out.part(begin, size, positions.size()), begin);
-        count.add(traced, size * std::size_t(tracer.directions.count) / 2);
+        count.add(traceVertices(traced, begin, size), size * std::size_t(tracer.directions.count) / 2);
     }
 }
 
@@ -82,13 +81,16 @@ void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t b
     std::optional<FrameScene> current = frameScene(plan, begin), next;
     for (std::size_t f = begin; f < frame_count; ++f) {
         const MomentTracer tracer = tracerOf(plan, *current, directions);
-        const MomentOutput out = outputOf(current->frame);
+        std::optional<FrameBounces> bounces;
+        if (options.transfer) bounces.emplace(plan.header);
+        const TracedFrame traced{*current, tracer, bounces ? &*bounces : nullptr};
         // Tasks 0 and 1 come first, because they take longest and cannot be divided.
         parallelFor(tasks + 2, threads, [&](std::size_t i) {
             if (i == 0 && done) write(*done);
             if (i == 1 && f + 1 < frame_count) next.emplace(frameScene(plan, f + 1));
-            if (i >= 2) traceTask(*current, tracer, i - 2, out, count);
+            if (i >= 2) traceTask(traced, i - 2, count);
         });
+        if (plan.header.hasBounces()) addBounces(plan.header, *bounces, threads, current->frame);
         done = std::move(current->frame);
         current = std::exchange(next, std::nullopt);
     }
@@ -104,24 +106,35 @@ BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, cons
     BakeJournal journal(target.output, plan.header, options.precision, target.resume);
     VisibilityWriter writer(target.output, plan.header, options.precision);
     RayCount count(progress, plan.rays());
+    BakeResult result;
+    const auto store = [&](const VisibilityFrame& frame) {
+        writer.writeFrame(frame);
+        if (!plan.header.hasBounces()) return;
+        result.hit_share += double(frame.hit_shares[0]) / double(plan.header.frames.frameCount());
+        result.back_share += double(frame.hit_shares[1]) / double(plan.header.frames.frameCount());
+    };
     for (std::size_t f = 0; f < journal.framesKept(); ++f) {
         VisibilityFrame frame = poseVertices(plan, f);
         journal.read(f, frame);
-        writer.writeFrame(frame);
+        store(frame);
         count.add(0, frame.positions.size() * std::size_t(options.rays));
     }
     // 2. The other frames are traced. A frame goes to the journal before it goes to the output.
     traceFrames(plan, options, journal.framesKept(), threads, count, [&](const VisibilityFrame& frame) {
         journal.append(frame);
-        writer.writeFrame(frame);
+        store(frame);
     });
     // 3. The output takes its name when it is whole, and then the journal can go.
     count.finish();
     writer.finish();
     journal.finish();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    return {count.traced(), elapsed.count(), double(std::filesystem::file_size(target.output)), journal.framesKept(),
-            journal.note()};
+    result.rays_traced = count.traced();
+    result.seconds = elapsed.count();
+    result.written_bytes = double(std::filesystem::file_size(target.output));
+    result.frames_kept = journal.framesKept();
+    result.note = journal.note();
+    return result;
 }
 
 bool isWhole(const std::filesystem::path& output, const BakePlan& plan, std::string& damage) {

@@ -45,6 +45,8 @@ struct BakeResult {
     double written_bytes = 0;     // size of the file
     std::size_t frames_kept = 0;  // frames that an earlier bake traced and the journal kept
     std::string note;             // about the journal; "" when there is nothing to tell
+    // With bounces, means over all frames of VisibilityFrame::hit_shares.
+    double hit_share = 0, back_share = 0;
 };
 // Traces and writes. The file holds the same bytes for any number of threads. Throws InvalidInput for a pose with a
 // position that is not finite. Throws Interrupted within a second of a signal and then leaves no output.

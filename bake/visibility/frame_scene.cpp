@@ -41,6 +41,8 @@ VisibilityFrame poseVertices(const BakePlan& plan, std::size_t f) {
     frame.coefficients.resize(frame.positions.size() * plan.header.coefficientCount());
     if (plan.header.local)
         frame.local_coefficients.resize(frame.positions.size() * plan.header.local->coefficientCount());
+    frame.indirect.resize(frame.positions.size() * plan.header.indirectCount());
+    if (plan.header.hasBounces()) frame.hit_shares.resize(2);
     return frame;
 }
 

@@ -74,6 +74,7 @@ std::vector<std::string> differencesOf(const VisibilityHeader& other, const Visi
     check(other.quantity == expected.quantity, "another quantity");
     check(other.rays == expected.rays && other.seed == expected.seed && other.bounces == expected.bounces,
           "other attributes rays, seed, bounces");
+    check(other.colors == expected.colors, "other colours");
     check(other.ground_y == expected.ground_y, "another ground_y");
     check(other.local == expected.local, "other local moments");
     check(a.triangles == b.triangles && a.rest_positions == b.rest_positions && a.source_vertex == b.source_vertex &&
@@ -340,8 +341,7 @@ public:
         // about 96 MB at most (kBlockBytes in visibility_file.cpp).
         constexpr double kBudget = 1e9, kBlocks = 2 * 96e6;
         const VisibilityHeader& header = plan.header;
-        const std::size_t local = header.local ? header.local->coefficientCount() : 0;
-        const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.coefficientCount() + local + 6);
+        const double frame = 4.0 * double(header.mesh.vertexCount()) * double(header.numbersOfVertex() + 6);
         most_ = std::size_t(std::clamp(kBudget / std::min(kBlocks, 128 * frame), 2.0, 64.0));
     }
     VisibilityFrame read(FrameSource source) {
@@ -357,7 +357,8 @@ public:
         // Somebody may have replaced the file since planMerge() looked at it.
         if (source.frame >= reader.header().frames.frameCount() ||
             reader.header().mesh.vertexCount() != plan_.header.mesh.vertexCount() ||
-            reader.header().order != plan_.header.order || reader.header().local != plan_.header.local)
+            reader.header().order != plan_.header.order ||
+            reader.header().numbersOfVertex() != plan_.header.numbersOfVertex())
             throw IoError(plan_.shards[source.file].string() + ": was replaced while it was read");
         return reader.readFrame(source.frame);
     }

@@ -5,12 +5,19 @@
 #include <numeric>
 
 #include "bake/source/frame_choice.h"
+#include "bake/source/surface_colors.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/common/errors.h"
 
 namespace penumbra {
 
 namespace {
+
+// Notes a choice of colours, if there is one.
+void addColor(const char* name, const ColorChoice& choice, nlohmann::ordered_json& json) {
+    if (choice.color) json[name] = {choice.color->x, choice.color->y, choice.color->z};
+    if (choice.table) json[name] = choice.table->filename().string();
+}
 
 // Lists every option that changes the result. Options that are newer than 0.1.0 are listed only where they are used,
 // so that older bakes keep their provenance.
@@ -39,6 +46,12 @@ std::string optionsJson(const BakeOptions& options) {
     }
     if (options.inputs) json["inputs"] = options.inputs->filename().string();
     if (options.local) json["local"] = {{"steps", options.local->steps}, {"order", options.local->order}};
+    if (options.transfer) {
+        json["quantity"] = kDiffuseTransfer;
+        json["bounces"] = options.transfer->bounces;
+        addColor("albedo", options.transfer->albedo, json);
+        addColor("transmission", options.transfer->transmission, json);
+    }
     return json.dump();
 }
 
@@ -109,6 +122,9 @@ std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const BakeOpt
     for (const Occluder& occluder : plan.occluders)
         files.insert(files.end(), occluder.source.filesRead().begin(), occluder.source.filesRead().end());
     if (options.inputs) files.push_back(*options.inputs);
+    if (options.transfer)
+        for (const ColorChoice& choice : {options.transfer->albedo, options.transfer->transmission})
+            if (choice.table) files.push_back(*choice.table);
     return files;
 }
 
@@ -125,6 +141,13 @@ void describePose(const BakeSource& source, VisibilityHeader& header) {
     header.edges = innerEdges(header.mesh.triangles);
     header.pose_parameterisation = kDihedralAngles;
     header.pose_size = int(header.edges.size());
+}
+
+void describeTransfer(BakePlan& plan, const TransferOptions& options) {
+    VisibilityHeader& header = plan.header;
+    header.quantity = kDiffuseTransfer;
+    header.bounces = options.bounces;
+    if (options.bounces > 0) header.colors = surfaceColors(plan.source, header.mesh, options);
 }
 
 // Refuses options that have no effect: --units, --up and --cache-fps say what a cache does not say itself, but rigs
@@ -153,6 +176,7 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
 
     addSurroundings(plan, options);
     checkCacheOptions(plan, options.cache);
+    if (options.transfer) describeTransfer(plan, *options.transfer);
     plan.files_read = filesRead(plan, options);
     plan.bias = float(options.bias);
     header.order = options.order;
@@ -177,7 +201,7 @@ double BakePlan::rays() const {
 double BakePlan::bytes(Precision precision) const {
     const double vertices = double(header.mesh.vertexCount()), frames = double(header.frames.frameCount());
     const double coefficient = precision == Precision::kFloat16 ? 2 : 4;
-    const double moments = double(header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0));
+    const double moments = double(header.numbersOfVertex());
     const double joints = header.skin ? double(header.skin->jointCount()) : 0;
     const double influences = header.skin ? double(header.skin->influences) : 0;
     const double frame = vertices * (24 + coefficient * moments) + 48.0 * joints + 4.0 * header.pose_size + 10;

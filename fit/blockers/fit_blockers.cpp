@@ -16,6 +16,7 @@
 
 #include "fit/blockers/find_feet.h"
 #include "fit/blockers/k_means.h"
+#include "fit/blockers/refine_radii.h"
 #include "fit/blockers/silhouette.h"
 #include "fit/blockers/surface_samples.h"
 #include "formats/common/errors.h"
@@ -108,12 +109,6 @@ double rigidShare(const SurfaceSamples& samples, const GroupedBlockers& grouped)
 
 // --- Silhouettes ----------------------------------------------------------------------------------------------------
 
-// The poses that silhouettes are compared in.
-struct Poses {
-    std::vector<std::vector<Affine>> bones;
-    std::vector<std::vector<Vec3>> positions;  // of the mesh
-};
-
 std::vector<std::size_t> trainingFrames(const Model& model) {
     std::vector<std::size_t> frames;
     for (std::size_t f = 0; f < model.frames.frameCount(); ++f) {
@@ -124,10 +119,10 @@ std::vector<std::size_t> trainingFrames(const Model& model) {
     return frames;
 }
 
-Poses choosePoses(const Model& model) {
+SilhouettePoses choosePoses(const Model& model) {
     const std::vector<std::size_t> frames = trainingFrames(model);
     const std::size_t joints = model.skin.jointCount(), count = std::min(kPoses, frames.size());
-    Poses poses;
+    SilhouettePoses poses;
     std::vector<Vec3> normals;
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
@@ -156,7 +151,8 @@ double meanOf(std::span<const double> values) {
 }
 
 // Returns the areas of all poses and views, [poses, views].
-std::vector<double> meshAreas(const Model& model, const Poses& poses, std::span<const Vec3d> views, int threads) {
+std::vector<double> meshAreas(const Model& model, const SilhouettePoses& poses, std::span<const Vec3d> views,
+                              int threads) {
     std::vector<double> areas(poses.bones.size() * views.size());
     parallelFor(areas.size(), threads, [&](std::size_t i) {
         areas[i] =
@@ -165,7 +161,7 @@ std::vector<double> meshAreas(const Model& model, const Poses& poses, std::span<
     return areas;
 }
 
-std::vector<double> sphereAreas(const SphereBlockers& blockers, double scale, const Poses& poses,
+std::vector<double> sphereAreas(const SphereBlockers& blockers, double scale, const SilhouettePoses& poses,
                                 std::span<const Vec3d> views, int threads) {
     std::vector<double> areas(poses.bones.size() * views.size());
     parallelFor(areas.size(), threads, [&](std::size_t i) {
@@ -181,8 +177,8 @@ std::vector<double> sphereAreas(const SphereBlockers& blockers, double scale, co
 
 // Returns the factor of all radii that makes the mean silhouette of the spheres that of the mesh. The area grows with
 // the factor, so halving an interval finds it. The interval is one of ratios.
-double areaScale(const SphereBlockers& blockers, double mesh_area, const Poses& poses, std::span<const Vec3d> views,
-                 int threads) {
+double areaScale(const SphereBlockers& blockers, double mesh_area, const SilhouettePoses& poses,
+                 std::span<const Vec3d> views, int threads) {
     double low = 1.0 / 16, high = 16;
     for (int round = 0; round < 24; ++round) {
         const double middle = std::sqrt(low * high);
@@ -200,7 +196,7 @@ double errorOfAreas(std::span<const double> areas, std::span<const double> expec
 
 // --- The two methods ------------------------------------------------------------------------------------------------
 
-GroupedBlockers groupByArea(const Model& model, const SurfaceSamples& samples, const Poses& poses,
+GroupedBlockers groupByArea(const Model& model, const SurfaceSamples& samples, const SilhouettePoses& poses,
                             const BlockerOptions& options, BlockerFit& fit) {
     std::vector<std::uint16_t> feet;
     std::vector<Affine> bones;
@@ -223,6 +219,8 @@ const char* nameOf(BlockerMethod method) { return method == BlockerMethod::kArea
 std::string findProblem(const BlockerOptions& options) {
     if (options.spheres < 1 || options.spheres > int(kMostBlockers))
         return "--spheres must be 1.." + std::to_string(kMostBlockers) + ", not " + std::to_string(options.spheres);
+    if (options.refine && options.method == BlockerMethod::kPaper)
+        return "--refine is of no use to --method paper, whose spheres hold their vertices";
     return "";
 }
 
@@ -249,7 +247,7 @@ BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int th
         paper ? sampleVertices(model.mesh, model.skin) : sampleSurface(model.mesh, model.skin, kSamples, options.seed);
     if (samples.points.empty()) throw InvalidInput("the rest mesh has no area that spheres could stand for");
     // 1. Group the points, and make a sphere of each group.
-    const Poses poses = choosePoses(model);
+    const SilhouettePoses poses = choosePoses(model);
     BlockerFit fit;
     GroupedBlockers grouped = paper ? boundVertices(samples, options.spheres, options.seed)
                                     : groupByArea(model, samples, poses, options, fit);
@@ -264,6 +262,7 @@ BlockerFit fitBlockers(const Model& model, const BlockerOptions& options, int th
     if (!(fit.mesh_area > 0)) throw InvalidInput("the mesh has no silhouette in any training frame");
     if (!paper) fit.scale = areaScale(fit.blockers, fit.mesh_area, poses, views, threads);
     for (CasterSphere& sphere : fit.blockers.spheres) sphere.radius *= float(fit.scale);
+    if (options.refine) fit.refinement = refineRadii(model.mesh.frontTriangles(), poses, views, threads, fit.blockers);
     // 3. Measure what came out.
     const std::vector<double> areas = sphereAreas(fit.blockers, 1, poses, views, threads);
     fit.area = meanOf(areas);

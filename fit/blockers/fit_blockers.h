@@ -1,8 +1,10 @@
 #pragma once
 // Spheres that move with the bones of a character and stand for it when it casts (docs/formulas.md, section 9).
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "fit/blockers/refine_radii.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/model_file.h"
 
@@ -18,6 +20,7 @@ struct BlockerOptions {
     int spheres = 15;  // 1..kMostBlockers
     BlockerMethod method = BlockerMethod::kArea;
     std::uint64_t seed = 1;
+    bool refine = false;  // refineRadii() after the one factor; of kArea
 };
 // Returns "" when the options can be used, or else one sentence that names the option, its range and the value given.
 std::string findProblem(const BlockerOptions& options);
@@ -36,6 +39,7 @@ struct BlockerFit {
     double rigid_share = 0;       // share of the points whose own joint is that of their sphere
     std::size_t poses = 0, views = 0;
     std::vector<FootBlockers> feet;  // of kArea
+    std::optional<RadiusRefinement> refinement;
 };
 
 // Fits blockers to the rest mesh of a model, and scales them by training frames (by the rest pose where the model has

@@ -87,6 +87,35 @@ void cutTriangle(const std::array<Projected, 3>& corners, ScanLines& rows) {
     }
 }
 
+void cutSpheres(std::span<const CasterSphere> spheres, const Plane& plane, ScanLines& rows) {
+    for (const CasterSphere& sphere : spheres) {
+        const double x = dot(toDouble(sphere.centre), plane.right), y = dot(toDouble(sphere.centre), plane.up);
+        const std::size_t end = rows.rowFrom(y + sphere.radius);
+        for (std::size_t row = rows.rowFrom(y - sphere.radius); row < end; ++row) {
+            const double off = rows.heightOf(row) - y;
+            const double half = std::sqrt(std::max(0.0, double(sphere.radius) * sphere.radius - off * off));
+            rows.intervals[row].push_back({x - half, x + half});
+        }
+    }
+}
+
+void cutTriangles(std::span<const Triangle> triangles, std::span<const Vec3> positions, const Plane& plane,
+                  ScanLines& rows) {
+    std::vector<Projected> projected;
+    for (const Vec3& position : positions) {
+        const Vec3d p = toDouble(position);
+        projected.push_back({dot(p, plane.right), dot(p, plane.up)});
+    }
+    for (const Triangle& t : triangles) cutTriangle({projected[t[0]], projected[t[1]], projected[t[2]]}, rows);
+}
+
+// Adds the rows to their bands.
+void sumBands(ScanLines& rows, std::span<double> bands) {
+    const std::size_t rows_of_band = rows.intervals.size() / bands.size();
+    for (std::size_t row = 0; row < rows.intervals.size(); ++row)
+        bands[row / rows_of_band] += coveredLength(rows.intervals[row]) * rows.step;
+}
+
 }  // namespace
 
 std::vector<Vec3d> silhouetteViews(int count) {
@@ -105,32 +134,45 @@ double silhouetteArea(std::span<const CasterSphere> spheres, Vec3d view) {
     }
     if (!(low < high)) return 0;
     ScanLines rows(low, high);
-    for (const CasterSphere& sphere : spheres) {
-        const double x = dot(toDouble(sphere.centre), plane.right), y = dot(toDouble(sphere.centre), plane.up);
-        const std::size_t end = rows.rowFrom(y + sphere.radius);
-        for (std::size_t row = rows.rowFrom(y - sphere.radius); row < end; ++row) {
-            const double off = rows.heightOf(row) - y;
-            const double half = std::sqrt(std::max(0.0, double(sphere.radius) * sphere.radius - off * off));
-            rows.intervals[row].push_back({x - half, x + half});
-        }
-    }
+    cutSpheres(spheres, plane, rows);
     return coveredArea(rows);
 }
 
 double silhouetteArea(std::span<const Triangle> triangles, std::span<const Vec3> positions, Vec3d view) {
+    const SilhouetteRange range = rangeOf(positions, view);
+    if (!(range.low < range.high)) return 0;
+    ScanLines rows(range.low, range.high);
+    cutTriangles(triangles, positions, Plane(view), rows);
+    return coveredArea(rows);
+}
+
+SilhouetteRange rangeOf(std::span<const Vec3> positions, Vec3d view) {
     const Plane plane(view);
-    std::vector<Projected> projected;
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const Vec3& position : positions) {
-        const Vec3d p = toDouble(position);
-        projected.push_back({dot(p, plane.right), dot(p, plane.up)});
-        low = std::min(low, projected.back().y);
-        high = std::max(high, projected.back().y);
+        const double y = dot(toDouble(position), plane.up);
+        low = std::min(low, y);
+        high = std::max(high, y);
     }
-    if (!(low < high)) return 0;
-    ScanLines rows(low, high);
-    for (const Triangle& t : triangles) cutTriangle({projected[t[0]], projected[t[1]], projected[t[2]]}, rows);
-    return coveredArea(rows);
+    return {low, high};
+}
+
+void silhouetteBands(std::span<const CasterSphere> spheres, Vec3d view, SilhouetteRange range,
+                     std::span<double> bands) {
+    std::fill(bands.begin(), bands.end(), 0.0);
+    if (!(range.low < range.high)) return;
+    ScanLines rows(range.low, range.high);
+    cutSpheres(spheres, Plane(view), rows);
+    sumBands(rows, bands);
+}
+
+void silhouetteBands(std::span<const Triangle> triangles, std::span<const Vec3> positions, Vec3d view,
+                     SilhouetteRange range, std::span<double> bands) {
+    std::fill(bands.begin(), bands.end(), 0.0);
+    if (!(range.low < range.high)) return;
+    ScanLines rows(range.low, range.high);
+    cutTriangles(triangles, positions, Plane(view), rows);
+    sumBands(rows, bands);
 }
 
 }  // namespace penumbra

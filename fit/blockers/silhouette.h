@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/common/mesh.h"
-#include "sh/caster_sphere.h"
+#include "sh/cast/caster_sphere.h"
 
 namespace penumbra {
 
@@ -20,5 +20,18 @@ std::vector<Vec3d> silhouetteViews(int count);
 // Return the area that is covered as seen along a view (a unit vector), in squares of the unit of the positions.
 double silhouetteArea(std::span<const CasterSphere> spheres, Vec3d view);
 double silhouetteArea(std::span<const Triangle> triangles, std::span<const Vec3> positions, Vec3d view);
+
+// The extent of a silhouette across the lines that cross it.
+struct SilhouetteRange {
+    double low = 0, high = 0;
+};
+SilhouetteRange rangeOf(std::span<const Vec3> positions, Vec3d view);
+
+// Write the areas that are covered in bands of equal height; what lies outside of the range does not count.
+// bands.size() divides kSilhouetteRows.
+constexpr std::size_t kSilhouetteBands = 16;
+void silhouetteBands(std::span<const CasterSphere> spheres, Vec3d view, SilhouetteRange range, std::span<double> bands);
+void silhouetteBands(std::span<const Triangle> triangles, std::span<const Vec3> positions, Vec3d view,
+                     SilhouetteRange range, std::span<double> bands);
 
 }  // namespace penumbra

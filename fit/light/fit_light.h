@@ -5,7 +5,7 @@
 #include "fit/light/light_window.h"
 #include "formats/image/environment_map.h"
 #include "formats/stage/light_file.h"
-#include "sh/analytic_light.h"
+#include "sh/light/analytic_light.h"
 
 namespace penumbra {
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -10,6 +9,7 @@
 
 #include "fit/light/light_lobes.h"
 #include "sh/key_values.h"
+#include "sh/light/sharpest_window.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 
@@ -24,23 +24,6 @@ WindowChoice parseWindow(const std::string& text) {
     } catch (const std::invalid_argument&) {
         throw std::invalid_argument("window must be none, auto, always or a number from 0 to 1000, not '" + text + "'");
     }
-}
-
-// tests/golden/light.json has the windows of orders 3 to 6.
-std::span<const double> sharpestWindow(int order) {
-    static constexpr double kWindows[kMaxOrder][kMaxOrder] = {
-        {1},
-        {1, 1.0 / 3},
-        {1, 0.57735026918962573, 0.2},
-        {1, 0.68989794855663562, 0.34494897427831781, 0.09357871796022743},
-        {1, 0.77459666924148338, 0.48571428571428571, 0.22131333406898007, 0.06349206349204517},
-        {1, 0.8228240809745874, 0.5761143020540718, 0.3261641250955518, 0.14039292951994284, 0.0356806143051892},
-        {1, 0.8611363115940526, 0.6554076628610677, 0.4283890575415985, 0.23543778300975232, 0.09835164864825402,
-         0.02635649431785249},
-        {1, 0.8857916077709602, 0.7092461427365738, 0.5047838844600878, 0.3154254015168352, 0.16508996392375036,
-         0.06698958850794337, 0.016604824016176162}};
-    assert(order >= 1 && order <= kMaxOrder);
-    return std::span(kWindows[order - 1]).first(std::size_t(order));
 }
 
 namespace {

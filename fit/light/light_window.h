@@ -15,11 +15,6 @@ struct WindowChoice {
 // Reads none, auto, always or a number from 0 to 1000. Throws std::invalid_argument for anything else.
 WindowChoice parseWindow(const std::string& text);
 
-// Returns the window of the sharpest zonal kernel of this order that is nowhere negative: it turns every light >= 0
-// into one that is >= 0. It has the largest w_1 that this allows. The kernel is q^2 or (1 + x) q^2, where q has the
-// Gauss nodes but the last as its zeros.
-std::span<const double> sharpestWindow(int order);
-
 // Returns the least radiance of any channel, divided by that channel's mean over the sphere. A channel without light
 // counts as 1. -0.01 means ringing of 1% of the mean. It evaluates 4096 directions and refines the lowest few; the
 // result is right to 1e-6.

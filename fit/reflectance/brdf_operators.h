@@ -1,11 +1,11 @@
 #pragma once
 // Reflection product operators (paper 000 section 4, docs/formulas.md section 3): f cos_i ~= a sum of k terms U^b(wi)
-// W^b(wo) whose sides are both projected on SH. sh/reflection_operator.h turns u into M^b.
+// W^b(wo) whose sides are both projected on SH. sh/brdf/reflection_operator.h turns u into M^b.
 #include <string>
 
 #include "fit/reflectance/shading_error.h"
 #include "formats/stage/brdf_file.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra {
 

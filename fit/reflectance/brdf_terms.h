@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fit/numerics/matrix.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra {
 

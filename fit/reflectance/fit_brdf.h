@@ -6,7 +6,7 @@
 
 #include "fit/reflectance/slice_table.h"
 #include "formats/stage/brdf_file.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fit/reflectance/shading_scenes.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {

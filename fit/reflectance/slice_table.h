@@ -4,7 +4,7 @@
 // times 2 n_z azimuths, which start at 0. n_z is even.
 #include <vector>
 
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra {
 

@@ -6,9 +6,9 @@
 // Naive: learn the visibility as a whole. It depends on all bones at once, and no bake shows all their combinations.
 //
 // Here: most of what hides the sky is far along the skeleton and rigid, so geometry gives it for any pose
-// (sh/far_visibility.h). Only what nearby parts hide is learned, from the few joints between them, and is multiplied by
-// the visibility of the far parts. The product is cut to a few bands and far parts bend a little after all; a second
-// model, of all joints, learns what the product leaves.
+// (sh/far/far_visibility.h). Only what nearby parts hide is learned, from the few joints between them, and is
+// multiplied by the visibility of the far parts. The product is cut to a few bands and far parts bend a little after
+// all; a second model, of all joints, learns what the product leaves.
 #include "fit/visibility/fit_composed.h"
 
 #include <algorithm>

@@ -76,7 +76,10 @@ VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& po
     header.order = model.convention.order;
     header.quantity =
         model.convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
-    header.local.reset();  // a prediction has the whole visibility alone
+    // a prediction has the whole visibility alone
+    header.local.reset();
+    header.bounces = 0;
+    header.colors = {};
     header.provenance = provenance;
     return header;
 }

@@ -313,10 +313,11 @@ TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertice
 AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     const Field at{file + ": "};
     if (textOf(stored.sh_convention()) != kShConvention) (at / "sh_convention").fail("is not real-orthonormal-cs");
-    at.require(stored.format_version() >= kDeformingAssetVersion || !usesVersion4(stored),
-               "format_version is below 4, but something of version 4 is there");
-    at.require(int(stored.format_version()) >= kAssetVersion || lowestVersion(stored) < kAssetVersion,
-               "format_version is below 5, but something of version 5 is there");
+    if (const int lowest = lowestVersion(stored);
+        lowest > kSkinnedAssetVersion && int(stored.format_version()) < lowest) {
+        const std::string version = std::to_string(lowest);
+        (at / "format_version").fail("is below " + version + ", but something of version " + version + " is there");
+    }
     AssetView asset;
     asset.provenance = textOf(stored.provenance());
     if (stored.animation()) asset.animation = animationOf(*stored.animation(), at / "animation");

@@ -41,6 +41,9 @@ void setDeforming(const fbs::Model& stored, const Field& file, const AssetView& 
 // Tells whether the verified file has anything that is new in version 4.
 bool usesVersion4(const fbs::Asset& asset);
 
+// Tells the same of version 6, in asset_checks_look.cpp.
+bool usesVersion6(const fbs::Asset& asset);
+
 // The part of it that version 5 brought, in asset_checks_compose.cpp. Reads the mesh and the animation of `asset`, and
 // the clusters of `model`. `read_cluster` reads a cluster as those of the model are read.
 using ReadCluster = std::function<ClusterView(const fbs::Cluster& stored, const Field& at)>;

@@ -130,8 +130,9 @@ BlockersView blockersOf(const fbs::Asset& stored, const Field& file, std::size_t
 }
 
 int lowestVersion(const fbs::Asset& asset) {
+    if (usesVersion6(asset)) return kAssetVersion;
     if (asset.blocker_spheres() || asset.blocker_joints() || (asset.model() && asset.model()->composition()))
-        return kAssetVersion;
+        return kComposedAssetVersion;
     return usesVersion4(asset) ? kDeformingAssetVersion : kSkinnedAssetVersion;
 }
 

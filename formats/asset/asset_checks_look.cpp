@@ -1,5 +1,6 @@
 // Checks what a mesh looks like: materials, lights, and which material each slot has.
 #include <cmath>
+#include <cstddef>
 
 #include "asset_generated.h"
 #include "formats/asset/asset_checks.h"
@@ -35,6 +36,19 @@ void setSlices(const fbs::Material& stored, const Field& at, MaterialView& mater
     material.slices = *material.unfolded;
 }
 
+// The file holds lobes as the run time does, so that they are read in place.
+static_assert(sizeof(BrdfLobe) == 32 && sizeof(fbs::BrdfLobe) == 32 && offsetof(BrdfLobe, parameters) == 4 &&
+              offsetof(BrdfLobe, color) == 20);
+
+std::span<const BrdfLobe> brdfLobesOf(const fbs::Material& stored, const Field& at) {
+    if (!stored.lobes()) return {};
+    checkRange(at, std::int64_t(stored.lobes()->size()), 1, kMaxBrdfLobes);
+    const std::span lobes(reinterpret_cast<const BrdfLobe*>(stored.lobes()->Data()), stored.lobes()->size());
+    for (std::size_t i = 0; i < lobes.size(); ++i)
+        at[i].require(isValid(lobes[i]), "has an unknown model, or a parameter or a colour out of range");
+    return lobes;
+}
+
 MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     MaterialView material;
     material.name = textOf(stored.name());
@@ -49,7 +63,37 @@ MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     (at / "color").require(std::isfinite(dot(material.color, {1, 1, 1})), "is not finite");
     setSlices(stored, at, material);
     if (stored.operators()) material.operators = operatorsOf(*stored.operators(), at / "operators", material);
+    material.lobes = brdfLobesOf(stored, at / "lobes");
+    material.lobe_error = stored.lobe_error();
+    (at / "lobe_error").require(std::isfinite(material.lobe_error) && material.lobe_error >= 0, "is not 0 or more");
     return material;
+}
+
+std::span<const Sun> sunsOf(const fbs::Light& stored, const Field& at) {
+    static_assert(sizeof(Sun) == 7 * sizeof(float));
+    const auto suns = spanOf<Sun>(stored.suns(), at);
+    checkRange(at, std::int64_t(suns.size()), 0, kMaxSuns);
+    checkFinite(at, suns);
+    for (std::size_t i = 0; i < suns.size(); ++i) {
+        checkUnit(at[i], std::span(&suns[i].direction, 1));
+        for (int c = 0; c < 3; ++c) at[i].require(suns[i].irradiance[c] >= 0, "has a negative irradiance");
+        at[i].require(suns[i].radius >= 0 && suns[i].radius < 1.6f, "has a radius that is not in [0, 1.6)");
+    }
+    return suns;
+}
+
+PictureView pictureOf(const fbs::Light& stored, const Field& at) {
+    PictureView picture;
+    picture.width = stored.picture_width(), picture.height = picture.width / 2;
+    checkRange(at / "picture_width", picture.width, 0, kMaxPictureWidth);
+    (at / "picture_width").require(picture.width % 2 == 0, "is odd");
+    const Field texels = at / "picture";
+    picture.texels = spanOf<std::uint16_t>(stored.picture(), texels);
+    checkCount(texels, picture.texels, 3 * std::uint64_t(picture.width) * std::uint64_t(picture.height));
+    // Finite halves that are not negative are below infinity as integers. -0 is refused too; no writer makes it.
+    for (const std::uint16_t half : picture.texels)
+        texels.require(half < 0x7c00, "has a texel that is negative or not finite");
+    return picture;
 }
 
 LightView lightOf(const fbs::Light& stored, const Field& at) {
@@ -68,10 +112,27 @@ LightView lightOf(const fbs::Light& stored, const Field& at) {
         light.lobes.coefficients = floatsOf(lobes->coefficients(), here / "coefficients",
                                             3 * std::uint64_t(count) * std::uint64_t(light.order));
     }
+    light.suns = sunsOf(stored, at / "suns");
+    if (stored.window()) {
+        light.window = floatsOf(stored.window(), at / "window", std::uint64_t(light.order));
+        for (const float weight : light.window)
+            (at / "window").require(weight >= 0 && weight <= 1, "has a factor that is not in [0, 1]");
+    }
+    light.picture = pictureOf(stored, at);
     return light;
 }
 
 }  // namespace
+
+bool usesVersion6(const fbs::Asset& asset) {
+    if (asset.materials())
+        for (const fbs::Material* material : *asset.materials())
+            if (material->lobes() || material->lobe_error() != 0) return true;
+    if (asset.lights())
+        for (const fbs::Light* light : *asset.lights())
+            if (light->suns() || light->window() || light->picture() || light->picture_width() != 0) return true;
+    return false;
+}
 
 std::vector<MaterialView> materialsOf(const fbs::Asset& asset, const Field& at) {
     std::vector<MaterialView> materials;

@@ -13,20 +13,24 @@
 #include <vector>
 
 #include "formats/common/model_kind.h"
-#include "sh/caster_sphere.h"
-#include "sh/part_field.h"
-#include "sh/reflection_operator.h"
-#include "sh/slice_form.h"
+#include "sh/brdf/brdf_lobe.h"
+#include "sh/brdf/reflection_operator.h"
+#include "sh/brdf/slice_form.h"
+#include "sh/cast/caster_sphere.h"
+#include "sh/far/part_field.h"
+#include "sh/light/dominant_light.h"
 #include "sh/vec3.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 5;              // knows composed models and sphere blockers
+constexpr int kAssetVersion = 6;              // knows lobes of materials, and suns and pictures of lights
+constexpr int kComposedAssetVersion = 5;      // knows composed models and sphere blockers
 constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
 constexpr int kSkinnedAssetVersion = 3;       // writers use the lowest of these versions that knows all they write
 constexpr int kOldestAssetVersion = 2;        // knows no compact slices
 constexpr int kMaxLobes = 2 * kMaxOrder - 1;  // lobes of a light: as many as an exact one needs
+constexpr int kMaxPictureWidth = 4096;        // pixels of a light's picture
 constexpr std::size_t kMaxMaterials = 4096;   // materials of an asset; bounds what compact slices unfold to
 constexpr std::string_view kAssetIdentifier = "PNB1";
 
@@ -191,6 +195,8 @@ struct MaterialView {
     SliceForm slice_form = SliceForm::kGeneral;
     std::span<const float> stored_slices = {};                     // as in the file: [channels, entries of the form]
     std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // the numbers behind `slices` if the form is compact
+    std::span<const BrdfLobe> lobes = {};  // 0..kMaxBrdfLobes, for light from one direction; empty: not known
+    float lobe_error = 0;                  // of the lobes against the material, fit/reflectance/lobe_error.h; 0: exact
 };
 
 struct LobesView {
@@ -198,14 +204,24 @@ struct LobesView {
     std::span<const float> coefficients;  // [D, order, 3]
 };
 
+// A lat-long picture of half floats.
+struct PictureView {
+    int width = 0, height = 0;              // width = 2 height; 0: the light has none
+    std::span<const std::uint16_t> texels;  // [height, width, 3]
+};
+
 struct LightView {
     std::string_view name;
     int order = 0;
-    std::span<const float> sh;  // [n^2, 3]
+    std::span<const float> sh;  // [n^2, 3], with the suns
     LobesView lobes = {};
+    std::span<const Sun> suns = {};      // [S], at most kMaxSuns
+    std::span<const float> window = {};  // [n] factors that the bands of sh have been multiplied by; empty: none
+    PictureView picture = {};            // without the suns
 };
 
-// Spheres that cast in the place of the character: sphere s moves with bone joints[s] (movedBy(), sh/caster_sphere.h).
+// Spheres that cast in the place of the character: sphere s moves with bone joints[s] (movedBy(),
+// sh/cast/caster_sphere.h).
 struct BlockersView {
     std::span<const CasterSphere> spheres;  // [S], none or 1..kMostBlockers
     std::span<const std::uint16_t> joints;  // [S], < J

@@ -8,7 +8,7 @@
 #include "formats/brdf/brdf_readers.h"
 #include "formats/brdf/number_scanner.h"
 #include "formats/common/errors.h"
-#include "sh/fresnel.h"
+#include "sh/brdf/fresnel.h"
 
 namespace penumbra {
 

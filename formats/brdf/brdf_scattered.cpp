@@ -7,11 +7,12 @@
 #include <numbers>
 
 #include "formats/brdf/brdf_readers.h"
+#include "formats/brdf/fit_lobes.h"
 #include "formats/brdf/half_difference_table.h"
 #include "formats/brdf/number_scanner.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
-#include "sh/spectrum.h"
+#include "sh/brdf/spectrum.h"
 
 namespace penumbra {
 
@@ -22,6 +23,12 @@ namespace {
 struct Sample {
     Vec3d place;
     Vec3d rgb;
+};
+
+// Lobes narrower than the distance between samples are taken from a fit to all samples. The table has the rest.
+struct Separated {
+    std::vector<BrdfLobe> narrow;
+    std::vector<Sample> rest;
 };
 
 // Returns a place such that neighbouring places have similar values. Lobes follow theta_h and are narrow at 0, so the
@@ -54,10 +61,10 @@ Vec3d readDirection(NumberScanner& scanner, const std::string& which) {
 }
 
 // Reads rows up to the end of the text.
-std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector<Vec3d>& weights,
-                                std::map<std::string, double>& figures) {
+std::vector<BrdfSample> readSamples(NumberScanner& scanner, const std::vector<Vec3d>& weights,
+                                    std::map<std::string, double>& figures) {
     double &clamped = figures["clamped"], &outside = figures["outside_rec709"];
-    std::vector<Sample> samples;
+    std::vector<BrdfSample> samples;
     while (!scanner.atEnd()) {
         if (samples.size() == kMostSamples) scanner.fail("more than 100000 samples");
         const Vec3d wi = readDirection(scanner, "i"), wo = readDirection(scanner, "o");
@@ -72,10 +79,41 @@ std::vector<Sample> readSamples(NumberScanner& scanner, const std::vector<Vec3d>
             outside += rgb[c] < 0;
             rgb[c] = std::max(0.0, rgb[c]);
         }
-        samples.push_back({placeOf(halfDifference(wi, wo)), rgb});
+        samples.push_back({wi, wo, rgb});
     }
     if (samples.size() < 16) scanner.fail("fewer than 16 samples");
     return samples;
+}
+
+// Returns the mean distance between half vectors near the normal, in radians, of samples whose theta_d differ by less
+// than 10 degrees.
+double spacingAtPeak(const std::vector<BrdfSample>& samples) {
+    constexpr double kReach = 15 * std::numbers::pi / 180;
+    constexpr int kBands = 9;  // of theta_d
+    const auto near = std::count_if(samples.begin(), samples.end(),
+                                    [](const BrdfSample& s) { return halfDifference(s.wi, s.wo).theta_h < kReach; });
+    return near > 0 ? std::sqrt(std::numbers::pi * kReach * kReach * kBands / double(near)) : kReach;
+}
+
+Separated separated(const std::vector<BrdfSample>& samples, std::map<std::string, double>& figures) {
+    Separated result;
+    const double spacing = spacingAtPeak(samples);
+    figures["spacing"] = spacing;
+    for (const BrdfLobe& lobe : fitLobes(samples))
+        if (lobe.model == BrdfModel::kGgx && halfWidth(lobe) < spacing) result.narrow.push_back(lobe);
+    double core = 0;
+    for (const BrdfLobe& lobe : result.narrow) core = std::max(core, 2 * halfWidth(lobe));
+    for (const BrdfSample& sample : samples) {
+        const HalfDifference angles = halfDifference(sample.wi, sample.wo);
+        const Vec3d peak = toDouble(evalLobes(result.narrow, toFloat(sample.wi), toFloat(sample.wo)));
+        Vec3d rest;
+        for (int c = 0; c < 3; ++c) rest[c] = std::max(0.0, sample.rgb[c] - peak[c]);
+        // In the core of the lobe, and where it is most of the value, what is left is its error.
+        if (angles.theta_h < core || peak.x + peak.y + peak.z > rest.x + rest.y + rest.z) continue;
+        result.rest.push_back({placeOf(angles), rest});
+    }
+    if (result.rest.empty()) result.rest.push_back({});  // nothing but the lobe
+    return result;
 }
 
 // Regresses by a kernel (Nadaraya 1964, Watson 1964): a Gaussian that is wide enough to reach the nearest sample.
@@ -116,8 +154,10 @@ BrdfReading decodeScattered(std::string_view text, const std::string& name, int 
     NumberScanner scanner(text, name);
     const std::vector<Vec3d> weights = rec709Weights(readWavelengths(scanner));
     std::map<std::string, double> figures;
-    std::vector<Sample> samples = readSamples(scanner, weights, figures);
-    figures["samples"] = double(samples.size());
+    const std::vector<BrdfSample> measured = readSamples(scanner, weights, figures);
+    figures["samples"] = double(measured.size());
+    Separated parts = separated(measured, figures);
+    std::vector<Sample>& samples = parts.rest;
     std::stable_sort(samples.begin(), samples.end(),
                      [](const Sample& a, const Sample& b) { return a.place.x < b.place.x; });
     HalfDifferenceTable table{kHistogramCells, kHistogramCells, kHistogramCells,
@@ -127,7 +167,12 @@ BrdfReading decodeScattered(std::string_view text, const std::string& name, int 
         for (std::size_t cell = row * kHistogramCells; cell < (row + 1) * kHistogramCells; ++cell)
             table.values[cell] = toFloat(regress(samples, placeOf(table.centre(cell))));
     });
-    return {interpolated(name, std::move(table)), figures};
+    RgbBrdf brdf = interpolated(name, std::move(table));
+    if (!parts.narrow.empty())
+        brdf.eval = [rest = brdf.eval, narrow = parts.narrow](Vec3d wi, Vec3d wo) {
+            return rest(wi, wo) + toDouble(evalLobes(narrow, toFloat(wi), toFloat(wo)));
+        };
+    return {std::move(brdf), figures};
 }
 
 }  // namespace penumbra

@@ -72,7 +72,8 @@ BrdfReading readAnalytic(const BrdfSource& source) {
         throw UsageError(std::string(source.analytic_option) + ": " + source.analytic +
                          " is a file: --merl and --table take files of measurements");
     try {
-        return {rgbBrdf(parseBrdf(source.analytic)), {}};
+        const BrdfSpec spec = parseBrdf(source.analytic);
+        return {rgbBrdf(spec), {}, {lobeOf(spec)}};
     } catch (const std::invalid_argument& error) {
         throw UsageError(std::string(source.analytic_option) + ": " + error.what());
     }

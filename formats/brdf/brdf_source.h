@@ -6,13 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
+#include "sh/brdf/brdf_lobe.h"
 
 namespace penumbra {
 
 // Exactly one of the first three members is set.
 struct BrdfSource {
-    std::string analytic = {};                   // NAME[:key=value,...], sh/brdf.h
+    std::string analytic = {};                   // NAME[:key=value,...], sh/brdf/brdf.h
     std::filesystem::path merl = {};             // .binary of the MERL database
     std::filesystem::path table = {};            // scattered .brdf, fits .csv or our own table
     std::string material = {};                   // the row, for a file of fits
@@ -30,6 +31,7 @@ struct BrdfReading {
     // were filled from their neighbours); clamped (negative values that became 0); outside_rec709 (channels of
     // samples that became 0, because their colour is more saturated than Rec.709 allows).
     std::map<std::string, double> figures;
+    std::vector<BrdfLobe> lobes = {};
 };
 
 // Reads the material. Throws UsageError for a source that makes no sense, IoError, and InvalidInput, which names file

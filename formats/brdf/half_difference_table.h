@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra {
 

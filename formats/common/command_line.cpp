@@ -44,6 +44,11 @@ void Report::willWrite(const std::vector<fs::path>& files) {
     written.insert(written.end(), files.begin(), files.end());
 }
 
+void Report::willRead(const std::vector<fs::path>& files) {
+    read.insert(read.end(), files.begin(), files.end());
+    if (check_read) check_read(files);
+}
+
 // --- Parsing --------------------------------------------------------------------------------------------------------
 
 namespace {
@@ -159,7 +164,11 @@ struct Run {
     steady_clock::time_point start = steady_clock::now();
     bool report_checked = false;  // --report may be written
 
-    std::vector<fs::path> inputs() const { return verb.inputs ? verb.inputs() : std::vector<fs::path>{}; }
+    std::vector<fs::path> inputs() const {
+        std::vector<fs::path> all = verb.inputs ? verb.inputs() : std::vector<fs::path>{};
+        all.insert(all.end(), report.read.begin(), report.read.end());
+        return all;
+    }
     fs::path output() const { return verb.output ? verb.output() : fs::path(); }
     std::vector<fs::path> outputs() const {
         std::vector<fs::path> all = report.written;
@@ -226,6 +235,15 @@ void checkManyWritten(const std::vector<fs::path>& files, const Run& run) {
             checkWritten(file, run);
         else
             checkReplaceable(file, run);
+    }
+}
+
+// Checks the files of Report::willRead().
+void checkManyRead(const std::vector<fs::path>& files, const Run& run) {
+    for (const fs::path& file : files) {
+        checkReadable(file);
+        for (const fs::path& output : {run.output(), fs::path(run.common.report), fs::path(run.common.depfile)})
+            if (sameFile(file, output)) throw UsageError(output.string() + ": is input and output");
     }
 }
 
@@ -319,6 +337,7 @@ int runVerb(Run& run) {
         checkFiles(run);
         throwIfInterrupted();
         run.report.check_written = [&run](const std::vector<fs::path>& files) { checkManyWritten(files, run); };
+        run.report.check_read = [&run](const std::vector<fs::path>& files) { checkManyRead(files, run); };
         if (run.common.verbosity > 0) run.report.log_as = run.program + (" " + run.verb.name);
         run.verb.run(run.common, run.report);
         flushResults();

@@ -33,9 +33,12 @@ struct Report {
     // Names the files that the run writes beside Verb::output, when their names depend on its inputs. Call it before
     // the work: the files then get the checks of every output, and go into the report and the depfile.
     void willWrite(const std::vector<std::filesystem::path>& files);
-    std::vector<std::filesystem::path> written;
-    std::function<void(const std::vector<std::filesystem::path>&)> check_written;  // set by runProgram
-    std::vector<std::pair<std::string, double>> phases;                            // seconds
+    // Names the files that the run reads beside Verb::inputs, when their names stand in its inputs. The same rules
+    // hold.
+    void willRead(const std::vector<std::filesystem::path>& files);
+    std::vector<std::filesystem::path> written, read;
+    std::function<void(const std::vector<std::filesystem::path>&)> check_written, check_read;  // set by runProgram
+    std::vector<std::pair<std::string, double>> phases;                                        // seconds
     std::chrono::steady_clock::time_point phase_start = std::chrono::steady_clock::now();
     std::string log_as;  // "penumbra-bake merge": logs phases with a time stamp under this name; "": does not log
 };

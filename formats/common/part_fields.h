@@ -1,10 +1,10 @@
 #pragma once
-// The fields of all parts of a character, as fields files, models and assets hold them (sh/part_field.h).
+// The fields of all parts of a character, as fields files, models and assets hold them (sh/far/part_field.h).
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "sh/part_field.h"
+#include "sh/far/part_field.h"
 
 namespace penumbra {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sh/caster_sphere.h"
+#include "sh/cast/caster_sphere.h"
 
 namespace penumbra {
 

@@ -106,6 +106,17 @@ void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     import.source.skins.push_back(std::move(skin));
 }
 
+// Reads the diffuse colour of a material. Assimp's stand-in for a material that is missing has none.
+SlotColor colorOf(const aiMaterial& material) {
+    aiColor3D color;
+    SlotColor out;
+    if (textOf(material.GetName()) != AI_DEFAULT_MATERIAL_NAME &&
+        material.Get(AI_MATKEY_COLOR_DIFFUSE, color) == AI_SUCCESS)
+        out.base = Vec3{color.r, color.g, color.b};
+    out.textured = material.GetTextureCount(aiTextureType_DIFFUSE) > 0;
+    return out;
+}
+
 void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
     SourcePart part;
     part.node = node;
@@ -121,6 +132,7 @@ void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
     if (mesh.mMaterialIndex < import.scene->mNumMaterials) {
         const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
         if (!name.empty()) part.material = name;
+        part.color = colorOf(*import.scene->mMaterials[mesh.mMaterialIndex]);
     }
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
         const aiVector3D& p = mesh.mVertices[v];

@@ -23,6 +23,7 @@ struct SourcePart {
     int node = 0;
     int skin = -1;  // -1: the part moves rigidly with its node
     std::string material = kDefaultSlot;
+    SlotColor color;  // of the material
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;    // indices into positions
     int influences = 0;                 // influences of a vertex; 0 without skin
@@ -92,6 +93,7 @@ struct SourceVertices {
     std::vector<float> weights;
     std::vector<std::string> slots;  // "NODE/MATERIAL", in the order of first use
     std::vector<std::uint16_t> slot_of_vertex;
+    std::vector<SlotColor> slot_colors;  // [slots]
 };
 // Returns the number of the part's "NODE/MATERIAL" in `slots`, and adds it where it is new.
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);

@@ -117,6 +117,7 @@ Rig buildRig(RigSource&& source) {
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
     weldVertices(vertices, rig.mesh, rig.skin);
+    rig.slot_colors = vertices.slot_colors;
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
     rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
     rig.nodes = std::move(source.nodes);

@@ -47,8 +47,15 @@ struct Node {
     std::optional<std::array<double, 16>> matrix;  // column-major; a node with a matrix is not animated
 };
 
+// The colour of the material of one slot: linear Rec.709, as the file states it.
+struct SlotColor {
+    std::optional<Vec3> base;  // unset: the slot has no material, or the material tells none
+    bool textured = false;     // a picture multiplies the base colour; we do not read it
+};
+
 struct Rig {
     Mesh mesh;
+    std::vector<SlotColor> slot_colors;  // [mesh.slots]
     Skin skin;
     std::vector<Vec3> rest_normals;  // [V], unit
     std::vector<Node> nodes;

@@ -202,7 +202,7 @@ void readInfluences(const Importer& importer, const tinygltf::Primitive& primiti
 
 std::string materialName(const GltfFile& file, int material) {
     if (material < 0 || std::size_t(material) >= file.materials.size()) return kDefaultSlot;
-    const std::string& name = file.materials[std::size_t(material)];
+    const std::string& name = file.materials[std::size_t(material)].name;
     return name.empty() ? "material" + std::to_string(material) : name;
 }
 
@@ -216,6 +216,8 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     part.node = our_node;
     part.skin = node.skin;
     part.material = materialName(importer.file, primitive.material);
+    if (primitive.material >= 0 && std::size_t(primitive.material) < importer.file.materials.size())
+        part.color = importer.file.materials[std::size_t(primitive.material)].color;
     for (std::size_t v = 0; v < values.count(); ++v)
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);

@@ -7,12 +7,19 @@
 #include <string>
 #include <vector>
 
+#include "formats/rig/rig_file.h"
+
 namespace penumbra {
 
+struct GltfMaterial {
+    std::string name;  // "" where it has none
+    SlotColor color;
+};
+
 struct GltfFile {
-    std::filesystem::path path;          // for messages
-    tinygltf::Model model;               // without materials and images; one buffer; no compression left
-    std::vector<std::string> materials;  // names; "" where a material has none
+    std::filesystem::path path;  // for messages
+    tinygltf::Model model;       // without materials and images; one buffer; no compression left
+    std::vector<GltfMaterial> materials;
     std::vector<std::filesystem::path> files_read;
 };
 

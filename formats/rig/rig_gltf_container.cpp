@@ -240,11 +240,22 @@ void dropExtensions(Json& objects) {
     }
 }
 
-std::vector<std::string> materialNames(const Json& document) {
-    std::vector<std::string> names;
+// Reads the base colour of a material, which is linear and white where the material does not tell it. A damaged one is
+// no reason to refuse the rig, because only bakes of light that bounces need it.
+SlotColor baseColor(const Json& material) try {
+    const Json look = material.value("pbrMetallicRoughness", Json::object());
+    const std::vector<float> factor = look.value("baseColorFactor", std::vector<float>{1, 1, 1, 1});
+    if (factor.size() != 4) return {};
+    return {Vec3{factor[0], factor[1], factor[2]}, look.contains("baseColorTexture")};
+} catch (const Json::exception&) {
+    return {};
+}
+
+std::vector<GltfMaterial> readMaterials(const Json& document) {
+    std::vector<GltfMaterial> materials;
     for (const Json& material : document.value("materials", Json::array()))
-        names.push_back(cleanText(material.value("name", "")));
-    return names;
+        materials.push_back({cleanText(material.value("name", "")), baseColor(material)});
+    return materials;
 }
 
 std::string geometryOnly(Json& document) {
@@ -294,7 +305,7 @@ GltfFile openGltf(const std::filesystem::path& path) {
         Container container = readContainer(loader);
         checkVersionAndExtensions(loader, container.document);
         Bytes buffer = mergeBuffers(loader, container);
-        file.materials = materialNames(container.document);
+        file.materials = readMaterials(container.document);
         parseModel(loader, geometryOnly(container.document), std::move(buffer), file.model);
     } catch (const Json::exception& error) {
         loader.fail(std::string("is not valid glTF: ") + error.what());

@@ -112,6 +112,7 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
         const SourcePart& part = source.parts[p];
         const std::uint32_t first = std::uint32_t(out.positions.size());
         out.slot_of_vertex.resize(out.positions.size() + part.positions.size(), slotOf(source, part, out.slots));
+        if (out.slot_colors.size() < out.slots.size()) out.slot_colors.push_back(part.color);
         for (std::size_t v = 0; v < part.positions.size(); ++v) {
             out.positions.push_back(placedPosition(source, part, table.placement_of_part[p], v));
             influences.push_back(part.skin < 0

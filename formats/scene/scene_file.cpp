@@ -1,118 +1,18 @@
 #include "formats/scene/scene_file.h"
 
-#include <cmath>
-#include <fstream>
-#include <initializer_list>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "formats/common/errors.h"
-#include "formats/common/json_depth.h"
+#include "formats/scene/json_node.h"
 
 namespace penumbra {
 
 namespace {
 
-using Json = nlohmann::json;
-constexpr std::uintmax_t kMostBytes = 64 << 20;
 constexpr double kFar = 1e5;  // metres from the origin
 
-// A value and where it stands, for messages.
-class Node {
-public:
-    Node(const Json& json, std::string file, std::string at)
-        : json_(&json), file_(std::move(file)), at_(std::move(at)) {}
-
-    [[noreturn]] void fail(const std::string& what) const {
-        throw InvalidInput(file_ + ": " + (at_.empty() ? "/" : at_) + ": " + what);
-    }
-    // Keys of a file go to the terminal.
-    static std::string printable(std::string key) {
-        for (char& c : key)
-            if (static_cast<unsigned char>(c) < 0x20) c = '?';
-        return key;
-    }
-    void requireKeys(std::initializer_list<const char*> known) const {
-        if (!json_->is_object()) fail("must be an object");
-        for (const auto& [key, value] : json_->items()) {
-            bool found = false;
-            for (const char* name : known) found = found || key == name;
-            if (!found) at(printable(key)).fail("unknown key");
-        }
-    }
-    std::string place() const { return file_ + ": " + at_; }
-    bool has(const char* key) const { return json_->contains(key); }
-    Node at(const std::string& key) const {
-        return {json_->contains(key) ? json_->at(key) : *json_, file_, at_ + "/" + key};
-    }
-    std::vector<Node> items(std::size_t most) const {
-        if (!json_->is_array()) fail("must be an array");
-        if (json_->size() > most)
-            fail("has " + std::to_string(json_->size()) + " elements; at most " + std::to_string(most));
-        std::vector<Node> nodes;
-        for (std::size_t i = 0; i < json_->size(); ++i)
-            nodes.emplace_back((*json_)[i], file_, at_ + "/" + std::to_string(i));
-        return nodes;
-    }
-    std::vector<std::pair<std::string, Node>> members() const {
-        if (!json_->is_object()) fail("must be an object");
-        std::vector<std::pair<std::string, Node>> nodes;
-        for (const auto& [key, value] : json_->items()) nodes.emplace_back(key, Node(value, file_, at_ + "/" + key));
-        return nodes;
-    }
-    std::string text() const {
-        if (!json_->is_string()) fail("must be a string");
-        const auto text = json_->get<std::string>();
-        if (std::ranges::any_of(text, [](unsigned char c) { return c < 0x20; })) fail("has a control character");
-        return text;
-    }
-    double number(double low, double high) const {
-        if (!json_->is_number()) fail("must be a number");
-        const auto x = json_->get<double>();
-        if (!(x >= low && x <= high)) {
-            std::ostringstream range;
-            range << "is " << x << ", not in [" << low << ", " << high << "]";
-            fail(range.str());
-        }
-        return x;
-    }
-    int whole(int low, int high) const {
-        if (!json_->is_number_integer()) fail("must be a whole number");
-        return int(number(low, high));
-    }
-    Vec3 vector(double low, double high) const {
-        const std::vector<Node> three = items(3);
-        if (three.size() != 3) fail("must have 3 numbers");
-        return {float(three[0].number(low, high)), float(three[1].number(low, high)),
-                float(three[2].number(low, high))};
-    }
-
-private:
-    const Json* json_;
-    std::string file_, at_;
-};
-
-// Parses without recursion of ours, and refuses a key that stands twice in one object, which would hide the first.
-Json parse(const std::string& text, const std::string& name) {
-    if (nestedTooDeep(text)) throw InvalidInput(name + ": nested too deep");
-    std::vector<std::set<std::string>> keys;
-    const auto watch = [&](int, Json::parse_event_t event, Json& value) {
-        if (event == Json::parse_event_t::object_start) keys.emplace_back();
-        if (event == Json::parse_event_t::object_end) keys.pop_back();
-        if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
-            throw InvalidInput(name + ": the key \"" + value.get<std::string>() + "\" stands twice in one object");
-        return true;
-    };
-    try {
-        return Json::parse(text, watch);
-    } catch (const Json::exception& error) {
-        throw InvalidInput(name + ": not JSON: " + error.what());
-    }
-}
-
-SceneCasts readCasts(const Node& node) {
+SceneCasts readCasts(const JsonNode& node) {
     const std::string word = node.text();
     if (word == "fields") return SceneCasts::kFields;
     if (word == "spheres") return SceneCasts::kSpheres;
@@ -120,15 +20,27 @@ SceneCasts readCasts(const Node& node) {
     return SceneCasts::kNothing;
 }
 
-SceneCharacter readCharacter(const Node& node, const std::filesystem::path& folder, bool moves) {
+ScenePose readPose(const JsonNode& character, const std::filesystem::path& folder) {
+    const JsonNode node = character.at("pose");
+    for (const char* other : {"clip", "time"})
+        if (character.has(other)) node.fail("stands beside a \"" + std::string(other) + "\"; one or the other");
+    node.requireKeys({"file", "frame"});
+    const std::string file = node.required("file").text();
+    if (file.empty()) node.at("file").fail("is empty");
+    ScenePose out{node.place(), folder / file, 0};
+    if (node.has("frame")) out.frame = std::size_t(node.at("frame").whole(0, 1 << 30));
+    return out;
+}
+
+SceneCharacter readCharacter(const JsonNode& node, const std::filesystem::path& folder, bool moves) {
     if (moves)
-        node.requireKeys({"name", "asset", "clip", "time", "position", "yaw", "scale", "material", "slots", "casts"});
+        node.requireKeys(
+            {"name", "asset", "clip", "time", "pose", "position", "yaw", "scale", "material", "slots", "casts"});
     else
         node.requireKeys({"name", "asset", "position", "yaw", "scale", "material", "slots", "casts"});
     SceneCharacter out;
     out.at = node.place();
-    if (!node.has("asset")) node.fail("has no \"asset\"");
-    out.asset = folder / node.at("asset").text();
+    out.asset = folder / node.required("asset").text();
     if (node.at("asset").text().empty()) node.at("asset").fail("is empty");
     if (node.has("name")) {
         out.name = node.at("name").text();
@@ -136,6 +48,7 @@ SceneCharacter readCharacter(const Node& node, const std::filesystem::path& fold
     }
     if (node.has("clip")) out.clip = node.at("clip").text();
     if (node.has("time")) out.seconds = node.at("time").number(0, 1e6);
+    if (node.has("pose")) out.pose = readPose(node, folder);
     if (node.has("position")) out.position = node.at("position").vector(-kFar, kFar);
     if (node.has("yaw")) out.yaw = node.at("yaw").number(-1e4, 1e4);
     if (node.has("scale")) node.at("scale").number(1, 1);
@@ -146,7 +59,7 @@ SceneCharacter readCharacter(const Node& node, const std::filesystem::path& fold
     return out;
 }
 
-SceneGround readGround(const Node& node) {
+SceneGround readGround(const JsonNode& node) {
     node.requireKeys({"height", "centre", "size", "resolution", "albedo"});
     SceneGround out;
     if (node.has("height")) out.height = node.at("height").number(-kFar, kFar);
@@ -157,7 +70,7 @@ SceneGround readGround(const Node& node) {
     return out;
 }
 
-SceneLight readLight(const Node& node, const std::filesystem::path& folder) {
+SceneLight readLight(const JsonNode& node, const std::filesystem::path& folder) {
     node.requireKeys({"asset", "name", "rotation"});
     SceneLight out;
     out.at = node.place();
@@ -193,20 +106,19 @@ void nameAll(SceneDescription& scene, const std::string& file) {
 }  // namespace
 
 SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder) {
-    const Json json = parse(text, name);
-    const Node root(json, name, "");
+    const nlohmann::json json = parseJson(text, name);
+    const JsonNode root(json, name, "");
     root.requireKeys({"version", "characters", "props", "ground", "light", "camera"});
-    if (!root.has("version")) root.fail("has no \"version\"");
-    if (const int version = root.at("version").whole(0, 1 << 30); version != kSceneVersion)
+    if (const int version = root.required("version").whole(0, 1 << 30); version != kSceneVersion)
         root.at("version").fail("is " + std::to_string(version) + "; this program reads " +
                                 std::to_string(kSceneVersion));
     SceneDescription scene;
     scene.at = name;
     if (root.has("characters"))
-        for (const Node& node : root.at("characters").items(kMostSceneCharacters))
+        for (const JsonNode& node : root.at("characters").items(kMostSceneCharacters))
             scene.characters.push_back(readCharacter(node, folder, true));
     if (root.has("props"))
-        for (const Node& node : root.at("props").items(kMostSceneCharacters))
+        for (const JsonNode& node : root.at("props").items(kMostSceneCharacters))
             scene.props.push_back(readCharacter(node, folder, false));
     if (scene.characters.empty()) root.fail("has no characters");
     if (root.has("ground")) scene.ground = readGround(root.at("ground"));
@@ -216,17 +128,23 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
     return scene;
 }
 
+std::vector<std::filesystem::path> filesNamedIn(const SceneDescription& scene) {
+    std::vector<std::filesystem::path> files;
+    std::set<std::filesystem::path> seen;
+    const auto add = [&](const std::filesystem::path& file) {
+        if (!file.empty() && seen.insert(file.lexically_normal()).second) files.push_back(file);
+    };
+    for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
+        for (const SceneCharacter& one : *list) {
+            add(one.asset);
+            if (one.pose) add(one.pose->file);
+        }
+    add(scene.light.asset);
+    return files;
+}
+
 SceneDescription readScene(const std::filesystem::path& path) {
-    std::error_code problem;
-    const std::uintmax_t size = std::filesystem::file_size(path, problem);
-    if (problem) throw IoError(path.string() + ": " + problem.message());
-    if (size > kMostBytes)
-        throw InvalidInput(path.string() + ": has " + std::to_string(size) + " bytes; a scene has at most " +
-                           std::to_string(kMostBytes));
-    std::ifstream file(path, std::ios::binary);
-    std::string text((std::istreambuf_iterator<char>(file)), {});
-    if (!file) throw IoError(path.string() + ": cannot be read");
-    return parseScene(text, path.string(), path.parent_path());
+    return parseScene(readJsonText(path), path.string(), path.parent_path());
 }
 
 }  // namespace penumbra

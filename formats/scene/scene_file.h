@@ -17,14 +17,22 @@ constexpr int kMostGroundResolution = 2048;
 // What a character casts by: what its asset has, which is fields before spheres, or one of these, or nothing.
 enum class SceneCasts { kWhatItHas, kFields, kSpheres, kNothing };
 
+// A pose of a file (bone_poses.h) instead of a frame of the asset.
+struct ScenePose {
+    std::string at;  // as SceneCharacter::at
+    std::filesystem::path file;
+    std::size_t frame = 0;  // which of the file's poses
+};
+
 // Something that stands in a scene. Its asset's frame is turned about y (degrees; positive turns +z towards +x) and
 // then moved (metres).
 struct SceneCharacter {
     std::string at;    // the file and the JSON pointer, for messages
     std::string name;  // of its own; by default the asset's stem, with a number behind it where it is not the only one
     std::filesystem::path asset;
-    std::string clip;    // "": the first
-    double seconds = 0;  // into the clip; the nearest sampled frame
+    std::string clip;                    // "": the first
+    double seconds = 0;                  // into the clip; the nearest sampled frame
+    std::optional<ScenePose> pose = {};  // instead of a clip and a time
     Vec3 position;
     double yaw = 0;
     std::string material;                                         // of all parts; "": what the asset gives each
@@ -45,7 +53,7 @@ struct SceneLight {
     std::string at;               // as SceneCharacter::at
     std::filesystem::path asset;  // empty: the first character's
     std::string name;             // "": the first
-    std::string rotation;         // sh/light_rotation.h
+    std::string rotation;         // sh/light/light_rotation.h
 };
 
 struct SceneDescription {
@@ -60,6 +68,8 @@ struct SceneDescription {
 // and InvalidInput with the file, the JSON pointer of the key, and what is wrong with it: unknown keys, a key that
 // stands twice, numbers out of range, two characters of one name.
 SceneDescription readScene(const std::filesystem::path& path);
+// Returns every file that the scene names, each once, in the order in which they are named.
+std::vector<std::filesystem::path> filesNamedIn(const SceneDescription& scene);
 // The same for text; `name` stands in messages, and paths are relative to `folder`.
 SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder);
 

@@ -8,7 +8,7 @@
 #include "formats/common/find_by_name.h"
 #include "formats/common/slot_choice.h"
 #include "sh/bounding_box.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 
 namespace penumbra {
 

@@ -1,6 +1,7 @@
 #include "formats/stage/brdf_file.h"
 
 #include <cassert>
+#include <cmath>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -26,6 +27,21 @@ void writeOperators(hid_t file, const BrdfOperators& operators) {
     writeTextAttribute(file, "/operators", "source", operators.source);
 }
 
+void writeLobes(hid_t file, const BrdfFile& brdf) {
+    std::vector<std::int64_t> models;
+    std::vector<double> parameters, colors;
+    for (const BrdfLobe& lobe : brdf.lobes) {
+        models.push_back(std::int64_t(lobe.model));
+        parameters.insert(parameters.end(), lobe.parameters.begin(), lobe.parameters.end());
+        colors.insert(colors.end(), {lobe.color.x, lobe.color.y, lobe.color.z});
+    }
+    const hsize_t count = brdf.lobes.size();
+    writeIntegers(file, "/lobes/model", models, {count}, H5T_STD_I32LE);
+    writeDoubles(file, "/lobes/parameters", parameters, {count, 4});
+    writeDoubles(file, "/lobes/color", colors, {count, 3});
+    writeNumberAttribute(file, "/lobes", "error", brdf.lobe_error);
+}
+
 }  // namespace
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
@@ -42,6 +58,7 @@ void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     makeGroup(file, "/error");
     for (const auto& [name, value] : brdf.errors) writeNumberAttribute(file, "/error", name, value);
     if (brdf.operators.count > 0) writeOperators(file, brdf.operators);
+    if (!brdf.lobes.empty()) writeLobes(file, brdf);
     closeHdf5(file);
     partial.commit();
 }
@@ -92,6 +109,29 @@ BrdfOperators readOperators(const Hdf5Reader& in, const std::vector<int>& even_i
     return operators;
 }
 
+void readLobes(const Hdf5Reader& in, BrdfFile& brdf) {
+    std::vector<hsize_t> count{0};
+    const std::vector<std::int64_t> models = readIntegers(in, "/lobes/model", count, 0, kBrdfModels - 1);
+    if (models.empty() || models.size() > kMaxBrdfLobes)
+        throw InvalidInput(in.name + ": /lobes/model: " + std::to_string(models.size()) + " lobes; 1.." +
+                           std::to_string(kMaxBrdfLobes) + " are possible");
+    std::vector<hsize_t> parameter_shape{count[0], 4}, color_shape{count[0], 3};
+    const std::vector<double> parameters = readDoubles(in, "/lobes/parameters", parameter_shape),
+                              colors = readDoubles(in, "/lobes/color", color_shape);
+    for (std::size_t i = 0; i < models.size(); ++i) {
+        BrdfLobe lobe{BrdfModel(models[i]), {}, {}};
+        for (std::size_t k = 0; k < 4; ++k) lobe.parameters[k] = float(parameters[4 * i + k]);
+        for (std::size_t c = 0; c < 3; ++c) lobe.color[int(c)] = float(colors[3 * i + c]);
+        if (!isValid(lobe))
+            throw InvalidInput(in.name + ": /lobes: lobe " + std::to_string(i) + " (" + nameOf(lobe.model) +
+                               ") has a parameter or a colour out of range");
+        brdf.lobes.push_back(lobe);
+    }
+    brdf.lobe_error = readNumberAttribute(in, "/lobes", "error");
+    if (!(std::isfinite(brdf.lobe_error) && brdf.lobe_error >= 0))
+        throw InvalidInput(in.name + ": /lobes: error is not a number of 0 or more");
+}
+
 }  // namespace
 
 BrdfFile readBrdf(const std::filesystem::path& path) {
@@ -110,6 +150,7 @@ BrdfFile readBrdf(const std::filesystem::path& path) {
     brdf.slices = readDoubles(in, "/reflectance/slices", shape);
     brdf.errors = readErrors(in);
     if (exists(in, "/operators")) brdf.operators = readOperators(in, brdf.even_index);
+    if (exists(in, "/lobes")) readLobes(in, brdf);
     return brdf;
 }
 

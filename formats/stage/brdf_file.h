@@ -7,13 +7,15 @@
 #include <vector>
 
 #include "formats/common/provenance.h"
-#include "sh/reflection_operator.h"
+#include "sh/brdf/brdf_lobe.h"
+#include "sh/brdf/reflection_operator.h"
 
 namespace penumbra {
 
 constexpr int kBrdfVersion = 1;
 
-// f_i(o) ~= sum_b u^b_i (w^b . y(o)); sh/reflection_operator.h makes M^b of the u. count 0: there are no operators.
+// f_i(o) ~= sum_b u^b_i (w^b . y(o)); sh/brdf/reflection_operator.h makes M^b of the u. count 0: there are no
+// operators.
 struct BrdfOperators {
     int count = 0;                // k, the same in every channel
     int order = 0;                // order of u
@@ -33,6 +35,8 @@ struct BrdfFile {
     std::map<std::string, double> errors;  // measured at fit time: "fit" (relative, cos-weighted), "albedo", ...
     Provenance provenance;
     BrdfOperators operators;
+    std::vector<BrdfLobe> lobes;  // 0..kMaxBrdfLobes that add up to the material, for light from one direction
+    double lobe_error = 0;        // of that sum, fit/reflectance/lobe_error.h; 0: exact
 };
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf);

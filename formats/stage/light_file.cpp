@@ -1,7 +1,9 @@
 #include "formats/stage/light_file.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <string>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -12,7 +14,8 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kLightKind{"penumbra.light", kLightVersion};
+constexpr FileKind kLightKind{"penumbra.light", kLightVersion, kPlainLightVersion},
+    kPlainLightKind{"penumbra.light", kPlainLightVersion};
 
 void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
     const std::size_t count = lobes.directions.size();
@@ -26,6 +29,18 @@ void writeLobes(hid_t file, int order, const LightLobesFit& lobes) {
     writeNumberAttribute(file, "/light/lobes", "irradiance_error", lobes.irradiance_error);
 }
 
+void writeFactor(hid_t file, const LightFile& light) {
+    std::vector<double> suns;
+    for (const SunD& s : light.suns)
+        suns.insert(suns.end(), {s.direction.x, s.direction.y, s.direction.z, s.irradiance.x, s.irradiance.y,
+                                 s.irradiance.z, s.radius});
+    writeTextAttribute(file, "/light", "factor", light.factor);
+    if (!suns.empty()) writeDoubles(file, "/light/suns", suns, {light.suns.size(), 7});
+    const LightPicture& picture = light.picture;
+    if (picture.width > 0)
+        writeFloats(file, "/light/picture", picture.pixels, {hsize_t(picture.height), hsize_t(picture.width), 3});
+}
+
 }  // namespace
 
 void writeLight(const std::filesystem::path& path, const LightFile& light) {
@@ -33,12 +48,13 @@ void writeLight(const std::filesystem::path& path, const LightFile& light) {
     assert(light.sh.size() == count * 3);
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kLightKind, light.order, light.provenance);
+    writeRoot(file, light.factor.empty() ? kPlainLightKind : kLightKind, light.order, light.provenance);
     writeTextAttribute(file, "/", "name", light.name);
     writeDoubles(file, "/light/sh", light.sh, {count, 3});
     writeNumberAttribute(file, "/light", "residual", light.residual);
     if (!light.window.empty()) writeDoubles(file, "/light/window", light.window, {hsize_t(light.order)});
     if (!light.lobes.directions.empty()) writeLobes(file, light.order, light.lobes);
+    if (!light.factor.empty()) writeFactor(file, light);
     closeHdf5(file);
     partial.commit();
 }
@@ -74,6 +90,46 @@ LightLobesFit readLobes(const Hdf5Reader& in, int order) {
     return lobes;
 }
 
+std::vector<SunD> readSuns(const Hdf5Reader& in) {
+    std::vector<hsize_t> shape{0, 7};
+    const std::vector<double> rows = readDoubles(in, "/light/suns", shape);
+    const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": /light/suns: " + what); };
+    if (shape[0] < 1 || shape[0] > kMaxSuns)
+        fail("1 to " + std::to_string(kMaxSuns) + " suns, not " + std::to_string(shape[0]));
+    std::vector<SunD> suns;
+    for (std::size_t i = 0; i < shape[0]; ++i) {
+        const double* row = &rows[7 * i];
+        const SunD& sun = suns.emplace_back(SunD{{row[0], row[1], row[2]}, {row[3], row[4], row[5]}, row[6]});
+        const std::string which = "row " + std::to_string(i);
+        if (!(std::abs(length(sun.direction) - 1) < 1e-6)) fail(which + " has a direction that is not of length 1");
+        if (!(std::min({row[3], row[4], row[5]}) >= 0)) fail(which + " has a negative irradiance");
+        if (!(sun.radius >= 0 && sun.radius < 1.6)) fail(which + " has a radius that is not in [0, 1.6)");
+    }
+    return suns;
+}
+
+LightPicture readPicture(const Hdf5Reader& in) {
+    LightPicture picture;
+    std::vector<hsize_t> shape{0, 0, 3};
+    picture.pixels = readFloats(in, "/light/picture", shape);
+    const auto fail = [&](const std::string& what) { throw InvalidInput(in.name + ": /light/picture: " + what); };
+    if (shape[1] > kMaxLightPicture || shape[1] < 2 || shape[1] != 2 * shape[0])
+        fail("not twice as wide as high, or wider than " + std::to_string(kMaxLightPicture));
+    constexpr float kLargestHalf = 65504;
+    for (const float value : picture.pixels)
+        if (!(value >= 0 && value <= kLargestHalf)) fail("has a number that is not in [0, 65504]");
+    picture.width = int(shape[1]), picture.height = int(shape[0]);
+    return picture;
+}
+
+void readFactor(const Hdf5Reader& in, LightFile& light) {
+    light.factor = readTextAttribute(in, "/light", "factor");
+    if (light.factor != "hand-over" && light.factor != "paper" && light.factor != "exact")
+        throw InvalidInput(in.name + ": /light factor: \"" + light.factor + "\" is none of hand-over, paper, exact");
+    if (exists(in, "/light/suns")) light.suns = readSuns(in);
+    if (exists(in, "/light/picture")) light.picture = readPicture(in);
+}
+
 }  // namespace
 
 LightFile readLight(const std::filesystem::path& path) {
@@ -89,6 +145,7 @@ LightFile readLight(const std::filesystem::path& path) {
         light.window = readDoubles(in, "/light/window", bands);
     }
     if (exists(in, "/light/lobes")) light.lobes = readLobes(in, light.order);
+    if (readIntegerAttribute(in, "/", "format_version", 1, kLightVersion) > kPlainLightVersion) readFactor(in, light);
     return light;
 }
 

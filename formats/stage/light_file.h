@@ -1,17 +1,21 @@
 #pragma once
-// e.light.h5: an environment light as SH (HDF5, format "penumbra.light", version 1). It is radiance in linear
+// e.light.h5: an environment light as SH (HDF5, format "penumbra.light", version 1, or 2 where the light
+// is factored). It is radiance in linear
 // Rec.709, in the model frame.
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "formats/common/provenance.h"
+#include "sh/light/dominant_light.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
 
-constexpr int kLightVersion = 1;
-constexpr int kMaxFileLobes = 15;  // lobes of a file: 2n - 1 fixed lobes are exact, n <= 8
+constexpr int kLightVersion = 2;        // knows suns and the picture without them
+constexpr int kPlainLightVersion = 1;   // what is written for a light without them
+constexpr int kMaxLightPicture = 4096;  // pixels across
+constexpr int kMaxFileLobes = 15;       // lobes of a file: 2n - 1 fixed lobes are exact, n <= 8
 
 // The light as a sum of zonal lobes: light_lm = sum_d sqrt(4pi/(2l+1)) z_dl y_lm(direction_d) (sh/zonal.h).
 struct LightLobesFit {
@@ -22,6 +26,12 @@ struct LightLobesFit {
     double irradiance_error = 0;       // such a relative error of irradiance over all normals
 };
 
+// The light as a lat-long picture without its suns.
+struct LightPicture {
+    int width = 0, height = 0;  // width = 2 height; 0: none
+    std::vector<float> pixels;  // [height, width, 3], row 0 at +y, >= 0 and within the range of half floats
+};
+
 struct LightFile {
     std::string name;
     int order = 4;
@@ -29,6 +39,9 @@ struct LightFile {
     double residual = 0;         // relative L2 error of the SH against the light, over the sphere
     std::vector<double> window;  // [n] factors that the bands have been multiplied by; empty: none
     LightLobesFit lobes;
+    std::vector<SunD> suns;  // at most kMaxSuns; sh is the whole light, with them
+    std::string factor;      // how they were found: "hand-over", "paper" or "exact"; empty: the light is not factored
+    LightPicture picture;
     Provenance provenance;
 };
 

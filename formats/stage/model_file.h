@@ -99,7 +99,7 @@ struct InputJoint {
 // sees past the nearby parts of the skeleton alone. The fields say how much the far parts block, for any pose. A
 // vertex' numbers, in convention D, are
 //   local x product over its far parts of their visibilities + residual,
-// moved to where its ambient visibility lies in [0, 1]. farParts() (sh/far_visibility.h) lists the far
+// moved to where its ambient visibility lies in [0, 1]. farParts() (sh/far/far_visibility.h) lists the far
 // parts of each part.
 struct Composition {
     int local_steps = 2;

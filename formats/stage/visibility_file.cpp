@@ -38,7 +38,7 @@ struct VisibilityWriter::Impl {
     VisibilityHeader header;
     Precision precision;
     Hdf5Handle file;
-    FrameStream positions, normals, bones, pose, coefficients, local;
+    FrameStream positions, normals, bones, pose, coefficients, local, indirect, hit_shares;
     std::size_t block_frames = 1, frames_written = 0;
     std::string what;  // starts messages
 
@@ -50,7 +50,9 @@ struct VisibilityWriter::Impl {
           what(path.string() + ": cannot write") {}
     FrameStream openStream(const std::string& dataset, std::vector<hsize_t> shape, hsize_t chunk_vertices, bool half);
     void flush(FrameStream& stream);
-    std::array<FrameStream*, 6> streams() { return {&positions, &normals, &bones, &pose, &coefficients, &local}; }
+    std::array<FrameStream*, 8> streams() {
+        return {&positions, &normals, &bones, &pose, &coefficients, &local, &indirect, &hit_shares};
+    }
 };
 
 FrameStream VisibilityWriter::Impl::openStream(const std::string& dataset, std::vector<hsize_t> shape,
@@ -85,9 +87,8 @@ void VisibilityWriter::Impl::flush(FrameStream& stream) {
 
 std::size_t framesOfBlock(const VisibilityHeader& header) {
     const std::size_t joints = header.skin ? header.skin->jointCount() : 0;
-    const std::size_t moments = header.coefficientCount() + (header.local ? header.local->coefficientCount() : 0);
-    const std::size_t frame_bytes =
-        sizeof(float) * (header.mesh.vertexCount() * (6 + moments) + 12 * joints + std::size_t(header.pose_size));
+    const std::size_t frame_bytes = sizeof(float) * (header.mesh.vertexCount() * (6 + header.numbersOfVertex()) +
+                                                     12 * joints + std::size_t(header.pose_size));
     return std::clamp<hsize_t>(kBlockBytes / frame_bytes, 1,
                                std::min<hsize_t>(kBlockFrames, header.frames.frameCount()));
 }
@@ -110,6 +111,11 @@ VisibilityWriter::VisibilityWriter(const std::filesystem::path& path, const Visi
     }
     impl_->coefficients = impl_->openStream(kCoefficients, {frames, vertices, header.coefficientCount()},
                                             kChunkVertices, precision == Precision::kFloat16);
+    if (header.hasBounces()) {
+        impl_->indirect = impl_->openStream(kIndirect, {frames, vertices, 3, header.coefficientCount()}, kChunkVertices,
+                                            precision == Precision::kFloat16);
+        impl_->hit_shares = impl_->openStream(kHitShares, {frames, 2}, 2, false);
+    }
     if (!header.local) return;
     impl_->local = impl_->openStream(kLocal, {frames, vertices, header.local->coefficientCount()}, kChunkVertices,
                                      precision == Precision::kFloat16);
@@ -128,6 +134,8 @@ void VisibilityWriter::writeFrame(const VisibilityFrame& frame) {
     assert(frame.pose.size() == std::size_t(out.header.pose_size));
     assert(frame.coefficients.size() == vertices * out.header.coefficientCount());
     assert(frame.local_coefficients.size() == (out.header.local ? vertices * out.header.local->coefficientCount() : 0));
+    assert(frame.indirect.size() == vertices * out.header.indirectCount());
+    assert(frame.hit_shares.size() == (out.header.hasBounces() ? 2 : 0));
     const auto append = [&](FrameStream& stream, std::span<const float> values) {
         // Readers refuse such numbers.
         if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
@@ -142,6 +150,8 @@ void VisibilityWriter::writeFrame(const VisibilityFrame& frame) {
     append(out.pose, frame.pose);
     append(out.coefficients, frame.coefficients);
     append(out.local, frame.local_coefficients);
+    append(out.indirect, frame.indirect);
+    append(out.hit_shares, frame.hit_shares);
     ++out.frames_written;
     if (out.frames_written % out.block_frames != 0 && out.frames_written != frames) return;
     for (FrameStream* stream : out.streams()) out.flush(*stream);

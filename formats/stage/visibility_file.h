@@ -2,6 +2,7 @@
 // x.vis.h5: per-vertex SH visibility over an animation (HDF5, format "penumbra.visibility", version 1;
 // formats/README.md lists every dataset). It is written frame by frame in bounded memory, and read by frame or by
 // vertex range.
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -31,12 +32,33 @@ struct LocalMoments {
 };
 constexpr int kLeastLocalOrder = 5, kMostLocalOrder = 6, kMostLocalSteps = 8;
 
+// What a file holds of each vertex and frame: V is the visibility of a direction s, N the normal.
+constexpr const char* kHemisphereVisibility = "hemisphere_visibility";  // integral over s.N >= 0 of V y_i
+constexpr const char* kMirroredVisibility = "mirrored_visibility";      // of predictions of D models
+// t0_i, the integral over s.N >= 0 of V cos y_i, and with bounces the indirect transfer ("Light that
+// bounces" in docs/formulas.md).
+constexpr const char* kDiffuseTransfer = "diffuse_transfer";
+constexpr int kMostBounces = 16;
+
+// What a surface does with the light that reaches it, in linear RGB: it reflects `albedo` and lets `transmission`
+// through to its other side, both diffusely. Only two-sided meshes transmit.
+struct SurfaceColors {
+    std::vector<Vec3> albedo;             // [V] 0 <= albedo < 1; empty: nothing is known
+    std::vector<Vec3> transmission = {};  // [V] >= 0, albedo + transmission <= 1; empty: none
+
+    bool operator==(const SurfaceColors&) const = default;
+};
+
+// Returns "" when the colours, each empty or one a vertex of `mesh`, can be, and otherwise what is wrong with them.
+std::string findProblem(const SurfaceColors& colors, const Mesh& mesh);
+
 struct VisibilityHeader {
     int order = 5;
-    std::string quantity = "hemisphere_visibility";  // or mirrored_visibility
-    int rays = 0;                                    // directions above the horizon
+    std::string quantity = kHemisphereVisibility;
+    int rays = 0;  // directions above the horizon
     std::uint64_t seed = 0;
-    int bounces = 0;
+    int bounces = 0;                    // of diffuse transfer: how often light is reflected, 0..kMostBounces; else 0
+    SurfaceColors colors;               // of diffuse transfer with bounces, else empty
     std::optional<LocalMoments> local;  // set when the file has local moments
     std::optional<float> ground_y;      // height of the ground plane that blocked rays, if there was one
     Mesh mesh;
@@ -52,16 +74,26 @@ struct VisibilityHeader {
     Provenance provenance;
 
     std::size_t coefficientCount() const { return std::size_t(order) * order; }
+    bool hasBounces() const { return quantity == kDiffuseTransfer && bounces > 0; }
+    std::size_t indirectCount() const { return hasBounces() ? 3 * coefficientCount() : 0; }
+    // All numbers of one vertex in one frame that the bake traces.
+    std::size_t numbersOfVertex() const {
+        return coefficientCount() + (local ? local->coefficientCount() : 0) + indirectCount();
+    }
 };
 
-// One frame; the sizes are V, V, J (0 without skin), P, V n^2 and V m^2 with the order m of the local moments (0
-// without them).
+// One frame; the sizes are V, V, J (0 without skin), P, V n^2, V m^2 with the order m of the local moments (0
+// without them), V 3 n^2 and 2 (0 without bounces).
 struct VisibilityFrame {
     std::vector<Vec3> positions, normals;
     std::vector<Affine> bones;
     std::vector<float> pose;
     std::vector<float> coefficients;             // [V, n^2], model frame
     std::vector<float> local_coefficients = {};  // [V, m^2], model frame
+    std::vector<float> indirect = {};            // [V, 3, n^2], model frame: light that bounced, a row a colour channel
+    // The share of the traced rays that hit a surface, and the share of these hits that were backs of a one-sided
+    // mesh, which reflect nothing.
+    std::vector<float> hit_shares = {};
 };
 
 enum class Precision { kFloat32, kFloat16 };
@@ -113,6 +145,11 @@ public:
     // Reads the local moments of vertices [begin, end) in all frames: out is [F, end - begin, m^2] with the order m of
     // header().local, which must be set.
     void readLocalVertices(std::size_t begin, std::size_t end, std::span<float> out) const;
+    // Reads the indirect transfer of vertices [begin, end) in all frames: out is [F, end - begin, 3, n^2].
+    // header().hasBounces() must be true.
+    void readIndirectVertices(std::size_t begin, std::size_t end, std::span<float> out) const;
+    // Reads a frame's hit shares. header().hasBounces() must be true.
+    std::array<float, 2> readHitShares(std::size_t frame) const;
 
 private:
     struct Impl;

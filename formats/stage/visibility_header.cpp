@@ -24,6 +24,9 @@ void writeEdges(hid_t file, const std::vector<InnerEdge>& edges) {
     writeIntegers(file, "/mesh/edges", vertices, {edges.size(), 4}, H5T_STD_U32LE);
 }
 
+constexpr const char* kAlbedo = "/mesh/albedo";
+constexpr const char* kTransmission = "/mesh/transmission";
+
 }  // namespace
 
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
@@ -36,6 +39,10 @@ void writeVisibilityHeader(hid_t file, const VisibilityHeader& header) {
     writeIntegerAttribute(file, "/", "bounces", header.bounces);
     if (header.ground_y) writeNumberAttribute(file, "/", "ground_y", *header.ground_y);
     writeMesh(file, header.mesh, header.rest_normals);
+    if (header.hasBounces()) {
+        writeVectors(file, kAlbedo, header.colors.albedo);
+        if (!header.colors.transmission.empty()) writeVectors(file, kTransmission, header.colors.transmission);
+    }
     if (!header.edges.empty()) writeEdges(file, header.edges);
     if (!header.input_names.empty()) writeStrings(file, "/inputs/names", header.input_names);
     if (header.skin) writeSkin(file, *header.skin);
@@ -104,7 +111,37 @@ LocalMoments readLocalMoments(const Hdf5Reader& in) {
     return local;
 }
 
+std::string readQuantity(const Hdf5Reader& in) {
+    const std::string quantity = readTextAttribute(in, "/", "quantity");
+    for (const char* known : {kHemisphereVisibility, kMirroredVisibility, kDiffuseTransfer})
+        if (quantity == known) return quantity;
+    throw Unsupported(in.name + ": attribute quantity: \"" + quantity + "\" is unknown");
+}
+
+// Reads the colours of a file with bounces. A surface must not give back more light than it gets.
+SurfaceColors readColors(const Hdf5Reader& in, const Mesh& mesh) {
+    SurfaceColors colors{readVectors(in, kAlbedo, mesh.vertexCount())};
+    if (exists(in, kTransmission)) colors.transmission = readVectors(in, kTransmission, mesh.vertexCount());
+    if (const std::string problem = findProblem(colors, mesh); !problem.empty())
+        throw InvalidInput(in.name + ": " + kAlbedo + ": " + problem);
+    return colors;
+}
+
 }  // namespace
+
+std::string findProblem(const SurfaceColors& colors, const Mesh& mesh) {
+    if (!colors.transmission.empty() && !mesh.two_sided) return "transmission, but the mesh is not two-sided";
+    for (std::size_t v = 0; v < colors.albedo.size(); ++v)
+        for (int c = 0; c < 3; ++c) {
+            const float albedo = colors.albedo[v][c];
+            const float through = colors.transmission.empty() ? 0 : colors.transmission[v][c];
+            const std::string where = " at vertex " + std::to_string(v);
+            if (!(albedo >= 0 && albedo < 1)) return "albedo " + std::to_string(albedo) + where + ", not in [0, 1)";
+            if (!(through >= 0 && albedo + through <= 1.00001f))
+                return "transmission " + std::to_string(through) + where + ", not in [0, 1 - albedo]";
+        }
+    return "";
+}
 
 void checkPose(const std::string& name, const VisibilityHeader& header) {
     const auto fail = [&](std::size_t expected, const char* what) {
@@ -120,17 +157,17 @@ void checkPose(const std::string& name, const VisibilityHeader& header) {
 VisibilityHeader readVisibilityHeader(const Hdf5Reader& in) {
     VisibilityHeader header;
     header.order = readRoot(in, kVisibilityKind, header.provenance);
-    header.quantity = readTextAttribute(in, "/", "quantity");
-    if (header.quantity != "hemisphere_visibility" && header.quantity != "mirrored_visibility")
-        throw Unsupported(in.name + ": attribute quantity: \"" + header.quantity + "\" is unknown");
+    header.quantity = readQuantity(in);
     if (const std::string frame = readTextAttribute(in, "/", "frame"); frame != "model")
         throw Unsupported(in.name + ": attribute frame: \"" + frame + "\", not \"model\"");
     header.rays = int(readIntegerAttribute(in, "/", "rays", 0, INT32_MAX));
     header.seed = std::uint64_t(readIntegerAttribute(in, "/", "seed", 0, INT64_MAX));
-    header.bounces = int(readIntegerAttribute(in, "/", "bounces", 0, INT32_MAX));
+    header.bounces = int(
+        readIntegerAttribute(in, "/", "bounces", 0, header.quantity == kDiffuseTransfer ? kMostBounces : INT32_MAX));
     if (hasAttribute(in, "/", "ground_y")) header.ground_y = float(readNumberAttribute(in, "/", "ground_y"));
     header.mesh = readMesh(in);
     const std::size_t vertices = header.mesh.vertexCount();
+    if (header.hasBounces()) header.colors = readColors(in, header.mesh);
     // Files that others made may lack these datasets, which are not in the published layout.
     header.rest_normals = exists(in, "/mesh/rest_normals") ? readVectors(in, "/mesh/rest_normals", vertices)
                                                            : meshNormals(header.mesh, header.mesh.rest_positions);

@@ -7,6 +7,8 @@ namespace penumbra {
 
 constexpr const char* kCoefficients = "/visibility/coefficients";
 constexpr const char* kLocal = "/visibility/local";
+constexpr const char* kIndirect = "/visibility/indirect";
+constexpr const char* kHitShares = "/visibility/hit_shares";
 
 void writeVisibilityHeader(hid_t file, const VisibilityHeader& header);
 // Reads everything except what stands at /frames/pose.

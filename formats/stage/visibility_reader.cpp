@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 // The frames that one file holds.
 struct FrameStore {
     Hdf5Reader in;
-    Hdf5Dataset positions, normals, bones, pose, coefficients, local;
+    Hdf5Dataset positions, normals, bones, pose, coefficients, local, indirect, hit_shares;
     bool has_bones = false, has_pose = false;
     std::once_flag by_frame;  // set when coefficients are read by frame; reading by vertex range needs no cache
     std::size_t frames() const { return coefficients.shape[0]; }
@@ -70,6 +70,12 @@ std::unique_ptr<FrameStore> openFrames(Hdf5Reader in, const VisibilityHeader& he
     if (header.local) {
         shape = {frames, vertices, header.local->coefficientCount()};
         store->local = openFloats(store->in, kLocal, shape);
+    }
+    if (header.hasBounces()) {
+        shape = {frames, vertices, 3, header.coefficientCount()};
+        store->indirect = openFloats(store->in, kIndirect, shape);
+        shape = {frames, 2};
+        store->hit_shares = openFloats(store->in, kHitShares, shape);
     }
     return store;
 }
@@ -190,9 +196,16 @@ VisibilityFrame VisibilityReader::readFrame(std::size_t frame) const {
     std::call_once(store.by_frame, [&] {
         cacheOneFrame(store.in, kCoefficients, store.coefficients);
         if (header.local) cacheOneFrame(store.in, kLocal, store.local);
+        if (header.hasBounces()) cacheOneFrame(store.in, kIndirect, store.indirect);
     });
     out.coefficients.resize(header.mesh.vertexCount() * header.coefficientCount());
     readFrameOf(store.coefficients, frame, out.coefficients);
+    if (header.hasBounces()) {
+        out.indirect.resize(header.mesh.vertexCount() * header.indirectCount());
+        out.hit_shares.resize(2);
+        readFrameOf(store.indirect, frame, out.indirect);
+        readFrameOf(store.hit_shares, frame, out.hit_shares);
+    }
     if (header.local) {
         out.local_coefficients.resize(header.mesh.vertexCount() * header.local->coefficientCount());
         readFrameOf(store.local, frame, out.local_coefficients);
@@ -207,7 +220,10 @@ void VisibilityReader::Impl::readRange(Hdf5Dataset FrameStore::*dataset, VertexR
     assert(range.begin <= range.end && range.end <= header.mesh.vertexCount());
     assert(out.size() == header.frames.frameCount() * row);
     const auto read = [&](const FrameStore& store, std::span<float> values) {
-        readPart(store.*dataset, {0, range.begin, 0}, {store.frames(), width, numbers}, values);
+        std::vector<hsize_t> begin((store.*dataset).shape.size(), 0), count = (store.*dataset).shape;
+        begin[1] = range.begin;
+        count[1] = width;
+        readPart(store.*dataset, begin, count, values);
     };
     if (source.empty()) return read(*stores[0], out);
     std::vector<float> part;
@@ -226,6 +242,19 @@ void VisibilityReader::readVertices(std::size_t begin, std::size_t end, std::spa
 void VisibilityReader::readLocalVertices(std::size_t begin, std::size_t end, std::span<float> out) const {
     assert(impl_->header.local);
     impl_->readRange(&FrameStore::local, {begin, end}, impl_->header.local->coefficientCount(), out);
+}
+
+void VisibilityReader::readIndirectVertices(std::size_t begin, std::size_t end, std::span<float> out) const {
+    assert(impl_->header.hasBounces());
+    impl_->readRange(&FrameStore::indirect, {begin, end}, impl_->header.indirectCount(), out);
+}
+
+std::array<float, 2> VisibilityReader::readHitShares(std::size_t frame) const {
+    assert(impl_->header.hasBounces());
+    const FrameStore& store = impl_->storeOf(frame);
+    std::array<float, 2> shares{};
+    readFrameOf(store.hit_shares, frame, shares);
+    return shares;
 }
 
 void checkFrames(const VisibilityReader& reader) {

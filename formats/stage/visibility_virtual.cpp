@@ -58,11 +58,14 @@ void writeVirtualVisibility(const std::filesystem::path& path, const VisibilityH
         writeTextAttribute(file, "/frames/pose", "parameterisation", header.pose_parameterisation);
     }
     const Hdf5Handle half = halfType();
-    createVirtualDataset(file, kCoefficients, precision == Precision::kFloat16 ? hid_t(half) : H5T_IEEE_F32LE,
-                         {frames, vertices, header.coefficientCount()}, runs);
+    const hid_t type = precision == Precision::kFloat16 ? hid_t(half) : H5T_IEEE_F32LE;
+    createVirtualDataset(file, kCoefficients, type, {frames, vertices, header.coefficientCount()}, runs);
+    if (header.hasBounces()) {
+        createVirtualDataset(file, kIndirect, type, {frames, vertices, 3, header.coefficientCount()}, runs);
+        createVirtualDataset(file, kHitShares, H5T_IEEE_F32LE, {frames, 2}, runs);
+    }
     if (header.local) {
-        createVirtualDataset(file, kLocal, precision == Precision::kFloat16 ? hid_t(half) : H5T_IEEE_F32LE,
-                             {frames, vertices, header.local->coefficientCount()}, runs);
+        createVirtualDataset(file, kLocal, type, {frames, vertices, header.local->coefficientCount()}, runs);
         writeLocalAttributes(file, *header.local);
     }
     closeHdf5(file);

@@ -92,7 +92,7 @@ public:
         const auto asset = std::make_shared<GlAsset>(*asset_, shading_, &characters_.front().evaluator);
         std::vector<PosedCharacter> posed;
         for (const Character& c : characters_) {
-            posed.push_back({&c.evaluator, c.offset, shading_});
+            posed.push_back({&c.evaluator, placedAt(c.offset), shading_});
             if (asset->needsNumbers()) posed.back().numbers = c.vertices.numbers;
         }
         const Channel channel = shading_ ? Channel::kShaded : Channel::kAmbient;

@@ -78,18 +78,30 @@ void timeFrame(PosedScene& scene, SceneFrames& frames, const RenderOptions& opti
                SceneCost& cost) {
     std::optional<OffscreenTarget> target;
     std::vector<ValuePainter> painters;
+    std::optional<Sunlight> suns;
     if (drawn) {
         target.emplace(options.width, options.height, options.samples, GL_RGBA8);
-        for (const SceneMesh& mesh : frames.meshes())
-            painters.emplace_back(mesh.triangles, options.channel, mesh.sides);
+        if (!frames.suns().empty()) {
+            suns.emplace(frames.lobes(), options.sun_map);
+            suns->reflect(skyPicture(*scene.light()));
+            suns->turnSky(frames.lightRotation());
+        }
+        for (const SceneMesh& mesh : frames.meshes())  // as the window draws them
+            painters.emplace_back(mesh.triangles, options.channel,
+                                  mesh.sides == Sides::kBoth ? Sides::kSeen : mesh.sides,
+                                  suns ? frames.lobes().models(mesh.surface.lobes) : 0);
     }
     std::vector<std::uint8_t> picture;
     const auto draw = [&] {
         FrameView view = frames.view();
         view.display = DisplayTransform();
+        if (suns) suns->shine(frames.suns(), frames.sunCasters());
         target->begin();
         const std::vector<SceneMesh> meshes = frames.meshes();
-        for (std::size_t i = 0; i < meshes.size(); ++i) painters[i].draw(view, meshes[i].positions, meshes[i].values);
+        for (std::size_t i = 0; i < meshes.size(); ++i) {
+            painters[i].upload(meshes[i].positions, meshes[i].values, meshes[i].surface);
+            painters[i].draw(view, suns ? &*suns : nullptr);
+        }
         target->readBytes(picture);
     };
     cost.pose_all = timeRuns(runs, [&](std::size_t) { scene.pose({}); }).median;

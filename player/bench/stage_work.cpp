@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sh/far_visibility.h"
+#include "sh/far/far_visibility.h"
 
 namespace penumbra {
 

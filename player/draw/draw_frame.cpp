@@ -1,26 +1,19 @@
 #include "player/draw/draw_frame.h"
 
+#include <cassert>
+
 #include "player/draw/shader_source.h"
 
 namespace penumbra {
 
-ViewUniforms viewUniforms(const GlObject& program) {
-    return {gl::GetUniformLocation(program.id(), "clip_from_model"), gl::GetUniformLocation(program.id(), "eye"),
-            gl::GetUniformLocation(program.id(), "error_max"), gl::GetUniformLocation(program.id(), "exposure"),
-            gl::GetUniformLocation(program.id(), "tone_map")};
-}
+namespace {
 
-void setView(const GlObject& program, const ViewUniforms& at, const FrameView& view) {
-    gl::UseProgram(program.id());
-    gl::UniformMatrix4fv(at.clip_from_model, 1, GL_FALSE, view.clip_from_model.data());
-    gl::Uniform3f(at.eye, view.eye.x, view.eye.y, view.eye.z);
-    gl::Uniform1f(at.error_max, view.error_max);
-    gl::Uniform1f(at.exposure, view.display ? view.display->exposure : view.scale);
-    gl::Uniform1i(at.tone_map, view.display ? int(view.display->tone_map) : -1);
-}
+constexpr GLuint kLobesLocation = 4, kSightLocation = 5;  // in value.vert
 
-ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides)
-    : program_(makeProgram(valueVertexSource(channel), channelFragmentSource(channel))),
+}  // namespace
+
+ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel channel, Sides sides, BrdfModels sunlit)
+    : program_(makeProgram(valueVertexSource(channel, sunlit), channelFragmentSource(channel, sunlit))),
       vertex_array_(makeVertexArray()),
       view_(viewUniforms(program_)),
       sides_(sides),
@@ -32,25 +25,46 @@ ValuePainter::ValuePainter(std::span<const std::uint32_t> triangles, Channel cha
         gl::VertexAttribPointer(location, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
         gl::EnableVertexAttribArray(location++);
     }
+    if (sunlit) {
+        sunlight_ = sunlightUniforms(program_);
+        for (GlObject& buffer : surface_) {
+            buffer = makeBuffer(GL_ARRAY_BUFFER, std::span<const std::byte>{});
+            if (location == kLobesLocation)
+                gl::VertexAttribIPointer(location, 1, GL_UNSIGNED_INT, 0, nullptr);
+            else
+                gl::VertexAttribPointer(location, location == kSightLocation ? 1 : 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+            if (location != kSightLocation) gl::EnableVertexAttribArray(location);
+            ++location;
+        }
+    }
     if (sides == Sides::kSeen) surfaces_ = findClosedSurfaces(triangles);
     triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER,
                             sides == Sides::kSeen ? std::span<const std::uint32_t>(surfaces_.triangles) : triangles);
     checkGl("uploading the mesh");
 }
 
-ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides)
-    : ValuePainter(mesh.triangles, channel, mesh.two_sided ? Sides::kFront : sides) {}
+ValuePainter::ValuePainter(const MeshView& mesh, Channel channel, Sides sides, BrdfModels sunlit)
+    : ValuePainter(mesh.triangles, channel, mesh.two_sided ? Sides::kFront : sides, sunlit) {}
 
-void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values) {
+void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3> values, const SunlitSurface& surface) {
     gl::BindVertexArray(vertex_array_.id());
     replaceBuffer(GL_ARRAY_BUFFER, positions_, std::as_bytes(positions));
     replaceBuffer(GL_ARRAY_BUFFER, values_, std::as_bytes(values));
+    if (sunlight_) {
+        replaceBuffer(GL_ARRAY_BUFFER, surface_[0], std::as_bytes(surface.normals));
+        replaceBuffer(GL_ARRAY_BUFFER, surface_[1], std::as_bytes(surface.tangents));
+        replaceBuffer(GL_ARRAY_BUFFER, surface_[2], std::as_bytes(surface.lobes));
+        replaceBuffer(GL_ARRAY_BUFFER, surface_[3], std::as_bytes(surface.sight));
+        if (!surface.sight.empty()) gl::EnableVertexAttribArray(kSightLocation);
+    }
     outward_ = allOutward(surfaces_, positions);
 }
 
-void ValuePainter::draw(const FrameView& view) const {
+void ValuePainter::draw(const FrameView& view, const Sunlight* suns) const {
+    assert(!sunlight_ || suns);
     gl::BindVertexArray(vertex_array_.id());
     setView(program_, view_, view);
+    if (sunlight_) suns->bind(*sunlight_, view);
     const GLsizei closed = outward_ ? GLsizei(surfaces_.closedIndices()) : 0;
     const GLsizei one_sided = sides_ == Sides::kFront ? index_count_ : closed;
     if (one_sided > 0) {

@@ -25,13 +25,14 @@ struct FarPlaces {
     int numbers = 0;  // of a vertex
 };
 
-// Places of one character in a frame, in vec4 from its start. The first vec4 has its offset in the scene, and whether
-// its numbers are given (1) or the model's (0). Then follow the rows of the bones' 3x4 skinning matrices; rows of the
-// clusters' rotations, whose fourth number is unused; the scores of all clusters, which for an i8 basis are
-// multiplied by the component's scale, those of residuals after all others; the parts (writePosedPart()) of a composed
-// asset that the GPU evaluates; the material of every slot; and ShadingLayout::lightTexels() of the light.
+// Places of one character in a frame, in vec4 from its start. The first 3 vec4 are the rows of its place in the
+// scene, 3x4; the next has whether its numbers are given (1) or the model's (0), and which caster it is (-1: none).
+// Then follow the rows of the bones' 3x4 skinning matrices; rows of the clusters' rotations, whose fourth number is
+// unused; the scores of all clusters, which for an i8 basis are multiplied by the component's scale, those of residuals
+// after all others; the parts (writePosedPart()) of a composed asset that the GPU evaluates; the material of every
+// slot; and ShadingLayout::lightTexels() of the light.
 struct PosePlaces {
-    std::size_t bones = 1, rotations = 0, scores = 0, parts = 0, materials = 0, light = 0, size = 0;
+    std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, light = 0, size = 0;
 };
 
 }  // namespace penumbra

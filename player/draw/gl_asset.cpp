@@ -175,12 +175,13 @@ void GlAsset::placePose() {
     pose.size = pose.light + (shading_ ? shading_->lightTexels() : 0);
 }
 
-const GlAsset::Program& GlAsset::evaluateProgram(Channel channel) {
-    const auto [found, is_new] = evaluate_.try_emplace(channel);
+const GlAsset::Program& GlAsset::evaluateProgram(Channel channel, bool casts) {
+    const auto [found, is_new] = evaluate_.try_emplace({channel, casts});
     Program& made = found->second;
     if (!is_new) return made;
     ShaderRecipe recipe = recipe_;
     recipe.channel = channel;
+    recipe.casts = casts;
     if (channel == Channel::kShaded) recipe.shading = &shading();
     made.program = makeComputeProgram(evaluateSource(recipe));
     made.eye = gl::GetUniformLocation(made.program.id(), "eye");
@@ -188,20 +189,29 @@ const GlAsset::Program& GlAsset::evaluateProgram(Channel channel) {
     return made;
 }
 
-const GlAsset::Program& GlAsset::anchorProgram() {
-    if (!anchor_) {
-        anchor_ = Program();
-        anchor_->program = makeComputeProgram(anchorSource(recipe_));
-        anchor_->vertex_count = gl::GetUniformLocation(anchor_->program.id(), "vertex_count");
+namespace {
+
+// Makes a program that has no eye when it is first asked for.
+const GlAsset::Program& madeOnce(std::optional<GlAsset::Program>& made, std::string (*source)(const ShaderRecipe&),
+                                 const ShaderRecipe& recipe) {
+    if (!made) {
+        made = GlAsset::Program();
+        made->program = makeComputeProgram(source(recipe));
+        made->vertex_count = gl::GetUniformLocation(made->program.id(), "vertex_count");
     }
-    return *anchor_;
+    return *made;
 }
+
+}  // namespace
+
+const GlAsset::Program& GlAsset::anchorProgram() { return madeOnce(anchor_, anchorSource, recipe_); }
+const GlAsset::Program& GlAsset::receiverProgram() { return madeOnce(receiver_, receiverSource, recipe_); }
 
 const GlAsset::Program& GlAsset::drawProgram(Channel channel) {
     const auto [found, is_new] = draw_.try_emplace(channel);
     Program& made = found->second;
     if (!is_new) return made;
-    made.program = makeProgram(evaluatedVertexSource(channel), channelFragmentSource(channel));
+    made.program = makeProgram(evaluatedVertexSource(channel), channelFragmentSource(channel, 0));
     made.view = viewUniforms(made.program);
     made.vertex_count = gl::GetUniformLocation(made.program.id(), "vertex_count");
     return made;

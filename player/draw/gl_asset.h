@@ -26,6 +26,7 @@ public:
     // Anchors of a composed asset that the GPU evaluates, and the vec4 that their values take; 0 for any other.
     std::size_t anchorCount() const { return recipe_.far ? recipe_.far->anchor_count : 0; }
     std::size_t anchorValues() const { return recipe_.far ? recipe_.far->anchor_values : 0; }
+    std::uint32_t fieldWords() const { return recipe_.far->parts; }  // where the words of its parts begin
     bool evaluatesFar() const { return recipe_.far.has_value(); }
 
     struct Program {
@@ -34,9 +35,10 @@ public:
         ViewUniforms view;
     };
     // Programs are compiled when they are first asked for. The painter's shaders define the bindings.
-    const Program& evaluateProgram(Channel channel);
+    const Program& evaluateProgram(Channel channel, bool casts = false);
     const Program& drawProgram(Channel channel);
     const Program& anchorProgram();
+    const Program& receiverProgram();
     // Bind the asset's arrays and materials for evaluating, or its triangles for drawing.
     void bindArrays() const;
     void bindTriangles() const;
@@ -49,8 +51,9 @@ private:
     GlObject arrays_, vertex_array_, triangles_;
     TextureBuffer materials_;
     std::size_t bytes_ = 0;
-    std::map<Channel, Program> evaluate_, draw_;
-    std::optional<Program> anchor_;
+    std::map<std::pair<Channel, bool>, Program> evaluate_;  // with and without casts
+    std::map<Channel, Program> draw_;
+    std::optional<Program> anchor_, receiver_;
 
     void placePose();
     void uploadArrays(const Evaluator* evaluator);

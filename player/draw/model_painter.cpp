@@ -9,7 +9,7 @@
 namespace penumbra {
 
 constexpr GLuint kPosesBinding = 1, kEvaluatedBinding = 2, kNumbersBinding = 3, kAmbientBinding = 4,
-                 kVerticesBinding = 5, kAnchorsBinding = 6;
+                 kVerticesBinding = 5, kAnchorsBinding = 6, kReceiversBinding = 7, kCastsBinding = 7;
 constexpr std::size_t kMaxGroups = 65535;  // of a dispatch, in each direction; every OpenGL has as many
 
 ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
@@ -27,6 +27,7 @@ std::size_t ModelPainter::anchorBytes() const { return capacity_ * asset_->ancho
 
 std::size_t ModelPainter::bytes() const {
     return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) + (anchors_ ? anchorBytes() : 0) +
+           (casts_ ? capacity_ * asset_->vertexCount() * (kReceiverQuads + kCastQuads) * 4 * sizeof(float) : 0) +
            (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
 }
 
@@ -36,10 +37,10 @@ namespace {
 void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_looks, std::span<float> out) {
     const PosePlaces& places = asset.pose();
     const std::vector<ClusterView>& clusters = asset.view().model.clusters;
-    const Vec3 o = character.offset;
-    const float first[4] = {o.x, o.y, o.z, character.numbers.empty() ? 0.0f : 1.0f};
-    std::copy_n(first, 4, out.data());
-    float* at = out.data() + 4 * places.bones;
+    float* at = std::copy_n(character.to_scene.m.data(), 12, out.data());
+    const float given = character.numbers.empty() ? 0.0f : 1.0f;
+    const float caster = character.caster == kNobody ? -1.0f : float(character.caster);
+    for (const float x : {given, caster, 0.0f, 0.0f}) *at++ = x;
     for (const Affine& bone : character.evaluator->bones()) at = std::copy_n(bone.m.data(), 12, at);
     for (std::size_t c = 0; c < clusters.size(); ++c) {
         const Mat3& r = character.evaluator->clusterRotation(c);
@@ -55,9 +56,11 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
         for (std::size_t c = 0; c < residual.size(); ++c)
             write(character.evaluator->residualScores(c), residual[c].basis.scale);
         at = out.data() + 4 * places.parts;
+        std::uint32_t words = asset.fieldWords();
         for (const PosedPart& part : character.evaluator->posedParts()) {
-            writePosedPart(part, at);
+            writePosedPart(part, {}, words, at);
             at += 4 * kPosedPartRows;
+            words += kFarPartWords;
         }
     }
     if (!with_looks) return;
@@ -73,7 +76,6 @@ void ModelPainter::uploadPoses(std::span<const PosedCharacter> characters) {
     const std::size_t size = 4 * asset_->pose().size;
     for (std::size_t i = 0; i < characters.size(); ++i)
         writePose(*asset_, characters[i], channel_ == Channel::kShaded, out.subspan(i * size, size));
-    poses_.bind(kPosesBinding);
 }
 
 void ModelPainter::uploadArrays(std::optional<UploadRing>& ring, std::span<const PosedCharacter> characters,
@@ -102,7 +104,6 @@ void ModelPainter::uploadVertices(std::span<const PosedCharacter> characters) {
             for (const float number : {p.x, p.y, p.z, n.x, n.y, n.z}) *at++ = number;
         }
     }
-    vertices_->bind(kVerticesBinding);
 }
 
 void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
@@ -110,16 +111,40 @@ void ModelPainter::uploadNumbers(std::span<const PosedCharacter> characters) {
     const auto given = [](const PosedCharacter& character) { return !character.numbers.empty(); };
     assert(!asset_->needsNumbers() || std::all_of(characters.begin(), characters.end(), given));
     has_numbers_ = std::any_of(characters.begin(), characters.end(), given);
-    if (has_numbers_) {
+    if (has_numbers_)
         uploadArrays(numbers_, characters, &PosedCharacter::numbers,
                      vertices * std::size_t(asset_->view().model.stride));
-        numbers_->bind(kNumbersBinding);
-    } else {
-        poses_.bind(kNumbersBinding);  // any buffer will do, as it is not read
+    if (channel_ == Channel::kError) uploadArrays(true_ambient_, characters, &PosedCharacter::true_ambient, vertices);
+}
+
+void ModelPainter::bind() {
+    asset_->bindArrays();
+    poses_.bind(kPosesBinding);
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kEvaluatedBinding, evaluated_.buffer.id());
+    (has_numbers_ ? *numbers_ : poses_).bind(kNumbersBinding);  // any buffer will do where it is not read
+    if (channel_ == Channel::kError) true_ambient_->bind(kAmbientBinding);
+    if (vertices_) vertices_->bind(kVerticesBinding);
+}
+
+// Casts on the vertices of all characters, which evaluating reads afterwards.
+void ModelPainter::castOnVertices(GlCast& cast) {
+    const std::size_t quad = 4 * sizeof(float), room = capacity_ * asset_->vertexCount();
+    if (!casts_) {
+        checkStorageBlock("what is cast on all characters", room * kCastQuads * quad);
+        receivers_.emplace(makeStorage(room * kReceiverQuads * quad));
+        casts_.emplace(makeStorage(room * kCastQuads * quad));
     }
-    if (channel_ != Channel::kError) return;
-    uploadArrays(true_ambient_, characters, &PosedCharacter::true_ambient, vertices);
-    true_ambient_->bind(kAmbientBinding);
+    bind();
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kReceiversBinding, receivers_->id());
+    dispatch(asset_->receiverProgram(), asset_->vertexCount());
+    gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    cast.cast(*receivers_, *casts_, count_ * asset_->vertexCount());
+}
+
+void ModelPainter::dispatch(const GlAsset::Program& program, std::size_t invocations) const {
+    gl::UseProgram(program.program.id());
+    gl::Uniform1ui(program.vertex_count, GLuint(asset_->vertexCount()));
+    gl::DispatchCompute(GLuint((invocations + kWorkGroup - 1) / kWorkGroup), GLuint(count_), 1);
 }
 
 // Evaluates the anchors of all characters, which the vertices read afterwards.
@@ -130,10 +155,7 @@ void ModelPainter::evaluateAnchors() {
     }
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kAnchorsBinding, anchors_->id());
     if (asset_->anchorCount() == 0) return;
-    const GlAsset::Program& program = asset_->anchorProgram();
-    gl::UseProgram(program.program.id());
-    gl::Uniform1ui(program.vertex_count, GLuint(asset_->vertexCount()));
-    gl::DispatchCompute(GLuint((asset_->anchorCount() + kWorkGroup - 1) / kWorkGroup), GLuint(count_), 1);
+    dispatch(asset_->anchorProgram(), asset_->anchorCount());
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
@@ -144,25 +166,24 @@ void ModelPainter::release() {
     if (vertices_) vertices_->release();
 }
 
-void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> characters, Vec3 eye) {
+void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> characters, Vec3 eye, GlCast* cast) {
     assert(characters.size() <= capacity_);
     channel_ = channel;
     count_ = characters.size();
     if (count_ == 0) return;
-    const std::size_t vertices = asset_->vertexCount();
-    asset_->bindArrays();
     uploadPoses(characters);
     uploadVertices(characters);
     uploadNumbers(characters);
-    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kEvaluatedBinding, evaluated_.buffer.id());
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // after what the last frame's draws read
-    const bool visibility = channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError;
-    if (visibility && asset_->evaluatesFar()) evaluateAnchors();
-    const GlAsset::Program& program = asset_->evaluateProgram(channel);
+    const bool casts = cast && showsVisibility(channel);
+    if (casts) castOnVertices(*cast);
+    bind();
+    if (showsVisibility(channel) && asset_->evaluatesFar()) evaluateAnchors();
+    if (casts) gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kCastsBinding, casts_->id());
+    const GlAsset::Program& program = asset_->evaluateProgram(channel, casts);
     gl::UseProgram(program.program.id());
     gl::Uniform3f(program.eye, eye.x, eye.y, eye.z);
-    gl::Uniform1ui(program.vertex_count, GLuint(vertices));
-    gl::DispatchCompute(GLuint((vertices + kWorkGroup - 1) / kWorkGroup), GLuint(count_), 1);
+    dispatch(program, asset_->vertexCount());
     gl::MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     release();
     checkGl("evaluating");

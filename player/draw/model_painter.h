@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "player/draw/gl_asset.h"
+#include "player/draw/gl_cast.h"
 #include "player/gl/upload_ring.h"
 
 namespace penumbra {
@@ -11,20 +12,25 @@ namespace penumbra {
 // One of the characters, for one frame.
 struct PosedCharacter {
     const Evaluator* evaluator = nullptr;  // it has the pose
-    Vec3 offset = {};                      // offset of its model frame in the scene
-    const ShadingSet* shading = nullptr;   // what is on in it; only for kShaded
+    Affine to_scene = {};                  // from its model frame: a rotation and a translation
+    const ShadingSet* shading = nullptr;   // what is on in it, with the light in its model frame; only for kShaded
     // [V, stride], in the place of the model's; empty: the GPU evaluates the model, unless GlAsset::needsNumbers().
     std::span<const float> numbers = {};
     std::span<const float> true_ambient = {};  // [V], only for kError
+    std::size_t caster = kNobody;              // which of GlCast's it is
 };
+
+// The place of a character that is not turned.
+constexpr Affine placedAt(Vec3 p) { return {{1, 0, 0, p.x, 0, 1, 0, p.y, 0, 0, 1, p.z}}; }
 
 class ModelPainter {
 public:
     // Has room for `capacity` characters at once. Throws Unsupported when that many are too many for this OpenGL.
     ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity);
 
-    // Uploads the characters and evaluates them for the channel, as seen from `eye` (in the scene).
-    void evaluate(Channel channel, std::span<const PosedCharacter> characters, Vec3 eye);
+    // Uploads the characters and evaluates them for the channel, as seen from `eye` (in the scene). Their numbers are
+    // multiplied by what others leave visible, unless `cast` is null.
+    void evaluate(Channel channel, std::span<const PosedCharacter> characters, Vec3 eye, GlCast* cast = nullptr);
     // Draws what was evaluated last, any number of times. `view` is the view of the scene.
     void draw(const FrameView& view) const;
 
@@ -38,6 +44,7 @@ private:
     UploadRing poses_;
     std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
     std::optional<GlObject> anchors_;                              // values of a composed asset's anchors
+    std::optional<GlObject> receivers_, casts_;                    // made when there is a cast
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;
@@ -49,6 +56,9 @@ private:
                       std::span<const float> PosedCharacter::*member, std::size_t of_one);
     void uploadVertices(std::span<const PosedCharacter> characters);
     void uploadNumbers(std::span<const PosedCharacter> characters);
+    void bind();
+    void castOnVertices(GlCast& cast);
+    void dispatch(const GlAsset::Program& program, std::size_t invocations) const;
     void release();
 };
 

@@ -1,5 +1,9 @@
 #include "player/draw/shader_source.h"
 
+#include "player/draw/gl_cast.h"
+#include "player/draw/sun_map_painter.h"
+#include "player/runtime/brdf_glsl.h"
+#include "player/runtime/cast_glsl.h"
 #include "player/runtime/far_glsl.h"
 #include "player/runtime/shading_glsl.h"
 #include "player_shaders.h"
@@ -44,18 +48,45 @@ std::string precisionOf(const char* array, const std::optional<AssetPrecision>& 
 }
 
 std::string farPlaces(const FarPlaces& far) {
-    return "#define COMPOSED\n" + define("FAR_PARTS", far.parts) + define("FAR_PART_WORDS", kFarPartWords) +
-           define("FAR_LISTS", far.lists) + define("FAR_RECEIVERS", far.receivers) +
+    return "#define COMPOSED\n" + define("FAR_LISTS", far.lists) + define("FAR_RECEIVERS", far.receivers) +
            define("FAR_ANCHOR_TABLE", far.anchors) + define("PART_COUNT", far.part_count) +
            define("ANCHOR_COUNT", far.anchor_count) + define("ANCHOR_VALUES", far.anchor_values) +
            define("NUMBERS", std::size_t(far.numbers)) + "#define NO_ANCHOR " + std::to_string(kNoAnchor) + "u\n";
 }
 
+// Puts a text in the place of the line that names what makes it.
+void insertAt(std::string& text, const char* mark, const std::string& generated) {
+    const std::string line = std::string("\n") + mark + "\n";
+    text.replace(text.find(line), line.size(), "\n" + generated);
+}
+
+std::string castPreamble() {
+    return "#version 430 core\n" + define("WORK_GROUP", kWorkGroup) + define("CAST_QUADS", kCastQuads);
+}
+
+}  // namespace
+
+const std::string kSunlit = "#define SUNLIT\n";
+
 bool showsVisibility(Channel channel) {
     return channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError;
 }
 
-}  // namespace
+std::string receiverSource(const ShaderRecipe& recipe) {
+    ShaderRecipe receivers = recipe;
+    receivers.channel = Channel::kNormals;
+    std::string text = evaluateSource(receivers);
+    return text.insert(text.find("#define"), "#define RECEIVERS\n");
+}
+
+std::string castSource(bool parts, bool spheres) {
+    std::string text = kShaderCastComp;
+    insertAt(text, "GENERATED_BY_CAST_GLSL", castGlsl());
+    return castPreamble() + define("CAP_LOG_TEXELS", capLogTexels().size() / 4) + (parts ? "#define HAS_PARTS\n" : "") +
+           (spheres ? "#define HAS_SPHERES\n" : "") + text;
+}
+
+std::string groundSource() { return castPreamble() + kShaderGroundComp; }
 
 std::string anchorSource(const ShaderRecipe& recipe) {
     ShaderRecipe anchors = recipe;
@@ -76,26 +107,37 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
         defines += farPlaces(*recipe.far) + define("CLUSTER_COUNT", recipe.clusters);
         if (recipe.residual) defines += "#define HAS_RESIDUAL\n";
     }
+    if (recipe.casts) defines += "#define CAST\n" + define("CAST_QUADS", kCastQuads);
     std::string generated;
     if (showsVisibility(recipe.channel)) generated = ambientGlsl(recipe.convention);
+    if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(recipe.convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
     // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.
     std::string text = kShaderEvaluateComp;
-    const std::string mark = "\nGENERATED_BY_SHADING_GLSL\n";
-    text.replace(
-        text.find(mark), mark.size(),
-        "\n" + generated + kShaderPenumbraGlsl + "\n" + (composed ? recipe.far_functions + kShaderFarGlsl + "\n" : ""));
+    insertAt(text, "GENERATED_BY_SHADING_GLSL",
+             generated + kShaderPenumbraGlsl + "\n" + (composed ? recipe.far_functions + kShaderFarGlsl + "\n" : ""));
     return preamble(recipe.channel) + defines + text;
 }
 
-std::string valueVertexSource(Channel channel) { return preamble(channel) + interpolation(channel) + kShaderValueVert; }
+std::string valueVertexSource(Channel channel, BrdfModels sunlit) {
+    return preamble(channel) + interpolation(channel) + (sunlit ? kSunlit : "") + kShaderValueVert;
+}
 
 std::string evaluatedVertexSource(Channel channel) {
     return preamble(channel) + interpolation(channel) + kShaderEvaluatedVert;
 }
 
-std::string channelFragmentSource(Channel channel) {
-    return preamble(channel) + interpolation(channel) + kShaderChannelFrag;
+std::string skyVertexSource() { return preamble(Channel::kShaded) + kShaderSkyVert; }
+
+std::string skyFragmentSource() {
+    return preamble(Channel::kShaded) + kShaderDisplayGlsl + kShaderSkyGlsl + kShaderSkyFrag;
+}
+
+std::string channelFragmentSource(Channel channel, BrdfModels sunlit) {
+    std::string suns;
+    if (sunlit) suns = kSunlit + brdfGlsl(sunlit) + sunGlsl() + kShaderSkyGlsl + kShaderSunlightGlsl;
+    if (sunlit >> int(BrdfModel::kMirror) & 1) suns.insert(0, "#define SUN_MIRRORS\n");
+    return preamble(channel) + interpolation(channel) + suns + kShaderDisplayGlsl + kShaderChannelFrag;
 }
 
 }  // namespace penumbra

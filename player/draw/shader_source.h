@@ -6,6 +6,7 @@
 
 #include "player/draw/evaluate_layout.h"
 #include "player/frame/channel.h"
+#include "player/runtime/brdf_glsl.h"
 #include "player/runtime/shading_layout.h"
 
 namespace penumbra {
@@ -25,15 +26,27 @@ struct ShaderRecipe {
     bool residual = false;              // the asset has one
     std::optional<FarPlaces> far = {};  // of a composed asset that the GPU evaluates
     std::string far_functions = {};     // farGlsl()
+    bool casts = false;                 // numbers are multiplied by what GlCast has written
 };
+
+bool showsVisibility(Channel channel);
 
 constexpr std::size_t kWorkGroup = 64;  // vertices: two warps or one wave
 
 std::string evaluateSource(const ShaderRecipe& recipe);
 // Returns the shader that evaluates the anchors of a composed asset, which goes before the other. recipe.far is set.
 std::string anchorSource(const ShaderRecipe& recipe);
-std::string valueVertexSource(Channel channel);
+// Returns the shader that writes the vertices on which GlCast casts.
+std::string receiverSource(const ShaderRecipe& recipe);
+// Return the shader that casts, for a scene with such casters, and that of the ground.
+std::string castSource(bool parts, bool spheres);
+std::string groundSource();
+// Suns shine on a surface of materials with these models (shaders/sunlight.glsl); 0: they do not.
+std::string valueVertexSource(Channel channel, BrdfModels sunlit);
 std::string evaluatedVertexSource(Channel channel);
-std::string channelFragmentSource(Channel channel);
+std::string channelFragmentSource(Channel channel, BrdfModels sunlit);
+// A light behind everything, as SkyPainter draws it.
+std::string skyVertexSource();
+std::string skyFragmentSource();
 
 }  // namespace penumbra

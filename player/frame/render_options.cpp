@@ -30,6 +30,9 @@ std::string findProblem(const RenderOptions& options) {
         return outside("--aa", "1, 2, 4 or 8", options.samples);
     if (options.exposure && (!(*options.exposure > 0) || !std::isfinite(*options.exposure)))
         return outside("--exposure", "a finite number above 0", double(*options.exposure));
+    if (options.sun_map < kSmallestSunMap || options.sun_map > kLargestSunMap)
+        return outside("--sun-map", std::to_string(kSmallestSunMap) + ".." + std::to_string(kLargestSunMap),
+                       options.sun_map);
     if (!(options.error_max > 0) || !std::isfinite(options.error_max))
         return outside("--error-max", "a finite number above 0", double(options.error_max));
     return "";
@@ -58,6 +61,13 @@ std::optional<EvaluationPath> parsePath(std::string_view word) {
     throw wrongWord("--path", "auto, cpu or glsl", word);
 }
 
+SunChoice parseSuns(std::string_view word) {
+    if (word == "auto") return SunChoice::kAuto;
+    if (word == "on") return SunChoice::kOn;
+    if (word == "off") return SunChoice::kOff;
+    throw wrongWord("--suns", "auto, on or off", word);
+}
+
 Reflectance parseReflectance(std::string_view word) {
     if (word == "slices") return Reflectance::kSlices;
     if (word == "operators") return Reflectance::kOperators;
@@ -83,7 +93,7 @@ LightForm parseLightForm(std::string_view word) {
 std::optional<Vec3> parseBackground(std::string_view text) {
     if (text == "transparent") return std::nullopt;
     const std::optional<Vec3> color = parseColor(std::string(text));
-    if (!color) throw wrongWord("--background", "transparent or R/G/B (linear, 0 or more)", text);
+    if (!color) throw wrongWord("--background", "transparent, light or R/G/B (linear, 0 or more)", text);
     return color;
 }
 

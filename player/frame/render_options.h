@@ -9,6 +9,7 @@
 #include "player/frame/channel.h"
 #include "player/gl/gl_context.h"
 #include "player/runtime/shading.h"
+#include "player/runtime/sun_frame.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -16,6 +17,14 @@ namespace penumbra {
 enum class VisibilitySource {
     kModel,
     kTruth,  // baked moments, shaded in the same way, so that only the regression differs
+};
+
+// Tells whether the suns of the light shine as such, with shadow maps, beside a soft remainder (docs/formulas.md,
+// section 11). Otherwise all of the light is SH.
+enum class SunChoice {
+    kAuto,  // where the light has suns and all materials have lobes
+    kOn,
+    kOff,
 };
 
 enum class EvaluationPath {
@@ -31,7 +40,9 @@ struct RenderOptions {
     std::string brdf, light;
     std::vector<std::string> slots;
     ShadingChoice shading;
-    std::string light_rotation;     // sh/light_rotation.h
+    SunChoice suns = SunChoice::kAuto;
+    int sun_map = kSunMapSize;      // texels a side of a sun's shadow map
+    std::string light_rotation;     // sh/light/light_rotation.h
     int width = 512, height = 512;  // pixels, 1..16384
     std::string camera;             // sh/camera.h
     Channel channel = Channel::kShaded;
@@ -40,6 +51,7 @@ struct RenderOptions {
     GlBackend backend = GlBackend::kAuto;
     std::optional<float> exposure;    // factor on the colours of a shaded PNG, > 0; unset: automaticExposure()
     std::optional<Vec3> background;   // linear; unset: transparent
+    bool light_background = false;    // what the light looks like, instead; only shaded pictures have it
     int samples = 4;                  // a pixel, 1, 2, 4 or 8
     float error_max = 0.25f;          // the error that gets the brightest colour, > 0
     std::optional<std::size_t> lobe;  // a vertex of the asset whose visibility is drawn as a lobe
@@ -55,11 +67,12 @@ std::string findProblem(const RenderOptions& options);
 // Read words of the command line. They throw UsageError, which names the option and what it takes.
 VisibilitySource parseSource(std::string_view word);             // model | truth
 std::optional<EvaluationPath> parsePath(std::string_view word);  // auto | cpu | glsl
+SunChoice parseSuns(std::string_view word);                      // auto | on | off
 Reflectance parseReflectance(std::string_view word);             // slices | operators
 LightForm parseLightForm(std::string_view word);                 // auto | lobes | fixed | rotation
 std::string_view nameOf(Reflectance reflectance);                // slices | operators
 std::string_view nameOf(LightForm form);                         // lobes | fixed | rotation
-std::optional<Vec3> parseBackground(std::string_view text);      // transparent | r/g/b
+std::optional<Vec3> parseBackground(std::string_view text);      // transparent | r/g/b; light is the caller's
 void parseSize(std::string_view text, int& width, int& height);  // WxH
 
 }  // namespace penumbra

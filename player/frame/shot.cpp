@@ -8,7 +8,7 @@
 #include "formats/common/find_by_name.h"
 #include "formats/common/slot_choice.h"
 #include "player/frame/truth_frames.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 
 namespace penumbra {
 
@@ -51,6 +51,21 @@ void assignMaterial(const AssetView& asset, const std::string& text, Shot& shot)
         shot.material_of_slot[slot] = findMaterial(names, choice.material);
 }
 
+bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
+    if (choice == SunChoice::kOff) return false;
+    std::string lacking;
+    const LightView& light = asset.lights[shot.light];
+    if (light.suns.empty())
+        lacking = "the light \"" + std::string(light.name) + "\" has none (penumbra-fit light --factor)";
+    if (shot.shading.light_form != LightForm::kRotation) lacking = "they need --light-form rotation";
+    for (const std::size_t m : shot.material_of_slot)
+        if (lacking.empty() && asset.materials[m].lobes.empty())
+            lacking = "the material \"" + std::string(asset.materials[m].name) +
+                      "\" has no lobes; fit it again with penumbra-fit brdf";
+    if (!lacking.empty() && choice == SunChoice::kOn) throw UsageError("--suns on: " + lacking);
+    return lacking.empty();
+}
+
 void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
     checkSome(asset, asset.materials, "brdf");
     checkSome(asset, asset.lights, "light");
@@ -71,6 +86,7 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     if (!hasForm(asset.lights[shot.light], shot.shading.light_form))
         throw UsageError("--light-form lobes: the asset's light \"" + std::string(asset.lights[shot.light].name) +
                          "\" has none; fit it with penumbra-fit light --lobes");
+    shot.suns = wantsSuns(options.suns, asset, shot);
     try {
         const Mat3d rotation = parseLightRotation(options.light_rotation);
         for (std::size_t i = 0; i < 9; ++i) shot.light_rotation.m[i] = float(rotation.m[i]);
@@ -144,6 +160,7 @@ ShadingSet shadingOf(const Shot& shot) {
     for (std::size_t slot = 0; slot < shot.material_of_slot.size(); ++slot)
         set.setMaterial(slot, shot.material_of_slot[slot]);
     set.setLight(shot.light);
+    set.setSuns(shot.suns);
     set.setLightRotation(shot.light_rotation);
     return set;
 }

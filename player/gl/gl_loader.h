@@ -16,7 +16,8 @@
     X(CREATEPROGRAM, CreateProgram) X(ATTACHSHADER, AttachShader) X(LINKPROGRAM, LinkProgram) \
     X(GETPROGRAMIV, GetProgramiv) X(GETPROGRAMINFOLOG, GetProgramInfoLog) X(USEPROGRAM, UseProgram) \
     X(DELETEPROGRAM, DeleteProgram) X(GETUNIFORMLOCATION, GetUniformLocation) X(UNIFORM1I, Uniform1i) X(UNIFORM1UI, Uniform1ui) \
-    X(UNIFORM1F, Uniform1f) X(UNIFORM3F, Uniform3f) X(UNIFORM4FV, Uniform4fv) X(UNIFORMMATRIX4FV, UniformMatrix4fv) \
+    X(UNIFORM1F, Uniform1f) X(UNIFORM1FV, Uniform1fv) X(UNIFORM2I, Uniform2i) X(UNIFORM3F, Uniform3f) X(UNIFORM3FV, Uniform3fv) \
+    X(UNIFORM4FV, Uniform4fv) X(UNIFORMMATRIX3FV, UniformMatrix3fv) X(UNIFORMMATRIX4FV, UniformMatrix4fv) \
     X(GETUNIFORMBLOCKINDEX, GetUniformBlockIndex) X(UNIFORMBLOCKBINDING, UniformBlockBinding) \
     X(GENTEXTURES, GenTextures) X(BINDTEXTURE, BindTexture) X(ACTIVETEXTURE, ActiveTexture) X(TEXBUFFER, TexBuffer) \
     X(DELETETEXTURES, DeleteTextures) X(GENFRAMEBUFFERS, GenFramebuffers) X(BINDFRAMEBUFFER, BindFramebuffer) \
@@ -30,7 +31,8 @@
     X(GETQUERYOBJECTIV, GetQueryObjectiv) X(GETQUERYOBJECTUI64V, GetQueryObjectui64v) X(GETSTRINGI, GetStringi) \
     X(DISPATCHCOMPUTE, DispatchCompute) X(MEMORYBARRIER, MemoryBarrier) X(BINDBUFFERBASE, BindBufferBase) \
     X(DRAWELEMENTSINSTANCED, DrawElementsInstanced) X(MAPBUFFERRANGE, MapBufferRange) X(FENCESYNC, FenceSync) \
-    X(CLIENTWAITSYNC, ClientWaitSync) X(DELETESYNC, DeleteSync)
+    X(CLIENTWAITSYNC, ClientWaitSync) X(DELETESYNC, DeleteSync) X(TEXSTORAGE3D, TexStorage3D) \
+    X(TEXPARAMETERI, TexParameteri) X(FRAMEBUFFERTEXTURELAYER, FramebufferTextureLayer)
 // These belong to OpenGL 4.4 or an extension; they are null where the context has neither.
 #define PENUMBRA_GL_OPTIONAL_FUNCTIONS(X) X(BUFFERSTORAGE, BufferStorage)
 // clang-format on

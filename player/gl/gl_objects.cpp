@@ -61,6 +61,7 @@ std::size_t texelBytes(GLenum format) {
         case GL_R32UI:
         case GL_RGBA8I:
             return 4;
+        case GL_RG32F:
         case GL_RGBA16F:
             return 8;
         case GL_RGBA32F:

@@ -129,7 +129,9 @@ void Batch::draw(std::size_t index, const BatchSink& sink, FrameRecord& record) 
     FramePictures pictures(*renderer_, frame_, view_);
     if (!plan_.files.empty()) {
         record.file = plan_.files[index];
-        sink.picture(index, pictures.of({options.channel, options.source}));
+        Image picture = pictures.of({options.channel, options.source});
+        if (options.light_background && plan_.look.shaded) putBehind(picture, renderer_->drawSky(view_));
+        sink.picture(index, picture);
     }
     std::vector<Image> panels;
     for (const Panel& panel : plan_.panels) panels.push_back(pictures.of(panel));

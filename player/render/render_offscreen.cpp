@@ -1,6 +1,7 @@
 #include "player/render/render_offscreen.h"
 
 #include "player/draw/picture_view.h"
+#include "player/frame/mirror_sight.h"
 #include "player/frame/orbit_camera.h"
 #include "player/frame/visibility_lobe.h"
 
@@ -18,18 +19,40 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
       path_(options.path.value_or(context_->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
       target_(options.width, options.height, options.samples) {
     if (look.shaded) shading_.emplace(shadingOf(look));
+    if (!look.suns) return;
+    path_ = EvaluationPath::kCpu;
+    lobes_ = lobe_table_.add(*shading_);
+    sunlight_.emplace(lobe_table_, options.sun_map);
+    sunlight_->reflect(skyPicture(asset_->lights[shading_->light()]));
+    sunlight_->turnSky(shading_->lightRotation());
+}
+
+void OffscreenRenderer::shineOn(const FrameVertices& vertices) {
+    const SunCaster body{vertices.positions, asset_->mesh.triangles};
+    sunlight_->shine(shading_->suns(), {&body, 1});
 }
 
 void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view) {
+    const bool sunlit = panel.channel == Channel::kShaded && sunlight_;
     auto at = value_painters_.find(panel.channel);
     if (at == value_painters_.end())
-        at = value_painters_.emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth)).first;
+        at = value_painters_
+                 .emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth,
+                                                      sunlit ? lobe_table_.models(lobes_) : 0))
+                 .first;
     const std::vector<float>& truth =
         panel.channel == Channel::kError ? frame.ambient(VisibilitySource::kTruth) : kNoTruth;
-    const std::vector<Vec3> values = channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr,
-                                                   frame.vertices(panel.source), truth, view.eye, frame.threads());
+    const FrameVertices& vertices = frame.vertices(panel.source);
+    std::vector<Vec3> values = channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr, vertices,
+                                             truth, view.eye, frame.threads());
+    std::vector<float> sight;
+    if (sunlit) {
+        sight = takeMirrorsOut(asset_->model, vertices, view.eye, frame.threads(), lobe_table_, lobes_, values);
+        shineOn(vertices);
+    }
+    at->second.upload(vertices.positions, values, {vertices.normals, vertices.tangents, lobes_, sight});
     target_.begin();
-    at->second.draw(view, frame.positions(), values);
+    at->second.draw(view, sunlit ? &*sunlight_ : nullptr);
 }
 
 void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view) {
@@ -81,6 +104,24 @@ Image OffscreenRenderer::drawWithoutOverlays(const Panel& panel, PosedFrame& fra
     return target_.read();
 }
 
+Image OffscreenRenderer::drawSky(const FrameView& view) {
+    if (!sky_) {
+        sky_.emplace();
+        sky_->upload(skyPicture(asset_->lights[shading_->light()]));
+    }
+    target_.begin();
+    sky_->draw(view, shading_->lightRotation());
+    Image sky = target_.read();
+    sky.alpha.clear();
+    return sky;
+}
+
+void putBehind(Image& image, const Image& background) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        image.pixels[i] += background.pixels[i] * (1 - image.alpha[i]);
+    image.alpha.clear();
+}
+
 void putBehind(Image& image, Vec3 background) {
     for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] += background * (1 - image.alpha[i]);
     image.alpha.clear();
@@ -105,6 +146,7 @@ RenderResult renderOffscreen(const RenderOptions& options, const AssetView& asse
     OffscreenRenderer renderer(options, shot);
     RenderResult result{renderer.draw({options.channel, options.source}, frame, view), renderer.gl(), renderer.path()};
     if (options.background) putBehind(result.image, *options.background);
+    if (options.light_background && shot.shaded) putBehind(result.image, renderer.drawSky(view));
     return result;
 }
 

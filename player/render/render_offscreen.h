@@ -5,6 +5,8 @@
 #include "player/draw/draw_frame.h"
 #include "player/draw/model_painter.h"
 #include "player/draw/overlay_painter.h"
+#include "player/draw/sky_painter.h"
+#include "player/draw/sunlight.h"
 #include "player/frame/posed_frame.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
@@ -29,6 +31,8 @@ public:
     // must have truth where the panel shows it, and a shaded panel needs a shaded look.
     Image draw(const Panel& panel, PosedFrame& frame, const FrameView& view);
     Image drawWithoutOverlays(const Panel& panel, PosedFrame& frame, const FrameView& view);
+    // Returns what the look's light looks like, without alpha.
+    Image drawSky(const FrameView& view);
     // Shaded pictures will be multiplied by this factor. Lobes and boxes are divided by it, so they keep their colours.
     void setExposure(float factor) { exposure_ = factor; }
 
@@ -39,11 +43,16 @@ private:
     OffscreenTarget target_;
     std::optional<ShadingSet> shading_;
     std::map<Channel, ValuePainter> value_painters_;
+    LobeTable lobe_table_;
+    std::vector<LobeRange> lobes_;      // of every vertex
+    std::optional<Sunlight> sunlight_;  // where the look has suns
     std::shared_ptr<GlAsset> gl_asset_;
     std::optional<ModelPainter> model_painter_;
     OverlayPainter overlays_;
+    std::optional<SkyPainter> sky_;
     float exposure_ = 1;
 
+    void shineOn(const FrameVertices& vertices);  // draws the shadow maps
     void drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawCharacter(const Panel& panel, PosedFrame& frame, const FrameView& view);
@@ -52,6 +61,7 @@ private:
 
 // Puts the background behind pixels that the mesh covers in part or not at all.
 void putBehind(Image& image, Vec3 background);
+void putBehind(Image& image, const Image& background);  // of the same size, without alpha
 // Returns what a PNG shows of a channel. Normals are numbers, and a PNG's 8-bit value / 255 must give them back. So
 // this applies the inverse of the transfer function that writePng() applies, to colours that it then divides by
 // alpha.

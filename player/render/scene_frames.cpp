@@ -1,96 +1,210 @@
 #include "player/render/scene_frames.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "formats/common/errors.h"
 #include "formats/scene/scene_placement.h"
+#include "player/frame/mirror_sight.h"
+#include "player/frame/truth_frames.h"
+#include "player/scene/sphere_cast.h"
 #include "sh/bounding_box.h"
 
 namespace penumbra {
 
+SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, int threads, const AssetView* truth)
+    : scene_(scene), options_(options), threads_(threads) {
+    requireLight(scene, options.channel);
+    for (const std::unique_ptr<SceneMember>& member : scene.members())
+        looks_.push_back(std::make_unique<SceneLook>(scene, *member, options));
+    members_.resize(looks_.size());
+    sight_.resize(looks_.size());
+    values_.resize(looks_.size() + (scene.file().ground ? 1 : 0));
+    if (compares()) casts_.resize(values_.size());
+    if (truth) attachTruth(*truth);
+    if (wantsSuns()) makeSunlight();
+}
+
+// Suns shine on everyone or on nobody, so that all have the same light.
+bool SceneFrames::wantsSuns() const {
+    return !looks_.empty() && std::ranges::all_of(looks_, [](const auto& look) { return look->shot.suns; });
+}
+
+void SceneFrames::makeSunlight() {
+    for (const std::unique_ptr<SceneLook>& look : looks_) look->lobes = lobe_table_.add(*look->shading);
+    const std::span<const Sun> suns = looks_.front()->shading->suns();
+    suns_.assign(suns.begin(), suns.end());
+    const LightView& light = *scene_.light();
+    remainder_.assign(light.sh.begin(), light.sh.end());
+    subtractSuns(light.suns, light.window, remainder_);
+    if (!scene_.file().ground) return;
+    const BrdfLobe paint{BrdfModel::kLambert, {}, scene_.file().ground->albedo};
+    const auto side = std::size_t(scene_.file().ground->resolution);
+    ground_lobes_.assign(side * side, lobe_table_.add({&paint, 1}));
+}
+
+LightView SceneFrames::softLight() const {
+    LightView light = *scene_.light();
+    if (!suns_.empty()) light.sh = remainder_;
+    return light;
+}
+
+std::vector<SunCaster> SceneFrames::sunCasters() const {
+    std::vector<SunCaster> casters;
+    for (std::size_t m = 0; m < members_.size(); ++m)
+        casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+    return casters;
+}
+
+void SceneFrames::attachTruth(const AssetView& truth) {
+    std::string problem;
+    bool fits = false;
+    for (const std::unique_ptr<SceneLook>& look : looks_) try {
+            checkTruth(look->view, truth);
+            look->shot.truth = &truth;
+            fits = true;
+        } catch (const InvalidInput& error) {
+            problem = error.what();
+        }
+    if (!fits) throw InvalidInput(problem);
+}
+
 namespace {
 
-AssetView litView(const PosedScene& scene, const SceneMember& member) {
-    AssetView view = member.asset->view;
-    view.lights = scene.lightAsset().lights;
-    return view;
+// Radiance of the ground, or E in x, from V_c of its vertices.
+std::vector<Vec3> groundInMode(const PosedScene& scene, bool shaded, SphereCast cast) {
+    std::vector<float> light;
+    if (shaded) light = turnedLight(*scene.light(), scene.lightRotation());
+    const std::vector<Vec3> weights = groundWeights(scene.castWay().mode, light, shaded ? scene.light()->order : 1);
+    const Vec3 albedo = shaded ? scene.file().ground->albedo : Vec3{1, 1, 1};
+    std::vector<Vec3> values(cast.size() / weights.size());
+    for (std::size_t v = 0; v < values.size(); ++v) {
+        for (std::size_t k = 0; k < weights.size(); ++k) values[v] += weights[k] * cast[v * weights.size() + k];
+        for (int c = 0; c < 3; ++c) values[v][c] = std::max(values[v][c], 0.0f) * albedo[c];
+    }
+    return values;
 }
 
-Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOptions& options, const AssetView& view) {
-    RenderOptions look;
-    look.channel = options.channel;
-    look.shading = options.shading;
-    look.brdf = member.file->material;
-    for (const auto& [slot, material] : member.file->slots) look.slots.push_back(slot + "=" + material);
-    look.light = scene.file().light.name;
-    look.light_rotation = scene.file().light.rotation;
-    try {
-        return resolveLook(look, view, nullptr);
-    } catch (const UsageError& error) {
-        throw UsageError(member.file->at + ": " + error.what());
-    }
-}
+CastReceivers receiversOf(const auto& vertices) { return {vertices.positions, vertices.normals, vertices.tangents}; }
 
 }  // namespace
 
-SceneFrames::Look::Look(const PosedScene& scene, const SceneMember& member, const RenderOptions& options)
-    : view(litView(scene, member)), shot(lookOf(scene, member, options, view)) {
-    if (shot.shaded) shading.emplace(shadingOf(shot));
-}
-
-SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, int threads)
-    : scene_(scene), options_(options), threads_(threads) {
-    if (options.channel == Channel::kShaded && !scene.light())
-        throw UsageError("the scene has no light: name an asset that has one under \"light\", or ask for --channel ao");
-    for (const std::unique_ptr<SceneMember>& member : scene.members())
-        looks_.push_back(std::make_unique<Look>(scene, *member, options));
-    members_.resize(looks_.size());
-    values_.resize(looks_.size() + (scene.file().ground ? 1 : 0));
-}
-
 void SceneFrames::evaluateMembers() {
-    for (std::size_t m = 0; m < members_.size(); ++m) memberVertices(scene_, m, threads_, members_[m]);
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+        if (!compares()) {
+            memberVertices(scene_, m, threads_, members_[m]);
+            continue;
+        }
+        ownVertices(*scene_.members()[m], threads_, members_[m]);
+        castOverSphere(scene_.cast(), {.except = scene_.members()[m]->caster}, castOrderOf(scene_.castWay().mode),
+                       receiversOf(members_[m]), threads_, casts_[m]);
+    }
 }
 
 void SceneFrames::evaluateGround() {
-    if (scene_.file().ground) ground_ = groundVertices(scene_, threads_);
+    if (!scene_.file().ground) return;
+    if (!compares()) {
+        ground_ = groundVertices(scene_, threads_);
+        return;
+    }
+    ground_ = groundMesh(*scene_.file().ground);
+    castOverSphere(scene_.cast(), {}, castOrderOf(scene_.castWay().mode), receiversOf(ground_), threads_,
+                   casts_.back());
 }
 
-void SceneFrames::findView() {
+FrameView sceneView(const PosedScene& scene, const RenderOptions& options, std::span<const FrameVertices> members) {
     std::vector<Vec3> corners;
-    for (const FrameVertices& vertices : members_) {
+    for (const FrameVertices& vertices : members) {
         const BoundingBox box = boundsOf(vertices.positions);
         corners.insert(corners.end(), {box.low, box.high});
     }
     const double radius = std::max<double>(boundsOf(corners).radius(), 1e-3);
-    const double reach = scene_.file().ground ? std::max(radius, scene_.file().ground->size) : radius;
-    const Camera camera = cameraOf(scene_.file(), options_.camera, corners);
-    clipFromModel(camera, double(options_.width) / options_.height, reach, view_.clip_from_model);
-    view_.eye = toFloat(cameraPosition(camera));
+    const double reach = scene.file().ground ? std::max(radius, scene.file().ground->size) : radius;
+    const Camera camera = cameraOf(scene.file(), options.camera, corners);
+    FrameView view;
+    clipFromModel(camera, double(options.width) / options.height, reach, view.clip_from_model);
+    view.eye = toFloat(cameraPosition(camera));
+    return view;
+}
+
+Channel SceneFrames::channelOf(std::size_t m) const {
+    if (options_.channel != Channel::kError) return options_.channel;
+    const SceneLook& look = *looks_[m];
+    const bool has = look.shot.truth && findTruthFrame(look.view, *look.shot.truth, scene_.members()[m]->frame);
+    return has ? Channel::kError : Channel::kAmbient;
+}
+
+// The member with numbers of its truth, past the same casters as those of its model.
+FrameVertices SceneFrames::trueMember(std::size_t m) const {
+    const SceneMember& member = *scene_.members()[m];
+    Shot shot = looks_[m]->shot;
+    shot.truth_frame = *findTruthFrame(looks_[m]->view, *shot.truth, member.frame);
+    FrameVertices in_model, truth = members_[m];
+    skinFrame(member.evaluator, threads_, in_model);  // moments are in the frame of the model
+    truth.numbers = truthNumbers(shot, in_model, threads_);
+    if (!compares())
+        castOnNumbers(scene_.cast(), {.except = member.caster}, receiversOf(truth), looks_[m]->view.model, threads_,
+                      truth.numbers);
+    return truth;
+}
+
+std::vector<float> SceneFrames::memberAmbient(std::size_t m, const FrameVertices& vertices) const {
+    if (!compares()) return ambientOf(looks_[m]->shot, vertices.numbers, threads_);
+    return castAmbient(scene_.castWay().mode, looks_[m]->view.model, vertices, casts_[m]);
+}
+
+std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
+    SceneLook& look = *looks_[m];
+    std::vector<Vec3> values;
+    if (options_.channel != Channel::kShaded) {
+        for (const float e : memberAmbient(m, members_[m])) values.push_back({e, 0, 0});
+        if (channelOf(m) != Channel::kError) return values;
+        const std::vector<float> truth = memberAmbient(m, trueMember(m));
+        for (std::size_t v = 0; v < truth.size(); ++v) values[v].x = std::abs(values[v].x - truth[v]);
+        return values;
+    }
+    if (compares())
+        look.cast_shader->shade(members_[m], casts_[m], view_.eye, threads_, values);
+    else
+        shadeFrame(*look.shading, members_[m], view_.eye, threads_, values);
+    if (!suns_.empty())
+        sight_[m] = takeMirrorsOut(look.view.model, members_[m], view_.eye, threads_, lobe_table_, look.lobes, values);
+    return values;
+}
+
+std::vector<Vec3> SceneFrames::groundValues() const {
+    const bool shaded = options_.channel == Channel::kShaded;
+    if (compares()) return groundInMode(scene_, shaded, casts_.back());
+    if (shaded) return groundRadiance(ground_, softLight(), scene_.lightRotation(), scene_.file().ground->albedo);
+    std::vector<Vec3> values;
+    for (const float e : groundAmbient(ground_)) values.push_back({e, 0, 0});
+    return values;
 }
 
 void SceneFrames::shade() {
-    findView();
-    for (std::size_t m = 0; m < members_.size(); ++m) {
-        Look& look = *looks_[m];
-        values_[m] = channelValues(look.shot, options_.channel, look.shading ? &*look.shading : nullptr, members_[m],
-                                   {}, view_.eye, threads_);
-    }
-    if (!scene_.file().ground) return;
-    if (options_.channel == Channel::kShaded) {
-        values_.back() = groundRadiance(scene_, ground_);
-        return;
-    }
-    values_.back().clear();
-    for (const float e : groundAmbient(ground_)) values_.back().push_back({e, 0, 0});
+    view_ = sceneView(scene_, options_, members_);
+    view_.error_max = options_.error_max;
+    for (std::size_t m = 0; m < members_.size(); ++m) values_[m] = memberValues(m);
+    if (scene_.file().ground) values_.back() = groundValues();
 }
 
 std::vector<SceneMesh> SceneFrames::meshes() const {
     std::vector<SceneMesh> out;
     for (std::size_t m = 0; m < members_.size(); ++m)
-        out.push_back({looks_[m]->view.mesh.triangles, members_[m].positions, values_[m],
-                       looks_[m]->view.mesh.two_sided ? Sides::kFront : Sides::kBoth});
-    if (scene_.file().ground) out.push_back({ground_.triangles, ground_.positions, values_.back()});
+        out.push_back({looks_[m]->view.mesh.triangles,
+                       members_[m].positions,
+                       values_[m],
+                       looks_[m]->view.mesh.two_sided ? Sides::kFront : Sides::kBoth,
+                       channelOf(m),
+                       {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
+    const Channel of_ground = options_.channel == Channel::kShaded ? Channel::kShaded : Channel::kAmbient;
+    if (scene_.file().ground)
+        out.push_back({ground_.triangles,
+                       ground_.positions,
+                       values_.back(),
+                       Sides::kBoth,
+                       of_ground,
+                       {ground_.normals, ground_.tangents, ground_lobes_}});
     return out;
 }
 

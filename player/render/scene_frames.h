@@ -1,13 +1,12 @@
 #pragma once
 // Computes frames of a scene, one after another, in whatever pose the scene has. What its materials and its light need
-// is made once.
+// is made once. Others cast as PosedScene::castWay() says.
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "player/draw/draw_frame.h"
-#include "player/frame/shot.h"
+#include "player/render/scene_look.h"
 #include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
 
@@ -18,13 +17,17 @@ struct SceneMesh {
     std::span<const std::uint32_t> triangles;
     std::span<const Vec3> positions, values;  // what ValuePainter takes
     Sides sides = Sides::kBoth;
+    Channel channel = Channel::kShaded;  // that the values are of
+    SunlitSurface surface = {};          // where suns shine
 };
 
 class SceneFrames {
 public:
-    // Of the options it reads size, camera, channel (shaded or ambient) and shading. Shaded members need materials, and
-    // the scene a light: UsageError. The scene outlives this object.
-    SceneFrames(const PosedScene& scene, const RenderOptions& options, int threads);
+    // Of the options it reads size, camera, channel (shaded, ambient or error) and shading. Shaded members need
+    // materials, and the scene a light: UsageError. `truth` is for the error channel: members whose mesh it was baked
+    // for and whose frame it has show |E of the model - E of the truth|, both past the same casters. The others and the
+    // ground show E. Throws InvalidInput where it fits nobody. The scene and the truth outlive this object.
+    SceneFrames(const PosedScene& scene, const RenderOptions& options, int threads, const AssetView* truth = nullptr);
 
     // The steps of a frame, in their order.
     void evaluateMembers();
@@ -33,29 +36,44 @@ public:
     // Results of the steps, valid until the next ones: every member, then the ground, and how the camera sees them.
     std::vector<SceneMesh> meshes() const;
     const FrameView& view() const { return view_; }
+    // What suns need: themselves, who casts, and the lobes of all materials. No suns: all light is SH.
+    std::span<const Sun> suns() const { return suns_; }
+    std::vector<SunCaster> sunCasters() const;
+    const LobeTable& lobes() const { return lobe_table_; }
+    const Mat3& lightRotation() const { return looks_.front()->shot.light_rotation; }
 
     const std::vector<FrameVertices>& members() const { return members_; }
     const GroundVertices& ground() const { return ground_; }  // empty without a ground
 
 private:
-    // How a member looks. It stays where it is, because the shot points to the view.
-    struct Look {
-        AssetView view;  // the member's asset with the light of the scene
-        Shot shot;
-        std::optional<ShadingSet> shading;
-        Look(const PosedScene& scene, const SceneMember& member, const RenderOptions& options);
-    };
-
     const PosedScene& scene_;
     RenderOptions options_;
     int threads_;
-    std::vector<std::unique_ptr<Look>> looks_;
+    std::vector<std::unique_ptr<SceneLook>> looks_;
     std::vector<FrameVertices> members_;
     GroundVertices ground_;
+    std::vector<std::vector<float>> casts_;  // of modes that compare: V_c of each member, then of the ground
     FrameView view_;
     std::vector<std::vector<Vec3>> values_;  // of each member, then of the ground
+    LobeTable lobe_table_;
+    std::vector<Sun> suns_;
+    std::vector<float> remainder_;           // SH of the light without its suns
+    std::vector<LobeRange> ground_lobes_;    // of every vertex
+    std::vector<std::vector<float>> sight_;  // of each member's mirrors
 
-    void findView();
+    bool compares() const { return scene_.castWay().mode != CastMode::kProduct; }
+    void attachTruth(const AssetView& truth);
+    Channel channelOf(std::size_t member) const;
+    FrameVertices trueMember(std::size_t member) const;
+    std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;
+    std::vector<Vec3> memberValues(std::size_t member);
+    std::vector<Vec3> groundValues() const;
+    bool wantsSuns() const;
+    void makeSunlight();
+    LightView softLight() const;
 };
+
+// How the camera sees the scene. `members` have positions in the scene. Of the options it reads size and camera.
+FrameView sceneView(const PosedScene& scene, const RenderOptions& options, std::span<const FrameVertices> members);
 
 }  // namespace penumbra

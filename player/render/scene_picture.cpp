@@ -1,22 +1,77 @@
 #include "player/render/scene_picture.h"
 
+#include "player/draw/sky_painter.h"
+#include "player/draw/sunlight.h"
 #include "player/gl/gl_context.h"
 #include "player/gl/offscreen_target.h"
 #include "player/render/scene_frames.h"
+#include "player/render/scene_on_gpu.h"
 
 namespace penumbra {
 
-Image drawScene(const PosedScene& scene, const RenderOptions& options, int threads) {
-    SceneFrames frames(scene, options, threads);
+namespace {
+
+FrameView drawValues(const PosedScene& scene, const RenderOptions& options, int threads, const AssetView* truth,
+                     const OffscreenTarget& target) {
+    SceneFrames frames(scene, options, threads, truth);
     frames.evaluateMembers();
     frames.evaluateGround();
     frames.shade();
-    const std::unique_ptr<GlContext> context = createGlContext(options.backend);
-    const OffscreenTarget target(options.width, options.height, options.samples);
+    std::optional<Sunlight> suns;
+    if (!frames.suns().empty()) {
+        suns.emplace(frames.lobes(), options.sun_map);
+        suns->reflect(skyPicture(*scene.light()));
+        suns->turnSky(frames.lightRotation());
+        suns->shine(frames.suns(), frames.sunCasters());
+    }
     target.begin();
-    for (const SceneMesh& mesh : frames.meshes())
-        ValuePainter(mesh.triangles, options.channel, mesh.sides).draw(frames.view(), mesh.positions, mesh.values);
+    for (const SceneMesh& mesh : frames.meshes()) {
+        ValuePainter painter(mesh.triangles, mesh.channel, mesh.sides,
+                             suns ? frames.lobes().models(mesh.surface.lobes) : 0);
+        painter.upload(mesh.positions, mesh.values, mesh.surface);
+        painter.draw(frames.view(), suns ? &*suns : nullptr);
+    }
+    return frames.view();
+}
+
+FrameView drawOnGpu(const PosedScene& scene, const RenderOptions& options, int threads, const OffscreenTarget& target) {
+    SceneOnGpu gpu(scene, options, threads);
+    gpu.evaluate();
+    target.begin();
+    gpu.draw(gpu.view());
+    return gpu.view();
+}
+
+Image drawSky(const PosedScene& scene, const FrameView& view, const OffscreenTarget& target) {
+    SkyPainter sky;
+    sky.upload(skyPicture(*scene.light()));
+    Mat3 rotation;
+    for (std::size_t i = 0; i < 9; ++i) rotation.m[i] = float(scene.lightRotation().m[i]);
+    target.begin();
+    sky.draw(view, rotation);
     return target.read();
+}
+
+// Tells whether the GPU can evaluate the picture. It has the default way of casting and no suns.
+bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
+    const bool suns =
+        options.channel == Channel::kShaded && options.suns != SunChoice::kOff && !scene.light()->suns.empty();
+    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct && !suns;
+}
+
+}  // namespace
+
+ScenePicture drawScene(const PosedScene& scene, const RenderOptions& options, int threads, const AssetView* truth) {
+    requireLight(scene, options.channel);
+    const std::unique_ptr<GlContext> context = createGlContext(options.backend);
+    const EvaluationPath path = options.path.value_or(context->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
+    const OffscreenTarget target(options.width, options.height, options.samples);
+    const FrameView view = path == EvaluationPath::kGlsl && fitsGpu(scene, options)
+                               ? drawOnGpu(scene, options, threads, target)
+                               : drawValues(scene, options, threads, truth, target);
+    ScenePicture picture{target.read(), {}};
+    if (options.light_background && options.channel == Channel::kShaded) picture.sky = drawSky(scene, view, target);
+    return picture;
 }
 
 }  // namespace penumbra

@@ -293,15 +293,25 @@ size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double 
 penumbra_status penumbra_asset_get_material(const penumbra_asset* asset, size_t material, penumbra_material* out) {
     if (!asset || !out || material >= viewOf(asset)->materials.size()) return PENUMBRA_INVALID_ARGUMENT;
     const MaterialView& m = viewOf(asset)->materials[material];
-    *out = {m.name.data(),   m.slice_order,    m.view_order, m.channels, {m.color.x, m.color.y, m.color.z},
-            m.slices.data(), m.operators.count};
+    *out = {m.name.data(),   m.slice_order,     m.view_order,  m.channels, {m.color.x, m.color.y, m.color.z},
+            m.slices.data(), m.operators.count, m.lobes.size()};
+    return PENUMBRA_OK;
+}
+
+penumbra_status penumbra_asset_get_lobe(const penumbra_asset* asset, size_t material, size_t lobe, penumbra_lobe* out) {
+    if (!asset || !out || material >= viewOf(asset)->materials.size()) return PENUMBRA_INVALID_ARGUMENT;
+    const std::span<const BrdfLobe> lobes = viewOf(asset)->materials[material].lobes;
+    if (lobe >= lobes.size()) return PENUMBRA_INVALID_ARGUMENT;
+    const BrdfLobe& l = lobes[lobe];
+    const auto& p = l.parameters;
+    *out = {int(l.model), {p[0], p[1], p[2], p[3]}, {l.color.x, l.color.y, l.color.z}};
     return PENUMBRA_OK;
 }
 
 penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t light, penumbra_light* out) {
     if (!asset || !out || light >= viewOf(asset)->lights.size()) return PENUMBRA_INVALID_ARGUMENT;
     const LightView& l = viewOf(asset)->lights[light];
-    *out = {l.name.data(), l.order, l.sh.data(), int(l.lobes.directions.size())};
+    *out = {l.name.data(), l.order, l.sh.data(), int(l.lobes.directions.size()), int(l.suns.size())};
     return PENUMBRA_OK;
 }
 

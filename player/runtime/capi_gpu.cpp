@@ -2,10 +2,12 @@
 #include <algorithm>
 #include <cstring>
 
+#include "player/runtime/brdf_glsl.h"
 #include "player/runtime/capi_handles.h"
 #include "player/runtime/cast_glsl.h"
+#include "player/runtime/far_glsl.h"
 #include "player/runtime/shading_glsl.h"
-#include "sh/cap_visibility.h"
+#include "sh/cast/cap_visibility.h"
 
 namespace penumbra {
 
@@ -19,6 +21,19 @@ void copyGlsl(const std::string& glsl, char* text, size_t capacity, size_t* leng
         throw UsageError("capacity is " + std::to_string(capacity) + ", the text and its zero take " +
                          std::to_string(glsl.size() + 1));
     std::memcpy(text, glsl.c_str(), glsl.size() + 1);
+}
+
+bool hasFields(const penumbra_asset& asset) { return asset.data->view.has_model && asset.data->view.model.composition; }
+const CompositionView& compositionOf(const penumbra_asset& asset) { return *asset.data->view.model.composition; }
+
+// Fields can be read at `first_word` of a buffer.
+void requireFields(const penumbra_asset& asset, std::size_t first_word) {
+    if (!hasFields(asset)) throw Unsupported(asset.data->view.name + ": has no fields of parts");
+    if (first_word % 4 != 0 || first_word >= kMostFieldWords ||
+        fieldBlockWords(compositionOf(asset)) > kMostFieldWords - first_word)
+        throw UsageError("first_word is " + std::to_string(first_word) +
+                         ", it must be a multiple of 4 with room for the fields below " +
+                         std::to_string(kMostFieldWords));
 }
 
 }  // namespace
@@ -67,6 +82,13 @@ penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, 
     });
 }
 
+penumbra_status penumbra_brdf_get_glsl(char* text, size_t capacity, size_t* length, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(length, "length");
+        copyGlsl(brdfGlsl(), text, capacity, length);
+    });
+}
+
 penumbra_status penumbra_cast_get_glsl(const penumbra_asset* asset, char* text, size_t capacity, size_t* length,
                                        penumbra_error* error) {
     return guarded(error, [&] {
@@ -74,6 +96,42 @@ penumbra_status penumbra_cast_get_glsl(const penumbra_asset* asset, char* text, 
         if (asset && !asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
         copyGlsl(castGlsl() + (asset ? castNumbersGlsl(asset->data->view.model.convention) : ""), text, capacity,
                  length);
+    });
+}
+
+size_t penumbra_asset_part_count(const penumbra_asset* asset) {
+    return asset && hasFields(*asset) ? compositionOf(*asset).parts.size() : 0;
+}
+
+size_t penumbra_asset_field_words(const penumbra_asset* asset) {
+    return asset && hasFields(*asset) ? fieldBlockWords(compositionOf(*asset)) : 0;
+}
+
+penumbra_status penumbra_asset_get_fields(const penumbra_asset* asset, size_t first_word, uint32_t* words,
+                                          penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(asset, "asset");
+        requirePointer(words, "words");
+        requireFields(*asset, first_word);
+        const Evaluator evaluator = asset->data->restPose();
+        writeFieldBlock(evaluator.farTables(), compositionOf(*asset), std::uint32_t(first_word),
+                        {words, penumbra_asset_field_words(asset)});
+    });
+}
+
+penumbra_status penumbra_character_get_parts(const penumbra_character* character, const float* to_scene,
+                                             size_t first_word, float* rows, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(character, "character");
+        requirePointer(rows, "rows");
+        requireFields({character->asset}, first_word);
+        const Affine placed = rigidOf(to_scene);
+        auto words = std::uint32_t(first_word);
+        for (const PosedPart& part : character->evaluator.posedParts()) {
+            writePosedPart(part, placed, words, rows);
+            rows += 4 * kPosedPartRows;
+            words += kFarPartWords;
+        }
     });
 }
 

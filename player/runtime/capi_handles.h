@@ -18,6 +18,7 @@
 #include "player/runtime/penumbra.h"
 #include "player/runtime/shading_layout.h"
 #include "player/runtime/shading_set.h"
+#include "player/runtime/sun_map.h"
 #include "sh/quadrature.h"
 
 namespace penumbra {
@@ -81,6 +82,10 @@ void requireRange(const char* what, std::size_t first, std::size_t count, std::s
 // Throws UsageError "`name`[i] is not finite".
 void requireFinite(const char* name, std::span<const float> numbers);
 
+// Returns `to_scene` [3,4] of the caller; the identity for NULL. Throws UsageError where it is no rotation and
+// translation.
+Affine rigidOf(const float* to_scene);
+
 // Returns the path that `simd` names among those that this processor has, which stand slowest first: AVX2 follows the
 // portable one. Throws Unsupported and UsageError.
 template <class Path>
@@ -125,4 +130,10 @@ struct penumbra_shading {
     penumbra::AssetView view;         // the first asset's model with the materials and lights of all
     std::optional<penumbra::ShadingSet> set;
     penumbra::ShadingLayout layout;  // layout of what a GPU reads
+};
+
+struct penumbra_sun_map {
+    int size = 0;  // texels a side
+    penumbra::SunMap map;
+    std::vector<penumbra::SunCaster> casters;
 };

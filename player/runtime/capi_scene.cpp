@@ -15,23 +15,6 @@ namespace {
 constexpr int kTransferOrder = 5;
 constexpr std::size_t kTransferNumbers = kTransferOrder * kTransferOrder;
 
-// `to_scene` of the caller, a rotation and a translation.
-Affine rigidOf(const float* to_scene) {
-    Affine out;
-    if (!to_scene) return out;
-    requireFinite("to_scene", {to_scene, 12});
-    std::copy_n(to_scene, 12, out.m.begin());
-    const Mat3 turn = out.linear();
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            float product = 0;
-            for (int k = 0; k < 3; ++k) product += turn(k, i) * turn(k, j);
-            if (std::abs(product - float(i == j)) > 1e-3f)
-                throw UsageError("to_scene is no rotation and translation: characters have one size");
-        }
-    return out;
-}
-
 void requireCaster(const penumbra_scene& scene, std::size_t except) {
     if (except != PENUMBRA_NONE) requireIndex("except", except, scene.evaluators.size());
 }
@@ -65,6 +48,22 @@ void integrateTransfer(const penumbra_scene& scene, const float* mirrored, Vec3 
 }
 
 }  // namespace
+
+Affine rigidOf(const float* to_scene) {
+    Affine out;
+    if (!to_scene) return out;
+    requireFinite("to_scene", {to_scene, 12});
+    std::copy_n(to_scene, 12, out.m.begin());
+    const Mat3 turn = out.linear();
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            float product = 0;
+            for (int k = 0; k < 3; ++k) product += turn(k, i) * turn(k, j);
+            if (std::abs(product - float(i == j)) > 1e-3f)
+                throw UsageError("to_scene is no rotation and translation: characters have one size");
+        }
+    return out;
+}
 
 }  // namespace penumbra
 

@@ -153,18 +153,7 @@ penumbra_status penumbra_shading_set_light(penumbra_shading* shading, size_t lig
 
 penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh,
                                               penumbra_error* error) {
-    return guarded(error, [&] {
-        requirePointer(shading, "shading");
-        requirePointer(sh, "sh");
-        if (shading->caller_light.empty())
-            throw Unsupported("the shading was made without room for a light of the caller (caller_light_order)");
-        const int most = shading->view.lights.back().order;
-        if (order < 1 || order > most)
-            throw UsageError("order is " + std::to_string(order) + ", allowed are 1.." + std::to_string(most));
-        const std::span<const float> numbers(sh, 3 * std::size_t(coefficientCount(order)));
-        requireFinite("sh", numbers);
-        shading->set->setLight(shading->view.lights.size() - 1, numbers);
-    });
+    return penumbra_shading_update_sh_light(shading, order, sh, 0, error);
 }
 
 penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],

@@ -1,4 +1,4 @@
-// Writes the visibility past spheres as GLSL.
+// Writes the visibility past casters as GLSL. That past fields is far_glsl.cpp's; the rest of this is about spheres.
 //
 // Problem: a receiver adds the logarithms of the spheres and takes the exponential of the sum: 2 SH products of order 5
 // for the series and up to 8 for the squarings, of some thousand operations each.
@@ -17,8 +17,9 @@
 #include <numbers>
 
 #include "player/runtime/cast_shadow.h"
+#include "player/runtime/far_glsl.h"
 #include "player/runtime/sh_glsl.h"
-#include "sh/cap_visibility.h"
+#include "sh/cast/cap_visibility.h"
 #include "sh/cast/cast_visibility.h"
 #include "sh/far/far_tables.h"
 #include "sh/sh_product.h"
@@ -44,11 +45,18 @@ void addProduct(std::string& sum, double value, const std::string& what) {
     sum += (sum.empty() ? "" : " + ") + glslFloat(value) + " * " + what;
 }
 
-constexpr const char* kCastHead = R"(// What spheres hide from a point, for a shader that defines before:
+constexpr const char* kCastHead =
+    R"(// What casters hide from a point. Where they are spheres, the shader defines before:
 //   #define PENUMBRA_SPHERE(i): sphere i as vec4(centre, radius). One of radius 0 hides nothing.
 //   #define PENUMBRA_CAP_LOG(texel): the vec4 at `texel` of penumbra_get_cap_logs()
+// Where they are parts with fields:
+//   #define PENUMBRA_PART(part, row): the vec4 `row` (0 to 6) of a part, penumbra_character_get_parts()
+//   #define PENUMBRA_FIELD(word): the uint at `word`, a uint, of penumbra_asset_get_fields()
 
-// The direction to the sphere's centre, the place of its cap among the entries of the table, and its weight. Returns
+)";
+
+constexpr const char* kSphereSight =
+    R"(// The direction to the sphere's centre, the place of its cap among the entries of the table, and its weight. Returns
 // whether the sphere counts. From inside its cap shrinks, and from afar its weight falls to 0.
 bool penumbra_see_sphere(vec4 sphere, vec3 position, out vec3 direction, out float entry, out float weight) {
     vec3 to_centre = sphere.xyz - position;
@@ -56,13 +64,13 @@ bool penumbra_see_sphere(vec4 sphere, vec3 position, out vec3 direction, out flo
     direction = vec3(0.0);
     entry = weight = 0.0;
     if (!(sphere.w > 0.0 && distance >= 1e-6)) return false;
-    float sine = distance >= sphere.w ? sphere.w / distance : (distance / sphere.w - 0.85) / 0.15;
+    float sine = distance >= sphere.w ? sphere.w / distance : sqrt(distance / sphere.w);
     float half_ratio = 0.5 * sphere.w / distance;
 )";
 
 std::string sightGlsl() {
     const double half_sine = std::sin(kMostCapAngle / 2);
-    return std::string(kCastHead) + "    weight = clamp((half_ratio * half_ratio - " +
+    return std::string(kSphereSight) + "    weight = clamp((half_ratio * half_ratio - " +
            glslFloat(double(kSphereFade.least)) + ") * " +
            glslFloat(1 / (double(kSphereFade.full) - double(kSphereFade.least))) + R"(, 0.0, 1.0);
     if (!(sine > 0.0 && weight > 0.0)) return false;
@@ -170,6 +178,8 @@ std::string castMirrorGlsl() {
     return text + "}\n\n";
 }
 
+}  // namespace
+
 std::string castAmbientGlsl() {
     std::array<float, kMirroredCast> weights;
     ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
@@ -191,11 +201,10 @@ std::string castAmbientGlsl() {
     return text + "}\n";
 }
 
-}  // namespace
-
 std::string castGlsl() {
-    return sightGlsl() + castProductGlsl() + exponentialGlsl() + castVisibilityGlsl() + castMirrorGlsl() +
-           castAmbientGlsl();
+    return kCastHead + castAmbientGlsl() + "\n#ifdef PENUMBRA_SPHERE\n" + sightGlsl() + castProductGlsl() +
+           exponentialGlsl() + castVisibilityGlsl() + castMirrorGlsl() + "#endif\n\n#ifdef PENUMBRA_PART\n" +
+           castFieldsGlsl() + "#endif\n";
 }
 
 // t_i = sum_j a_j s_ij with s_ij = sum_k Gamma_ijk mirrored_k, which serves (j, i) too. `a` are the numbers without

@@ -1,6 +1,6 @@
 #pragma once
-// Writes as GLSL what spheres hide from a point, for the shaders of engines (docs/formulas.md, section 10). It computes
-// what castMirrored() (sh/cast/cast_visibility.h) and CastProduct compute on the CPU.
+// Writes as GLSL what spheres and fields hide from a point (docs/formulas.md, sections 8 and 10). It computes what
+// CastShadow and CastProduct compute on the CPU.
 #include <string>
 #include <vector>
 
@@ -8,9 +8,13 @@
 
 namespace penumbra {
 
-// Writes penumbra_cast_visibility(), penumbra_cast_mirror() and penumbra_cast_ambient(). The text tells what they do.
-// It reads spheres as PENUMBRA_SPHERE(i) and capLogTexels() as PENUMBRA_CAP_LOG(texel), two macros that give a vec4.
+// Writes penumbra_cast_ambient() and penumbra_cast_clamp(); where the shader defines PENUMBRA_SPHERE and
+// PENUMBRA_CAP_LOG, penumbra_cast_visibility() and penumbra_cast_mirror(); and where it defines PENUMBRA_PART and
+// PENUMBRA_FIELD, penumbra_cast_fields() and penumbra_cast_combine(). The text tells what they do, and what the macros
+// give.
 std::string castGlsl();
+// Writes the first two alone.
+std::string castAmbientGlsl();
 
 // Writes void penumbra_cast_numbers(inout vec4 numbers[PENUMBRA_STRIDE4], float mirrored[21]). It calls what
 // ambientGlsl() (shading_glsl.h) writes for the same convention.

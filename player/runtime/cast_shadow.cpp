@@ -90,6 +90,22 @@ CastShadow::CastShadow(std::span<const Evaluator* const> casters, std::span<cons
 
 void CastShadow::hide(std::size_t caster) { casters_[caster].hidden = true; }
 
+bool CastShadow::castsFields(CasterChoice choice) const {
+    for (std::size_t c = 0; c < casters_.size(); ++c)
+        if (!casters_[c].hidden && choice.has(c) && casters_[c].tables) return true;
+    return false;
+}
+
+std::vector<CasterSphere> CastShadow::spheresOf(CasterChoice choice) const {
+    std::vector<CasterSphere> out;
+    for (std::size_t c = 0; c < casters_.size(); ++c) {
+        if (casters_[c].hidden || !choice.has(c)) continue;
+        const auto first = spheres_.begin() + std::ptrdiff_t(casters_[c].tables ? 0 : casters_[c].first_part);
+        out.insert(out.end(), first, first + std::ptrdiff_t(casters_[c].blockers.spheres.size()));
+    }
+    return out;
+}
+
 // `sphereOf` returns the bounding sphere of each of the parts.
 void CastShadow::bound(Caster& caster, std::size_t parts, const auto& sphereOf) {
     caster.centre = {};
@@ -151,12 +167,17 @@ void CastShadow::castFields(const CastReceivers& receivers, std::span<const std:
         rows.data());
 }
 
-void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const {
+void CastShadow::mirrorSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const {
     const CastPoints points{receivers.positions, receivers.normals, receivers.tangents};
-    if (found.parts.empty()) return castMirrored(found.spheres, points, kSphereFade, rows);
+    if (exponential_.isDefault()) return castMirrored(found.spheres, points, kSphereFade, rows);
+    castMirroredReference(exponential_, found.spheres, points, kSphereFade, rows);
+}
+
+void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const {
+    if (found.parts.empty()) return mirrorSpheres(receivers, found, rows);
     std::array<float, kMostReceivers * kFarNumbers> by_spheres;
     const std::span<float> factor = std::span(by_spheres).first(rows.size());
-    castMirrored(found.spheres, points, kSphereFade, factor);
+    mirrorSpheres(receivers, found, factor);
     fastestFarPath().compose(productConstants(kFieldOrder), factor.data(), nullptr, receivers.positions.size(),
                              kFarNumbers, rows.data());
 }

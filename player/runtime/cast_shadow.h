@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "player/runtime/evaluator.h"
+#include "sh/cast/cast_reference.h"
 #include "sh/cast/cast_visibility.h"
 
 namespace penumbra {
@@ -45,11 +46,20 @@ public:
     // From now on the caster hides nothing, until it is posed again. This is how all casters begin.
     void hide(std::size_t caster);
 
+    // How caps of spheres are multiplied from now on. Anything but the default is slow, allocates, and is there for
+    // comparison.
+    void setExponential(const CastExponential& exponential) { exponential_ = exponential; }
+    const CastExponential& exponential() const { return exponential_; }
+    // Returns whether a chosen caster that is not hidden casts by fields.
+    bool castsFields(CasterChoice choice) const;
+    // Returns the spheres of the chosen casters that are not hidden, in the scene.
+    std::vector<CasterSphere> spheresOf(CasterChoice choice) const;
+
     // Writes the visibility past the parts of the chosen casters, mirrored at each receiver's horizon:
-    // out[r * kFarNumbers + i] in its local frame (farVisibility(), sh/far_visibility.h). Parts that hide too little
-    // from all of 64 neighbouring receivers are skipped, which does not change what the others give. Returns how many
-    // receivers see any caster; the rows of the others are those of free sight. E of every row is in [0, 1]. A thread
-    // keeps room for the parts and spheres in reach, so that nothing is allocated once it has seen as many.
+    // out[r * kFarNumbers + i] in its local frame (farVisibility(), sh/far/far_visibility.h). Parts that hide too
+    // little from all of 64 neighbouring receivers are skipped, which does not change what the others give. Returns how
+    // many receivers see any caster; the rows of the others are those of free sight. E of every row is in [0, 1]. A
+    // thread keeps room for the parts and spheres in reach, so that nothing is allocated once it has seen as many.
     std::size_t evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const;
 
 private:
@@ -72,6 +82,7 @@ private:
     std::vector<FarTable> tables_;  // of all parts
     std::vector<FarPart> posed_;
     std::vector<CasterSphere> spheres_;  // of all casters, in the scene
+    CastExponential exponential_;
     const FarConstants* constants_ = nullptr;
     std::array<float, kFarNumbers> ambient_weights_{};
     float ambient_norm2_ = 0;
@@ -81,6 +92,7 @@ private:
     void findParts(Vec3 centre, float radius, CasterChoice choice, Found& found) const;
     void castFields(const CastReceivers& receivers, std::span<const std::uint16_t> parts, std::span<float> rows) const;
     void castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const;
+    void mirrorSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const;
 };
 
 }  // namespace penumbra

@@ -62,8 +62,8 @@ public:
     void evaluateCluster(std::size_t cluster, std::span<float> numbers) const;
 
     // The two halves of that for a composed asset, which otherwise must not be asked for. evaluateFar() writes what the
-    // far parts leave visible at the cluster's vertices (farVisibility(), sh/far_visibility.h): far[v * kFarNumbers +
-    // i] of all vertices. composeCluster() multiplies it by the local visibility and adds the residual.
+    // far parts leave visible at the cluster's vertices (farVisibility(), sh/far/far_visibility.h): far[v * kFarNumbers
+    // + i] of all vertices. composeCluster() multiplies it by the local visibility and adds the residual.
     bool composed() const { return decoded_->composed != nullptr; }
     // Of the far parts of a composed asset; others have one quality.
     void setQuality(FarQuality quality) { quality_ = quality; }

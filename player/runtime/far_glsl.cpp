@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
 #include <map>
+#include <numbers>
 
 #include "player/runtime/sh_glsl.h"
+#include "runtime_shaders.h"
 
 namespace penumbra {
 
@@ -98,15 +103,53 @@ void setFieldWords(FarWords& words, std::size_t part, std::uint32_t points, std:
     at[1] = distances;
 }
 
-// The rotation of the linear band: its functions are -y, z and -x times a constant.
-void writePosedPart(const PosedPart& part, float* rows) {
-    const Affine& to_part = part.to_part;
-    rows = std::copy_n(to_part.m.data(), 12, rows);
-    for (std::size_t i = 0; i < 3; ++i) {
-        rows = std::copy_n(part.turn.m.data() + 3 * i, 3, rows);
-        *rows++ = 0;
+namespace {
+
+constexpr std::size_t inQuads(std::size_t bytes) { return (bytes + 15) / 16 * 4; }  // words
+
+}  // namespace
+
+std::size_t fieldBlockWords(const CompositionView& composition) {
+    std::size_t words = composition.parts.size() * kFarPartWords;
+    for (const PartFieldView& part : composition.parts)
+        words += inQuads(part.bytes.values.size()) + inQuads(part.bytes.distances.size());
+    return words;
+}
+
+void writeFieldBlock(const FarTables& tables, const CompositionView& composition, std::uint32_t first_word,
+                     std::span<std::uint32_t> out) {
+    assert(out.size() == fieldBlockWords(composition) && first_word % 4 == 0);
+    std::ranges::fill(out, 0u);
+    FarWords words;
+    for (std::size_t p = 0; p < tables.partCount(); ++p) addPart(words.parts, tables.tables()[p]);
+    std::size_t at = words.parts.size();
+    const auto place = [&](std::span<const std::int8_t> bytes) {
+        std::memcpy(out.data() + at, bytes.data(), bytes.size());
+        const auto begin = std::uint32_t(first_word + at);
+        at += inQuads(bytes.size());
+        return begin;
+    };
+    for (std::size_t p = 0; p < tables.partCount(); ++p) {
+        const FieldBytes& bytes = composition.parts[p].bytes;
+        const std::uint32_t points = place(bytes.values);
+        setFieldWords(words, p, points, place(bytes.distances));
     }
-    for (const float x : {part.centre.x, part.centre.y, part.centre.z, part.radius}) *rows++ = x;
+    std::ranges::copy(words.parts, out.begin());
+}
+
+void writePosedPart(const PosedPart& part, const Affine& placement, std::uint32_t first_word, float* rows) {
+    const Mat3 turn = placement.linear(), back = transposed(turn), into = part.to_part.linear() * back;
+    const Vec3 moved = part.to_part.point(back * -placement.translation()), centre = placement.point(part.centre);
+    const Mat3 out_of = turn * part.turn;
+    for (std::size_t i = 0; i < 3; ++i) {
+        rows = std::copy_n(into.m.data() + 3 * i, 3, rows);
+        *rows++ = moved[int(i)];
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        rows = std::copy_n(out_of.m.data() + 3 * i, 3, rows);
+        *rows++ = i == 0 ? float(first_word / 4) : 0;
+    }
+    for (const float x : {centre.x, centre.y, centre.z, part.radius}) *rows++ = x;
 }
 
 // --- GLSL ------------------------------------------------------------------------------------------------------------
@@ -297,17 +340,17 @@ std::string valuesGlsl(const FarConstants& constants) {
     return kAround + to + "}\n" + from + "}\n";
 }
 
-std::string constantsGlsl(const FarConstants& constants) {
-    std::string text;
-    const auto define = [&](const char* name, float value) {
-        text += std::string("const float ") + name + " = " + glslFloat(double(value)) + ";\n";
-    };
-    define("kLeastBlocked", kLeastBlocked);
-    define("kFullBlocked", kFullBlocked);
-    define("kNearFrom", constants.near[0]);
-    define("kNearFull", constants.near[1]);
-    define("kDepth", constants.depth);
-    text += "const float kSphereScales[4] = float[4](";
+std::string constantGlsl(const char* name, float value) {
+    return std::string("const float penumbra_") + name + " = " + glslFloat(double(value)) + ";\n";
+}
+
+std::string fieldConstantsGlsl(const FarConstants& constants) {
+    std::string text = "float penumbra_f[36], penumbra_even[21];\n" +
+                       constantGlsl("root_of_sphere", 2 * std::sqrt(std::numbers::pi_v<float>)) +
+                       constantGlsl("blocked_from", constants.blocked[0]) +
+                       constantGlsl("blocked_full", constants.blocked[1]) + constantGlsl("dark", constants.dark) +
+                       constantGlsl("overlap", constants.overlap) + constantGlsl("solid", constants.solid) +
+                       "const float penumbra_sphere_scales[4] = float[4](";
     for (std::size_t i = 0; i < kMostSpheres; ++i)
         text += (i > 0 ? ", " : "") + glslFloat(double(constants.sphere_scales[i]));
     return text + ");\n";
@@ -315,8 +358,19 @@ std::string constantsGlsl(const FarConstants& constants) {
 
 }  // namespace
 
+std::string fieldGlsl(const FarConstants& constants) {
+    return fieldConstantsGlsl(constants) + turnGlsl(constants) + mirrorGlsl(constants) + valuesGlsl(constants);
+}
+
 std::string farGlsl(const FarConstants& constants) {
-    return constantsGlsl(constants) + turnGlsl(constants) + mirrorGlsl(constants) + valuesGlsl(constants);
+    return constantGlsl("near_from", constants.near[0]) + constantGlsl("near_full", constants.near[1]) +
+           constantGlsl("depth", constants.depth) + fieldGlsl(constants) + kShaderFieldGlsl;
+}
+
+std::string castFieldsGlsl() {
+    const FarTables none({}, {}, kFieldOrder);  // has the constants of all
+    const FarConstants& constants = none.constants(FarQuality::kCast);
+    return constantGlsl("most", constants.most) + fieldGlsl(constants) + kShaderFieldGlsl + kShaderCastFieldsGlsl;
 }
 
 }  // namespace penumbra

@@ -1,5 +1,6 @@
 #include "player/runtime/light_tables.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -68,6 +69,10 @@ LightTables::LightTables(const LightView& light, LightForm form) : order_(light.
             original_.push_back({light.sh[i], light.sh[i + 1], light.sh[i + 2]});
         sh_ = original_;
         turns_ = quarterTurn(order_);
+        sun_count_ = light.suns.size();
+        std::copy(light.suns.begin(), light.suns.end(), suns_.begin());
+        turned_suns_ = suns_;
+        window_.assign(light.window.begin(), light.window.end());
     } else {
         lobes_ = lobesOf(light, form);
         original_ = lobes_.directions;
@@ -82,18 +87,56 @@ void LightTables::setRotation(const Mat3& rotation) {
     const ShRotation turn = makeShRotation(order_, rotation);
     std::array<float, coefficientCount(kMaxOrder)> from, to;
     const std::size_t count = original_.size();
+    const std::span<const Sun> suns = std::span(suns_).first(suns_on_ ? sun_count_ : 0);
+    std::array<float, 3 * coefficientCount(kMaxOrder)> whole;
+    for (std::size_t i = 0; i < count; ++i)
+        for (int c = 0; c < 3; ++c) whole[3 * i + std::size_t(c)] = original_[i][c];
+    subtractSuns(suns, window_, std::span(whole).first(3 * count));
+    for (std::size_t s = 0; s < suns.size(); ++s) {
+        turned_suns_[s] = suns[s];
+        turned_suns_[s].direction = rotation * suns[s].direction;
+    }
     for (int c = 0; c < 3; ++c) {
-        for (std::size_t i = 0; i < count; ++i) from[i] = original_[i][c];
+        for (std::size_t i = 0; i < count; ++i) from[i] = whole[3 * i + std::size_t(c)];
         apply(turn, std::span<const float>(from).first(count), std::span(to).first(count));
         for (std::size_t i = 0; i < count; ++i) sh_[i][c] = to[i];
     }
 }
 
-void LightTables::setCoefficients(std::span<const float> sh) {
+void LightTables::setCoefficients(std::span<const float> sh, double seconds) {
     assert(form_ == LightForm::kRotation && sh.size() % 3 == 0 && sh.size() <= 3 * original_.size());
     for (std::size_t i = 0; i < original_.size(); ++i)
         original_[i] = 3 * i < sh.size() ? Vec3{sh[3 * i], sh[3 * i + 1], sh[3 * i + 2]} : Vec3{};
     sh_ = original_;
+    window_.clear();
+    sun_count_ = 0;
+    if (factor_) findSuns(seconds);
+}
+
+void LightTables::setSuns(bool on) {
+    assert(!on || form_ == LightForm::kRotation);
+    suns_on_ = on;
+}
+
+void LightTables::factorLive(int count, double time_constant) {
+    assert(form_ == LightForm::kRotation && count >= 0 && count <= kMaxSuns);
+    filter_ = SunFilter(time_constant);
+    factor_.reset();
+    if (count > 0) factor_.emplace(order_, count);
+}
+
+// Finds the suns of original_. Those without light are left out, and the filter fades what was there.
+void LightTables::findSuns(double seconds) {
+    std::array<double, 3 * coefficientCount(kMaxOrder)> sh;
+    for (std::size_t i = 0; i < original_.size(); ++i)
+        for (int c = 0; c < 3; ++c) sh[3 * i + std::size_t(c)] = original_[i][c];
+    const FactoredLight found = factor_->factor(std::span(sh).first(3 * original_.size()));
+    std::array<SunD, kMaxSuns> suns;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < std::size_t(found.count); ++i)
+        if (luminance(found.candidates[i].sun.irradiance) > 0) suns[count++] = found.candidates[i].sun;
+    for (const SunD& sun : filter_.update(std::span(suns).first(count), std::size_t(factor_->suns()), seconds))
+        suns_[sun_count_++] = floatSun(sun);
 }
 
 ShadeLight LightTables::view() const {

@@ -1,11 +1,14 @@
 #pragma once
 // Holds what shading reads of one light, in one of three forms, and turns the light while the program runs.
+#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "formats/asset/asset_file.h"
 #include "player/runtime/exact_light_lobes.h"
 #include "player/runtime/shade_kernel.h"
+#include "sh/light/sun_filter.h"
 
 namespace penumbra {
 
@@ -32,9 +35,19 @@ public:
     // Turns the light by `rotation` in the model frame, L'(s) = L(rotation^T s). This always turns the light as it
     // came, not as it was turned before. Allocates nothing.
     void setRotation(const Mat3& rotation);
-    // Replaces the light by another of at most its order, [n^2, 3]. It is not turned until setRotation(). Only for
-    // kRotation. Allocates nothing.
-    void setCoefficients(std::span<const float> sh);
+    // Replaces the light by another of at most its order, [n^2, 3]. It is not turned until setRotation(). It has the
+    // suns that factorLive() finds, or none. The filter of the suns goes on by `seconds`. Only for kRotation. Allocates
+    // nothing.
+    void setCoefficients(std::span<const float> sh, double seconds = 0);
+
+    // Suns are off at first. While they are on, what is shaded is the light without its suns, and suns() has them: the
+    // light's own, or those of setCoefficients(). The next setRotation() shows the change. Only kRotation has suns.
+    void setSuns(bool on);
+    bool sunsOn() const { return suns_on_; }
+    // From now on setCoefficients() finds up to `count` suns in each light, smoothed over time (SunFilter); 0: no more.
+    // This makes tables. Throws std::invalid_argument for a time constant that is negative or not finite.
+    void factorLive(int count, double time_constant);
+    std::span<const Sun> suns() const { return std::span(turned_suns_).first(suns_on_ ? sun_count_ : 0); }  // turned
     int order() const { return order_; }
     LightForm form() const { return form_; }
     const LightLobes& lobes() const { return lobes_; }   // turned; only for kLobes and kFixed
@@ -48,6 +61,14 @@ private:
     std::vector<Vec3> sh_, original_;  // original_: coefficients of kRotation, axes of the other forms
     std::vector<TurnTerm> turns_;
     std::vector<float> basis_a_, basis_b_;
+    std::vector<float> window_;  // of the suns' bands, or empty
+    std::array<Sun, kMaxSuns> suns_{}, turned_suns_{};
+    std::size_t sun_count_ = 0;
+    bool suns_on_ = false;
+    std::optional<LightFactor> factor_;
+    SunFilter filter_;
+
+    void findSuns(double seconds);
 };
 
 }  // namespace penumbra

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "sh/brdf/reflection_operator.h"
 #include "sh/reflectance.h"
-#include "sh/reflection_operator.h"
 #include "sh/sh_product.h"
 
 namespace penumbra {

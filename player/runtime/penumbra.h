@@ -16,8 +16,8 @@
  * the same time, even if these come from one asset. Calls that take a const handle may run at the same time on one
  * handle when they write different ranges, so that a frame can be split over threads by clusters and by vertices.
  *
- * Speed. After ..._create no function of the character, the shading or the scene allocates memory, unless it fails or
- * more than 2,000 body parts are in reach of one point.
+ * Speed. After ..._create no function of the character, the shading or the scene allocates memory, unless it says so,
+ * fails or has more than 2,000 body parts in reach of one point.
  *
  * Arrays. There are V vertices, J joints and C clusters. Arrays are row-major and float32. The model frame is
  * right-handed, with y up, in metres. Colours are linear Rec.709; light and result are radiance. SH are real and
@@ -162,15 +162,26 @@ typedef struct penumbra_material {
     float color[3];                        /* factor on the result */
     const float* slices;                   /* [channels, slice_order^2, view_order (view_order + 1) / 2] */
     int operator_count;                    /* 0: no PENUMBRA_OPERATORS */
+    size_t lobe_count;                     /* 0: suns add nothing to it */
 } penumbra_material;
 PENUMBRA_API penumbra_status penumbra_asset_get_material(const penumbra_asset* asset, size_t material,
                                                          penumbra_material* out);
+/* The lobes of a material add up to its BRDF, for light from one direction. These are the numbers that
+ * penumbra_brdf_lobe() and penumbra_mirror_reflectance() of penumbra_brdf_get_glsl() take. */
+typedef struct penumbra_lobe {
+    int model;
+    float parameters[4];
+    float color[3];
+} penumbra_lobe;
+PENUMBRA_API penumbra_status penumbra_asset_get_lobe(const penumbra_asset* asset, size_t material, size_t lobe,
+                                                     penumbra_lobe* out);
 
 typedef struct penumbra_light {
     const char* name;
     int order;
     const float* sh; /* [order^2, 3] */
     int lobe_count;  /* 0: no PENUMBRA_LOBES */
+    int sun_count;   /* suns of penumbra_shading_set_suns */
 } penumbra_light;
 PENUMBRA_API penumbra_status penumbra_asset_get_light(const penumbra_asset* asset, size_t light, penumbra_light* out);
 
@@ -341,6 +352,20 @@ PENUMBRA_API size_t penumbra_asset_sphere_count(const penumbra_asset* asset);
 PENUMBRA_API penumbra_status penumbra_character_get_spheres(const penumbra_character* character, const float* to_scene,
                                                             float* spheres, penumbra_error* error);
 
+/* How many parts with fields characters of the asset cast by (penumbra-fit visibility --model composed); 0: none. */
+PENUMBRA_API size_t penumbra_asset_part_count(const penumbra_asset* asset);
+/* How many 32-bit words the fields take, a multiple of 4; 0 without. */
+PENUMBRA_API size_t penumbra_asset_field_words(const penumbra_asset* asset);
+/* Writes the fields [field_words] for PENUMBRA_FIELD (penumbra_cast_get_glsl). One call for each asset is enough, since
+ * the words are the same in all poses. `first_word` tells where in the engine's buffer they begin, so that a buffer may
+ * hold several assets: a multiple of 4, and the words end below 2^26. Allocates. */
+PENUMBRA_API penumbra_status penumbra_asset_get_fields(const penumbra_asset* asset, size_t first_word, uint32_t* words,
+                                                       penumbra_error* error);
+/* Writes the parts of a character as it is posed now for PENUMBRA_PART, [part_count,7,4]. `first_word` is that of its
+ * asset's fields, `to_scene` that of penumbra_scene_set_caster. No scene is needed. Allocates nothing. */
+PENUMBRA_API penumbra_status penumbra_character_get_parts(const penumbra_character* character, const float* to_scene,
+                                                          size_t first_word, float* rows, penumbra_error* error);
+
 /* --- Shading: the materials and the light that are on. Any number of characters of one asset share it. --- */
 
 typedef struct penumbra_shading penumbra_shading;
@@ -391,6 +416,33 @@ PENUMBRA_API penumbra_status penumbra_shading_set_sh_light(penumbra_shading* sha
 PENUMBRA_API penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, const float rotation[9],
                                                                  penumbra_error* error);
 
+/* --- Suns: the part of a light that comes from single directions, and casts shadows with edges --- */
+
+#define PENUMBRA_MAX_SUNS 3
+typedef struct penumbra_sun {
+    float direction[3];  /* unit, towards the sun */
+    float irradiance[3]; /* at normal incidence, linear Rec.709 */
+    float radius;        /* radians from the centre of the disc to its rim; 0: a point */
+} penumbra_sun;
+
+/* Suns are off at first, and the light is shaded as it is. While they are on (`on` is not 0), penumbra_shading_shade
+ * and the GPU's light are the light without its suns, and penumbra_shading_add_suns adds those. Lights without suns
+ * stay as they are. Fails with PENUMBRA_UNSUPPORTED unless the light form is PENUMBRA_ROTATION. */
+PENUMBRA_API penumbra_status penumbra_shading_set_suns(penumbra_shading* shading, int on, penumbra_error* error);
+/* The suns of the light that is on, as it is turned, in the model frame. 0 while suns are off. */
+PENUMBRA_API size_t penumbra_shading_sun_count(const penumbra_shading* shading);
+PENUMBRA_API penumbra_status penumbra_shading_get_sun(const penumbra_shading* shading, size_t sun, penumbra_sun* out);
+/* Finds up to `most` suns (0..PENUMBRA_MAX_SUNS; 0: none any more) in every light of the caller from now on. They are
+ * smoothed over time: after `time_constant` seconds (finite, 0: not at all), 1/e of a difference is left. Suns move
+ * with a light that moves, and fade where it jumps. Whatever the suns are, they and what is shaded without them are the
+ * whole light. Fails with PENUMBRA_UNSUPPORTED without room for a light of the caller. Allocates. */
+PENUMBRA_API penumbra_status penumbra_shading_find_suns(penumbra_shading* shading, int most, double time_constant,
+                                                        penumbra_error* error);
+/* Does what penumbra_shading_set_sh_light does, `seconds` (finite, 0 or more) after the last light. Over 0 seconds suns
+ * stay where they are; the first light's are taken as they are. */
+PENUMBRA_API penumbra_status penumbra_shading_update_sh_light(penumbra_shading* shading, int order, const float* sh,
+                                                              double seconds, penumbra_error* error);
+
 /* Computes the radiance towards `eye` (model frame). It is not clamped: where SH ring, values may be slightly negative.
  * Arrays are those of all vertices, [V,3] and numbers [V,stride], and a call shades `count` of them. With several slots
  * these are the ones at [first, first + count) of a list that has the vertices of one slot together. So only calls that
@@ -402,6 +454,38 @@ typedef struct penumbra_vertices {
 PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first,
                                                     size_t count, const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
+/* Adds to the radiance what the suns that are on send to `eye`: the sum of visibility, irradiance, BRDF and cosine.
+ * `visible` is [sun_count, V], the share of each sun, from 0 to 1, that reaches a vertex past everything, the character
+ * itself included: from the engine's shadow maps, or from a penumbra_sun_map. Vertices are those of
+ * penumbra_shading_shade, whose `numbers` may be NULL here. Materials without lobes send nothing back. */
+PENUMBRA_API penumbra_status penumbra_shading_add_suns(const penumbra_shading* shading,
+                                                       const penumbra_vertices* vertices, const float eye[3],
+                                                       size_t first, size_t count, const float* visible,
+                                                       float* radiance, penumbra_error* error);
+
+/* A shadow map on the CPU, for tools, tests and engines without a GPU. docs/c-api.md tells when to use it. */
+typedef struct penumbra_sun_map penumbra_sun_map;
+typedef struct penumbra_sun_caster { /* both sides of the triangles cast */
+    const float* positions;          /* [vertex_count,3]; triangles with a vertex that is not finite cast nothing */
+    size_t vertex_count;
+    const uint32_t* triangles; /* [triangle_count,3] */
+    size_t triangle_count;
+} penumbra_sun_caster;
+/* Makes a map of `size` texels a side (8..8192, 0: 1024) that nothing casts on. */
+PENUMBRA_API penumbra_status penumbra_sun_map_create(int size, penumbra_sun_map** map, penumbra_error* error);
+PENUMBRA_API void penumbra_sun_map_destroy(penumbra_sun_map* map);
+/* Draws the casters as the sun sees them, instead of those before. The sun and all casters have one frame of
+ * coordinates, and the map fits them. Only the direction and the radius of the sun are read. Nothing of the arrays is
+ * read later. Allocates the first time, and where there are more casters than before. */
+PENUMBRA_API penumbra_status penumbra_sun_map_set_casters(penumbra_sun_map* map, const penumbra_sun* sun,
+                                                          const penumbra_sun_caster* casters, size_t count,
+                                                          penumbra_error* error);
+/* Computes the share of the sun, from 0 to 1, that reaches points past all casters, in the casters' frame. `positions`
+ * and unit `normals` are [count,3], `visible` is [count]. It is 0 where a surface faces away from the sun, and where a
+ * position or a normal is not finite; 1 everywhere while nothing casts. */
+PENUMBRA_API penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map* map, const float* positions,
+                                                         const float* normals, size_t count, float* visible,
+                                                         penumbra_error* error);
 
 /* --- For engines that shade on the GPU. penumbra.glsl tells how these come together. --- */
 
@@ -421,8 +505,14 @@ PENUMBRA_API penumbra_status penumbra_shading_get_gpu_materials(const penumbra_s
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels,
                                                             penumbra_error* error);
 
-/* Writes the GLSL functions penumbra_cast_visibility(), penumbra_cast_mirror() and penumbra_cast_ambient(): what the
- * spheres of casters leave visible at any point. With an asset the text also has penumbra_cast_numbers(), which
+/* Writes the GLSL functions penumbra_brdf_lobe() and penumbra_mirror_reflectance(), which evaluate a penumbra_lobe for
+ * two directions. They are the same for all assets. docs/gpu.md has the light of a sun with them, a pixel at a time.
+ * `text`, `capacity` and `length` are as there. Allocates. */
+PENUMBRA_API penumbra_status penumbra_brdf_get_glsl(char* text, size_t capacity, size_t* length, penumbra_error* error);
+
+/* Writes the GLSL functions penumbra_cast_visibility() and penumbra_cast_mirror() for casters that are spheres,
+ * penumbra_cast_fields() and penumbra_cast_combine() for parts with fields, and penumbra_cast_ambient() for both: what
+ * casters leave visible at any point. With an asset the text also has penumbra_cast_numbers(), which
  * multiplies the numbers of that asset's vertices by it; it then stands behind the text of penumbra_shading_get_glsl.
  * docs/gpu.md tells how they come together. `asset` may be NULL; `text`, `capacity` and `length` are as there.
  * Allocates. */

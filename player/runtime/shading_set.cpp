@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+
+#include "player/runtime/sun_lobes.h"
 
 namespace penumbra {
 
@@ -64,13 +67,25 @@ void ShadingSet::setMaterial(std::size_t material) {
 void ShadingSet::setLight(std::size_t light) {
     assert(light < lights_.size() && hasLight(light));
     light_ = light;
+    lights_[light].setSuns(suns_on_);
     setLightRotation(rotation_);
 }
 
-void ShadingSet::setLight(std::size_t light, std::span<const float> sh) {
+void ShadingSet::setLight(std::size_t light, std::span<const float> sh, double seconds) {
     assert(light < lights_.size());
-    lights_[light].setCoefficients(sh);
+    lights_[light].setCoefficients(sh, seconds);
     setLight(light);
+}
+
+void ShadingSet::setSuns(bool on) {
+    assert(!on || choice_.light_form == LightForm::kRotation);
+    suns_on_ = on;
+    setLight(light_);
+}
+
+void ShadingSet::factorLive(std::size_t light, int count, double time_constant) {
+    assert(light < lights_.size());
+    lights_[light].factorLive(count, time_constant);
 }
 
 void ShadingSet::setLightRotation(const Mat3& rotation) {
@@ -102,6 +117,25 @@ void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3>
         if (stop <= begin) continue;
         path_.shade(materialView(slot), light, input, begin, stop);
         begin = stop;
+    }
+}
+
+void ShadingSet::addSuns(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
+                         std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> visible,
+                         Vec3 eye, std::span<Vec3> radiance) const {
+    assert(begin <= end && end <= radiance.size() && visible.size() == suns().size() * radiance.size());
+    const std::span<const Sun> all = suns();
+    std::size_t slot = 0;
+    for (std::size_t at = begin; at < end; ++at) {
+        while (at >= first_of_slot_[slot + 1]) ++slot;
+        const std::span<const BrdfLobe> lobes = asset_->materials[material_of_slot_[slot]].lobes;
+        const std::size_t v = order_.empty() ? at : order_[at];
+        for (std::size_t s = 0; s < all.size(); ++s) {
+            const float share = visible[s * radiance.size() + v], cosine = dot(normals[v], all[s].direction);
+            if (!(share > 0 && cosine > 0)) continue;
+            const LobeSurface surface = lobeSurface(positions[v], normals[v], tangents[v], eye);
+            radiance[v] += all[s].irradiance * sunLobes(lobes, surface, all[s].direction, cosine) * (share * cosine);
+        }
     }
 }
 

@@ -34,7 +34,15 @@ public:
     void setLight(std::size_t light);        // the light is turned as the last one was
     // Replaces a light by one of at most its order, [n^2, 3], turned as the last one was, and switches it on. Only
     // for LightForm::kRotation.
-    void setLight(std::size_t light, std::span<const float> sh);
+    void setLight(std::size_t light, std::span<const float> sh, double seconds = 0);
+    // Suns are off at first: the light is shaded as it is. While they are on, shade() gives the light without its suns,
+    // and the caller adds visibility times irradiance times BRDF of each of suns(). Only for LightForm::kRotation.
+    void setSuns(bool on);
+    bool sunsOn() const { return suns_on_; }
+    // Finds up to `count` suns, smoothed over time, in every light that setLight() replaces; its `seconds` is the time
+    // since the last one. LightTables::factorLive() has the rest.
+    void factorLive(std::size_t light, int count, double time_constant = 0.1);
+    std::span<const Sun> suns() const { return lights_[light_].suns(); }  // of the light that is on, turned
     // Turns the light by `rotation` in the model frame, L'(s) = L(rotation^T s), from how the asset has it.
     void setLightRotation(const Mat3& rotation);
     // These grow with every change of materials or of light. What was uploaded for an older version is stale.
@@ -48,6 +56,12 @@ public:
     void shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
                std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye,
                std::span<Vec3> radiance) const;
+    // Adds what suns() add to the radiance of these vertices: sum over suns of visible E f(omega_i, omega_o) cos.
+    // `visible` is [suns, V], the share of each sun that reaches a vertex past everything, its own body included.
+    // Materials without lobes send nothing back. Everything else is as in shade().
+    void addSuns(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
+                 std::span<const Vec3> tangents, std::span<const float> visible, Vec3 eye,
+                 std::span<Vec3> radiance) const;
     // Returns what the kernel reads for a slot.
     ShadeMaterial materialView(std::size_t slot) const {
         return tables_[material_of_slot_[slot]][order_of_light_[light_]].view();
@@ -68,6 +82,7 @@ private:
     std::vector<std::size_t> first_of_slot_;  // [slots + 1], into the shading order
     std::vector<std::uint32_t> order_;
     std::size_t light_ = 0;
+    bool suns_on_ = false;
     Mat3 rotation_;
     std::uint64_t material_version_ = 1, light_version_ = 1;
     ShadePath path_;

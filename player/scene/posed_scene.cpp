@@ -1,5 +1,6 @@
 #include "player/scene/posed_scene.h"
 
+#include <algorithm>
 #include <map>
 
 #include "formats/common/errors.h"
@@ -18,7 +19,8 @@ std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluato
     return one.casts == SceneCasts::kFields ? CasterKind::kFields : CasterKind::kSpheres;
 }
 
-PosedScene::PosedScene(SceneDescription file) : file_(std::move(file)) {
+PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), file_(std::move(file)) {
+    if (needsSpheres(way_.mode)) castBySpheres(file_);
     std::map<std::filesystem::path, std::shared_ptr<const OpenAsset>> open;
     const auto opened = [&](const std::filesystem::path& path) {
         std::shared_ptr<const OpenAsset>& asset = open[path.lexically_normal()];
@@ -40,6 +42,7 @@ PosedScene::PosedScene(SceneDescription file) : file_(std::move(file)) {
                 SceneMember{&one, std::move(asset), std::move(evaluator), 0, placementOf(one), kNobody}));
             SceneMember& member = *members_.back();
             first = &member.evaluator;
+            if (one.pose) member.pose = &poses_.poseOf(one, member.asset->view);
             const std::optional<CasterKind> kind = casterKindOf(one, member.evaluator);
             if (!kind) continue;
             member.caster = casters.size();
@@ -51,6 +54,9 @@ PosedScene::PosedScene(SceneDescription file) : file_(std::move(file)) {
     } catch (const std::length_error& error) {
         throw Unsupported(error.what());
     }
+    cast_->setExponential(way_.exponential);
+    if (!way_.exponential.isDefault() && std::ranges::find(kinds, CasterKind::kSpheres) == kinds.end())
+        throw UsageError("--cast-exponential " + nameOf(way_.exponential) + ": nobody in the scene casts by spheres");
     light_asset_ = file_.light.asset.empty() ? members_.front()->asset : opened(file_.light.asset);
     light_ = lightOf(file_.light, light_asset_->view);
     light_rotation_ = rotationOf(file_.light);
@@ -61,8 +67,12 @@ void PosedScene::pose(std::optional<double> seconds) {
     for (std::size_t m = 0; m < members_.size(); ++m) {
         const std::unique_ptr<SceneMember>& member = members_[m];
         const bool moves = m < file_.characters.size();
-        member->frame = frameOf(*member->file, member->asset->view.animation, moves ? seconds : std::nullopt);
-        member->evaluator.setFrame(member->frame);
+        if (member->pose) {
+            member->evaluator.setPose(member->pose->bones, member->pose->rotations);
+        } else {
+            member->frame = frameOf(*member->file, member->asset->view.animation, moves ? seconds : std::nullopt);
+            member->evaluator.setFrame(member->frame);
+        }
         if (member->caster != kNobody) cast_->pose(member->caster, member->evaluator.bones(), member->to_scene);
     }
 }

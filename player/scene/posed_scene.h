@@ -3,9 +3,10 @@
 #include <memory>
 #include <optional>
 
-#include "formats/scene/scene_file.h"
+#include "formats/scene/bone_poses.h"
 #include "player/frame/open_asset.h"
 #include "player/runtime/cast_shadow.h"
+#include "player/scene/cast_way.h"
 
 namespace penumbra {
 
@@ -14,9 +15,10 @@ struct SceneMember {
     const SceneCharacter* file;
     std::shared_ptr<const OpenAsset> asset;
     Evaluator evaluator;
-    std::size_t frame = 0;  // of the asset's animation
+    std::size_t frame = 0;  // of the asset's animation; 0 with a pose of a file
     Affine to_scene;
-    std::size_t caster = kNobody;  // of the cast; kNobody: it hides nothing
+    std::size_t caster = kNobody;    // of the cast; kNobody: it hides nothing
+    const BonePose* pose = nullptr;  // of a file, instead of a frame
 };
 
 // Returns what a character casts by; nothing where it casts nothing. Throws InvalidInput where its asset lacks what the
@@ -25,24 +27,29 @@ std::optional<CasterKind> casterKindOf(const SceneCharacter& one, const Evaluato
 
 class PosedScene {
 public:
-    // Opens every asset, each file once, and takes everyone to their times. Throws what OpenAsset throws, and
-    // InvalidInput for an asset without a model and for a clip, material or light that is not there.
-    explicit PosedScene(SceneDescription file);
+    // Opens every asset, each file once, and takes everyone to their times. Throws what OpenAsset throws, InvalidInput
+    // for an asset without a model, for a clip, pose, material or light that is not there and for one without the
+    // casters that `way` needs, and UsageError for an exponential where nobody casts by spheres.
+    explicit PosedScene(SceneDescription file, const CastWay& way = {});
     PosedScene(const PosedScene&) = delete;  // casters point to members
     PosedScene& operator=(const PosedScene&) = delete;
 
-    // Takes everyone to their times, or all to one time (seconds into their clips).
+    // Takes everyone to their times, or all to one time (seconds into their clips). Props stay, and so does who has a
+    // pose of a file.
     void pose(std::optional<double> seconds);
 
     const SceneDescription& file() const { return file_; }
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
     const CastShadow& cast() const { return *cast_; }
+    const CastWay& castWay() const { return way_; }
     const AssetView& lightAsset() const { return light_asset_->view; }
     const LightView* light() const { return light_; }  // of lightAsset(); null where that has none
     const Mat3d& lightRotation() const { return light_rotation_; }
 
 private:
+    CastWay way_;
     SceneDescription file_;
+    PoseFiles poses_;
     std::vector<std::unique_ptr<SceneMember>> members_;  // characters, then props
     std::unique_ptr<CastShadow> cast_;
     std::shared_ptr<const OpenAsset> light_asset_;

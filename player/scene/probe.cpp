@@ -8,9 +8,13 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
+#include "player/scene/cast_shader.h"
+#include "player/scene/sphere_cast.h"
+#include "sh/cast/cast_fold.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 #include "sh/tangent.h"
+#include "sh/zonal.h"
 
 namespace penumbra {
 
@@ -44,6 +48,9 @@ public:
         to_light_ = transposed(scene.lightRotation());
         std::vector<double> y(kFieldNumbers);
         const std::vector<int> even = evenIndices(kFieldOrder);
+        const CastMode mode = scene.castWay().mode;
+        if (light_ && (mode == CastMode::kFolded || mode == CastMode::kPaper004))
+            fold_ = makeCastFold(light_->order, turnedLight(*light_, scene.lightRotation()), castOrderOf(mode));
         for (const WeightedDirection& d : directions_) {
             evalBasis(kFieldOrder, d.direction, y);
             std::array<double, kFarNumbers>& row = rows_.emplace_back();
@@ -51,21 +58,29 @@ public:
         }
     }
 
+    // From what is visible, mirrored at the point's horizon.
     ProbeValue value(const float* mirrored, const ProbePoint& point, Vec3 tangent) const {
-        const Vec3d n = toDouble(point.normal), t = toDouble(tangent), b = cross(n, t);
-        ProbeValue out;
-        out.ambient = 0;
-        std::array<double, kProbeOrder * kProbeOrder> y;
-        for (std::size_t d = 0; d < directions_.size(); ++d) {
+        return integrate(point, tangent, [&](std::size_t d, std::span<const double>) {
             double v = 0;
             for (std::size_t i = 0; i < kFarNumbers; ++i) v += mirrored[i] * rows_[d][i];
-            const Vec3d local = directions_[d].direction, s = t * local.x + b * local.y + n * local.z;
-            const double weight = directions_[d].weight * v;
-            out.ambient += weight * local.z / std::numbers::pi;
-            evalBasis(kProbeOrder, s, y);
-            for (std::size_t i = 0; i < y.size(); ++i) out.moments[i] += weight * y[i];
-            if (light_) out.irradiance += radiance(s) * (weight * local.z);
-        }
+            return v;
+        });
+    }
+
+    // From V_c over the whole sphere, in the frame of the scene.
+    ProbeValue value(std::span<const float> cast, const ProbePoint& point, Vec3 tangent) const {
+        ProbeValue out = integrate(point, tangent, [&](std::size_t, std::span<const double> y) {
+            double v = 0;
+            for (std::size_t i = 0; i < cast.size(); ++i) v += cast[i] * y[i];
+            return v;
+        });
+        if (fold_.matrix.empty()) return out;
+        std::vector<float> folded(std::size_t(coefficientCount(fold_.light_order)) * 3);
+        foldCast(fold_, cast, folded);
+        const ClampedCosine cosine(fold_.light_order, toDouble(point.normal));
+        out.irradiance = {};
+        for (std::size_t i = 0; i < folded.size(); ++i)
+            out.irradiance[int(i % 3)] += cosine.numbers[i / 3] * double(folded[i]);
         return out;
     }
 
@@ -74,6 +89,34 @@ private:
     std::vector<std::array<double, kFarNumbers>> rows_;  // of each direction: the mirrored functions
     const LightView* light_ = nullptr;
     Mat3d to_light_;
+    CastFold fold_;  // only of modes that fold
+
+    // The integral over max(normal . s, 0) y_i(s).
+    struct ClampedCosine {
+        std::vector<double> numbers;
+        ClampedCosine(int order, Vec3d normal) : numbers(std::size_t(coefficientCount(order))) {
+            std::vector<double> zonal(std::size_t(order), 0.0);
+            clampedCosineZonal(zonal);
+            rotateZonal(zonal, normal, numbers);
+        }
+    };
+
+    // `visible(d, y)` is V in direction d, whose SH in the scene are y.
+    ProbeValue integrate(const ProbePoint& point, Vec3 tangent, const auto& visible) const {
+        const Vec3d n = toDouble(point.normal), t = toDouble(tangent), b = cross(n, t);
+        ProbeValue out;
+        out.ambient = 0;
+        std::array<double, kProbeOrder * kProbeOrder> y;
+        for (std::size_t d = 0; d < directions_.size(); ++d) {
+            const Vec3d local = directions_[d].direction, s = t * local.x + b * local.y + n * local.z;
+            evalBasis(kProbeOrder, s, y);
+            const double weight = directions_[d].weight * visible(d, y);
+            out.ambient += weight * local.z / std::numbers::pi;
+            for (std::size_t i = 0; i < y.size(); ++i) out.moments[i] += weight * y[i];
+            if (light_) out.irradiance += radiance(s) * (weight * local.z);
+        }
+        return out;
+    }
 
     Vec3d radiance(Vec3d s) const {
         std::vector<double> y(std::size_t(light_->order * light_->order));
@@ -98,9 +141,11 @@ struct ProbeBatch {
             tangents[i] = tangentOf(points[i].normal, {1, 0, 0});
         }
     }
+    CastReceivers receivers() const {
+        return {{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}};
+    }
     void evaluate(const CastShadow& cast, CasterChoice choice) {
-        cast.evaluate({{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}}, choice,
-                      {mirrored.data(), count * kFarNumbers});
+        cast.evaluate(receivers(), choice, {mirrored.data(), count * kFarNumbers});
     }
 };
 
@@ -145,11 +190,20 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
     parallelFor((points.size() + kMostReceivers - 1) / kMostReceivers, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kMostReceivers, count = std::min(kMostReceivers, points.size() - first);
         ProbeBatch batch(points.subspan(first, count));
-        batch.evaluate(scene.cast(), {});
-        for (std::size_t i = 0; i < count; ++i)
-            values[first + i] =
-                integrals.value(batch.mirrored.data() + i * kFarNumbers, points[first + i], batch.tangents[i]);
-        addCasters(scene, batch, std::span(values).subspan(first, count));
+        const std::span<ProbeValue> out = std::span(values).subspan(first, count);
+        if (scene.castWay().mode == CastMode::kProduct) {
+            batch.evaluate(scene.cast(), {});
+            for (std::size_t i = 0; i < count; ++i)
+                out[i] = integrals.value(batch.mirrored.data() + i * kFarNumbers, points[first + i], batch.tangents[i]);
+        } else {
+            const int order = castOrderOf(scene.castWay().mode);
+            const std::size_t row = std::size_t(coefficientCount(order));
+            std::vector<float> cast;
+            castOverSphere(scene.cast(), {}, order, batch.receivers(), 1, cast);
+            for (std::size_t i = 0; i < count; ++i)
+                out[i] = integrals.value(std::span(cast).subspan(i * row, row), points[first + i], batch.tangents[i]);
+        }
+        addCasters(scene, batch, out);
     });
     return values;
 }

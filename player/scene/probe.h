@@ -27,7 +27,9 @@ struct ProbeValue {
 // name, the line and what is wrong with it.
 std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::string& name);
 
-// All casters count, and nothing else: neither the ground nor what the point lies on.
+// All casters count, and nothing else: neither the ground nor what the point lies on. V is that of
+// PosedScene::castWay(). In the modes that compare the points have free sight of their own, and where the light is
+// folded, irradiance is that of the light's own bands.
 std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads);
 
 // Rows of the points' six columns, E, irradiance_r, irradiance_g, irradiance_b, casters (names with semicolons between,

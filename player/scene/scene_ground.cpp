@@ -27,27 +27,6 @@ constexpr std::uint32_t kBlock = 4;  // squares a side
 // rms of V over the sphere: how far the middle may be from its corners' mean, and the corners from one another.
 constexpr float kMiddleOff = 0.003f, kCornersApart = 0.15f;
 
-GroundVertices groundMesh(const SceneGround& ground) {
-    const auto side = std::uint32_t(ground.resolution);
-    GroundVertices out;
-    out.side = side;
-    for (std::uint32_t i = 0; i < side; ++i)
-        for (std::uint32_t j = 0; j < side; ++j) {
-            const double x = ground.size * (double(i) / (side - 1) - 0.5),
-                         z = ground.size * (double(j) / (side - 1) - 0.5);
-            out.positions.push_back(toFloat(Vec3d{ground.centre.x + x, ground.height, ground.centre.z + z}));
-        }
-    out.normals.assign(out.positions.size(), {0, 1, 0});
-    out.tangents.assign(out.positions.size(), {0, 0, 1});
-    out.mirrored.resize(out.positions.size() * kFarNumbers);
-    for (std::uint32_t i = 0; i + 1 < side; ++i)
-        for (std::uint32_t j = 0; j + 1 < side; ++j) {
-            const std::uint32_t a = i * side + j, b = a + side;
-            out.triangles.insert(out.triangles.end(), {a, a + 1, b, b, a + 1, b + 1});
-        }
-    return out;
-}
-
 using Row = std::span<const float, kFarNumbers>;
 
 // A block of squares: vertices low..high both ways.
@@ -158,6 +137,27 @@ private:
 
 }  // namespace
 
+GroundVertices groundMesh(const SceneGround& ground) {
+    const auto side = std::uint32_t(ground.resolution);
+    GroundVertices out;
+    out.side = side;
+    for (std::uint32_t i = 0; i < side; ++i)
+        for (std::uint32_t j = 0; j < side; ++j) {
+            const double x = ground.size * (double(i) / (side - 1) - 0.5),
+                         z = ground.size * (double(j) / (side - 1) - 0.5);
+            out.positions.push_back(toFloat(Vec3d{ground.centre.x + x, ground.height, ground.centre.z + z}));
+        }
+    out.normals.assign(out.positions.size(), {0, 1, 0});
+    out.tangents.assign(out.positions.size(), {0, 0, 1});
+    out.mirrored.resize(out.positions.size() * kFarNumbers);
+    for (std::uint32_t i = 0; i + 1 < side; ++i)
+        for (std::uint32_t j = 0; j + 1 < side; ++j) {
+            const std::uint32_t a = i * side + j, b = a + side;
+            out.triangles.insert(out.triangles.end(), {a, a + 1, b, b, a + 1, b + 1});
+        }
+    return out;
+}
+
 GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads) {
     GroundVertices vertices = groundMesh(ground);
     Refinement(cast, vertices, threads).run();
@@ -177,14 +177,11 @@ std::vector<float> groundAmbient(const GroundVertices& ground) {
     return e;
 }
 
-std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
-                                 Vec3 albedo) {
-    // All vertices have one frame, so that irradiance is one weighted sum of the numbers: w_i = integral over the
-    // hemisphere of L cos y_i.
+GroundWeights groundWeights(const GroundVertices& ground, const LightView& light, const Mat3d& rotation) {
     const Vec3d n = toDouble(ground.normals.front()), t = toDouble(ground.tangents.front()), b = cross(n, t);
     const Mat3d to_light = transposed(rotation);
     const std::vector<int> even = evenIndices(kFieldOrder);
-    std::array<Vec3d, kFarNumbers> weights{};
+    GroundWeights weights{};
     std::vector<double> y(kFieldNumbers), of_light(std::size_t(light.order * light.order));
     for (const WeightedDirection& d : gaussHemisphere(16, 32)) {
         evalBasis(light.order, to_light * (t * d.direction.x + b * d.direction.y + n * d.direction.z), of_light);
@@ -195,6 +192,12 @@ std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& 
         for (std::size_t i = 0; i < kFarNumbers; ++i)
             weights[i] += radiance * (d.weight * d.direction.z * y[std::size_t(even[i])]);
     }
+    return weights;
+}
+
+std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,
+                                 Vec3 albedo) {
+    const GroundWeights weights = groundWeights(ground, light, rotation);
     const Vec3d reflected = toDouble(albedo) * (1 / std::numbers::pi);
     std::vector<Vec3> out;
     for (std::size_t v = 0; v < ground.positions.size(); ++v) {

@@ -1,5 +1,7 @@
 #pragma once
 // What the ground of a scene sees past its casters.
+#include <array>
+
 #include "player/scene/posed_scene.h"
 
 namespace penumbra {
@@ -12,8 +14,14 @@ struct GroundVertices {
     std::vector<std::uint32_t> triangles;
     std::size_t evaluated = 0;  // vertices; the others lie between evaluated ones
 };
+// Returns the vertices of a ground that nobody casts on yet, with room for their numbers.
+GroundVertices groundMesh(const SceneGround& ground);
 GroundVertices groundVertices(const SceneGround& ground, const CastShadow& cast, int threads);
 GroundVertices groundVertices(const PosedScene& scene, int threads);
+// All vertices have one frame, so that irradiance is one weighted sum of a vertex' numbers: w_i = integral over the
+// hemisphere of L cos y_i. The light's SH are turned by `rotation`.
+using GroundWeights = std::array<Vec3d, kFarNumbers>;
+GroundWeights groundWeights(const GroundVertices& ground, const LightView& light, const Mat3d& rotation);
 // E of each vertex, and what a Lambertian ground sends back from a light whose SH are turned by `rotation`.
 std::vector<float> groundAmbient(const GroundVertices& ground);
 std::vector<Vec3> groundRadiance(const GroundVertices& ground, const LightView& light, const Mat3d& rotation,

@@ -1,6 +1,8 @@
 #include "player/scene/scene_receivers.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "formats/common/parallel_for.h"
 #include "player/runtime/cast_product.h"
@@ -24,14 +26,33 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceiv
     return true;
 }
 
-void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
-    const SceneMember& member = *scene.members()[index];
+std::vector<float> freeSight(const Convention& convention) {
+    const auto count = std::size_t(coefficientCount(convention.order));
+    std::vector<double> below(count);
+    belowHorizonCoefficients(convention.order, below);
+    std::vector<float> moments(count), numbers(std::size_t(convention.size()));
+    for (std::size_t i = 0; i < count; ++i) moments[i] = -float(below[i]);
+    moments[0] += 2 * std::sqrt(std::numbers::pi_v<float>);
+    fromMoments(convention, moments, numbers);
+    return numbers;
+}
+
+void skinMember(const SceneMember& member, int threads, FrameVertices& vertices) {
     skinFrame(member.evaluator, threads, vertices);
-    evaluateNumbers(member.evaluator, threads, vertices);
     const Mat3 turn = member.to_scene.linear();
     for (Vec3& p : vertices.positions) p = member.to_scene.point(p);
     for (std::vector<Vec3>* directions : {&vertices.normals, &vertices.tangents})
         for (Vec3& d : *directions) d = turn * d;
+}
+
+void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices) {
+    skinMember(member, threads, vertices);
+    evaluateNumbers(member.evaluator, threads, vertices);
+}
+
+void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
+    const SceneMember& member = *scene.members()[index];
+    ownVertices(member, threads, vertices);
     castOnNumbers(scene.cast(), {.except = member.caster}, {vertices.positions, vertices.normals, vertices.tangents},
                   member.asset->view.model, threads, vertices.numbers);
 }

@@ -3,14 +3,8 @@
 INTERPOLATION in vec3 value;
 
 uniform float error_max;  // the error that gets the brightest colour
-uniform float exposure;
-uniform int tone_map;  // ToneMap (view_display.h); -1: linear values times exposure
 
 layout(location = 0) out vec4 color;
-
-vec3 linearFromSrgb(vec3 c) {
-    return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
-}
 
 // The colour map viridis (its lightness grows evenly, and it is safe for colour-blind eyes) as M. Zucker's polynomial
 // of degree 6 (public domain), which is within 0.02 of the table. Its colours are sRGB.
@@ -34,21 +28,6 @@ vec3 numberColor(int number) {
     return lightness * mix(vec3(1.0), pure, 0.65);
 }
 
-vec3 srgbFromLinear(vec3 c) {
-    return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
-}
-
-vec3 displayed(vec3 c) {
-#if CHANNEL == CHANNEL_NORMALS
-    return c;  // numbers
-#elif CHANNEL == CHANNEL_SHADED
-    c *= exposure;
-    if (tone_map == 1) c = c / (1.0 + c);
-    if (tone_map == 2) c = c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14);
-#endif
-    return srgbFromLinear(clamp(c, 0.0, 1.0));
-}
-
 void main() {
 #if CHANNEL == CHANNEL_AO
     vec3 rgb = vec3(max(value.x, 0.0));
@@ -60,6 +39,9 @@ void main() {
     vec3 rgb = normalize(value) * 0.5 + 0.5;
 #else
     vec3 rgb = value;
+#ifdef SUNLIT
+    rgb += sunlight();
 #endif
-    color = vec4(tone_map < 0 ? rgb * exposure : displayed(rgb), 1.0);
+#endif
+    color = pictureColor(rgb);
 }

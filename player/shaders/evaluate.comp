@@ -20,11 +20,17 @@ layout(std430, binding = 6) writeonly buffer Anchors { vec4 anchor_values[]; }; 
 #else
 layout(std430, binding = 6) readonly buffer Anchors { vec4 anchor_values[]; };
 #endif
-float penumbra_f[36], penumbra_even[21];
 #endif
 #ifdef DEFORMING
 // position and normal, 6 numbers a vertex
 layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices[]; };
+#endif
+
+#ifdef RECEIVERS
+layout(std430, binding = 7) writeonly buffer Receivers { vec4 receivers[]; };  // as cast.comp reads them
+#endif
+#ifdef CAST
+layout(std430, binding = 7) readonly buffer Casts { vec4 casts[]; };  // as cast.comp writes them
 #endif
 
 uniform vec3 eye;  // in the scene
@@ -43,6 +49,10 @@ vec4 quadOf(uint array, uint quad, uint stored_as);
 #define PENUMBRA_BASIS(quad) quadOf(basis_array, uint(quad), BASIS_PRECISION)
 #define PENUMBRA_SCORE(k) pose_numbers[first_score + uint(k)]
 uint mean_array, basis_array, first_score;
+#ifdef COMPOSED
+#define PENUMBRA_FIELD(word) asset[word]
+#define PENUMBRA_PART(part, row) pose[pose_begin + POSE_PARTS + uint(7 * (part) + (row))]
+#endif
 
 // shader_source.cpp replaces the next line. player/runtime/shading_glsl.cpp writes penumbra_ambient(),
 // penumbra_clamp_ambient() and penumbra_shade(), with the SH functions of player/runtime/sh_glsl.cpp; penumbra.glsl
@@ -61,6 +71,17 @@ vec3 restVector(uint array) {
     uint at = array + 3u * vertex;
     return uintBitsToFloat(uvec3(asset[at], asset[at + 1u], asset[at + 2u]));
 }
+
+// The first rows of a character's pose have its place in the scene.
+vec3 inScene(vec4 p) {
+    return vec3(dot(pose[pose_begin], p), dot(pose[pose_begin + 1u], p), dot(pose[pose_begin + 2u], p));
+}
+vec3 eyeInModel() {
+    vec4 row0 = pose[pose_begin], row1 = pose[pose_begin + 1u], row2 = pose[pose_begin + 2u];
+    vec3 way = eye - vec3(row0.w, row1.w, row2.w);
+    return way.x * row0.xyz + way.y * row1.xyz + way.z * row2.xyz;
+}
+bool hasGivenNumbers() { return pose[pose_begin + 3u].x > 0.0; }
 
 uint halfWord(uint array, uint i) { return bitfieldExtract(asset[array + i / 2u], int(16u * (i % 2u)), 16); }
 
@@ -97,8 +118,8 @@ void modelNumbers(uint row, out vec4 numbers[PENUMBRA_STRIDE4]) {
     penumbra_numbers(int(vertex - clusterWord(0u)), int(clusterWord(1u)), int(clusterWord(2u)), numbers);
 }
 
-void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
-    if (pose[pose_begin].w > 0.0) {
+void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+    if (hasGivenNumbers()) {
         uint first = (character * vertex_count + vertex) * PENUMBRA_STRIDE4;
         for (uint q = 0u; q < PENUMBRA_STRIDE4; ++q) numbers[q] = given_numbers[first + q];
         return;
@@ -114,9 +135,20 @@ void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRI
 #endif
     penumbra_clamp_ambient(numbers);
 }
+
+void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
+    ownNumbers(s, character, numbers);
+#ifdef CAST
+    uint first = CAST_QUADS * (character * vertex_count + vertex);
+    if (casts[first + 5u].y == 0.0) return;
+    float mirrored[21];
+    for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
+    penumbra_cast_numbers(numbers, mirrored);
+#endif
+}
 #endif
 
-vec3 valueOf(PenumbraSurface s, uint character, vec3 offset) {
+vec3 valueOf(PenumbraSurface s, uint character) {
 #if CHANNEL == CHANNEL_NORMALS
     return s.normal;
 #elif CHANNEL == CHANNEL_CLUSTERS
@@ -138,7 +170,7 @@ vec3 valueOf(PenumbraSurface s, uint character, vec3 offset) {
     uint slot = 0u;
 #endif
     int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slot]);
-    vec3 to_eye = penumbra_to_eye(s, eye - offset, local_from_model);
+    vec3 to_eye = penumbra_to_eye(s, eyeInModel(), local_from_model);
     return max(penumbra_shade(numbers, to_eye, local_from_model, material), 0.0);
 #endif
 #endif
@@ -150,7 +182,7 @@ void main() {
     if (anchor >= ANCHOR_COUNT) return;
     uint character = gl_GlobalInvocationID.y;
     pose_begin = character * POSE_SIZE;
-    if (pose[pose_begin].w > 0.0) return;  // its numbers are given
+    if (hasGivenNumbers()) return;
     vertex = asset[FAR_ANCHOR_TABLE + 2u * anchor];
     cluster = asset[CLUSTER_OF_VERTEX + vertex];
     farAnchor(surfaceOf(character), halfWord(PART_OF_VERTEX, vertex),
@@ -163,10 +195,16 @@ void main() {
     uint character = gl_GlobalInvocationID.y;
     pose_begin = character * POSE_SIZE;
     cluster = asset[CLUSTER_OF_VERTEX + vertex];
-    vec3 offset = pose[pose_begin].xyz;
     PenumbraSurface s = surfaceOf(character);
-    uint at = 2u * (character * vertex_count + vertex);
-    evaluated[at] = vec4(s.position + offset, 1.0);
-    evaluated[at + 1u] = vec4(valueOf(s, character, offset), 0.0);
+    uint at = character * vertex_count + vertex;
+    vec3 position = inScene(vec4(s.position, 1.0));
+#ifdef RECEIVERS
+    receivers[3u * at] = vec4(position, pose[pose_begin + 3u].y);
+    receivers[3u * at + 1u] = vec4(inScene(vec4(s.normal, 0.0)), 0.0);
+    receivers[3u * at + 2u] = vec4(inScene(vec4(s.tangent, 0.0)), 0.0);
+#else
+    evaluated[2u * at] = vec4(position, 1.0);
+    evaluated[2u * at + 1u] = vec4(valueOf(s, character), 0.0);
+#endif
 }
 #endif

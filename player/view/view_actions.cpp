@@ -75,6 +75,8 @@ void otherReflectance(ViewState& state, const ViewContents&, bool) {
 
 void unturnLight(ViewState& state, const ViewContents&, bool) { state.light_yaw = state.light_pitch = 0; }
 
+void suns(ViewState& state, const ViewContents&, bool) { state.suns = !state.suns; }
+
 void brighter(ViewState& state, const ViewContents&, bool automatic) {
     if (automatic)
         state.automatic_exposure = true;
@@ -150,6 +152,7 @@ constexpr std::array kShortcuts = {
     Shortcut{'S', "S", "previous", "next slot, or all slots", otherSlot},
     Shortcut{'L', "L", "previous", "next light", otherLight},
     Shortcut{'K', "K", "", "light as it came, not turned", unturnLight},
+    Shortcut{'H', "H", "", "suns of the light with shadow maps, or all light as SH", suns},
     Shortcut{'V', "V", "previous", "next form of the light: lobes, fixed lobes, exact rotation", otherLightForm},
     Shortcut{'P', "P", "", "reflectance as slices or as operators", otherReflectance},
     Shortcut{'E', "E", "automatic exposure", "brighter", brighter},

@@ -7,55 +7,66 @@ bool showsGround(const Scene& scene, const ViewState& state) {
            cameraPosition(state.camera).y >= scene.ground_file->height;
 }
 
-// Draws with the camera's own view from the origin of a sphere around it. Depth is clamped, as the sphere has no
-// place.
-void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view, double aspect) {
-    if (!sky_) {
-        sphere_ = unitSphere(32);
-        sky_.emplace(sphere_.triangles, Channel::kShaded);
+void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view) {
+    if (!sky_ || sky_light_ != shading.light()) {
+        if (!sky_) sky_.emplace();
+        sky_light_ = shading.light();
+        sky_->upload(skyPicture(shading.asset().lights[sky_light_]));
     }
-    const Made made{shading.light(), shading.lightVersion()};
-    if (sky_made_ != made) {
-        const LightView& light = shading.asset().lights[shading.light()];
-        sky_->upload(sphere_.positions, radianceFrom(light, lightRotation(state), sphere_.positions));
-        sky_made_ = made;
-    }
-    Camera camera = state.camera;
-    camera.target = camera.target - cameraPosition(camera);
-    FrameView sky = view;
-    clipFromModel(camera, aspect, 1, sky.clip_from_model);
-    gl::Enable(GL_DEPTH_CLAMP);
-    sky_->draw(sky);
-    gl::Disable(GL_DEPTH_CLAMP);
-    gl::Clear(GL_DEPTH_BUFFER_BIT);
+    sky_->draw(view, lightRotation(state));
 }
 
-void Backdrop::drawGround(const Scene& scene, const FrameView& view) {
+namespace {
+
+// The ground is Lambertian.
+BrdfModels modelsOf(const ViewSunlight* suns) { return suns ? 1u << int(BrdfModel::kLambert) : 0; }
+
+const Sunlight* sunlightOf(const ViewSunlight* suns) { return suns ? &suns->sunlight() : nullptr; }
+
+}  // namespace
+
+void Backdrop::drawGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns) {
     const ShownGround& ground = scene.ground;
-    if (!ground_) {
-        tiles_ = groundTiles(ground.vertices.side);
-        ground_.emplace(tiles_.triangles, Channel::kShaded);
-    }
-    if (ground_version_ != ground.version) {
-        std::vector<Vec3> positions, values;
+    if (tiles_.vertices.empty()) tiles_ = groundTiles(ground.vertices.side);
+    ValuePainter& painter =
+        ground_.try_emplace(suns != nullptr, tiles_.triangles, Channel::kShaded, Sides::kBoth, modelsOf(suns))
+            .first->second;
+    if (ground_version_ != ground.version) {  // it is another one where suns come or go
+        std::vector<Vec3> positions, values, normals, tangents;
+        std::vector<LobeRange> lobes;
         for (std::size_t v = 0; v < tiles_.vertices.size(); ++v) {
-            positions.push_back(ground.vertices.positions[tiles_.vertices[v]]);
-            values.push_back(ground.values[tiles_.vertices[v]] * tiles_.shades[v]);
+            const std::uint32_t of_grid = tiles_.vertices[v];
+            positions.push_back(ground.vertices.positions[of_grid]);
+            values.push_back(ground.values[of_grid] * tiles_.shades[v]);
+            if (!suns) continue;
+            normals.push_back(ground.vertices.normals[of_grid]);
+            tangents.push_back(ground.vertices.tangents[of_grid]);
+            lobes.push_back(suns->groundLobes(tiles_.shades[v]));
         }
-        ground_->upload(positions, values);
+        painter.upload(positions, values, {normals, tangents, lobes});
         ground_version_ = ground.version;
     }
     FrameView plain = view;
     if (!ground.lit()) plain.display = DisplayTransform();
-    ground_->draw(plain);
+    painter.draw(plain, sunlightOf(suns));
 }
 
-void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView& view, double aspect) {
+void Backdrop::drawPlainGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns) {
+    const GroundVertices& vertices = scene.ground.vertices;
+    ValuePainter& painter =
+        plain_ground_.try_emplace(suns != nullptr, vertices.triangles, Channel::kShaded, Sides::kBoth, modelsOf(suns))
+            .first->second;
+    const std::vector<LobeRange> lobes(suns ? vertices.positions.size() : 0, suns ? suns->groundLobes(1) : 0);
+    painter.upload(vertices.positions, scene.ground.values, {vertices.normals, vertices.tangents, lobes});
+    painter.draw(view, sunlightOf(suns));
+}
+
+void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView& view, const ViewSunlight* suns) {
     const ShadingSet* shading = scene.characters.front()->shading.get();
     if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
         shownCompare(state) != Compare::kDifference)
-        drawSky(*shading, state, view, aspect);
-    if (showsGround(scene, state)) drawGround(scene, view);
+        drawSky(*shading, state, view);
+    if (showsGround(scene, state)) drawGround(scene, view, suns);
 }
 
 }  // namespace penumbra

@@ -1,10 +1,13 @@
 #pragma once
 // Draws what is behind and below the characters: the light as they see it, and a ground plane.
+#include <map>
 #include <optional>
 
 #include "player/draw/draw_frame.h"
+#include "player/draw/sky_painter.h"
 #include "player/view/view_scene.h"
 #include "player/view/view_shapes.h"
+#include "player/view/view_sunlight.h"
 
 namespace penumbra {
 
@@ -13,24 +16,21 @@ bool showsGround(const Scene& scene, const ViewState& state);
 
 class Backdrop {
 public:
-    // Draws into the pane that is set, and clears its depth. `view` has the pane's camera; `aspect` is its shape.
-    void draw(const Scene& scene, const ViewState& state, const FrameView& view, double aspect);
+    // Draws into the pane that is set, and clears its depth. `view` has the pane's camera. `suns` have shone where
+    // showsSuns(), and are null elsewhere.
+    void draw(const Scene& scene, const ViewState& state, const FrameView& view, const ViewSunlight* suns);
+    // Draws the ground without its tiles.
+    void drawPlainGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns);
 
 private:
-    // The light that the uploaded values were made for, and its version.
-    struct Made {
-        std::size_t light = 0;
-        std::uint64_t version = 0;
-        bool operator==(const Made&) const = default;
-    };
-    std::optional<ValuePainter> sky_, ground_;
-    Shape sphere_;
-    std::optional<Made> sky_made_;
+    std::optional<SkyPainter> sky_;
+    std::size_t sky_light_ = 0;                           // whose picture is uploaded
+    std::map<bool, ValuePainter> plain_ground_, ground_;  // by whether suns shine on them
     GroundTiles tiles_;
     std::uint64_t ground_version_ = 0;  // of the values that are uploaded
 
-    void drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view, double aspect);
-    void drawGround(const Scene& scene, const FrameView& view);
+    void drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view);
+    void drawGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns);
 };
 
 }  // namespace penumbra

@@ -7,6 +7,7 @@
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
 #include "player/view/view_shapes.h"
+#include "player/view/view_suns.h"
 
 namespace penumbra {
 
@@ -42,18 +43,6 @@ namespace {
 
 bool hasOthers(const Scene& scene, std::size_t index) {
     return scene.cast->casterCount() > (scene.characters[index]->caster == kNobody ? 0u : 1u);
-}
-
-// Numbers of a vertex from which nothing is hidden.
-std::vector<float> freeSight(const Convention& convention) {
-    const auto count = std::size_t(coefficientCount(convention.order));
-    std::vector<double> below(count);
-    belowHorizonCoefficients(convention.order, below);
-    std::vector<float> moments(count), numbers(std::size_t(convention.size()));
-    for (std::size_t i = 0; i < count; ++i) moments[i] = -float(below[i]);
-    moments[0] += 2 * std::sqrt(std::numbers::pi_v<float>);
-    fromMoments(convention, moments, numbers);
-    return numbers;
 }
 
 }  // namespace
@@ -98,8 +87,9 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     const bool shadows = state.shadows == Shadows::kBoth || state.shadows == Shadows::kCast;
     const ShadingSet* shading = scene.characters.front()->shading.get();
     const bool lit = shading && state.channel == Channel::kShaded && !state.component;
-    const ShownGround::Made made{shadows, lit, scene.cast_version, lit ? state.light : 0,
-                                 lit ? lightRotation(state) : Mat3()};
+    const bool suns = showsSuns(scene, state);
+    const ShownGround::Made made{
+        shadows, lit, suns, scene.cast_version, lit ? state.light : 0, lit ? lightRotation(state) : Mat3()};
     if (ground.made == made) return;
     if (!ground.made || ground.made->shadows != shadows || ground.made->cast_version != scene.cast_version) {
         const CastShadow nobody({});
@@ -110,8 +100,10 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     ++ground.version;
     const Vec3 albedo = scene.ground_file->albedo;
     if (lit) {
-        ground.values = groundRadiance(ground.vertices, shading->asset().lights[state.light],
-                                       toDouble(lightRotation(state)), albedo);
+        LightView light = shading->asset().lights[state.light];
+        const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
+        if (suns) light.sh = remainder;
+        ground.values = groundRadiance(ground.vertices, light, toDouble(lightRotation(state)), albedo);
         return;
     }
     ground.values.clear();

@@ -7,7 +7,7 @@
 namespace penumbra {
 
 ExposedLook exposedLook(const ViewState& state) {
-    ExposedLook look{state.light, state.light_yaw, state.light_pitch, {}};
+    ExposedLook look{state.light, state.light_yaw, state.light_pitch, state.ground, state.suns, {}};
     for (const CharacterChoice& character : state.characters) look.materials.push_back(character.material_of_slot);
     return look;
 }

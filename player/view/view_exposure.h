@@ -2,8 +2,8 @@
 // Tells when the window measures its automatic exposure anew.
 //
 // An exposure that followed every frame would pump as a clip plays or the camera turns, and would hide that one pose is
-// darker than another. So it is measured when the light, its turn or a material changes, on the next frame that shows
-// shaded colours, and stays until one of them changes again.
+// darker than another. So it is measured when the light, its turn, the switch of its suns, a material or the
+// ground changes, on the next frame that shows shaded colours, and stays until one of them changes again.
 #include <vector>
 
 #include "player/view/view_scene.h"
@@ -13,7 +13,8 @@ namespace penumbra {
 // The choices that the exposure depends on.
 struct ExposedLook {
     std::size_t light = 0;
-    double light_yaw = 0, light_pitch = 0;            // degrees
+    double light_yaw = 0, light_pitch = 0;  // degrees
+    bool ground = false, suns = false;
     std::vector<std::vector<std::size_t>> materials;  // of every character, of its slots
     bool operator==(const ExposedLook&) const = default;
 };

@@ -10,6 +10,7 @@
 #include "player/gl/offscreen_target.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
+#include "player/view/view_suns.h"
 
 namespace penumbra {
 
@@ -27,20 +28,29 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
     view.eye = transposed(to_scene.linear()) * (toFloat(cameraPosition(state.camera)) - to_scene.translation());
     view.error_max = state.error_max;
     view.display = state.display;
+    view.scene_from_model = to_scene;
     return view;
 }
 
-// Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
-// bands than their fields have or with a floor, and characters that are turned.
+// Differences of vertex values and the error's figures are computed on the CPU, and so are what suns leave over, and
+// composed assets of more bands than their fields have or with a floor.
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
         return model.composition && (model.convention.order > kFieldOrder || model.composition->floor);
     });
-    const bool turned = std::ranges::any_of(
-        scene_->characters, [](const auto& character) { return character->to_scene.linear() != Mat3(); });
-    return many_bands || turned || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
-           state.channel == Channel::kError || state.component.has_value();
+    return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
+           state.channel == Channel::kError || state.component.has_value() || showsSuns(*scene_, state);
+}
+
+const ViewSunlight* ScenePainter::sunsFor(const ViewState& state) const {
+    return showsSuns(*scene_, state) ? &*suns_ : nullptr;
+}
+
+// Numbers that are given, as those of the truth are, have their shadows already.
+bool ScenePainter::castsOnGpu(const ViewState& state) const {
+    return !needsValues(state) && shownCompare(state) == Compare::kModel && state.shadows == Shadows::kBoth &&
+           scene_->cast->casterCount() > 0;
 }
 
 namespace {
@@ -73,7 +83,16 @@ Shown shownOf(const Character& character, Shown shown) {
 
 }  // namespace
 
-void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye) {
+void ScenePainter::poseCasters() {
+    casters_.clear();
+    for (const auto& character : scene_->characters)
+        if (character->caster != kNobody)
+            casters_.push_back({character->evaluator.get(), *character->casts, character->to_scene});
+    if (!cast_) cast_.emplace(casters_);
+    cast_->pose(casters_);
+}
+
+void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye, bool casts) {
     const Character& first = *scene_->characters[group.characters.front()];
     if (!group.asset) group.asset = std::make_shared<GlAsset>(first.asset, first.shading.get(), first.evaluator.get());
     std::optional<ModelPainter>& painter = group.painters[std::size_t(shown)];
@@ -81,33 +100,57 @@ void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye) {
     posed_.clear();
     for (const std::size_t i : group.characters) {
         const Character& character = *scene_->characters[i];
-        PosedCharacter& posed = posed_.emplace_back(
-            PosedCharacter{character.evaluator.get(), character.to_scene.translation(), character.shading.get()});
+        PosedCharacter& posed =
+            posed_.emplace_back(PosedCharacter{character.evaluator.get(), character.to_scene, character.shading.get()});
         if (shownOf(character, shown) == Shown::kTruth)
             posed.numbers = character.truth_numbers;
-        else if (changesNumbers(*scene_, i, character.shadows))
+        else if (!casts && changesNumbers(*scene_, i, character.shadows))
             posed.numbers = character.vertices.numbers;
+        posed.caster = character.caster;
     }
-    painter->evaluate(first.channel, posed_, eye);
+    painter->evaluate(first.channel, posed_, eye, casts ? &*cast_ : nullptr);
 }
 
-void ScenePainter::uploadValues(std::size_t index, Shown shown) {
+ScenePainter::Key ScenePainter::keyOf(const ViewState& state, std::size_t index, Shown shown) const {
     const Character& character = *scene_->characters[index];
-    const Key key{index, shownOf(character, shown), character.channel};
-    const auto at = value_painters_.try_emplace(key, character.asset.mesh, character.channel, Sides::kSeen).first;
-    at->second.upload(character.vertices.positions, character.values[std::size_t(key.shown)]);
+    return {index, shownOf(character, shown), character.channel, showsSuns(*scene_, state)};
+}
+
+void ScenePainter::uploadValues(const ViewState& state, const Key& key) {
+    const Character& character = *scene_->characters[key.character];
+    std::span<const Vec3> values = character.values[std::size_t(key.shown)];
+    SunlitSurface surface;
+    if (key.sunlit) {
+        sunlit_values_.assign(values.begin(), values.end());
+        values = sunlit_values_;
+        const Vec3 from = toFloat(cameraPosition(state.camera)) - character.to_scene.translation();
+        surface = suns_->surfaceOf(key.character, transposed(character.to_scene.linear()) * from, sunlit_values_);
+    }
+    const auto at =
+        value_painters_
+            .try_emplace(key, character.asset.mesh, character.channel, Sides::kSeen, key.sunlit ? kAllBrdfModels : 0)
+            .first;
+    at->second.upload(character.vertices.positions, values, surface);
 }
 
 void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& panes, double radius) {
+    const bool casts = castsOnGpu(state);
+    if (casts) poseCasters();
+    if (showsSuns(*scene_, state)) {
+        if (!suns_) suns_.emplace(*scene_);
+        suns_->shine(state);
+    }
     for (const Pane& pane : panes) {
         if (pane.clip.width == 0) continue;
         if (needsValues(state)) {
-            for (std::size_t i = 0; i < scene_->characters.size(); ++i) uploadValues(i, pane.shown);
+            for (std::size_t i = 0; i < scene_->characters.size(); ++i)
+                uploadValues(state, keyOf(state, i, pane.shown));
             continue;
         }
         const Vec3 eye = paneView(state, pane.area, radius, {}).eye;
-        for (Group& group : groups_) evaluate(group, pane.shown, eye);
+        for (Group& group : groups_) evaluate(group, pane.shown, eye, casts);
     }
+    if (casts) cast_->release();
 }
 
 void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, double radius,
@@ -122,7 +165,8 @@ void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, doub
         const Character& character = *scene_->characters[i];
         FrameView view = paneView(state, pane.area, radius, character.to_scene);
         view.display = character.plain ? DisplayTransform() : display;
-        value_painters_.at({i, shownOf(character, pane.shown), character.channel}).draw(view);
+        const ViewSunlight* const suns = sunsFor(state);
+        value_painters_.at(keyOf(state, i, pane.shown)).draw(view, suns ? &suns->sunlight() : nullptr);
     }
 }
 
@@ -167,17 +211,27 @@ void ScenePainter::drawPane(const ViewState& state, const Pane& pane, double rad
     setPane(pane, window_height);
     gl::ClearColor(0.11f, 0.12f, 0.13f, 1);
     gl::Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}), double(pane.area.width) / pane.area.height);
+    backdrop_.draw(*scene_, state, paneView(state, pane.area, radius, {}), sunsFor(state));
     drawCharacters(state, pane, radius, state.display);
     if (state.boxes) drawBoxes(state, pane, radius);
     if (state.picked) drawLobe(state, pane, radius);
 }
 
+namespace {
+
+// Of what the planes of the camera must leave room for.
+double shownRadius(const Scene& scene, const ViewState& state) {
+    const double radius = boundsOf(scene).radius();
+    return showsGround(scene, state) ? std::max(radius, scene.ground_file->size / 4) : radius;
+}
+
+}  // namespace
+
 float ScenePainter::measureExposure(const ViewState& state, const Rectangle& picture) {
     constexpr int kHeight = 128;  // pixels, enough for a percentile
     const std::vector<Pane> panes = panesOf(state, picture);
     const Pane& pane = panes.front().clip.width > 0 ? panes.front() : panes.back();
-    const double radius = boundsOf(*scene_).radius(), aspect = double(pane.area.width) / pane.area.height;
+    const double radius = shownRadius(*scene_, state), aspect = double(pane.area.width) / pane.area.height;
     prepare(state, {pane}, radius);
     const OffscreenTarget target(std::clamp(int(std::lround(kHeight * aspect)), 1, 4 * kHeight), kHeight, 1);
     gl::Disable(GL_SCISSOR_TEST);
@@ -185,14 +239,18 @@ float ScenePainter::measureExposure(const ViewState& state, const Rectangle& pic
     gl::Disable(GL_BLEND);
     target.begin();
     drawCharacters(state, pane, radius, std::nullopt);
+    if (showsGround(*scene_, state) && scene_->ground.lit()) {
+        FrameView view = paneView(state, pane.area, radius, {});
+        view.display.reset();
+        backdrop_.drawPlainGround(*scene_, view, sunsFor(state));
+    }
     const float exposure = automaticExposure(target.read());
     gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
     return exposure;
 }
 
 void ScenePainter::draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost) {
-    double radius = boundsOf(*scene_).radius();
-    if (showsGround(*scene_, state)) radius = std::max(radius, scene_->ground_file->size / 4);
+    const double radius = shownRadius(*scene_, state);
     const std::vector<Pane> panes = panesOf(state, picture);
     const auto start = std::chrono::steady_clock::now();
     evaluate_timer_.begin();

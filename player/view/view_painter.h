@@ -23,9 +23,12 @@ public:
     void usePath(EvaluationPath path) { path_ = path; }
     // Tells whether this frame's values must be computed on the CPU.
     bool needsValues(const ViewState& state) const;
+    // Tells whether the GPU casts the shadows of others on the characters.
+    bool castsOnGpu(const ViewState& state) const;
     void draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost);
-    // Returns the automatic exposure of the characters in the first pane. The picture must have shaded colours
-    // (view_exposure.h), and updateScene() must have been called. Leaves the window's framebuffer bound.
+    // Returns the automatic exposure of the characters and the ground in the first pane, without its grid. The picture
+    // must have shaded colours (view_exposure.h), and updateScene() must have been called. Leaves the window's
+    // framebuffer bound.
     float measureExposure(const ViewState& state, const Rectangle& picture);
 
 private:
@@ -33,6 +36,7 @@ private:
         std::size_t character;
         Shown shown;
         Channel channel;
+        bool sunlit;
         auto operator<=>(const Key&) const = default;
     };
     // Characters of one file, which share the asset's data on the GPU and are drawn together.
@@ -44,15 +48,22 @@ private:
     const Scene* scene_;
     EvaluationPath path_;
     Backdrop backdrop_;
+    std::optional<ViewSunlight> suns_;  // made when they first shine
     std::map<Key, ValuePainter> value_painters_;
     std::vector<Group> groups_;
     std::vector<PosedCharacter> posed_;  // of the group at hand
+    std::vector<Vec3> sunlit_values_;    // of the character at hand
+    std::vector<GlCaster> casters_;
+    std::optional<GlCast> cast_;  // made when it is first needed
     OverlayPainter overlays_;
     GpuTimer evaluate_timer_, draw_timer_;
 
-    void evaluate(Group& group, Shown shown, Vec3 eye);
-    void uploadValues(std::size_t index, Shown shown);
-    // Uploads what the characters show in the panes, each once.
+    void poseCasters();
+    void evaluate(Group& group, Shown shown, Vec3 eye, bool casts);
+    Key keyOf(const ViewState& state, std::size_t index, Shown shown) const;
+    void uploadValues(const ViewState& state, const Key& key);
+    const ViewSunlight* sunsFor(const ViewState& state) const;  // null where they do not shine
+    // Uploads what the characters show in the panes, each once, and draws the maps of suns.
     void prepare(const ViewState& state, const std::vector<Pane>& panes, double radius);
     // Without `display` colours stay linear.
     void drawCharacters(const ViewState& state, const Pane& pane, double radius,

@@ -13,6 +13,7 @@
 #include "player/view/view_inspect.h"
 #include "player/view/view_overlays.h"
 #include "player/view/view_pick.h"
+#include "player/view/view_suns.h"
 #include "player/view/view_timeline.h"
 
 namespace penumbra {
@@ -79,6 +80,14 @@ void shadingChoice(const Scene& scene, ViewState& state) {
         ImGui::TextColored(ImColor(kMarked), "a material has no operators: slices");
 }
 
+// Shows the switch of suns where the light has some, and what keeps them from shining.
+void sunChoice(const Scene& scene, ViewState& state) {
+    if (scene.characters.front()->asset.lights[state.light].suns.empty()) return;
+    ImGui::Checkbox("suns with shadow maps", &state.suns);
+    const std::string_view problem = whyNoSuns(scene, state);
+    if (state.suns && !problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s: SH", text(problem).c_str());
+}
+
 void materialPanel(const Scene& scene, ViewState& state) {
     const Character& character = *scene.characters[state.selected];
     const std::vector<std::size_t>& chosen = state.characters[state.selected].material_of_slot;
@@ -99,6 +108,7 @@ void materialPanel(const Scene& scene, ViewState& state) {
         state.light_pitch = double(angles[1]);
     }
     shadingChoice(scene, state);
+    sunChoice(scene, state);
     ImGui::TextDisabled("Exposure, tone mapping");
     ImGui::SetNextItemWidth(-1);
     float exposure = state.display.exposure;

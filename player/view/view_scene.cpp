@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "player/view/vertex_figures.h"
+#include "player/view/view_suns.h"
 
 namespace penumbra {
 
@@ -95,6 +96,7 @@ std::string describe(const Scene& scene, const ViewState& state) {
     if (shaded && shading != ShadingChoice())
         text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
                 std::string(nameOf(shading.light_form));
+    if (showsSuns(scene, state)) text += ", suns with shadow maps";
     if (state.shadows != Shadows::kBoth) text += ", " + std::string(nameOf(state.shadows));
     if (const VisibilityFactor* factor = shownFactor(scene, state))
         text += ", lobe of vertex " + std::to_string(state.picked->vertex) + " (" +

@@ -3,7 +3,7 @@
 #include <array>
 #include <memory>
 
-#include "formats/scene/scene_file.h"
+#include "formats/scene/bone_poses.h"
 #include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
 #include "player/frame/orbit_camera.h"
@@ -41,7 +41,9 @@ struct Character {
 
     std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
     std::unique_ptr<PositionInterpolation> position_interpolation;  // null for a skinned mesh
-    std::size_t frame = 0;  // in the animation; the pose is `part` of the way from it to the next
+    const BonePose* file_pose = nullptr;   // of the scene's file; shown where CharacterChoice::still
+    const BonePose* shown_pose = nullptr;  // what the evaluator has of it; null: a frame
+    std::size_t frame = 0;                 // in the animation; the pose is `part` of the way from it to the next
     double part = 0;
     std::optional<std::size_t> truth_frame;  // only for sampled frames
     std::optional<ScoreEdit> edited;         // that the evaluator has
@@ -81,7 +83,7 @@ constexpr int kPictureLightOrder = 5;
 // What the ground shows at its vertices.
 struct ShownGround {
     struct Made {
-        bool shadows = false, lit = false;
+        bool shadows = false, lit = false, suns = false;
         std::uint64_t cast_version = 0;
         std::size_t light = 0;
         Mat3 rotation;
@@ -97,10 +99,12 @@ struct ShownGround {
 struct Scene {
     std::vector<SceneFile> files;
     std::optional<SceneDescription> file;  // scene.json
+    PoseFiles poses;
     std::vector<std::unique_ptr<Character>> characters;
     std::vector<std::string_view> material_names, light_names;
     std::unique_ptr<CastShadow> cast;
     std::uint64_t cast_version = 0;          // grows with every caster that takes another pose or place
+    std::uint64_t pose_version = 0;          // grows with everyone who does, caster or not
     std::optional<SceneGround> ground_file;  // none where a scene's file has none
     ShownGround ground;
 };
@@ -122,6 +126,7 @@ void applySceneFile(const Scene& scene, ViewState& state);
 // Tells what a frame needs on the CPU.
 struct UpdateNeeds {
     bool values = true;  // what every vertex shows, for the CPU path
+    bool casts = true;   // what others cast, unless the GPU does it
     int threads = 0;
 };
 // Brings the characters to what `state` says. Computes only what changed.

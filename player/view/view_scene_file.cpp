@@ -61,8 +61,9 @@ void applySceneFile(const Scene& scene, ViewState& state) {
         choice = {};
         while (frame >= animation.clips[choice.clip].first_frame + animation.clips[choice.clip].frame_count)
             ++choice.clip;
-        choice.start = one.seconds;
-        choice.still = i >= scene.file->characters.size();
+        const ClipView& clip = animation.clips[choice.clip];
+        choice.start = frameSeconds(animation, clip, frame - clip.first_frame);  // what render shows
+        choice.still = i >= scene.file->characters.size() || one.pose;
         choice.material_of_slot = lookOf(scene, one, character);
     }
     state.playhead.time = 0;

@@ -57,10 +57,13 @@ void placeCharacters(Scene& scene) {
         scene.characters[i]->placement.m[3] = (float(i) - middle) * 4 / 3 * widest;
 }
 
-// Places everyone where the scene's file says.
+// Places everyone where the scene's file says, and finds the poses that it names.
 void placeMembers(Scene& scene) {
-    for (std::size_t i = 0; const SceneCharacter* member = memberOf(scene, i); ++i)
-        scene.characters[i]->placement = placementOf(*member);
+    for (std::size_t i = 0; const SceneCharacter* member = memberOf(scene, i); ++i) {
+        Character& character = *scene.characters[i];
+        character.placement = placementOf(*member);
+        if (member->pose) character.file_pose = &scene.poses.poseOf(*member, character.asset);
+    }
 }
 
 // Reads the scene's file among the paths, if there is one. Returns the paths of its members, in their order, and then

@@ -7,6 +7,7 @@
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
 #include "player/view/view_scene.h"
+#include "player/view/view_suns.h"
 
 namespace penumbra {
 
@@ -34,13 +35,17 @@ void editScores(Character& character, const std::optional<ScoreEdit>& edit) {
     character.evaluator->setScores(edit->cluster, sum);
 }
 
-// Poses a character. Returns false where it has that pose already.
-bool poseCharacter(Character& character, const ClipView& clip, const ClipPosition& position,
+// Poses a character: by a pose of a file, or else where it is in its clip. Returns false where it has that pose
+// already.
+bool poseCharacter(Character& character, const BonePose* file_pose, const ClipView& clip, const ClipPosition& position,
                    const std::optional<ScoreEdit>& edit, int threads) {
     const std::size_t frame = clip.first_frame + position.frame;
-    if (character.posed && character.frame == frame && character.part == position.part && character.edited == edit)
+    if (character.posed && character.shown_pose == file_pose && character.frame == frame &&
+        character.part == position.part && character.edited == edit)
         return false;
-    if (PositionInterpolation* positions = character.position_interpolation.get()) {
+    if (file_pose) {
+        character.evaluator->setPose(file_pose->bones, file_pose->rotations);
+    } else if (PositionInterpolation* positions = character.position_interpolation.get()) {
         positions->evaluate(frame, clip.first_frame + position.next, position.part);
         character.evaluator->setPositions(positions->points(), positions->inputs());
     } else {
@@ -50,10 +55,11 @@ bool poseCharacter(Character& character, const ClipView& clip, const ClipPositio
     }
     editScores(character, edit);
     skinFrame(*character.evaluator, threads, character.vertices);
+    character.shown_pose = file_pose;
     character.frame = frame;
     character.part = position.part;
     character.truth_frame.reset();
-    if (character.truth && position.part == 0)
+    if (character.truth && position.part == 0 && !file_pose)
         character.truth_frame = findTruthFrame(character.asset, *character.truth, frame);
     character.posed = true;
     character.has_model_numbers = character.has_truth_numbers = false;
@@ -89,13 +95,14 @@ bool useShading(Scene& scene, const ViewState& state) {
 
 namespace {
 
-void setShading(Character& character, const CharacterChoice& choice, const ViewState& state) {
+void setShading(Character& character, const CharacterChoice& choice, const ViewState& state, bool suns) {
     if (!character.shading) return;
     ShadingSet& set = *character.shading;
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
         if (set.materialOfSlot()[slot] != choice.material_of_slot[slot])
             set.setMaterial(slot, choice.material_of_slot[slot]);
     if (set.light() != state.light) set.setLight(state.light);
+    if (set.sunsOn() != suns) set.setSuns(suns);
     const Mat3 rotation = transposed(character.to_scene.linear()) * lightRotation(state);  // in the model's frame
     if (set.lightRotation() != rotation) set.setLightRotation(rotation);
 }
@@ -209,10 +216,14 @@ bool poseInScene(Scene& scene, std::size_t index, const ViewState& state, const 
     Character& character = *scene.characters[index];
     const ClipView& clip = character.asset.animation.clips[state.characters[index].clip];
     const bool is_edited = state.score_edit && state.score_edit->character == index;
-    const bool posed = poseCharacter(character, clip, shownPosition(state, contents, index),
+    const BonePose* const file_pose = state.characters[index].still ? character.file_pose : nullptr;
+    const bool posed = poseCharacter(character, file_pose, clip, shownPosition(state, contents, index),
                                      is_edited ? state.score_edit : std::nullopt, threads);
     const bool moved = placeCharacter(character, state.characters[index].moved);
-    if (posed || moved) takeOver(scene, index);
+    if (posed || moved) {
+        takeOver(scene, index);
+        ++scene.pose_version;
+    }
     if (moved) character.has_model_numbers = character.has_truth_numbers = false;  // it may cast nothing itself
     return posed;
 }
@@ -226,6 +237,7 @@ Vec3 inModel(const Character& character, Vec3 point) {
 void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs, UpdateCost& cost) {
     const Vec3 eye = toFloat(cameraPosition(state.camera));
     UpdateCost spent;
+    const bool suns = showsSuns(scene, state);
     bool evaluated = false;
     auto start = std::chrono::steady_clock::now();
     const ViewContents contents = contentsOf(scene);
@@ -241,12 +253,12 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
         const bool model = compare != Compare::kTruth || !character.truth_frame;
         character.channel = shownChannel(character, state.channel);
-        const bool on_cpu = needs.values || changesNumbers(scene, i, state.shadows);
+        const bool on_cpu = needs.values || (needs.casts && changesNumbers(scene, i, state.shadows));
         evaluated |= needNumbers(scene, i, (on_cpu && model) || picked, truth, needs.threads);
         needFactors(character, picked ? std::optional(state.picked->vertex) : std::nullopt);
         spent.evaluate += elapsedMilliseconds(start);
         start = std::chrono::steady_clock::now();
-        setShading(character, state.characters[i], state);
+        setShading(character, state.characters[i], state, suns);
         character.plain = state.component.has_value();
         if (state.component)
             showComponent(character, *state.component);

@@ -1,5 +1,6 @@
 #pragma once
-// Surfaces around the characters, under the light of the scene. It uses no GL.
+// Surfaces around the characters. It uses no GL.
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,16 +11,13 @@
 
 namespace penumbra {
 
-// Returns the radiance from each direction of a light that is turned by `rotation`, L(R^T s), with ringing below 0 as
-// 0.
-std::vector<Vec3> radianceFrom(const LightView& light, const Mat3& rotation, std::span<const Vec3> directions);
-
 // Chequered tiles of a square grid of vertices, with a vertex for every tile that touches it, so that tiles have edges.
 struct GroundTiles {
     std::vector<std::uint32_t> vertices;   // of the grid
     std::vector<float> shades;             // of each of these: what its tile multiplies values by
     std::vector<std::uint32_t> triangles;  // of these
 };
+constexpr std::array<float, 2> kTileShades = {1, 0.8f};
 constexpr std::uint32_t kGroundTiles = 24;  // along a side, or as many squares as there are
 // `side` >= 2 vertices along a side of the grid, row after row.
 GroundTiles groundTiles(std::uint32_t side);

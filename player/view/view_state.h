@@ -36,7 +36,7 @@ struct CharacterChoice {
     std::size_t clip = 0;
     std::vector<std::size_t> material_of_slot;  // 1 entry for a mesh without slots
     double start = 0;                           // seconds that its clip is ahead of the playhead
-    bool still = false;                         // it stays in the first frame of its animation
+    bool still = false;                         // it stays in the first frame of its animation, or its file's pose
     Vec3 moved = {};                            // from its place in the scene
 };
 
@@ -86,10 +86,11 @@ struct ViewState {
     bool frames = false;  // draw normals and tangents
     bool boxes = false;   // draw the boxes of the fields of composed characters
     std::size_t light = 0;
+    bool suns = true;  // as such, where they can shine (view_suns.h); otherwise all light is SH
     Shadows shadows = Shadows::kBoth;
     std::optional<DraggedCharacter> dragged;
     ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
-    double light_yaw = 0, light_pitch = 0;  // degrees, sh/light_rotation.h
+    double light_yaw = 0, light_pitch = 0;  // degrees, sh/light/light_rotation.h
     Mat3 light_base;                        // as the scene's file turns the light, before yaw and pitch
     DisplayTransform display;
     bool automatic_exposure = true;  // display.exposure is measured (view_exposure.h)

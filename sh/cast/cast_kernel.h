@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "sh/repeated_product.h"
+#include "sh/cast/repeated_product.h"
 #include "sh/vec3.h"
 
 namespace penumbra {

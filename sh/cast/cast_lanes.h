@@ -3,7 +3,7 @@
 // Problem: one receiver takes a microsecond and more: 15 lookups with three roots each, and three SH products whose
 // terms are scattered.
 //
-// Naive: netLog() and expOfLog() (sh/cap_visibility.h, sh/log_visibility.h), which this is held to.
+// Naive: netLog() and expOfLog() (sh/cast/cap_visibility.h, sh/cast/log_visibility.h), which this is held to.
 //
 // Here: receivers fill the lanes of vectors. All of them go through the same spheres and the same terms, so that
 // nothing but the rows of the table is gathered, 32 bytes each. Only the number of squarings differs; lanes that have
@@ -12,7 +12,7 @@
 // cast_portable.cpp and cast_avx2.cpp include this source and differ in the processor that they are compiled for.
 // Everything has internal linkage and calls nothing inline from the standard library (player/runtime/shade_lanes.h
 // tells why).
-#include "sh/cap_visibility.h"
+#include "sh/cast/cap_visibility.h"
 #include "sh/cast/cast_kernel.h"
 #include "sh/far/far_turns.h"
 #include "sh/fixed_basis.h"
@@ -36,15 +36,22 @@ struct CapLanes {
 };
 
 // Returns whether any receiver sees the sphere. The comments are in sineOfCap(). `weight` is that of its logarithm.
+// Spheres that fade with distance also fade towards their centres instead of near their surfaces: sin^2, and with it E
+// where the normal points at the centre, is linear in the distance from there.
 inline bool seeSphere(const CastScene& scene, const float* sphere, const CastPosition& at, CapLanes& cap,
                       Lanes& weight) {
     const Lanes x = sphere[0] - at.x, y = sphere[1] - at.y, z = sphere[2] - at.z;
     const float radius = sphere[3];
     if (!(radius > 0)) return false;
-    Lanes distance = x * x + y * y + z * z, per_distance, sine, cosine, both;
+    Lanes distance = x * x + y * y + z * z, per_distance, inside, sine, cosine, both;
     root(distance);
     choose(distance >= 1e-6f, 1 / distance, kZeros, per_distance);
-    choose(distance >= radius, radius * per_distance, (distance * (1 / radius) - 0.85f) * (1 / 0.15f), sine);
+    inside = distance * (1 / radius);
+    if (scene.full > 0)
+        root(inside);
+    else
+        inside = (inside - 0.85f) * (1 / 0.15f);
+    choose(distance >= radius, radius * per_distance, inside, sine);
     choose(distance >= 1e-6f, sine, kZeros, sine);
     clamp(sine, kZeros, kZeros + 1);
     if (scene.full > 0) {

@@ -3,7 +3,7 @@
 // default options give, computed for 8 receivers at a time (docs/formulas.md, section 10).
 #include <span>
 
-#include "sh/cap_visibility.h"
+#include "sh/cast/cap_visibility.h"
 #include "sh/cast/cast_kernel.h"
 
 namespace penumbra {
@@ -19,7 +19,8 @@ struct CastPoints {
     std::span<const Vec3> positions, normals, tangents;
 };
 // A sphere whose (r / 2d)^2, the share of all directions that it hides from afar, is below `least` does not count, and
-// one above `full` counts whole, so that spheres fade out with distance.
+// one above `full` counts whole, so that spheres fade out with distance. With `full` they also fade up to their
+// centres.
 struct CastFade {
     float least = 0, full = 0;
 };

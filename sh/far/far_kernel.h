@@ -1,5 +1,5 @@
 #pragma once
-// The inner loop of far visibility (farVisibility(), sh/far_visibility.h) for many receivers of one part. It reads
+// The inner loop of far visibility (farVisibility(), sh/far/far_visibility.h) for many receivers of one part. It reads
 // plain tables and works on 8 receivers at a time. Its source (far_lanes.h) is compiled for any processor, for AVX2 and
 // for AVX-512. docs/formulas.md, section 7, has the formulas.
 #include <cstddef>
@@ -20,7 +20,7 @@ struct FarBox {
     std::int32_t stride[3];
     std::int32_t first;  // its first point
 };
-// A FieldTable (sh/part_field.h) as the kernel reads it.
+// A FieldTable (sh/far/part_field.h) as the kernel reads it.
 struct FarTable {
     FarBox boxes[2];
     std::int32_t first_sphere;

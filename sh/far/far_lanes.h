@@ -3,7 +3,7 @@
 // Problem: every vertex sees some ten far parts. Each takes a lookup in its field, two SH rotations, a mirror at the
 // horizon and a product of SH functions, a microsecond in all. That is 100 ms for a character.
 //
-// Naive: farVisibility() (sh/far_visibility.h), which this is held to.
+// Naive: farVisibility() (sh/far/far_visibility.h), which this is held to.
 //
 // Here: receivers of one part go through all of it 8 at a time, one in each lane.
 // - Parts go by in the outer loop, so that the points of a field stay in the cache for all receivers.

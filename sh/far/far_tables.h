@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sh/far/far_kernel.h"
-#include "sh/far_visibility.h"
+#include "sh/far/far_visibility.h"
 
 namespace penumbra {
 

@@ -6,7 +6,7 @@
 #endif
 
 #include "sh/far/far_kernel.h"
-#include "sh/far_visibility.h"
+#include "sh/far/far_visibility.h"
 
 namespace penumbra {
 

@@ -7,7 +7,7 @@
 
 #include "fit/reflectance/fit_brdf.h"
 #include "fit/reflectance/shading_error.h"
-#include "sh/phong_matrix.h"
+#include "sh/brdf/phong_matrix.h"
 #include "sh/sh_rotation.h"
 #include "tests/accuracy/extent.h"
 #include "tests/fit/golden_scenes.h"

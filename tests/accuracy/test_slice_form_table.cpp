@@ -7,8 +7,8 @@
 
 #include "fit/reflectance/fit_brdf.h"
 #include "fit/reflectance/shading_error.h"
-#include "sh/brdf.h"
-#include "sh/slice_form.h"
+#include "sh/brdf/brdf.h"
+#include "sh/brdf/slice_form.h"
 #include "tests/accuracy/extent.h"
 
 namespace penumbra {

@@ -49,6 +49,26 @@ inline Shape sphere(Vec3d centre, double radius, int rings) {
     return s;
 }
 
+// Makes the part of the unit sphere with z <= top, whose fronts face inwards. Its rim is a ring of vertices.
+inline Shape cavity(double top, int rings) {
+    Shape s;
+    const int columns = 2 * rings;
+    const double rim = std::acos(top);
+    for (int i = 0; i < rings; ++i)
+        for (int j = 0; j < columns; ++j) {
+            const double t = rim + (std::numbers::pi - rim) * i / rings, p = 2 * std::numbers::pi * j / columns;
+            s.positions.push_back(toFloat(Vec3d{std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t)}));
+        }
+    s.positions.push_back({0, 0, -1});
+    const auto at = [&](int i, int j) { return std::uint32_t(i == rings ? i * columns : i * columns + j % columns); };
+    for (int i = 0; i < rings; ++i)
+        for (int j = 0; j < columns; ++j) {
+            s.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j)});
+            if (i + 1 < rings) s.triangles.push_back({at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)});
+        }
+    return s;
+}
+
 // Makes a square of half-size `half` through `centre`, perpendicular to `normal`.
 inline Shape square(Vec3d centre, Vec3d normal, double half) {
     const Vec3d side = std::abs(normal.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};

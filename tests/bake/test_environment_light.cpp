@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "bake/reference/direct_light.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 #include "sh/quadrature.h"
 #include "tests/bake/shapes.h"
 

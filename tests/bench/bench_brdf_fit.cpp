@@ -1,5 +1,5 @@
 // bench_brdf_fit COMMIT [FILE | FILE:ROW]...: what `penumbra-fit brdf` takes, by phase, for every analytic model at its
-// defaults and for the files given (sh/brdf.h, formats/brdf/brdf_source.h): read, slices with their tabulation, 8
+// defaults and for the files given (sh/brdf/brdf.h, formats/brdf/brdf_source.h): read, slices with their tabulation, 8
 // operators from them and from the table, shading error. Minimum of 3 runs, ms; all phases on all threads. `total` is
 // the command with --operators 8, which takes those of the slices. CSV rows (tests/bench/results).
 #include <algorithm>

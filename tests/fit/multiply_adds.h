@@ -8,7 +8,7 @@
 #include <map>
 
 #include "formats/stage/brdf_file.h"
-#include "sh/reflection_operator.h"
+#include "sh/brdf/reflection_operator.h"
 #include "sh/sh_product.h"
 
 namespace penumbra {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 
 #include "fit/blockers/find_feet.h"
@@ -350,6 +351,42 @@ TEST(FitBlockers, SilhouettesAreAsLargeAsTheMeshs) {
         EXPECT_GT(sphere.radius, 0.08);
         EXPECT_LT(sphere.radius, 0.25);
     }
+}
+
+// Bands of the range add up to the area.
+TEST(SilhouetteBands, AddUpToTheArea) {
+    const Mesh mesh = box();
+    const std::vector<CasterSphere> spheres = {{{0.5f, 1, 1.5f}, 0.6f}, {{0.2f, 0.8f, 1}, 0.5f}};
+    for (const Vec3d view : silhouetteViews(5)) {
+        std::array<double, kSilhouetteBands> bands;
+        const SilhouetteRange range = rangeOf(mesh.rest_positions, view);
+        silhouetteBands(mesh.triangles, mesh.rest_positions, view, range, bands);
+        EXPECT_NEAR(std::accumulate(bands.begin(), bands.end(), 0.0),
+                    silhouetteArea(mesh.triangles, mesh.rest_positions, view), 1e-9);
+        silhouetteBands(spheres, view, {range.low - 1, range.high + 1}, bands);
+        EXPECT_NEAR(std::accumulate(bands.begin(), bands.end(), 0.0), silhouetteArea(spheres, view), 2e-3);
+    }
+}
+
+TEST(RefineRadii, SilhouettesDifferLessAndCentresStay) {
+    const Model model = bendingTube();
+    const BlockerFit plain = fitBlockers(model, {.spheres = 8}, 2),
+                     fit = fitBlockers(model, {.spheres = 8, .refine = true}, 2);
+    ASSERT_TRUE(fit.refinement);
+    EXPECT_FALSE(plain.refinement);
+    EXPECT_LE(fit.refinement->after, fit.refinement->before);
+    EXPECT_GT(fit.refinement->steps, 0);
+    ASSERT_EQ(fit.blockers.spheres.size(), plain.blockers.spheres.size());
+    for (std::size_t s = 0; s < plain.blockers.spheres.size(); ++s)
+        EXPECT_EQ(fit.blockers.spheres[s].centre, plain.blockers.spheres[s].centre);
+    EXPECT_EQ(fitBlockers(model, {.spheres = 8, .refine = true}, 1).blockers.spheres, fit.blockers.spheres);
+    EXPECT_NE(findProblem({.method = BlockerMethod::kPaper, .refine = true}), "");
+}
+
+TEST(SilhouetteRange, IsTheExtentAcrossTheView) {
+    const Mesh mesh = box();
+    const SilhouetteRange range = rangeOf(mesh.rest_positions, {0, 0, 1});
+    EXPECT_NEAR(range.high - range.low, 2, 1e-6);
 }
 
 TEST(FitBlockers, SameResultForAnyThreadCount) {

@@ -8,7 +8,7 @@
 #include "fit/reflectance/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/common/errors.h"
-#include "sh/reflection_operator.h"
+#include "sh/brdf/reflection_operator.h"
 #include "tests/fit/golden_scenes.h"
 
 namespace penumbra {
@@ -51,7 +51,7 @@ TEST(BrdfOperators, AllTermsOfTheSlicesAreTheSlices) {
     }
 }
 
-// Eq 11 with the M^b of sh/reflection_operator.h equals the product with the operators' own slices.
+// Eq 11 with the M^b of sh/brdf/reflection_operator.h equals the product with the operators' own slices.
 TEST(BrdfOperators, Equation11IsTheProduct) {
     const BrdfFile file = fitted(rgbBrdf(parseBrdf("ashikhmin-shirley")), OperatorSource::kTable, 8);
     const BrdfOperators& o = file.operators;

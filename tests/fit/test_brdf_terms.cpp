@@ -5,8 +5,8 @@
 
 #include "fit/numerics/truncated_svd.h"
 #include "fit/reflectance/brdf_terms.h"
+#include "sh/brdf/reflection_operator.h"
 #include "sh/quadrature.h"
-#include "sh/reflection_operator.h"
 #include "sh/sh_product.h"
 #include "tests/sh/golden.h"
 

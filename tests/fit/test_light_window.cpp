@@ -5,6 +5,7 @@
 
 #include "fit/light/fit_light.h"
 #include "fit/light/light_lobes.h"
+#include "sh/light/sharpest_window.h"
 #include "sh/quadrature.h"
 #include "sh/zonal.h"
 #include "tests/fit/pixel_sun.h"

@@ -3,9 +3,11 @@
 
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "fit/reflectance/fit_brdf.h"
 #include "formats/brdf/brdf_readers.h"
+#include "sh/key_values.h"
 #include "tests/formats/brdf_samples.h"
 
 namespace penumbra {
@@ -49,6 +51,42 @@ TEST(MeasuredBrdf, TableSlicesAreThoseOfTheBrdf) {
     EXPECT_LT(differenceOfSlices(read(samples::isotropicTable(gloss, 32, 33)), gloss), 0.01);
     EXPECT_LT(differenceOfSlices(read(samples::anisotropicTable(brushed, "orthotropic", 20, 7, 36)), brushed), 0.03);
     EXPECT_LT(differenceOfSlices(read(samples::anisotropicTable(brushed, "general", 20, 24, 36)), brushed), 0.03);
+}
+
+// Cornell's text of a glossy paint, measured at `count`^3 pairs of directions that miss the mirror direction.
+std::string scatteredPaint(const RgbBrdf& paint, int count) {
+    std::string text = "2\n450 650\n";
+    for (int i = 0; i < count; ++i)
+        for (int o = 0; o < count; ++o)
+            for (int p = 0; p < count; ++p) {
+                const double theta_i = std::numbers::pi / 2 * (i + 0.5) / count,
+                             theta_o = std::numbers::pi / 2 * (o + 0.6) / count,
+                             phi = std::numbers::pi * (p + 0.45) / count;
+                const double f = paint.eval(samples::direction(theta_i, 0), samples::direction(theta_o, phi)).y;
+                for (double number : {theta_i, 0.0, theta_o, phi, f, f}) text += shortest(number) + " ";
+                text += "\n";
+            }
+    return text;
+}
+
+RgbBrdf overMatte(const char* lobe) {
+    return {lobe, BrdfSymmetry::kIsotropic,
+            [lobe = brdfOf(lobe), matte = brdfOf("lambert:color=0.3")](Vec3d wi, Vec3d wo) {
+                return lobe.eval(wi, wo) + matte.eval(wi, wo);
+            }};
+}
+
+// The samples are 8.3 and 2.8 degrees apart, and the half-widths of the lobes are 0.7 to 3.7 degrees. Measured: .011,
+// .000, .011, .100 and .003, against .53 to .87 without the fit. Few samples see the fourth lobe, so its f0 is off.
+TEST(MeasuredBrdf, LobesNarrowerThanTheSamplesAreThoseOfTheBrdf) {
+    for (const auto& [spec, count, bound] : {std::tuple("ggx:alpha=0.02,f0=0.9", 9, 0.03),
+                                             {"ggx:alpha=0.05,f0=0.04", 9, 0.01},
+                                             {"ggx:alpha=0.1,f0=0.9", 9, 0.03},
+                                             {"ggx:alpha=0.02,f0=0.04", 18, 0.15},
+                                             {"ggx:alpha=0.05,f0=0.9", 18, 0.01}}) {
+        const RgbBrdf exact = overMatte(spec);
+        EXPECT_LT(differenceOfSlices(decodeScattered(scatteredPaint(exact, count), "x", 2).brdf, exact), bound) << spec;
+    }
 }
 
 // A lobe turned about the normal has no mirror planes at x = 0 and y = 0. Only the general path can get it right, and

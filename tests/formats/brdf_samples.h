@@ -9,7 +9,7 @@
 #include <string>
 
 #include "formats/brdf/half_difference_table.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra::samples {
 

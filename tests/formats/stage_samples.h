@@ -161,7 +161,9 @@ inline VisibilityFrame visibilityFrame(const VisibilityHeader& header, std::size
             bones(header.skin ? header.skin->jointCount() : 0, phase + 2),
             numbers(std::size_t(header.pose_size), phase + 3),
             numbers(vertices * header.coefficientCount(), phase + 4),
-            numbers(header.local ? vertices * header.local->coefficientCount() : 0, phase + 5)};
+            numbers(header.local ? vertices * header.local->coefficientCount() : 0, phase + 5),
+            numbers(vertices * header.indirectCount(), phase + 6),
+            numbers(header.hasBounces() ? 2 : 0, phase + 7)};
 }
 
 inline void writeVisibility(const std::filesystem::path& path, const VisibilityHeader& header, Precision precision) {

@@ -54,6 +54,40 @@ TEST(BrdfFile, OperatorsRoundTrip) {
     EXPECT_EQ(readBrdf(path).operators, brdf.operators);
 }
 
+TEST(BrdfFile, LobesRoundTrip) {
+    const Folder folder("lobes");
+    const auto path = folder.path / "m.brdf.h5";
+    BrdfFile brdf = sampleBrdf();
+    EXPECT_TRUE((writeBrdf(path, brdf), readBrdf(path).lobes.empty()));
+    brdf.lobes = {lobeOf(parseBrdf("lambert:color=0.5/0.25/0.1")), lobeOf(parseBrdf("ward:ax=0.01"))};
+    brdf.lobe_error = 0.25;
+    writeBrdf(path, brdf);
+    EXPECT_EQ(readBrdf(path).lobes, brdf.lobes);
+    EXPECT_EQ(readBrdf(path).lobe_error, 0.25);
+}
+
+TEST(BrdfFile, WrongLobesAreRefused) {
+    const Folder folder("wrong_lobes");
+    const auto path = folder.path / "m.brdf.h5";
+    const auto expectRefused = [&](const char* what, const auto& damage) {
+        BrdfFile brdf = sampleBrdf();
+        brdf.lobes = {lobeOf(parseBrdf("ggx"))};
+        damage(brdf);
+        writeBrdf(path, brdf);
+        try {
+            readBrdf(path);
+            FAIL() << what << " was read";
+        } catch (const InvalidInput& error) {
+            EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("m.brdf.h5"), testing::HasSubstr(what)));
+        }
+    };
+    expectRefused("/lobes/model", [](BrdfFile& b) { b.lobes[0].model = BrdfModel(kBrdfModels); });
+    expectRefused("5 lobes", [](BrdfFile& b) { b.lobes.resize(5); });
+    expectRefused("lobe 0 (ggx)", [](BrdfFile& b) { b.lobes[0].parameters[0] = 2; });
+    expectRefused("lobe 0 (ggx)", [](BrdfFile& b) { b.lobes[0].color.x = -1; });
+    expectRefused("/lobes: error", [](BrdfFile& b) { b.lobe_error = -1; });
+}
+
 // Our own writer writes files with one thing wrong at a time.
 TEST(BrdfFile, WrongOperatorsAreRefused) {
     const Folder folder("wrong_operators");
@@ -145,6 +179,58 @@ void expectEveryTruncationFails(const std::filesystem::path& whole_path, const R
         samples::writeBytes(cut, whole.substr(0, n));
         EXPECT_THROW(read(cut), InvalidInput) << "first " << n << " of " << whole.size() << " bytes";
     }
+}
+
+LightFile factoredLight() {
+    LightFile light = sampleLight();
+    light.factor = "hand-over";
+    light.suns = {{{0.6, 0, 0.8}, {5, 4, 3}, 0.01}, {{0, 1, 0}, {0, 0, 1}, 0}};
+    light.picture = {4, 2, std::vector<float>(24, 0.25f)};
+    return light;
+}
+
+TEST(LightFile, SunsRoundTrip) {
+    const Folder folder("suns");
+    const auto path = folder.path / "e.light.h5";
+    LightFile light = factoredLight();
+    writeLight(path, light);
+    const LightFile back = readLight(path);
+    EXPECT_EQ(back.factor, "hand-over");
+    ASSERT_EQ(back.suns.size(), 2u);
+    EXPECT_EQ(back.suns[0].direction, light.suns[0].direction);
+    EXPECT_EQ(back.suns[0].irradiance, light.suns[0].irradiance);
+    EXPECT_EQ(back.suns[0].radius, 0.01);
+    EXPECT_EQ(back.picture.width, 4);
+    EXPECT_EQ(back.picture.height, 2);
+    EXPECT_EQ(back.picture.pixels, light.picture.pixels);
+    light.suns.clear(), light.picture = {};
+    writeLight(path, light);
+    EXPECT_EQ(readLight(path).factor, "hand-over");
+    EXPECT_TRUE(readLight(path).suns.empty());
+}
+
+TEST(LightFile, BadSunsAreRefused) {
+    const Folder folder("bad_suns");
+    const auto path = folder.path / "e.light.h5";
+    const auto expectRefused = [&](const char* named, const auto& damage) {
+        LightFile light = factoredLight();
+        damage(light);
+        writeLight(path, light);
+        try {
+            readLight(path);
+            FAIL() << named << " was read";
+        } catch (const InvalidInput& error) {
+            EXPECT_THAT(error.what(), testing::HasSubstr(named));
+        }
+    };
+    expectRefused("not of length 1", [](LightFile& l) { l.suns[1].direction = {0, 2, 0}; });
+    expectRefused("row 1 has a negative irradiance", [](LightFile& l) { l.suns[1].irradiance.y = -1; });
+    expectRefused("radius", [](LightFile& l) { l.suns[0].radius = 2; });
+    expectRefused("1 to 3 suns, not 4", [](LightFile& l) { l.suns.resize(4, l.suns[0]); });
+    expectRefused("factor", [](LightFile& l) { l.factor = "best"; });
+    expectRefused("/light/picture", [](LightFile& l) { l.picture.pixels[3] = -1; });
+    expectRefused("/light/picture", [](LightFile& l) { l.picture.pixels[3] = 1e6f; });
+    expectRefused("/light/picture", [](LightFile& l) { l.picture = {2, 4, l.picture.pixels}; });
 }
 
 TEST(BrdfFile, RejectsTruncation) {

@@ -9,7 +9,7 @@
 #include "formats/brdf/brdf_readers.h"
 #include "formats/brdf/half_difference_table.h"
 #include "formats/common/errors.h"
-#include "sh/fresnel.h"
+#include "sh/brdf/fresnel.h"
 #include "sh/quadrature.h"
 #include "tests/formats/brdf_samples.h"
 

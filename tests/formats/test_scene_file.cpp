@@ -34,7 +34,7 @@ TEST(SceneFile, ReadsAllKeys) {
         "characters": [
             {"name": "hero", "asset": "a.pnb", "clip": "walk", "time": 1.5, "position": [1, 2, -3], "yaw": 90, "scale": 1,
              "material": "clay", "slots": {"body": "skin"}},
-            {"asset": "sub/a.pnb"}, {"asset": "a.pnb"}],
+            {"asset": "sub/a.pnb", "pose": {"file": "a.poses.json", "frame": 3}}, {"asset": "a.pnb"}],
         "props": [{"asset": "/elsewhere/table.pnb", "position": [0, 0, 1]}],
         "ground": {"height": -0.5, "centre": [1, 0, 2], "size": 8, "resolution": 64, "albedo": [0.1, 0.2, 0.3]},
         "light": {"asset": "lights.pnb", "name": "sky", "rotation": "yaw=30"},
@@ -49,7 +49,11 @@ TEST(SceneFile, ReadsAllKeys) {
     EXPECT_EQ(hero.yaw, 90);
     EXPECT_EQ(hero.material, "clay");
     EXPECT_EQ(hero.slots.front(), (std::pair<std::string, std::string>("body", "skin")));
+    EXPECT_FALSE(hero.pose);
     EXPECT_EQ(scene.characters[1].name, "a");
+    ASSERT_TRUE(scene.characters[1].pose);
+    EXPECT_EQ(scene.characters[1].pose->file, "/folder/a.poses.json");
+    EXPECT_EQ(scene.characters[1].pose->frame, 3u);
     EXPECT_EQ(scene.characters[2].name, "a-2");
     EXPECT_EQ(scene.props[0].asset, "/elsewhere/table.pnb");
     ASSERT_TRUE(scene.ground);
@@ -58,6 +62,9 @@ TEST(SceneFile, ReadsAllKeys) {
     EXPECT_EQ(scene.ground->albedo.y, 0.2f);
     EXPECT_EQ(scene.light.asset, "/folder/lights.pnb");
     EXPECT_EQ(scene.camera, "yaw=20");
+    const std::vector<std::filesystem::path> files = {"/folder/a.pnb", "/folder/sub/a.pnb", "/folder/a.poses.json",
+                                                      "/elsewhere/table.pnb", "/folder/lights.pnb"};
+    EXPECT_EQ(filesNamedIn(scene), files);
 }
 
 TEST(SceneFile, RefusesWithThePlace) {
@@ -85,6 +92,13 @@ TEST(SceneFile, RefusesWithThePlace) {
         {character(R"("yaw": 1e999)"), "s.json: not JSON"},
         {character(R"("yaw": "3")"), "s.json: /characters/0/yaw: must be a number"},
         {character(R"("time": -1)"), "s.json: /characters/0/time: is -1, not in [0, 1e+06]"},
+        {character(R"("pose": "a.poses.json")"), "s.json: /characters/0/pose: must be an object"},
+        {character(R"("pose": {})"), "s.json: /characters/0/pose: has no \"file\""},
+        {character(R"("pose": {"file": "p.json", "frame": -1})"), "s.json: /characters/0/pose/frame: is -1"},
+        {character(R"("pose": {"file": "p.json", "time": 1})"), "s.json: /characters/0/pose/time: unknown key"},
+        {character(R"("pose": {"file": "p.json"}, "time": 1)"),
+         "s.json: /characters/0/pose: stands beside a \"time\"; one or the other"},
+        {sceneWith(R"(, "props": [{"asset": "p.pnb", "pose": {}}])"), "s.json: /props/0/pose: unknown key"},
         {character(R"("scale": 2)"), "s.json: /characters/0/scale: is 2, not in [1, 1]"},
         {character(R"("position": [0, 0])"), "s.json: /characters/0/position: must have 3 numbers"},
         {character(R"("position": [0, 1e9, 0])"), "s.json: /characters/0/position/1: is 1e+09"},

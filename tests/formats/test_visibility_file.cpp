@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "formats/common/errors.h"
 #include "formats/common/fp16.h"
 #include "formats/stage/hdf5_handle.h"
@@ -15,6 +17,7 @@ void expectSame(const VisibilityHeader& a, const VisibilityHeader& b) {
     EXPECT_EQ(a.rays, b.rays);
     EXPECT_EQ(a.seed, b.seed);
     EXPECT_EQ(a.bounces, b.bounces);
+    EXPECT_EQ(a.colors, b.colors);
     EXPECT_EQ(a.ground_y, b.ground_y);
     EXPECT_EQ(a.local, b.local);
     EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
@@ -55,6 +58,8 @@ void expectSame(const VisibilityFrame& a, const VisibilityFrame& b) {
     EXPECT_EQ(a.pose, b.pose);
     EXPECT_EQ(a.coefficients, b.coefficients);
     EXPECT_EQ(a.local_coefficients, b.local_coefficients);
+    EXPECT_EQ(a.indirect, b.indirect);
+    EXPECT_EQ(a.hit_shares, b.hit_shares);
 }
 
 // 150 frames and 202 vertices are two whole blocks of frames and a rest, and four columns of chunks.
@@ -166,6 +171,39 @@ TEST(VisibilityFile, KeepsATwoSidedSheet) {
     const VisibilityReader reader(folder.path / "x.vis.h5");
     expectSame(reader.header(), header);
     expectSame(reader.readFrame(2), samples::visibilityFrame(header, 2));
+}
+
+TEST(VisibilityFile, KeepsTransferWithBounces) {
+    const samples::Folder folder("vis_transfer");
+    VisibilityHeader header = samples::sheetHeader(40, 70);
+    header.quantity = kDiffuseTransfer;
+    header.bounces = 3;
+    header.colors.albedo.assign(header.mesh.vertexCount(), {0.5f, 0.25f, 0});
+    header.colors.transmission.assign(header.mesh.vertexCount(), {0.5f, 0, 0.75f});
+    samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+    const VisibilityReader reader(folder.path / "x.vis.h5");
+    expectSame(reader.header(), header);
+    for (std::size_t f : {0u, 69u}) expectSame(reader.readFrame(f), samples::visibilityFrame(header, f));
+    const VisibilityFrame last = samples::visibilityFrame(header, 69);
+    EXPECT_EQ(reader.readHitShares(69)[1], last.hit_shares[1]);
+    const std::size_t numbers = header.indirectCount();
+    std::vector<float> some(70 * 2 * numbers);
+    reader.readIndirectVertices(5, 7, some);
+    EXPECT_TRUE(std::equal(some.end() - std::ptrdiff_t(2 * numbers), some.end(),
+                           last.indirect.begin() + std::ptrdiff_t(5 * numbers)));
+}
+
+TEST(VisibilityFile, RefusesColorsThatMakeLight) {
+    const samples::Folder folder("vis_colors");
+    VisibilityHeader header = samples::sheetHeader(4, 3);
+    header.quantity = kDiffuseTransfer;
+    header.bounces = 1;
+    for (const auto& [albedo, through] : {std::pair(1.0f, 0.0f), std::pair(-0.1f, 0.0f), std::pair(0.5f, 0.6f)}) {
+        header.colors.albedo.assign(header.mesh.vertexCount(), {0, albedo, 0});
+        header.colors.transmission.assign(header.mesh.vertexCount(), {0, through, 0});
+        samples::writeVisibility(folder.path / "x.vis.h5", header, Precision::kFloat32);
+        EXPECT_THROW(VisibilityReader(folder.path / "x.vis.h5"), InvalidInput) << albedo;
+    }
 }
 
 TEST(VisibilityFile, SameBytesOnARerun) {

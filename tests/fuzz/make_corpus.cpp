@@ -76,6 +76,13 @@ void writeTables(const fs::path& out) {
 "ground": {"height": -1, "centre": [0, 0, 1], "size": 8, "resolution": 64, "albedo": [0.1, 0.2, 0.3]},
 "light": {"asset": "l.pnb", "name": "sky", "rotation": "yaw=3"}, "camera": "yaw=2"}
 )");
+    write(scenes / "pose.json",
+          R"({"version": 1, "characters": [{"asset": "a.pnb", "pose": {"file": "a.poses.json", "frame": 2}}]}
+)");
+    write(out / "fuzz_bone_poses" / "one.poses.json",
+          R"({"format": "penumbra.bone_poses", "version": 1, "joints": ["hip"], "poses": [{"clip": "walk", "time": 0.5,
+"bones": [[1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0]], "rotations": [[0, 0.1, 0]]}]}
+)");
     write(inputs / "frames.csv", "clip,frame,wind\nwave,0,1\nwave,1,2\n\"gust\",0,-3\n");
 }
 

@@ -30,7 +30,7 @@ std::vector<std::byte> packedWith(SphereBlockers blockers) {
 TEST(BlockersAsset, HoldsTheSpheres) {
     const SphereBlockers blockers = someBlockers(15);
     const std::vector<std::byte> bytes = packedWith(blockers);
-    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kAssetVersion);
+    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kComposedAssetVersion);
     const AssetView asset = openAsset(bytes);
     ASSERT_EQ(asset.blockers.spheres.size(), 15u);
     EXPECT_TRUE(std::equal(blockers.spheres.begin(), blockers.spheres.end(), asset.blockers.spheres.begin()));

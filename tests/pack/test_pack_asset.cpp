@@ -9,7 +9,7 @@
 #include "pack/pack_asset.h"
 #include "pack/quantize.h"
 #include "player/runtime/evaluator.h"
-#include "sh/slice_form.h"
+#include "sh/brdf/slice_form.h"
 #include "tests/synthetic_model.h"
 
 namespace penumbra {

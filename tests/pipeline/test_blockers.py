@@ -4,26 +4,17 @@ usage: test_blockers.py BIN
 """
 import json
 import os
-import subprocess
 import sys
 import tempfile
 
 import h5py
 import numpy as np
 
+from programs import must, run
+
 BIN = sys.argv[1]
 BAKE, FIT, PACK = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack"))
 SAMPLES = os.path.join(BIN, "..", "samples")
-
-
-def run(*words):
-    return subprocess.run([*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def must(*words):
-    result = run(*words)
-    assert result.returncode == 0, (words, result.stderr)
-    return result.stdout
 
 
 def refused(code, part, *words):

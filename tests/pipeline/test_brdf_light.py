@@ -33,6 +33,9 @@ def check_brdf(folder):
         slices, even = f["/reflectance/slices"][()], f["/reflectance/even_index"][()]
         assert json.loads(f.attrs["provenance"])["options"]["analytic"] == spec
         fit_error = f["/error"].attrs["fit"]
+        lobes = f["/lobes"]
+        assert list(lobes["model"]) == [7] and np.allclose(lobes["parameters"], [[0.3, 0.9, 0, 0]]), list(lobes["model"])
+        assert np.allclose(lobes["color"], [[1, 0.5, 0.25]]) and lobes.attrs["error"] == 0
     assert slices.shape == (25, 15, 3) and list(even[:5]) == [0, 1, 3, 4, 6]
     assert np.allclose(slices[..., 1], slices[..., 0] / 2) and np.allclose(slices[..., 2], slices[..., 0] / 4)
     figures = json.loads((folder / "r.json").read_text())

@@ -2,7 +2,6 @@
 
 usage: test_cloth_bake.py BIN
 """
-import hashlib
 import json
 import os
 import signal
@@ -13,6 +12,8 @@ import time
 
 import h5py
 import numpy as np
+
+from programs import digest
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
@@ -31,10 +32,6 @@ def refused(code, *parts, words):
     assert len(result.stderr.splitlines()) == 1, (words, result)
     for part in parts:
         assert part in result.stderr, (part, result.stderr)
-
-
-def digest(path):
-    return hashlib.sha256(open(path, "rb").read()).hexdigest()
 
 
 def sheet(side, frames):

@@ -4,31 +4,17 @@ usage: test_composed_cloth.py BIN
 """
 import json
 import os
-import subprocess
 import sys
 import tempfile
 
 import h5py
 import numpy as np
 
+from programs import must, refused
+
 BIN = sys.argv[1]
 BAKE, FIT, PACK = (os.path.join(BIN, f"penumbra-{name}") for name in ("bake", "fit", "pack"))
 FRAMES = 60
-
-
-def run(*words):
-    return subprocess.run([*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def must(*words):
-    result = run(*words)
-    assert result.returncode == 0, (words, result.stderr)
-    return result.stdout
-
-
-def refused(code, part, *words):
-    result = run(*words)
-    assert result.returncode == code and part in result.stderr, (words, result.returncode, result.stderr)
 
 
 def grid_faces(across, along):

@@ -5,7 +5,6 @@ usage: test_composed_rigs.py BIN
 import json
 import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 
@@ -17,23 +16,10 @@ sys.path.insert(0, str(ROOT / "scripts"))
 from samples.gltf import Gltf, primitive  # noqa: E402
 from samples.shapes import translation_to, tube, turn  # noqa: E402
 
+from programs import must, refused
+
 BIN = sys.argv[1]
 BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack", "player"))
-
-
-def run(*words):
-    return subprocess.run([*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def must(*words):
-    result = run(*words)
-    assert result.returncode == 0, (words, result.returncode, result.stderr)
-    return result.stdout
-
-
-def refused(code, part, *words):
-    result = run(*words)
-    assert result.returncode == code and part in result.stderr, (words, result.returncode, result.stderr)
 
 
 def chain(path, bones, rings, scale=None, mirrored=None):

@@ -4,11 +4,12 @@ Mounts small file systems: as root, or as root of a user namespace of its own. W
 usage: test_disk.py BIN
 """
 import contextlib
-import hashlib
 import os
 import subprocess
 import sys
 import tempfile
+
+from programs import digest
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
@@ -18,10 +19,6 @@ SMALL = ["--fps", "4", "--rays", "16", "--order", "4"]
 
 def run(*words):
     return subprocess.run([BAKE, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def digest(path):
-    return hashlib.sha256(open(path, "rb").read()).hexdigest()
 
 
 @contextlib.contextmanager

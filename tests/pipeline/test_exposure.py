@@ -6,28 +6,18 @@ usage: test_exposure.py BIN
 import csv
 import json
 import os
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
 from PIL import Image
 
+from programs import good, run_tool as run
+
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 LOOK = ["--size", "96x96", "--camera", "yaw=30,pitch=10"]
 LIGHTS = {"dark": 1e-3, "plain": 1.0, "bright": 5e3}  # mean radiance
-
-
-def run(tool, *words):
-    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True)
-
-
-def good(tool, *words):
-    result = run(tool, *words)
-    assert result.returncode == 0, (tool, words, result.returncode, result.stderr)
-    return result
 
 
 def read(path):

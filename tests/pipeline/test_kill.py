@@ -2,7 +2,6 @@
 
 usage: test_kill.py BIN
 """
-import hashlib
 import os
 import random
 import signal
@@ -11,14 +10,12 @@ import sys
 import tempfile
 import time
 
+from programs import digest
+
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "bend.glb")
 BAKE = ["penumbra-bake", "visibility", RIG, "--fps", "16", "--rays", "32", "--order", "3"]  # 99 frames
 KILLS = 20
-
-
-def digest(path):
-    return hashlib.sha256(open(path, "rb").read()).hexdigest()
 
 
 def check(verb, folder, output, words, seconds, expected, random_moment, again=()):

@@ -3,7 +3,6 @@ stopped, and refusals of what does not fit.
 
 usage: test_local_bake.py BIN
 """
-import hashlib
 import json
 import os
 import signal
@@ -14,6 +13,8 @@ import time
 
 import h5py
 import numpy as np
+
+from programs import digest
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
@@ -32,10 +33,6 @@ def run(*words, code=0):
 def bake(out, *words, rig=MAN, small=SMALL):
     run("visibility", rig, "-o", out, "-q", *small, *words)
     return out
-
-
-def digest(path):
-    return hashlib.sha256(open(path, "rb").read()).hexdigest()
 
 
 def read(path):

@@ -2,7 +2,6 @@
 
 usage: test_merge.py BIN
 """
-import hashlib
 import itertools
 import json
 import os
@@ -13,6 +12,8 @@ import tempfile
 
 import h5py
 import numpy as np
+
+from programs import digest
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
@@ -35,10 +36,6 @@ def bake(out, *words, rig=MAN):
     defaults = [word for pair in zip(SMALL[::2], SMALL[1::2]) for word in pair if pair[0] not in words]
     good("visibility", rig, "-o", out, "-q", *defaults, *words)
     return out
-
-
-def digest(path):
-    return hashlib.sha256(open(path, "rb").read()).hexdigest()
 
 
 def write_bytes(path, content):

@@ -6,23 +6,19 @@ The asset is trained on other clips, so that all poses are new to it. The librar
 """
 import ctypes
 import os
-import subprocess
 import sys
 import tempfile
 
 import h5py
 import numpy as np
 
+from programs import must
+
 BIN = sys.argv[1]
 BAKE, FIT, PACK = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack"))
 LIBRARY = os.path.join(BIN, "..", "player", "runtime", "libpenumbra.so")
 RIG, CLIP, SECONDS = sys.argv[2:5] if len(sys.argv) > 2 else (os.path.join(BIN, "..", "samples", "capsule_man.glb"), "squat", 3)
 FRAMES = 1000
-
-
-def must(*words):
-    result = subprocess.run([*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert result.returncode == 0, (words, result.stderr)
 
 
 def true_ambient(vis):

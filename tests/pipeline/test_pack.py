@@ -4,23 +4,13 @@ usage: test_pack.py BIN
 """
 import json
 import os
-import subprocess
 import sys
 import tempfile
 
+from programs import good, run_tool as run
+
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
-
-
-def run(tool, *words):
-    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True)
-
-
-def good(tool, *words):
-    result = run(tool, *words)
-    assert result.returncode == 0, (tool, words, result.stderr)
-    return result
 
 
 def fails(code, *words, says=""):

@@ -4,7 +4,6 @@ usage: test_player_render.py BIN
 """
 import json
 import os
-import subprocess
 import sys
 import tempfile
 
@@ -12,22 +11,13 @@ import h5py
 import numpy as np
 from PIL import Image
 
+from programs import good, run_tool as run
+
 BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 FRAME = ["--clip", "squat", "--frame", 3]  # held out
 FRAMING = ["--camera", "yaw=30,pitch=10", "--size", "128x128", "--background", "0/0/0"]
 VIEW = [*FRAMING, "--exposure", 0.4]
-
-
-def run(tool, *words):
-    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True)
-
-
-def good(tool, *words):
-    result = run(tool, *words)
-    assert result.returncode == 0, (tool, words, result.stderr)
-    return result
 
 
 def fails(code, *words, says=""):

@@ -6,7 +6,6 @@ import json
 import os
 import shutil
 import struct
-import subprocess
 import sys
 import tempfile
 
@@ -14,16 +13,13 @@ import h5py
 import numpy as np
 
 from gltf_reference import Evaluator
+from programs import run
 
 BIN = sys.argv[1]
 BAKE, FIT = (os.path.join(BIN, name) for name in ("penumbra-bake", "penumbra-fit"))
 SAMPLES = os.path.join(BIN, "..", "samples")
 MAN = os.path.join(SAMPLES, "capsule_man.glb")
 FEW = ["--rays", "16", "--order", "1"]
-
-
-def run(*words):
-    return subprocess.run([*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def poses(out, *words, rig=MAN):

@@ -22,19 +22,10 @@ RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 import flip
 
+from programs import good, run_tool as run
+
 SMALL = ["--size", "96x96", "--camera", "yaw=30,pitch=10"]
 TRUTH = ["--truth", "x.truth.pnb"]
-
-
-def run(tool, *words):
-    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True)
-
-
-def good(tool, *words):
-    result = run(tool, *words)
-    assert result.returncode == 0, (tool, words, result.returncode, result.stderr)
-    return result
 
 
 def render(*words):

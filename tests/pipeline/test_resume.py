@@ -2,7 +2,6 @@
 
 usage: test_resume.py BIN
 """
-import hashlib
 import json
 import os
 import random
@@ -13,6 +12,8 @@ import tempfile
 import time
 
 import h5py
+
+from programs import digest
 
 BIN = os.path.abspath(sys.argv[1])
 BAKE = os.path.join(BIN, "penumbra-bake")
@@ -29,10 +30,6 @@ def run(out, *words, code=0):
     result = subprocess.run(command(out, *words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert result.returncode == code, result
     return result
-
-
-def digest(path):
-    return hashlib.sha256(open(path, "rb").read()).hexdigest()
 
 
 def report(path):

@@ -2,9 +2,9 @@
 
 usage: test_scene.py BIN
 """
+import hashlib
 import json
 import os
-import subprocess
 import sys
 import tempfile
 
@@ -12,21 +12,13 @@ import h5py
 import numpy as np
 from PIL import Image
 
+from programs import must, run
+
 BIN = sys.argv[1]
 BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack", "player"))
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 CLIP, FPS, FRAME = "squat", 4, 5
 SIDE, HALF = 33, 1.5  # the ground: points a side, metres
-
-
-def run(*words):
-    return subprocess.run([*map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def must(*words):
-    result = run(*words)
-    assert result.returncode == 0, (words, result.stderr)
-    return result.stdout
 
 
 def scene(name, **keys):
@@ -119,6 +111,67 @@ def check_pictures():
     # A prop is a caster as well, and an asset without fields receives.
     draw(scene("mixed.json", characters=[{**man, "asset": "additive.pnb"}], props=[{"asset": "man.pnb", "position": [0.5, 0, 0]}],
                ground=ground, light={"asset": "man.pnb", "rotation": "yaw=30"}, camera="yaw=30,pitch=20"))
+
+
+def check_poses():
+    """A pose of a file is the pose of the clip, in both programs, and need not be of any bake."""
+    must(BAKE, "poses", RIG, "--clips", CLIP, "--fps", FPS, "--choose", 3, "--sample", 2, "-o", "man.poses.json", "-q")
+    with open("man.poses.json") as f:
+        poses = json.load(f)
+    assert [pose["clip"] for pose in poses["poses"]] == 3 * [CLIP] + 2 * ["sampled"], poses["poses"]
+    ground = {"size": 3, "resolution": 32}
+    clip = scene("clip.json", ground=ground, characters=[{"asset": "man.pnb", "clip": CLIP, "time": poses["poses"][1]["time"]}])
+    posed = lambda frame: {"asset": "man.pnb", "pose": {"file": "man.poses.json", "frame": frame}}
+    same = scene("posed.json", ground=ground, characters=[posed(1)])
+    new = scene("new.json", ground=ground, characters=[posed(4)])
+    assert draw(same) == draw(clip), "a pose of a file is another one"
+    assert draw(same, "--time", 0) == draw(same), "--time moves a pose"
+    assert draw(new) != draw(clip)
+    for name in (clip, same, new):
+        must(BAKE, "reference", "--scene", name, "--size", "48x48", "--samples", 16, "-o", name + ".exr", "-q")
+    truths = [open(name + ".exr", "rb").read() for name in (clip, same, new)]
+    assert truths[0] == truths[1] != truths[2]
+    must(PLAYER, "bench", "--scene", same, "--runs", 1, "--size", "64x64", "--gl", "osmesa", "-q")
+    poses["joints"][3] = "tail"
+    with open("other.poses.json", "w") as f:
+        json.dump(poses, f)
+    other = scene("other.json", characters=[{**posed(0), "pose": {"file": "other.poses.json"}}])
+    missing = scene("missing.json", characters=[posed(5)])
+    sheet = scene("posed_sheet.json", characters=[{**posed(0), "asset": "arch.pnb"}])
+    for name, says in ((other, 'other.poses.json is of another rig: its joint 3 is "tail"'), (missing, "none of number 5"),
+                       (sheet, "arch.pnb is a cloth")):
+        for words in ((PLAYER, "render", "--gl", "osmesa"), (BAKE, "reference")):
+            result = run(*words, "--scene", name, "-o", "no.png")
+            assert result.returncode == 3 and says in result.stderr and result.stderr.count("\n") == 1, (name, result)
+    assert not os.path.exists("no.png")
+
+
+def check_inputs():
+    """Depfile and report list every file that a scene names, and none of them is written over."""
+    poses = {"file": "man.poses.json"}
+    name = scene("inputs.json", characters=[{"asset": "man.pnb", "pose": poses}, {"asset": "man.pnb"}], props=[{"asset": "additive.pnb"}],
+                 light={"asset": "lights.pnb"})
+    named = ["man.pnb", "man.poses.json", "additive.pnb", "lights.pnb"]
+    points = write_points("points.csv", [[0, 0, 0]], [[0, 1, 0]])
+    small = ["--size", "16x16"]
+    for words, read in (([PLAYER, "render", "--scene", name, *small, "--gl", "osmesa"], [name]),
+                        ([PLAYER, "probe", name, "--points", points], [name, points]),
+                        ([BAKE, "reference", "--scene", name, *small, "--samples", 4], [name])):
+        out = "inputs.csv" if "probe" in words else "inputs.png"
+        must(*words, "-o", out, "--report", "inputs.report", "--depfile", "inputs.d", "-q")
+        with open("inputs.report") as f:
+            report = json.load(f)
+        assert report["inputs"] == read + named, report["inputs"]
+        for file in read + named:
+            with open(file, "rb") as f:
+                assert report["sha256"][file] == hashlib.sha256(f.read()).hexdigest(), file
+        with open("inputs.d") as f:
+            assert f.read().replace(" \\\n ", "").split() == [out + ":", *read, *named]
+    result = run(PLAYER, "probe", name, "--points", points, "-o", "man.poses.json")
+    assert result.returncode == 1 and "man.poses.json: is input and output" in result.stderr, result
+    must(PLAYER, "bench", "--scene", name, "--runs", 1, *small, "--gl", "osmesa", "--report", "inputs.report", "-q")
+    with open("inputs.report") as f:
+        assert json.load(f)["inputs"] == [name, *named]
 
 
 def check_bench():
@@ -258,6 +311,8 @@ def main():
     check_bench()
     check_truth()
     check_sheet()
+    check_poses()
+    check_inputs()
     check_rubbish()
 
 

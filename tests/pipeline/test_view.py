@@ -3,10 +3,13 @@ and model/truth, and its screenshots change as they should.
 
 usage: test_view.py BIN
 """
+import json
 import time
 
 import numpy as np
+from PIL import Image
 
+from programs import good
 from view_window import HEIGHT, PANEL, TIMELINE, WIDTH, View, center, difference, make_scene, opened, prepared, wait_until
 
 
@@ -293,6 +296,70 @@ def check_scene():
     view.close()
 
 
+def fix_camera(name, **changes):
+    with open("scene.json") as file:
+        fixed = {**json.load(file), "camera": "yaw=10,pitch=25,target=0/0.6/0,distance=5", **changes}
+    with open(name, "w") as file:
+        json.dump(fixed, file)
+
+
+def share_like_render(scene, shot):
+    """Draws the scene without a window. Returns the share of its pixels that are within 5 steps in the shot, which has
+    no background."""
+    size = f"{shot.picture.shape[1]}x{shot.picture.shape[0]}"
+    good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "-o", "drawn.png")
+    drawn = np.asarray(Image.open("drawn.png").convert("RGBA"), int)
+    covered = drawn[..., 3] == 255
+    off = np.abs(shot.picture - drawn[..., :3]).max(-1)[covered]
+    share = float((off < 6).mean())
+    print(f"the window beside render: {covered.sum()} pixels, {np.median(off):.0f} steps off at the median, {share:.3f} within 5")
+    assert covered.sum() > 50000
+    return share
+
+
+def check_same_as_render():
+    """The window chooses the exposure that render chooses, the ground's share of the picture included. A fifth of the light
+    is taken off every other tile of its grid."""
+    fix_camera("fixed.json")
+    view = View("--scene", "fixed.json", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
+    shown = view.shot("b")
+    view.close()
+    assert share_like_render("fixed.json", shown) > 0.5
+
+
+def turned_sun(view, before):
+    """Turns the light, again if the window has missed the drag."""
+    view.drag(3, (550, 100), (650, 100))
+    shot = view.shot()
+    return shot if difference(shot, before) > 1 else None
+
+
+def check_suns():
+    """The suns of the light shine as in render, on both paths. Their shadows go with the light, and H takes them away."""
+    good("fit", "light", "--analytic", "uniform", "--analytic", "sun:direction=-0.6/1/0.5,irradiance=4", "--factor",
+         "--name", "sunny", "-o", "sunny.light.h5")
+    good("pack", "asset", "y.model.h5", "--brdf", "lambert.brdf.h5", "--light", "sunny.light.h5", "-o", "sunny.pnb")
+    with open("scene.json") as file:
+        people = [{**one, "asset": "sunny.pnb"} for one in json.load(file)["characters"]]
+    fix_camera("sunny.json", characters=people)
+    shots = []
+    for path in ("cpu", "glsl"):
+        view = View("--scene", "sunny.json", "--no-settings", "--path", path, size=f"{WIDTH}x{HEIGHT}")
+        shots.append(view.shot("b"))
+        assert "suns with shadow maps" in shots[-1].said, shots[-1].said
+        if path == "cpu":
+            soft = view.shot("h")
+            assert "suns" not in soft.said and difference(soft, shots[0]) > 1, (soft.said, difference(soft, shots[0]))
+            assert difference(view.shot("h"), shots[0]) == 0
+            turned = wait_until(lambda: turned_sun(view, shots[0]), "another sun")
+            assert "suns" in turned.said
+            assert np.abs(view.shot("k").picture - shots[0].picture).max() <= 1, "turned back, but for rounding"
+        view.close()
+    assert difference(*shots) < 0.01, "both paths have the values of the CPU"
+    share = share_like_render("sunny.json", shots[0])
+    assert share > 0.5 and share_like_render("sunny.json", soft) < share - 0.08, share  # measured: 0.585 and 0.451
+
+
 with prepared():
     with opened() as (window, start):
         check_plays_and_scrubs(window, start)
@@ -309,4 +376,6 @@ with prepared():
         check_heat_map(window)
     check_paths_agree()
     check_scene()
+    check_same_as_render()
+    check_suns()
 print("ok")

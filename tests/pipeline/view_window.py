@@ -3,7 +3,6 @@ import contextlib
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import time
 
@@ -11,20 +10,10 @@ import numpy as np
 from PIL import Image
 
 import processor_time
+from programs import BIN, good
 
-BIN = os.path.abspath(sys.argv[1])
 RIG = os.path.join(BIN, "..", "samples", "capsule_man.glb")
 WIDTH, HEIGHT, PANEL, TIMELINE = 800, 600, 290, 120  # of the panels: player/view/view_layout.h
-
-
-def run(tool, *words, **options):
-    return subprocess.run([os.path.join(BIN, "penumbra-" + tool), *map(str, words)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, **options)
-
-
-def good(tool, *words):
-    result = run(tool, *words)
-    assert result.returncode == 0, (tool, words, result.stderr)
 
 
 def make_assets():

@@ -10,7 +10,7 @@
 #include "player/runtime/evaluator.h"
 #include "player/runtime/exact_light_lobes.h"
 #include "player/runtime/shading.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "sh/sh_project.h"

@@ -9,7 +9,7 @@
 
 #include "formats/asset/asset_file.h"
 #include "player/runtime/exact_light_lobes.h"
-#include "sh/brdf.h"
+#include "sh/brdf/brdf.h"
 
 namespace penumbra::player_test {
 

@@ -289,7 +289,8 @@ TEST(CastGlsl, GivesWhatTheCpuGivesAtAnyPoint) {
     }
 }
 
-// In the frame of the scene. All spheres count whole within 28 radii. Measured: 3.1e-6.
+// In the frame of the scene. All spheres count whole within 28 radii, and no receiver is inside of one, where scenes
+// have a rule of their own. Measured with all spheres: 3.1e-6.
 TEST(CastGlsl, GivesTheVisibilityOverTheWholeSphere) {
     CastInputs inputs = someCasters(300);
     for (std::size_t r = 0; r < 300; ++r) {
@@ -299,6 +300,9 @@ TEST(CastGlsl, GivesTheVisibilityOverTheWholeSphere) {
     }
     inputs.spheres.erase(inputs.spheres.begin() + 15, inputs.spheres.end());
     for (CasterSphere& sphere : inputs.spheres) sphere.radius = std::max(sphere.radius, 0.08f);
+    std::erase_if(inputs.spheres, [](const CasterSphere& s) {
+        return length(s.centre - Vec3{0, 1, 0}) < s.radius + 0.2f;
+    });
     inputs.spheres.push_back({{0, 1, 0}, 0});  // hides nothing
     std::vector<float> expected(300 * 25);
     castVisibility(kCastOrder, inputs.spheres, inputs.positions, expected);

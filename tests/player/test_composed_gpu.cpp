@@ -67,7 +67,7 @@ public:
     std::vector<PosedCharacter> characters(std::size_t given) const {
         std::vector<PosedCharacter> posed;
         for (std::size_t i = 0; i < evaluators.size(); ++i) {
-            posed.push_back({&evaluators[i], offset(i)});
+            posed.push_back({&evaluators[i], placedAt(offset(i))});
             if (i >= given) posed.back().numbers = vertices_[i].numbers;
         }
         return posed;
@@ -187,7 +187,7 @@ TEST(FarWords, PosedPartsAreRotationsAndMaps) {
     const std::span<const PosedPart> posed = tube.evaluator.posedParts();
     for (std::size_t p = 0; p < posed.size(); ++p) {
         std::array<float, 4 * kPosedPartRows> rows;
-        writePosedPart(posed[p], rows.data());
+        writePosedPart(posed[p], {}, 0, rows.data());
         const Mat3 turn =
             nearestRotation(tube.evaluator.bones()[tube.asset.model.composition->parts[p].field.joint].linear());
         for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(rows[i], posed[p].to_part.m[i]);

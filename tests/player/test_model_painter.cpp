@@ -58,7 +58,7 @@ struct Crowd {
             set.setLightRotation(aboutY(0.7f * float(i)));
             ambients.push_back(std::vector<float>(at.positions.size(), 0.1f * float(i)));
             const Vec3 offset{0.9f * float(i % 3) - 0.9f, 0.7f * float(i / 3) - 0.5f, -0.6f * float(i % 2)};
-            characters.push_back({&evaluator, offset, &set, {}, ambients.back()});
+            characters.push_back({&evaluator, placedAt(offset), &set, {}, ambients.back()});
             if (i % 3 != 2) continue;
             for (float& n : at.numbers) n *= 0.5f;
             characters.back().numbers = at.numbers;
@@ -91,8 +91,8 @@ struct Crowd {
         ValuePainter painter(data.asset.mesh.triangles, Channel::kShaded);
         for (std::size_t i = 0; i < characters.size(); ++i) {
             std::vector<Vec3> radiance, positions = vertices[i].positions;
-            shadeFrame(sets[i], vertices[i], view.eye - characters[i].offset, 1, radiance);
-            for (Vec3& p : positions) p += characters[i].offset;
+            shadeFrame(sets[i], vertices[i], view.eye - characters[i].to_scene.translation(), 1, radiance);
+            for (Vec3& p : positions) p = characters[i].to_scene.point(p);
             painter.draw(view, positions, radiance);
         }
         return target.read();

@@ -6,8 +6,10 @@
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
 #include "player/scene/cast_on.h"
+#include "player/scene/cast_shader.h"
 #include "player/scene/scene_ground.h"
 #include "player/scene/scene_receivers.h"
+#include "player/scene/sphere_cast.h"
 #include "sh/visibility_convention.h"
 #include "tests/synthetic_composition.h"
 
@@ -149,6 +151,39 @@ TEST_F(SceneReceivers, TheGroundIsDarkestUnderTheCharacter) {
     const Vec3 a = ground.positions[ground.triangles[0]], b = ground.positions[ground.triangles[1]],
                c = ground.positions[ground.triangles[2]];
     EXPECT_GT(cross(b - a, c - a).y, 0);
+}
+
+// The papers' casters are spheres. Who has none is refused, unless it is to cast nothing.
+TEST_F(SceneReceivers, PapersNeedSpheres) {
+    const auto posed = [&](const char* mode, const char* exponential, const std::string& more) {
+        PosedScene(
+            parseScene(R"({"version": 1, "characters": [{"asset": "tube.pnb")" + more + "}]}", "s.json", folder_),
+            parseCastWay(mode, exponential));
+    };
+    EXPECT_NO_THROW(posed("folded", "hyb-ps2", ""));
+    EXPECT_THROW(posed("paper-000", "hyb-ps2", ""), InvalidInput);
+    EXPECT_THROW(posed("paper-004", "hyb-ps2", ""), InvalidInput);
+    EXPECT_NO_THROW(posed("paper-004", "hyb-ps2", R"(, "casts": "nothing")"));
+    EXPECT_THROW(posed("product", "chain", ""), UsageError);
+}
+
+// Two halves of a field over the sphere have, above a receiver, what its mirrored numbers have.
+TEST_F(SceneReceivers, HalvesOfFieldsMakeASphere) {
+    const PosedScene one = scene(R"({"asset": "tube.pnb"})");
+    const std::vector<Vec3> places = {{0.5f, 0.4f, 0}, {0.3f, 1, 0.3f}}, normals(2, {0, 1, 0}), tangents(2, {0, 0, 1});
+    std::vector<float> mirrored, cast;
+    castOn(one.cast(), {}, {places, normals, tangents}, 1, mirrored);
+    castOverSphere(one.cast(), {}, 5, {places, normals, tangents}, 1, cast);
+    const std::vector<Vec3> weights = groundWeights(CastMode::kFolded, {}, 1);
+    std::vector<float> of_mirrored(kFarNumbers);
+    ambientWeights(parseConvention("D6"), of_mirrored);
+    for (std::size_t r = 0; r < 2; ++r) {
+        float e = 0, expected = 0;
+        for (std::size_t k = 0; k < weights.size(); ++k) e += weights[k].x * cast[r * weights.size() + k];
+        for (std::size_t k = 0; k < kFarNumbers; ++k) expected += of_mirrored[k] * mirrored[r * kFarNumbers + k];
+        EXPECT_LT(expected, 0.98f);
+        EXPECT_NEAR(e, expected, 0.01);
+    }
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include "player/runtime/evaluator.h"
 #include "player/runtime/shading_set.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 #include "sh/reflectance.h"
 #include "sh/sh_product.h"
 #include "sh/sh_rotation.h"

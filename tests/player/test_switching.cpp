@@ -7,7 +7,7 @@
 #include "player/draw/picture_view.h"
 #include "player/frame/frame_values.h"
 #include "player/gl/offscreen_target.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 #include "tests/player/gl_calls.h"
 #include "tests/player/synthetic_asset.h"
 

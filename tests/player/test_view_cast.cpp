@@ -162,7 +162,7 @@ TEST_F(ViewCast, TheGroundIsDarkUnderThem) {
     EXPECT_FALSE(stateOf(scene = open(kPair)).ground);
 }
 
-// A prop stays, and a character that starts later in its clip is shown there.
+// A prop stays, and a character that starts later in its clip is shown in the frame that is nearest.
 TEST_F(ViewCast, EveryoneHasTheirOwnTime) {
     Scene scene = open(R"({"asset": "tube.pnb"}, {"asset": "tube.pnb", "time": 0.34})",
                        R"(, "props": [{"asset": "tube.pnb", "position": [4, 0, 0]}])");
@@ -176,9 +176,36 @@ TEST_F(ViewCast, EveryoneHasTheirOwnTime) {
     EXPECT_EQ(scene.characters[2]->frame, 0u);
     EXPECT_EQ(scene.characters[2]->part, 0);
     state.selected = 1;
-    EXPECT_NEAR(clipTime(state), 0.54, 1e-12);
-    showClipTime(state, 0.34);
+    const std::span<const double> times = scene.characters[1]->asset.animation.times;
+    EXPECT_NEAR(clipTime(state), 0.2 + times[1] - times[0], 1e-12);
+    showClipTime(state, times[1] - times[0]);
     EXPECT_NEAR(state.playhead.time, 0, 1e-12);
+}
+
+// Past the end of a clip everyone is in its last frame at first, as in render.
+TEST_F(ViewCast, PastTheEndIsTheLastFrame) {
+    Scene scene = open(R"({"asset": "tube.pnb", "time": 1000})");
+    const ViewState state = stateOf(scene);
+    update(scene, state);
+    const Character& character = *scene.characters[0];
+    EXPECT_EQ(character.frame + 1, character.asset.animation.clips[0].frame_count);
+    EXPECT_EQ(character.part, 0);
+}
+
+TEST_F(ViewCast, APoseOfAFileIsShownUntilAClipIsChosen) {
+    Scene scene = open(R"({"asset": "tube.pnb"}, {"asset": "tube.pnb", "time": 0.34})");
+    ViewState state = stateOf(scene);
+    update(scene, state);
+    const std::span<const Affine> bones = scene.characters[1]->evaluator->bones();
+    const BonePose pose{"", 0, {bones.begin(), bones.end()}, std::vector<float>(3 * bones.size())};
+    scene.characters[0]->file_pose = &pose;
+    state.characters[0].still = true;
+    state.playhead.time = 0.2;
+    update(scene, state);
+    EXPECT_TRUE(std::ranges::equal(scene.characters[0]->evaluator->bones(), pose.bones));
+    chooseClip(state, 0);
+    update(scene, state);
+    EXPECT_FALSE(std::ranges::equal(scene.characters[0]->evaluator->bones(), pose.bones));
 }
 
 TEST_F(ViewCast, RefusesWhatIsNoScene) {

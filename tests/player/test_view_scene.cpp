@@ -12,7 +12,7 @@
 #include "player/view/error_strip.h"
 #include "player/view/view_settings.h"
 #include "player/view/view_shapes.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 #include "tests/player/synthetic_asset.h"
 
 namespace penumbra {
@@ -30,25 +30,6 @@ TEST(ViewShapes, SphereIsClosedAndUnit) {
         area += 0.5 * double(length(cross(b - a, c - a)));
     }
     EXPECT_NEAR(area, 4 * std::numbers::pi, 0.15);  // inscribed: 12.46 of 12.57
-}
-
-// L = 1 + y has bands 0 and 1. Its irradiance on a plane that faces +y is pi + 2 pi / 3.
-TEST(ViewShapes, LightIsSeenWhereItComesFrom) {
-    std::array<float, 12> sh{};
-    for (std::size_t c = 0; c < 3; ++c) {
-        sh[c] = std::sqrt(4 * std::numbers::pi_v<float>);
-        sh[3 + c] = -std::sqrt(4 * std::numbers::pi_v<float> / 3);  // y_1,-1 = -sqrt(3/4pi) y
-    }
-    const LightView light{"slope", 2, sh};
-    const std::vector<Vec3> directions = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}};
-    const std::vector<Vec3> radiance = radianceFrom(light, Mat3(), directions);
-    EXPECT_NEAR(radiance[0].x, 2, 1e-5);
-    EXPECT_NEAR(radiance[1].x, 0, 1e-5);
-    EXPECT_NEAR(radiance[2].x, 1, 1e-5);
-    Mat3 roll;  // +y goes to -x
-    const Mat3d turned = parseLightRotation("roll=90");
-    for (std::size_t i = 0; i < 9; ++i) roll.m[i] = float(turned.m[i]);
-    EXPECT_NEAR(radianceFrom(light, roll, directions)[2].x, 0, 1e-5);
 }
 
 // Two vertices of one place have the shades of two tiles, and every square has its two triangles.

@@ -9,7 +9,7 @@
 #include "player/frame/orbit_camera.h"
 #include "player/view/view_actions.h"
 #include "player/view/view_layout.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 
 namespace penumbra {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "sh/far_visibility.h"
+#include "sh/far/far_visibility.h"
 #include "sh/zonal.h"
 
 namespace penumbra {

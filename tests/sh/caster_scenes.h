@@ -2,7 +2,7 @@
 // The caps and spheres of golden files.
 #include <vector>
 
-#include "sh/cap_visibility.h"
+#include "sh/cast/cap_visibility.h"
 #include "tests/sh/golden.h"
 
 namespace penumbra {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "sh/analytic_light.h"
+#include "sh/light/analytic_light.h"
+#include "sh/light/sky.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
-#include "sh/sky.h"
 #include "sh/zonal.h"
 
 namespace penumbra {

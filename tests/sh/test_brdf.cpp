@@ -3,8 +3,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sh/brdf.h"
-#include "sh/fresnel.h"
+#include "sh/brdf/brdf.h"
+#include "sh/brdf/fresnel.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "tests/sh/golden.h"
@@ -22,9 +22,10 @@ std::string messageOf(const std::string& text) {
 }
 
 TEST(Brdf, TextRoundTrips) {
-    for (const char* text : {"lambert", "lambert:color=0.5/0.25/1", "phong", "phong:exponent=50", "ward:ay=0.1",
-                             "oren-nayar:sigma=0.3", "blinn-phong", "cook-torrance:m=0.1,ior=2",
-                             "ward-gmd:ax=0.3,ay=0.3", "ashikhmin-shirley:rd=0", "ggx:alpha=0.1,f0=0.04,color=0.5"}) {
+    for (const char* text :
+         {"lambert", "lambert:color=0.5/0.25/1", "phong", "phong:exponent=50", "ward:ay=0.1", "oren-nayar:sigma=0.3",
+          "blinn-phong", "cook-torrance:m=0.1,ior=2", "ward-gmd:ax=0.3,ay=0.3", "ashikhmin-shirley:rd=0",
+          "ggx:alpha=0.1,f0=0.04,color=0.5", "mirror:f0=0.5"}) {
         const BrdfSpec spec = parseBrdf(text);
         EXPECT_EQ(parseBrdf(toString(spec)), spec) << text;
     }

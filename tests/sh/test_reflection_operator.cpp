@@ -4,7 +4,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "sh/reflection_operator.h"
+#include "sh/brdf/reflection_operator.h"
 #include "sh/sh_product.h"
 
 namespace penumbra {

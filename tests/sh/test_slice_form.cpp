@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "sh/slice_form.h"
+#include "sh/brdf/slice_form.h"
 
 namespace penumbra {
 namespace {

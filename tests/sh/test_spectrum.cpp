@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "sh/spectrum.h"
+#include "sh/brdf/spectrum.h"
 
 namespace penumbra {
 namespace {

@@ -1,0 +1,101 @@
+#include "fit/light/factor_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/image/project_map.h"
+#include "sh/angles.h"
+
+namespace penumbra {
+
+namespace {
+
+const char* nameOfMode(FactorMode mode) { return mode == FactorMode::kPaper ? "paper" : "hand-over"; }
+
+// The suns that shine, as the SH have them.
+FactorReport sunsOfSh(std::span<const double> sh, const FactorChoice& choice, LightFile& light) {
+    FactorReport report;
+    LightFactor factor(kFactorOrder, choice.suns, choice.mode);
+    const FactoredLight found = factor.factor(sh);
+    for (std::size_t i = 0; i < std::size_t(found.count); ++i) {
+        const SunCandidate& candidate = found.candidates[i];
+        if (!(luminance(candidate.sun.irradiance) > 0)) continue;
+        light.suns.push_back(candidate.sun);
+        report.suns.push_back({candidate.dominance, candidate.share, 0});
+    }
+    light.factor = nameOfMode(choice.mode);
+    return report;
+}
+
+void removeSuns(EnvironmentMap map, int width, LightFile& light, FactorReport& report) {
+    for (SunD& sun : light.suns) removeSun(map, sun);
+    if (width > 0) light.picture = smallPicture(map, width, report.clamped);
+}
+
+}  // namespace
+
+FactorReport factorLight(const EnvironmentMap& map, const FactorChoice& choice, int threads, LightFile& light) {
+    FactorReport report = sunsOfSh(projectMap(map, kFactorOrder, threads).sh, choice, light);
+    constexpr double kNear = 5 * kDegree;  // farther away the brightest pixels are another lamp
+    for (std::size_t i = 0; i < light.suns.size(); ++i) {
+        SunD& sun = light.suns[i];
+        const SunDisc disc = measureSun(map, sun.direction);
+        sun.radius = std::min(disc.radius, 35 * kDegree);  // no sun is larger than what measureSun() looks at
+        report.suns[i].flat_pixels = disc.flat_pixels;
+        if (choice.mode == FactorMode::kHandOver && dot(disc.direction, sun.direction) > std::cos(kNear))
+            sun.direction = disc.direction;
+    }
+    removeSuns(map, choice.picture_width, light, report);
+    return report;
+}
+
+namespace {
+
+// Moves the brightest lights that are small enough out of `parts`.
+std::vector<SunD> takeSuns(LightParts& parts, int most) {
+    std::vector<SunD> suns;
+    while (int(suns.size()) < most) {
+        SunD best;
+        const auto brighter = [&](const SunD& sun) {
+            const bool yes = luminance(sun.irradiance) > luminance(best.irradiance);
+            if (yes) best = sun;
+            return yes;
+        };
+        auto directional = parts.directional.end();
+        auto disc = parts.discs.end();
+        for (auto it = parts.directional.begin(); it != parts.directional.end(); ++it)
+            if (brighter({it->direction, it->irradiance, 0})) directional = it;
+        for (auto it = parts.discs.begin(); it != parts.discs.end(); ++it)
+            if (it->angle <= kMostSunRadius * kDegree &&
+                brighter({it->direction, it->solidAngle() * it->radiance, it->angle}))
+                disc = it, directional = parts.directional.end();
+        if (!(luminance(best.irradiance) > 0)) break;
+        if (directional != parts.directional.end())
+            parts.directional.erase(directional);
+        else
+            parts.discs.erase(disc);
+        suns.push_back(best);
+    }
+    return suns;
+}
+
+}  // namespace
+
+FactorReport factorLight(std::span<const AnalyticLight> lights, const FactorChoice& choice, LightFile& light) {
+    LightParts parts = partsOf(lights);
+    const int width = std::max(512, 4 * choice.picture_width);  // of what is painted and then made small
+    FactorReport report;
+    if (choice.mode == FactorMode::kPaper) {
+        report = sunsOfSh(projectLights(parts, kFactorOrder), choice, light);
+        removeSuns(paintLights(parts, width), choice.picture_width, light, report);
+        return report;
+    }
+    light.suns = takeSuns(parts, choice.suns);
+    light.factor = "exact";
+    report.suns.resize(light.suns.size());
+    if (choice.picture_width > 0)
+        light.picture = smallPicture(paintLights(parts, width), choice.picture_width, report.clamped);
+    return report;
+}
+
+}  // namespace penumbra

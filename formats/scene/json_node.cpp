@@ -1,0 +1,132 @@
+#include "formats/scene/json_node.h"
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "formats/common/errors.h"
+#include "formats/common/json_depth.h"
+
+namespace penumbra {
+
+namespace {
+
+using Json = nlohmann::json;
+constexpr std::uintmax_t kMostBytes = 64 << 20;
+
+// Keys of a file go to the terminal.
+std::string printableKey(std::string key) {
+    for (char& c : key)
+        if (static_cast<unsigned char>(c) < 0x20) c = '?';
+    return key;
+}
+
+}  // namespace
+
+void JsonNode::fail(const std::string& what) const {
+    throw InvalidInput(file_ + ": " + (at_.empty() ? "/" : at_) + ": " + what);
+}
+
+void JsonNode::requireKeys(std::initializer_list<const char*> known) const {
+    if (!json_->is_object()) fail("must be an object");
+    for (const auto& [key, value] : json_->items()) {
+        bool found = false;
+        for (const char* name : known) found = found || key == name;
+        if (!found) at(printableKey(key)).fail("unknown key");
+    }
+}
+
+JsonNode JsonNode::at(const std::string& key) const {
+    return {json_->contains(key) ? json_->at(key) : *json_, file_, at_ + "/" + key};
+}
+
+JsonNode JsonNode::required(const char* key) const {
+    if (!has(key)) fail("has no \"" + std::string(key) + "\"");
+    return at(key);
+}
+
+std::vector<JsonNode> JsonNode::items(std::size_t most) const {
+    if (!json_->is_array()) fail("must be an array");
+    if (json_->size() > most)
+        fail("has " + std::to_string(json_->size()) + " elements; at most " + std::to_string(most));
+    std::vector<JsonNode> nodes;
+    for (std::size_t i = 0; i < json_->size(); ++i)
+        nodes.emplace_back((*json_)[i], file_, at_ + "/" + std::to_string(i));
+    return nodes;
+}
+
+std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
+    if (!json_->is_object()) fail("must be an object");
+    std::vector<std::pair<std::string, JsonNode>> nodes;
+    for (const auto& [key, value] : json_->items()) nodes.emplace_back(key, JsonNode(value, file_, at_ + "/" + key));
+    return nodes;
+}
+
+std::string JsonNode::text() const {
+    if (!json_->is_string()) fail("must be a string");
+    const auto text = json_->get<std::string>();
+    if (std::ranges::any_of(text, [](unsigned char c) { return c < 0x20; })) fail("has a control character");
+    return text;
+}
+
+double JsonNode::number(double low, double high) const {
+    if (!json_->is_number()) fail("must be a number");
+    const auto x = json_->get<double>();
+    if (!(x >= low && x <= high)) {
+        std::ostringstream range;
+        range << "is " << x << ", not in [" << low << ", " << high << "]";
+        fail(range.str());
+    }
+    return x;
+}
+
+std::vector<float> JsonNode::numbers(std::size_t count, double low, double high) const {
+    const std::vector<JsonNode> all = items(count);
+    if (all.size() != count) fail("must have " + std::to_string(count) + " numbers");
+    std::vector<float> out;
+    for (const JsonNode& one : all) out.push_back(float(one.number(low, high)));
+    return out;
+}
+
+int JsonNode::whole(int low, int high) const {
+    if (!json_->is_number_integer()) fail("must be a whole number");
+    return int(number(low, high));
+}
+
+Vec3 JsonNode::vector(double low, double high) const {
+    const std::vector<float> three = numbers(3, low, high);
+    return {three[0], three[1], three[2]};
+}
+
+nlohmann::json parseJson(const std::string& text, const std::string& name) {
+    if (nestedTooDeep(text)) throw InvalidInput(name + ": nested too deep");
+    std::vector<std::set<std::string>> keys;
+    const auto watch = [&](int, Json::parse_event_t event, Json& value) {
+        if (event == Json::parse_event_t::object_start) keys.emplace_back();
+        if (event == Json::parse_event_t::object_end) keys.pop_back();
+        if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
+            throw InvalidInput(name + ": the key \"" + value.get<std::string>() + "\" stands twice in one object");
+        return true;
+    };
+    try {
+        return Json::parse(text, watch);
+    } catch (const Json::exception& error) {
+        throw InvalidInput(name + ": not JSON: " + error.what());
+    }
+}
+
+std::string readJsonText(const std::filesystem::path& path) {
+    std::error_code problem;
+    const std::uintmax_t size = std::filesystem::file_size(path, problem);
+    if (problem) throw IoError(path.string() + ": " + problem.message());
+    if (size > kMostBytes)
+        throw InvalidInput(path.string() + ": has " + std::to_string(size) + " bytes; at most " +
+                           std::to_string(kMostBytes));
+    std::ifstream file(path, std::ios::binary);
+    std::string text((std::istreambuf_iterator<char>(file)), {});
+    if (!file) throw IoError(path.string() + ": cannot be read");
+    return text;
+}
+
+}  // namespace penumbra

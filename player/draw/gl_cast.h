@@ -1,0 +1,49 @@
+#pragma once
+// Casts on the GPU, for the GLSL path: what the casters of a scene hide from vertices that stand in a storage buffer.
+// It gives what CastShadow (player/runtime/cast_shadow.h) gives.
+#include <span>
+#include <vector>
+
+#include "player/gl/gl_objects.h"
+#include "player/gl/upload_ring.h"
+#include "player/runtime/cast_shadow.h"
+
+namespace penumbra {
+
+struct GlCaster {
+    const Evaluator* evaluator = nullptr;  // it has the pose
+    CasterKind kind = CasterKind::kFields;
+    Affine to_scene = {};  // a rotation and a translation
+};
+
+// A receiver in its buffer, in vec4: position and the index of its own caster (-1: none), normal, tangent.
+constexpr std::size_t kReceiverQuads = 3;
+// What is written for it: 21 numbers, mirrored in its local frame, and 1 where any caster counts.
+constexpr std::size_t kCastQuads = 6;
+
+class GlCast {
+public:
+    // Uploads the fields of every asset once. Throws Unsupported where they are too many for this OpenGL.
+    explicit GlCast(std::span<const GlCaster> casters);
+
+    // Uploads the poses of a frame, of the casters that the constructor had. Allocates nothing.
+    void pose(std::span<const GlCaster> casters);
+    // Casts on the receivers of a buffer. Whatever storage blocks were bound are others afterwards.
+    void cast(const GlObject& receivers, const GlObject& casts, std::size_t count);
+    // Call this after the last cast of a frame.
+    void release() { posed_.release(); }
+
+    std::size_t bytes() const { return bytes_ + posed_.bytes(); }  // of GL memory
+
+private:
+    std::vector<std::uint32_t> first_word_;  // of each caster's fields
+    std::size_t parts_ = 0, spheres_ = 0, bytes_ = 0;
+    GlObject fields_, tables_, program_;
+    UploadRing posed_;
+    GLint receiver_count_ = -1;
+
+    void uploadFields(std::span<const GlCaster> casters);
+    void uploadTables(std::span<const GlCaster> casters);
+};
+
+}  // namespace penumbra

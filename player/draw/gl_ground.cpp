@@ -1,0 +1,72 @@
+#include "player/draw/gl_ground.h"
+
+#include <array>
+#include <cassert>
+
+#include "player/draw/shader_source.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr GLuint kGroundReceivers = 3, kGroundCasts = 4, kGroundEvaluated = 5;
+
+GlObject makeReceivers(const GroundMesh& mesh) {
+    std::vector<float> quads;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const Vec3 p = mesh.positions[v], n = mesh.normals[v], t = mesh.tangents[v];
+        quads.insert(quads.end(), {p.x, p.y, p.z, -1, n.x, n.y, n.z, 0, t.x, t.y, t.z, 0});
+    }
+    return makeBuffer(GL_SHADER_STORAGE_BUFFER, std::span<const float>(quads));
+}
+
+}  // namespace
+
+GlGround::GlGround(const GroundMesh& mesh, Channel channel)
+    : vertices_(mesh.positions.size()),
+      index_count_(GLsizei(mesh.triangles.size())),
+      receivers_(makeReceivers(mesh)),
+      evaluate_(makeComputeProgram(groundSource())),
+      vertex_array_(makeVertexArray()),
+      draw_(makeProgram(evaluatedVertexSource(channel), channelFragmentSource(channel, 0))),
+      evaluated_(makeTextureStorage(GL_RGBA32F, vertices_ * 2 * 4 * sizeof(float))),
+      weights_(gl::GetUniformLocation(evaluate_.id(), "weights")),
+      receiver_count_(gl::GetUniformLocation(evaluate_.id(), "receiver_count")),
+      vertex_count_(gl::GetUniformLocation(draw_.id(), "vertex_count")),
+      view_(viewUniforms(draw_)) {
+    const std::size_t bytes = vertices_ * kCastQuads * 4 * sizeof(float);
+    checkStorageBlock("the ground", bytes);
+    casts_ = makeStorage(bytes);
+    gl::BindVertexArray(vertex_array_.id());
+    triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.triangles);
+    checkGl("uploading the ground");
+}
+
+void GlGround::evaluate(GlCast& cast, std::span<const Vec3> weights) {
+    assert(weights.size() == kMirroredCast);
+    cast.cast(receivers_, casts_, vertices_);
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundReceivers, receivers_.id());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundCasts, casts_.id());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundEvaluated, evaluated_.buffer.id());
+    gl::UseProgram(evaluate_.id());
+    std::array<float, 4 * kMirroredCast> quads{};
+    for (std::size_t i = 0; i < kMirroredCast; ++i)
+        for (int c = 0; c < 3; ++c) quads[4 * i + std::size_t(c)] = weights[i][c];
+    gl::Uniform4fv(weights_, GLsizei(kMirroredCast), quads.data());
+    gl::Uniform1ui(receiver_count_, GLuint(vertices_));
+    gl::DispatchCompute(GLuint((vertices_ + kWorkGroup - 1) / kWorkGroup), 1, 1);
+    gl::MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    checkGl("casting on the ground");
+}
+
+void GlGround::draw(const FrameView& view) const {
+    setView(draw_, view_, view);
+    gl::Uniform1i(vertex_count_, GLint(vertices_));
+    gl::ActiveTexture(GL_TEXTURE0);
+    gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());
+    gl::BindVertexArray(vertex_array_.id());
+    gl::DrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
+    checkGl("drawing the ground");
+}
+
+}  // namespace penumbra

@@ -1,0 +1,21 @@
+#pragma once
+// What a light looks like from far away. It uses no GL.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "formats/asset/asset_file.h"
+
+namespace penumbra {
+
+// A lat-long picture of radiance (formats/image/image_file.h has its directions), without suns.
+struct SkyPicture {
+    int width = 0, height = 0;
+    std::vector<std::array<std::uint16_t, 4>> texels;  // [height, width] half-float RGB and 0
+    std::vector<Sun> suns;                             // that it lacks
+};
+
+// Returns the light's own picture with its suns, or, for a light that has none, its SH with ringing below 0 as 0.
+SkyPicture skyPicture(const LightView& light);
+
+}  // namespace penumbra

@@ -1,0 +1,97 @@
+#include "player/render/scene_on_gpu.h"
+
+#include <map>
+#include <numbers>
+
+#include "player/render/scene_frames.h"
+
+namespace penumbra {
+
+namespace {
+
+// Returns the weight of each number of a ground vertex in what it shows.
+std::vector<Vec3> shownWeights(const PosedScene& scene, const GroundVertices& ground, Channel channel) {
+    std::vector<Vec3> out;
+    if (channel == Channel::kShaded) {
+        const Vec3d reflected = toDouble(scene.file().ground->albedo) * (1 / std::numbers::pi);
+        for (const Vec3d& w : groundWeights(ground, *scene.light(), scene.lightRotation()))
+            out.push_back(toFloat(reflected * w));
+        return out;
+    }
+    std::array<float, kFarNumbers> weights;
+    ambientWeights({BelowHorizon::kMirrored, kFieldOrder}, weights);
+    for (const float w : weights) out.push_back({w, 0, 0});
+    return out;
+}
+
+}  // namespace
+
+SceneOnGpu::SceneOnGpu(const PosedScene& scene, const RenderOptions& options, int threads)
+    : scene_(scene), options_(options), threads_(threads), members_(scene.members().size()) {
+    requireLight(scene, options.channel);
+    for (const std::unique_ptr<SceneMember>& member : scene.members()) {
+        looks_.push_back(std::make_unique<SceneLook>(scene, *member, options));
+        SceneLook& look = *looks_.back();
+        // The GPU shades in the model frame.
+        if (look.shading)
+            look.shading->setLightRotation(transposed(member->to_scene.linear()) * look.shot.light_rotation);
+        if (member->caster == kNobody) continue;
+        casters_.push_back({&member->evaluator, *casterKindOf(*member->file, member->evaluator), member->to_scene});
+    }
+    cast_.emplace(casters_);
+    makeGroups();
+    if (scene.file().ground) makeGround();
+}
+
+void SceneOnGpu::makeGroups() {
+    std::map<const OpenAsset*, std::size_t> group_of;
+    for (std::size_t m = 0; m < looks_.size(); ++m) {
+        const SceneMember& member = *scene_.members()[m];
+        const SceneLook& look = *looks_[m];
+        const auto [found, is_new] = group_of.try_emplace(member.asset.get(), groups_.size());
+        if (is_new) {
+            const ShadingSet* shading = look.shading ? &*look.shading : nullptr;
+            groups_.emplace_back().asset = std::make_shared<GlAsset>(look.view, shading, &member.evaluator);
+        }
+        groups_[found->second].members.push_back(m);
+    }
+    for (Group& group : groups_) group.painter.emplace(group.asset, group.members.size());
+}
+
+void SceneOnGpu::makeGround() {
+    const GroundVertices ground = groundVertices(*scene_.file().ground, CastShadow({}), threads_);
+    ground_weights_ = shownWeights(scene_, ground, options_.channel);
+    ground_.emplace(GroundMesh{ground.positions, ground.normals, ground.tangents, ground.triangles}, options_.channel);
+}
+
+void SceneOnGpu::evaluate(Group& group) {
+    posed_.clear();
+    for (const std::size_t m : group.members) {
+        const SceneMember& member = *scene_.members()[m];
+        PosedCharacter& posed = posed_.emplace_back();
+        posed.evaluator = &member.evaluator;
+        posed.to_scene = member.to_scene;
+        posed.caster = member.caster;
+        if (looks_[m]->shading) posed.shading = &*looks_[m]->shading;
+        if (!group.asset->needsNumbers()) continue;
+        evaluateNumbers(member.evaluator, threads_, members_[m]);
+        posed.numbers = members_[m].numbers;
+    }
+    group.painter->evaluate(options_.channel, posed_, view_.eye, &*cast_);
+}
+
+void SceneOnGpu::evaluate() {
+    for (std::size_t m = 0; m < members_.size(); ++m) skinMember(*scene_.members()[m], threads_, members_[m]);
+    view_ = sceneView(scene_, options_, members_);
+    cast_->pose(casters_);
+    for (Group& group : groups_) evaluate(group);
+    if (ground_) ground_->evaluate(*cast_, ground_weights_);
+    cast_->release();
+}
+
+void SceneOnGpu::draw(const FrameView& view) const {
+    for (const Group& group : groups_) group.painter->draw(view);
+    if (ground_) ground_->draw(view);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,53 @@
+#pragma once
+// Draws frames of a scene that the GPU evaluates, casts and shades, in whatever pose the scene has.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "player/draw/gl_ground.h"
+#include "player/draw/model_painter.h"
+#include "player/render/scene_look.h"
+#include "player/scene/scene_ground.h"
+#include "player/scene/scene_receivers.h"
+
+namespace penumbra {
+
+class SceneOnGpu {
+public:
+    // Takes what SceneFrames takes, and throws what it throws. Throws Unsupported where the scene is too large for this
+    // OpenGL.
+    SceneOnGpu(const PosedScene& scene, const RenderOptions& options, int threads);
+
+    // Uploads the poses, casts, evaluates and shades.
+    void evaluate();
+    // Draws what was evaluated last, as `view` of the scene.
+    void draw(const FrameView& view) const;
+    const FrameView& view() const { return view_; }  // by the options' camera
+
+private:
+    // Members of one asset, which are drawn together.
+    struct Group {
+        std::shared_ptr<GlAsset> asset;
+        std::optional<ModelPainter> painter;
+        std::vector<std::size_t> members;
+    };
+
+    const PosedScene& scene_;
+    RenderOptions options_;
+    int threads_;
+    std::vector<std::unique_ptr<SceneLook>> looks_;  // of each member
+    std::vector<FrameVertices> members_;             // for the camera, and the numbers that an asset needs
+    std::vector<Group> groups_;
+    std::vector<GlCaster> casters_;
+    std::optional<GlCast> cast_;
+    std::optional<GlGround> ground_;
+    std::vector<Vec3> ground_weights_;
+    FrameView view_;
+    std::vector<PosedCharacter> posed_;
+
+    void makeGroups();
+    void makeGround();
+    void evaluate(Group& group);
+};
+
+}  // namespace penumbra

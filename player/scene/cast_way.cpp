@@ -1,0 +1,42 @@
+#include "player/scene/cast_way.h"
+
+#include <stdexcept>
+
+#include "formats/common/errors.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr std::string_view kCastModeNames[kCastModes] = {"product", "folded", "paper-000", "paper-004"};
+
+}  // namespace
+
+CastWay parseCastWay(std::string_view mode, std::string_view exponential) {
+    CastWay way;
+    std::size_t m = 0;
+    while (m < kCastModes && kCastModeNames[m] != mode) ++m;
+    if (m == kCastModes)
+        throw UsageError("--cast must be product, folded, paper-000 or paper-004, not " + std::string(mode));
+    way.mode = CastMode(m);
+    try {
+        way.exponential = parseCastExponential(exponential);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError("--cast-exponential " + std::string(error.what()));
+    }
+    return way;
+}
+
+std::string_view nameOf(CastMode mode) { return kCastModeNames[std::size_t(mode)]; }
+
+bool needsSpheres(CastMode mode) { return mode == CastMode::kPaper000 || mode == CastMode::kPaper004; }
+
+int castOrderOf(CastMode mode) { return mode == CastMode::kPaper000 ? 4 : kCastOrder; }
+
+void castBySpheres(SceneDescription& scene) {
+    for (std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
+        for (SceneCharacter& one : *list)
+            if (one.casts != SceneCasts::kNothing) one.casts = SceneCasts::kSpheres;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,35 @@
+#pragma once
+// The ways in which the shadow of others joins a receiver's own visibility. Scenes use the first; the others are slow,
+// run on the CPU, and are there for comparison (docs/formulas.md, section 10).
+#include <string>
+#include <string_view>
+
+#include "formats/scene/scene_file.h"
+#include "sh/cast/cast_reference.h"
+
+namespace penumbra {
+
+enum class CastMode {
+    kProduct,   // own numbers times V_c, both mirrored at the horizon
+    kFolded,    // V_c over the whole sphere is taken out of the light, L' = M^L V_c
+    kPaper000,  // paper 000, section 7: own numbers in A4 times V_c of order 4, casters are spheres
+    kPaper004,  // paper 004, section 6: folded, and own visibility is the share of the hemisphere, casters are spheres
+};
+constexpr std::size_t kCastModes = 4;
+
+struct CastWay {
+    CastMode mode = CastMode::kProduct;
+    CastExponential exponential = {};  // of casters that are spheres
+};
+
+// Reads "product", "folded", "paper-000" or "paper-004", and what parseCastExponential() reads. Throws UsageError,
+// which names the option.
+CastWay parseCastWay(std::string_view mode, std::string_view exponential);
+std::string_view nameOf(CastMode mode);
+
+bool needsSpheres(CastMode mode);
+int castOrderOf(CastMode mode);  // of V_c over the whole sphere
+// Lets all casters of a scene cast by spheres, but for those that are to cast nothing.
+void castBySpheres(SceneDescription& scene);
+
+}  // namespace penumbra

@@ -1,0 +1,19 @@
+// What the ground shows: weighted sums of what cast.comp has left visible. player/draw/shader_source.cpp puts a preamble
+// before this text, with WORK_GROUP and CAST_QUADS.
+layout(local_size_x = WORK_GROUP) in;
+
+layout(std430, binding = 3) readonly buffer Receivers { vec4 receivers[]; };  // as cast.comp has them
+layout(std430, binding = 4) readonly buffer Casts { vec4 casts[]; };
+layout(std430, binding = 5) writeonly buffer Evaluated { vec4 evaluated[]; };  // as evaluated.vert reads it
+
+uniform uint receiver_count;
+uniform vec4 weights[21];  // radiance by each number, and 0
+
+void main() {
+    uint r = gl_GlobalInvocationID.x;
+    if (r >= receiver_count) return;
+    vec4 value = vec4(0.0);
+    for (uint i = 0u; i < 21u; ++i) value += weights[i] * casts[CAST_QUADS * r + i / 4u][i % 4u];
+    evaluated[2u * r] = vec4(receivers[3u * r].xyz, 1.0);
+    evaluated[2u * r + 1u] = max(value, 0.0);
+}

@@ -1,0 +1,64 @@
+// The light of suns on a surface, for the fragment shaders of surfaces that it falls on (SUNLIT; SUN_MIRRORS where some
+// of it is a mirror). brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
+INTERPOLATION in vec3 surface_position, surface_normal, surface_tangent;  // in the scene; not unit
+INTERPOLATION in float surface_sight;                                     // V at the mirrored direction, for mirrors
+flat in uint surface_lobes;                                               // LobeTable::add()
+
+uniform samplerBuffer lobes;  // 2 texels a lobe: its parameters; its colour and its model
+uniform vec3 scene_eye;
+uniform int sun_count;
+uniform vec3 sun_direction[3], sun_irradiance[3];  // unit, towards the sun; at normal incidence
+uniform float sun_cosine[3];                       // of the radius; 1: a point, which no mirror shows
+uniform mat3 light_from_scene;                     // for sky.glsl
+
+vec3 brdfOfSurface(vec3 wi, vec3 wo) {
+    int first = int(surface_lobes & 0xffffffu), end = first + int(surface_lobes >> 24);
+    vec3 sum = vec3(0.0);
+    for (int i = first; i < end; ++i) {
+        vec4 color = texelFetch(lobes, 2 * i + 1);
+        sum += penumbra_brdf_lobe(int(color.w), texelFetch(lobes, 2 * i), color.rgb, wi, wo);
+    }
+    return sum;
+}
+
+vec3 mirrorOfSurface(vec3 wo) {
+    int first = int(surface_lobes & 0xffffffu), end = first + int(surface_lobes >> 24);
+    vec3 sum = vec3(0.0);
+    for (int i = first; i < end; ++i) {
+        vec4 color = texelFetch(lobes, 2 * i + 1);
+        sum += penumbra_mirror_reflectance(int(color.w), texelFetch(lobes, 2 * i), color.rgb, wo);
+    }
+    return sum;
+}
+
+// What a mirror sees in a direction of the scene: the sky as far as the body leaves it visible (paper 004 eq. 21), and
+// discs of suns, which the shadow maps hide.
+vec3 mirrored(vec3 direction, vec3 normal) {
+    vec3 seen = clamp(surface_sight, 0.0, 1.0) * skyRadiance(light_from_scene * direction);
+    for (int i = 0; i < sun_count; ++i)
+        if (sun_cosine[i] < 1.0 && dot(direction, sun_direction[i]) >= sun_cosine[i])
+            seen += sunVisibility(i, surface_position, normal) * sun_irradiance[i] /
+                    (3.14159265 * (1.0 - sun_cosine[i] * sun_cosine[i]));
+    return seen;
+}
+
+// A surface that is seen from behind its normal sends back what it sends to the mirrored eye, as in penumbra_to_eye().
+vec3 sunlight() {
+    vec3 normal = normalize(surface_normal), to_eye = normalize(scene_eye - surface_position);
+    vec3 tangent = normalize(surface_tangent - normal * dot(normal, surface_tangent));
+    mat3 local_from_scene = transpose(mat3(tangent, cross(normal, tangent), normal));
+    vec3 wo = local_from_scene * to_eye;
+    wo.z = abs(wo.z);
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < sun_count; ++i) {
+        vec3 wi = local_from_scene * sun_direction[i];
+        if (wi.z <= 0.0) continue;
+        float visible = sunVisibility(i, surface_position, normal);
+        if (visible > 0.0) sum += visible * wi.z * sun_irradiance[i] * brdfOfSurface(wi, wo);
+    }
+#ifdef SUN_MIRRORS
+    vec3 share = mirrorOfSurface(wo);
+    if (share != vec3(0.0)) sum += share * mirrored(transpose(local_from_scene) * vec3(-wo.xy, wo.z), normal);
+#endif
+    return sum;
+}

@@ -1,0 +1,69 @@
+#include "player/view/view_sunlight.h"
+
+#include <algorithm>
+
+#include "player/frame/mirror_sight.h"
+#include "player/view/view_shapes.h"
+#include "player/view/view_suns.h"
+
+namespace penumbra {
+
+ViewSunlight::ViewSunlight(const Scene& scene) : scene_(&scene), sunlight_(table_), casters_(scene.characters.size()) {
+    if (!scene.ground_file) return;
+    for (const float shade : kTileShades) {
+        const BrdfLobe paint{BrdfModel::kLambert, {}, scene.ground_file->albedo * shade};
+        ground_.push_back(table_.add({&paint, 1}));
+    }
+}
+
+LobeRange ViewSunlight::groundLobes(float shade) const {
+    return ground_[std::size_t(std::ranges::find(kTileShades, shade) - kTileShades.begin())];
+}
+
+// Returns whether a material has changed.
+bool ViewSunlight::updateLobes() {
+    bool changed = false;
+    for (std::size_t i = 0; i < casters_.size(); ++i) {
+        const ShadingSet& shading = *scene_->characters[i]->shading;
+        if (casters_[i].material_version == shading.materialVersion()) continue;
+        casters_[i].lobes = table_.add(shading);
+        casters_[i].material_version = shading.materialVersion();
+        changed = true;
+    }
+    return changed;
+}
+
+void ViewSunlight::placeCasters() {
+    for (std::size_t i = 0; i < casters_.size(); ++i) {
+        const Character& character = *scene_->characters[i];
+        casters_[i].positions.clear();
+        for (const Vec3 p : character.vertices.positions) casters_[i].positions.push_back(character.to_scene.point(p));
+    }
+}
+
+void ViewSunlight::shine(const ViewState& state) {
+    const Shone now{scene_->pose_version, state.light, lightRotation(state)};
+    if (!updateLobes() && shone_ == now) return;
+    if (!shone_ || shone_->pose_version != now.pose_version) placeCasters();
+    std::vector<SunCaster> casters;
+    for (std::size_t i = 0; i < casters_.size(); ++i)
+        casters.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
+    const LightView& light = scene_->characters.front()->asset.lights[state.light];
+    if (reflected_ != state.light) sunlight_.reflect(skyPicture(light));
+    reflected_ = state.light;
+    sunlight_.turnSky(now.rotation);
+    gl::Disable(GL_SCISSOR_TEST);
+    sunlight_.shine(sunsOf(light, now.rotation), casters);
+    gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
+    shone_ = now;
+}
+
+SunlitSurface ViewSunlight::surfaceOf(std::size_t index, Vec3 eye, std::span<Vec3> values) {
+    const Character& character = *scene_->characters[index];
+    Caster& caster = casters_[index];
+    const FrameVertices& vertices = character.vertices;
+    caster.sight = takeMirrorsOut(character.asset.model, vertices, eye, 0, table_, caster.lobes, values);
+    return {vertices.normals, vertices.tangents, caster.lobes, caster.sight};
+}
+
+}  // namespace penumbra

@@ -1,0 +1,51 @@
+#pragma once
+// The shadow maps of the window's suns, and what suns need of each mesh.
+#include <optional>
+
+#include "player/draw/sunlight.h"
+#include "player/view/view_scene.h"
+
+namespace penumbra {
+
+class ViewSunlight {
+public:
+    // `scene` outlives this object.
+    explicit ViewSunlight(const Scene& scene);
+    ViewSunlight(const ViewSunlight&) = delete;  // the sunlight points to the table
+
+    // Draws the maps anew where a pose, a place, the light or its turn has changed. Everyone in the scene casts.
+    // updateScene() must have been called. Leaves the window's framebuffer bound.
+    void shine(const ViewState& state);
+    const Sunlight& sunlight() const { return sunlight_; }
+    // Returns what suns need of a character, and takes mirrors out of `values`, what its vertices show to `eye` (in its
+    // model frame). The spans are valid until the next call for the character.
+    SunlitSurface surfaceOf(std::size_t character, Vec3 eye, std::span<Vec3> values);
+    // Returns the lobes of ground whose colour is multiplied by one of kTileShades.
+    LobeRange groundLobes(float shade) const;
+
+private:
+    struct Caster {
+        std::vector<Vec3> positions;  // in the scene
+        std::uint64_t material_version = 0;
+        std::vector<LobeRange> lobes;  // of every vertex
+        std::vector<float> sight;      // of its mirrors
+    };
+    struct Shone {
+        std::uint64_t pose_version = 0;
+        std::size_t light = 0;
+        Mat3 rotation;
+        bool operator==(const Shone&) const = default;
+    };
+    const Scene* scene_;
+    LobeTable table_;
+    Sunlight sunlight_;
+    std::vector<Caster> casters_;
+    std::vector<LobeRange> ground_;         // one for each of kTileShades
+    std::optional<Shone> shone_;            // what the maps were drawn for
+    std::optional<std::size_t> reflected_;  // the light that mirrors reflect
+
+    bool updateLobes();
+    void placeCasters();
+};
+
+}  // namespace penumbra

@@ -1,0 +1,37 @@
+#include "player/view/view_suns.h"
+
+#include <algorithm>
+
+#include "player/view/view_exposure.h"
+
+namespace penumbra {
+
+std::string_view whyNoSuns(const Scene& scene, const ViewState& state) {
+    const ShadingSet* shading = scene.characters.front()->shading.get();
+    if (!shading) return "no material or no light";
+    if (shading->asset().lights[state.light].suns.empty()) return "the light has no suns";
+    if (shownShading(scene, state).light_form != LightForm::kRotation) return "suns need the exact rotation";
+    if (state.shadows != Shadows::kBoth) return "suns need all shadows";
+    for (std::size_t i = 0; i < scene.characters.size(); ++i)
+        for (const std::size_t material : state.characters[i].material_of_slot)
+            if (scene.characters[i]->asset.materials[material].lobes.empty()) return "a material has no lobes";
+    return {};
+}
+
+bool showsSuns(const Scene& scene, const ViewState& state) {
+    return state.suns && showsShadedColors(scene, state) && whyNoSuns(scene, state).empty();
+}
+
+std::vector<Sun> sunsOf(const LightView& light, const Mat3& rotation) {
+    std::vector<Sun> suns(light.suns.begin(), light.suns.end());
+    for (Sun& sun : suns) sun.direction = rotation * sun.direction;
+    return suns;
+}
+
+std::vector<float> remainderOf(const LightView& light) {
+    std::vector<float> sh(light.sh.begin(), light.sh.end());
+    subtractSuns(light.suns, light.window, sh);
+    return sh;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,98 @@
+// Lobes of materials in an asset.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "asset_generated.h"
+#include "formats/asset/asset_file.h"
+#include "formats/common/errors.h"
+#include "pack/pack_asset.h"
+#include "tests/synthetic_model.h"
+
+namespace penumbra {
+namespace {
+
+std::vector<std::byte> packedWith(std::vector<BrdfLobe> lobes, double error = 0) {
+    BrdfFile brdf = synthetic::lambert();
+    brdf.lobes = std::move(lobes);
+    brdf.lobe_error = error;
+    const std::vector<BrdfFile> brdfs = {brdf};
+    return packLibrary(brdfs, {}, "{}");
+}
+
+const std::vector<BrdfLobe>& twoLobes() {
+    static const std::vector<BrdfLobe> lobes = {lobeOf(parseBrdf("lambert:color=0.5/0.25/0.1")),
+                                                lobeOf(parseBrdf("ashikhmin-shirley"))};
+    return lobes;
+}
+
+TEST(LobesAsset, HoldsTheLobes) {
+    const std::vector<std::byte> bytes = packedWith(twoLobes(), 0.125);
+    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kAssetVersion);
+    const AssetView asset = openAsset(bytes);
+    const MaterialView& material = asset.materials.at(0);
+    EXPECT_EQ(std::vector(material.lobes.begin(), material.lobes.end()), twoLobes());
+    EXPECT_EQ(material.lobe_error, 0.125f);
+}
+
+TEST(LobesAsset, MaterialsWithoutLobesStayAtTheirVersion) {
+    const std::vector<std::byte> bytes = packedWith({});
+    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kSkinnedAssetVersion);
+    EXPECT_TRUE(openAsset(bytes).materials.at(0).lobes.empty());
+}
+
+// A lobe is 32 bytes, which are listed among the materials.
+TEST(LobesAsset, LobesAreListedByTheirBytes) {
+    const auto bytesOfMaterials = [](const std::vector<std::byte>& bytes) {
+        for (const SizeOf& size : sectionSizes(openAsset(bytes), bytes.size()))
+            if (size.section == "materials") return size.bytes;
+        return std::size_t(0);
+    };
+    EXPECT_EQ(bytesOfMaterials(packedWith(twoLobes())) - bytesOfMaterials(packedWith({})), 64u);
+}
+
+std::string refusalOf(const std::vector<std::byte>& bytes) {
+    try {
+        openAsset(bytes, "x.pnb");
+    } catch (const InvalidInput& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+TEST(LobesAsset, WrongLobesAreRefused) {
+    const std::string wrong =
+        "x.pnb: materials[0].lobes[1] has an unknown model, or a parameter or a colour out of range";
+    const auto refusal = [](const auto& change) {
+        std::vector<BrdfLobe> lobes = twoLobes();
+        change(lobes[1]);
+        return refusalOf(packedWith(lobes));
+    };
+    EXPECT_EQ(refusal([](BrdfLobe&) {}), "accepted");
+    EXPECT_EQ(refusal([](BrdfLobe& lobe) { lobe.model = BrdfModel(200); }), wrong);
+    for (const float bad : {NAN, INFINITY, -1.0f, 1e6f})
+        EXPECT_EQ(refusal([bad](BrdfLobe& lobe) { lobe.parameters[1] = bad; }), wrong) << bad;
+    for (const float bad : {NAN, INFINITY, -1.0f})
+        EXPECT_EQ(refusal([bad](BrdfLobe& lobe) { lobe.color.z = bad; }), wrong) << bad;
+    EXPECT_EQ(refusalOf(packedWith(std::vector<BrdfLobe>(5))), "x.pnb: materials[0].lobes is 5, allowed are 1..4");
+    for (const double bad : {double(NAN), -1.0})
+        EXPECT_EQ(refusalOf(packedWith(twoLobes(), bad)), "x.pnb: materials[0].lobe_error is not 0 or more") << bad;
+}
+
+TEST(LobesAsset, OlderVersionsHaveNoLobes) {
+    std::vector<std::byte> bytes = packedWith(twoLobes());
+    fbs::GetMutableAsset(bytes.data())->mutate_format_version(kComposedAssetVersion);
+    ASSERT_TRUE(sealAsset(bytes));
+    EXPECT_EQ(refusalOf(bytes), "x.pnb: format_version is below 6, but something of version 6 is there");
+}
+
+TEST(LobesAsset, RejectsEveryTruncation) {
+    const std::vector<std::byte> whole = packedWith(twoLobes());
+    for (std::size_t n = 0; n < whole.size(); ++n) {
+        const std::vector<std::byte> cut(whole.data(), whole.data() + n);  // a copy: ASan sees any overread
+        EXPECT_THROW(openAsset(cut), InvalidInput) << "first " << n << " bytes";
+    }
+}
+
+}  // namespace
+}  // namespace penumbra

@@ -1,0 +1,58 @@
+#pragma once
+// Meshes for tests of the sun's map.
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "player/runtime/sun_map.h"
+
+namespace penumbra::player_test {
+
+struct SunMesh {
+    std::vector<Vec3> positions;
+    std::vector<std::uint32_t> triangles;
+    operator SunCaster() const { return {positions, triangles}; }
+};
+
+inline SunMesh sunBox(Vec3 low, Vec3 high) {
+    SunMesh mesh;
+    for (int i = 0; i < 8; ++i)
+        mesh.positions.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+    mesh.triangles = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                      2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    return mesh;
+}
+
+// A square of side 2 half around the origin, with this normal.
+inline SunMesh sunSquare(Vec3 normal, float half) {
+    const Vec3 n = normalized(normal);
+    const Vec3 a = normalized(cross(std::abs(n.x) < 0.7f ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, n)), b = cross(n, a);
+    return {{(a + b) * -half, (a - b) * half, (a + b) * half, (b - a) * half}, {0, 1, 2, 0, 2, 3}};
+}
+
+// A unit sphere; its positions are its normals.
+inline SunMesh sunSphere(int rings) {
+    SunMesh mesh;
+    const int around = 2 * rings;
+    for (int i = 0; i <= rings; ++i)
+        for (int j = 0; j <= around; ++j) {
+            const double theta = std::numbers::pi * i / rings, phi = 2 * std::numbers::pi * j / around;
+            mesh.positions.push_back(
+                toFloat(Vec3d{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)}));
+        }
+    for (int i = 0; i < rings; ++i)
+        for (int j = 0; j < around; ++j) {
+            const auto at = std::uint32_t(i * (around + 1) + j), below = at + std::uint32_t(around) + 1;
+            mesh.triangles.insert(mesh.triangles.end(), {at, below, at + 1, at + 1, below, below + 1});
+        }
+    return mesh;
+}
+
+inline SunMap sunMapOf(std::span<const SunCaster> casters, Vec3 direction, float radius, int size = kSunMapSize) {
+    SunMap map;
+    map.begin(fitSunFrame(casters, direction, radius, size));
+    map.draw(casters);
+    return map;
+}
+
+}  // namespace penumbra::player_test

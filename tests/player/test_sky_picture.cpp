@@ -1,0 +1,49 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "formats/common/fp16.h"
+#include "formats/image/image_file.h"
+#include "player/frame/sky_picture.h"
+
+namespace penumbra {
+namespace {
+
+float redTowards(const SkyPicture& sky, Vec3d direction) {
+    double u, v;
+    latLongCoordinates(direction, u, v);
+    const int column = std::min(int(u * sky.width), sky.width - 1), row = std::min(int(v * sky.height), sky.height - 1);
+    return halfToFloat(sky.texels[std::size_t(row * sky.width + column)][0]);
+}
+
+// L = 1 + 2 y goes from -1 to 3; what is below 0 shows as 0.
+TEST(SkyPicture, ShAreSeenWhereTheyComeFrom) {
+    std::array<float, 12> sh{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        sh[c] = std::sqrt(4 * std::numbers::pi_v<float>);
+        sh[3 + c] = -2 * std::sqrt(4 * std::numbers::pi_v<float> / 3);  // y_1,-1 = -sqrt(3/4pi) y
+    }
+    const SkyPicture sky = skyPicture({"slope", 2, sh});
+    EXPECT_NEAR(redTowards(sky, {0.01, 1, 0}), 3, 0.01);
+    EXPECT_EQ(redTowards(sky, {0.01, -1, 0}), 0);
+    EXPECT_NEAR(redTowards(sky, {1, 0, 0}), 1, 0.05);  // half a texel beside the horizon
+    EXPECT_TRUE(sky.suns.empty());
+}
+
+TEST(SkyPicture, ALightsOwnPictureComesWithItsSuns) {
+    const std::array<float, 3> sh{};
+    const std::array<std::uint16_t, 6> texels = {1, 2, 3, 4, 5, 6};
+    const std::array<Sun, 1> suns = {Sun{{0, 1, 0}, {2, 2, 2}, 0.01f}};
+    LightView light{"two texels", 1, sh};
+    light.picture = {2, 1, texels};
+    light.suns = suns;
+    const SkyPicture sky = skyPicture(light);
+    ASSERT_EQ(sky.texels.size(), 2u);
+    EXPECT_EQ(sky.texels[1], (std::array<std::uint16_t, 4>{4, 5, 6, 0}));
+    ASSERT_EQ(sky.suns.size(), 1u);
+    EXPECT_EQ(sky.suns[0].irradiance.x, 2);
+}
+
+}  // namespace
+}  // namespace penumbra

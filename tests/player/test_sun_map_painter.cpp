@@ -1,0 +1,151 @@
+#include <gtest/gtest.h>
+
+#include "formats/common/errors.h"
+#include "player/draw/sun_map_painter.h"
+#include "player/gl/gl_context.h"
+#include "player/gl/offscreen_target.h"
+#include "tests/player/count_allocations.h"
+#include "tests/player/gl_calls.h"
+#include "tests/player/sun_scenes.h"
+
+namespace penumbra {
+namespace {
+
+using player_test::SunMesh;
+
+constexpr const char* kReceiverVertex = R"(#version 430 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 vertex_normal;
+uniform mat4 clip_from_model;
+out vec3 place, normal;
+void main() {
+    place = position;
+    normal = vertex_normal;
+    gl_Position = clip_from_model * vec4(position, 1.0);
+}
+)";
+constexpr const char* kReceiverFragment = R"(
+in vec3 place, normal;
+layout(location = 0) out vec4 color;
+void main() { color = vec4(sunVisibility(0, place, normalize(normal)), place.xy, 1.0); }
+)";
+
+// Draws the ground z = 0 from above, -1 to 1: visibility, x, y.
+class Ground {
+public:
+    Ground()
+        : program_(makeProgram(kReceiverVertex, "#version 430 core\n" + sunGlsl() + kReceiverFragment)),
+          at_(sunUniforms(program_)),
+          vertex_array_(makeVertexArray()) {
+        gl::BindVertexArray(vertex_array_.id());
+        const float corners[] = {-1, -1, 0, 0, 0, 1, 1, -1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, -1, 1, 0, 0, 0, 1};
+        vertices_ = makeBuffer(GL_ARRAY_BUFFER, std::span<const float>(corners));
+        for (GLuint i = 0; i < 2; ++i) {
+            gl::VertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, 24, reinterpret_cast<const void*>(12 * std::size_t(i)));
+            gl::EnableVertexAttribArray(i);
+        }
+        const std::uint32_t triangles[] = {0, 1, 2, 0, 2, 3};
+        triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, std::span<const std::uint32_t>(triangles));
+    }
+    void draw(const SunMapPainter& maps) const {
+        gl::UseProgram(program_.id());
+        const float identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+        gl::UniformMatrix4fv(gl::GetUniformLocation(program_.id(), "clip_from_model"), 1, GL_FALSE, identity);
+        maps.bind(at_, 3);
+        gl::BindVertexArray(vertex_array_.id());
+        gl::DrawElements(GL_TRIANGLES, 6, GL_UNSIGNED_INT, nullptr);
+        checkGl("drawing the ground");
+    }
+
+private:
+    GlObject program_;
+    SunUniforms at_;
+    GlObject vertex_array_, vertices_, triangles_;
+};
+
+// Values of the two paths differ where a texel's centre lies on an edge of a triangle in one of them only.
+TEST(SunMapPainter, GivesThePictureOfTheCpu) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    SunMapPainter maps(2, 512);
+    const Ground ground;
+    const OffscreenTarget target(160, 160, 1);
+    SunMesh sphere = player_test::sunSphere(20);
+    for (Vec3& p : sphere.positions) p = p * 0.25f + Vec3{-0.1f, 0.1f, 0.4f};
+    const SunMesh bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.25f, 0.1f, 0.3f});
+    const SunCaster casters[] = {sphere, bar};
+    maps.setCasters(casters);
+    std::size_t other = 0, pixels = 0;
+    for (const float radius : {0.0f, 0.01f, 0.1f})
+        for (const Vec3 direction : {Vec3{0, 0, 1}, Vec3{1, 2, 3}, Vec3{-1, 0, 0.5f}}) {
+            const SunFrame frames[] = {fitSunFrame(casters, direction, radius, 512)};
+            const SunMap map = player_test::sunMapOf(casters, direction, radius, 512);
+            maps.draw(frames, casters);
+            target.begin();
+            ground.draw(maps);
+            for (const Vec3 pixel : target.read().pixels) {
+                ++pixels;
+                other += std::abs(pixel.x - map.visibility({pixel.y, pixel.z, 0}, {0, 0, 1})) > 0.5f / 255;
+            }
+        }
+    EXPECT_LE(double(other), 0.002 * double(pixels)) << other << " of " << pixels;
+}
+
+TEST(SunMapPainter, NoFrameAllocates) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    SunMapPainter maps(1, 64);
+    const SunMesh bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.25f, 0.1f, 0.3f});
+    const SunCaster casters[] = {bar};
+    maps.setCasters(casters);
+    SunMap map;
+    const auto drawBoth = [&](float angle) {
+        const SunFrame frames[] = {fitSunFrame(casters, {std::cos(angle), std::sin(angle), 1}, 0.01f, 64)};
+        map.begin(frames[0]);
+        map.draw(casters);
+        maps.draw(frames, casters);
+    };
+    drawBoth(0);
+    const player_test::GlCalls calls;
+    const std::size_t before = allocationCount();
+    drawBoth(1);
+    EXPECT_EQ(allocationCount(), before);
+    EXPECT_EQ(calls.made(), 0);
+}
+
+TEST(SunMapPainter, VerticesThatAreNotFiniteCastNothing) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    SunMapPainter maps(1, 128);
+    const Ground ground;
+    const OffscreenTarget target(32, 32, 1);
+    SunMesh sheet = player_test::sunSquare({0, 0, 1}, 0.5f);
+    for (Vec3& p : sheet.positions) p.z = 0.5f;
+    const auto darkness = [&] {
+        const SunCaster casters[] = {sheet};
+        const SunFrame frames[] = {fitSunFrame(casters, {0, 0, 1}, 0.01f, 128)};
+        maps.draw(frames, casters);
+        target.begin();
+        ground.draw(maps);
+        double sum = 0;
+        for (const Vec3 pixel : target.read().pixels) sum += 1 - double(pixel.x);
+        return sum / 1024;
+    };
+    const SunCaster casters[] = {sheet};
+    maps.setCasters(casters);
+    EXPECT_NEAR(darkness(), 0.25, 0.01);
+    const Vec3 corner = sheet.positions[1];  // of one of the two triangles
+    sheet.positions[1].x = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_NEAR(darkness(), 0.125, 0.01);
+    sheet.positions[1] = corner;
+    EXPECT_NEAR(darkness(), 0.25, 0.01);
+    for (Vec3& p : sheet.positions) p.x = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(darkness(), 0);
+}
+
+TEST(SunMapPainter, SizesAboveTheLimitAreUnsupported) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    GLint limit = 0;
+    gl::GetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
+    EXPECT_THROW(SunMapPainter(1, limit + 1), Unsupported);
+}
+
+}  // namespace
+}  // namespace penumbra

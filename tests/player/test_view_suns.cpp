@@ -1,0 +1,209 @@
+// Suns in the window: when they shine, what the light is without them, and when their maps are drawn.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "formats/common/write_file.h"
+#include "pack/pack_asset.h"
+#include "player/gl/gl_context.h"
+#include "player/view/view_actions.h"
+#include "player/view/view_exposure.h"
+#include "player/view/view_shapes.h"
+#include "player/view/view_sunlight.h"
+#include "player/view/view_suns.h"
+#include "tests/synthetic_composition.h"
+
+namespace penumbra {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A uniform light of radiance 1 and a sun.
+LightFile sunny(const SunD& sun) {
+    LightFile light = synthetic::light(4, 0);
+    light.name = "sunny";
+    SunD negative = sun;
+    negative.irradiance *= -1;
+    subtractSuns(std::span(&negative, 1), {}, light.sh);
+    light.suns = {sun};
+    light.factor = "exact";
+    return light;
+}
+
+const SunD kSun{{0.6, 0.8, 0}, {3, 2.5, 2}, 0.01};
+
+// Two tubes on a ground, the second one turned. Materials: "lambert" with a lobe, "plain" without; lights: "sunny",
+// "uniform".
+class ViewSuns : public testing::Test {
+protected:
+    fs::path folder = fs::path(testing::TempDir()) / ("view_suns_" + std::to_string(getpid()));
+    UpdateCost cost;
+    std::unique_ptr<Scene> scene;
+    ViewState state;
+
+    void SetUp() override {
+        fs::create_directories(folder);
+        BrdfFile lambert = synthetic::lambert({0.5, 0.5, 0.5}), plain = lambert;
+        lambert.lobes = {{BrdfModel::kLambert, {}, {0.5f, 0.5f, 0.5f}}};
+        plain.name = "plain";
+        const std::array materials = {lambert, plain};
+        const std::array lights = {sunny(kSun), synthetic::light(4, 0)};
+        writeWholeFile(folder / "tube.pnb",
+                       packAsset(synthetic::composedTube({.rings = 12, .segments = 9, .joints = 6, .clusters = 4}),
+                                 materials, lights, {.precision = AssetPrecision::kF32}, "{}", 1)
+                           .bytes);
+        writeWholeFile(folder / "s.json",
+                       R"({"version": 1, "characters": [{"asset": "tube.pnb", "casts": "nothing"},
+                           {"asset": "tube.pnb", "position": [0.6, 0, 0.1], "yaw": 40}],
+                           "ground": {"size": 6, "resolution": 17}})");
+        const std::array files = {folder / "s.json"};
+        scene = std::make_unique<Scene>(openScene(files, 1));
+        state = stateFor(*scene, {});
+        applySceneFile(*scene, state);
+    }
+    void TearDown() override { fs::remove_all(folder); }
+
+    void update() { updateScene(*scene, state, {.values = true, .threads = 1}, cost); }
+    void press(int key) { applyKey(state, contentsOf(*scene), {key, false}); }
+    bool saysSuns() const { return describe(*scene, state).find("suns with shadow maps") != std::string::npos; }
+    const std::vector<Vec3>& shown(std::size_t i) const {
+        return scene->characters[i]->values[std::size_t(Shown::kModel)];
+    }
+};
+
+TEST_F(ViewSuns, ShineUntilTheyAreSwitchedOff) {
+    update();
+    EXPECT_TRUE(showsSuns(*scene, state) && saysSuns());
+    EXPECT_TRUE(scene->characters[0]->shading->sunsOn());
+    const std::vector<Vec3> soft = shown(0), soft_ground = scene->ground.values;
+    press('H');
+    update();
+    EXPECT_FALSE(showsSuns(*scene, state) || saysSuns());
+    EXPECT_FALSE(scene->characters[0]->shading->sunsOn());
+    EXPECT_NE(shown(0), soft);
+    EXPECT_NE(scene->ground.values, soft_ground);
+    press('H');
+    update();
+    EXPECT_TRUE(saysSuns());
+    EXPECT_EQ(shown(0), soft);
+    EXPECT_EQ(scene->ground.values, soft_ground);
+}
+
+TEST_F(ViewSuns, WhatKeepsThemFromShiningIsSaid) {
+    const auto refuses = [&](ViewState changed, std::string_view reason) {
+        EXPECT_EQ(whyNoSuns(*scene, changed), reason);
+        EXPECT_FALSE(showsSuns(*scene, changed));
+    };
+    EXPECT_EQ(whyNoSuns(*scene, state), "");
+    ViewState changed = state;
+    changed.light = 1;
+    refuses(changed, "the light has no suns");
+    changed = state;
+    changed.characters[1].material_of_slot[0] = 1;
+    refuses(changed, "a material has no lobes");
+    changed = state;
+    changed.shading.light_form = LightForm::kFixed;
+    refuses(changed, "suns need the exact rotation");
+    for (const Shadows shadows : {Shadows::kSelf, Shadows::kCast, Shadows::kNone}) {
+        changed = state;
+        changed.shadows = shadows;
+        refuses(changed, "suns need all shadows");
+    }
+}
+
+// Other channels have no light, and a difference is one of what vertices show, which is SH.
+TEST_F(ViewSuns, AreForShadedColorsAlone) {
+    for (const Channel channel : {Channel::kAmbient, Channel::kNormals, Channel::kError}) {
+        state.channel = channel;
+        EXPECT_FALSE(showsSuns(*scene, state));
+    }
+    state.channel = Channel::kShaded;
+    for (const Compare compare : {Compare::kTruth, Compare::kSideBySide, Compare::kWipe}) {
+        state.compare = compare;
+        EXPECT_TRUE(showsSuns(*scene, state));
+    }
+    state.compare = Compare::kDifference;
+    EXPECT_FALSE(showsSuns(*scene, state));
+    state.compare = Compare::kModel;
+    state.component = 0;
+    EXPECT_FALSE(showsSuns(*scene, state));
+}
+
+TEST_F(ViewSuns, RemainderIsTheLightWithoutThem) {
+    const std::vector<float> rest = remainderOf(scene->characters[0]->asset.lights[0]);
+    EXPECT_NEAR(rest[0], std::sqrt(4 * std::numbers::pi), 1e-5);
+    for (std::size_t i = 3; i < rest.size(); ++i) EXPECT_NEAR(rest[i], 0, 2e-6) << i;
+}
+
+// Everyone's ShadingSet has the light in their own frame.
+TEST_F(ViewSuns, TurnWithTheLight) {
+    for (const double turn : {0.0, 70.0}) {
+        state.light_yaw = turn;
+        state.light_pitch = -turn / 2;
+        update();
+        const std::vector<Sun> suns = sunsOf(scene->characters[0]->asset.lights[0], lightRotation(state));
+        ASSERT_EQ(suns.size(), 1u);
+        EXPECT_NEAR(length(suns[0].direction - lightRotation(state) * toFloat(kSun.direction)), 0, 1e-6);
+        for (const auto& character : scene->characters)
+            EXPECT_NEAR(
+                length(character->to_scene.linear() * character->shading->suns()[0].direction - suns[0].direction), 0,
+                1e-6);
+    }
+}
+
+TEST_F(ViewSuns, ExposureIsMeasuredAnew) {
+    const ExposedLook with = exposedLook(state);
+    press('H');
+    EXPECT_NE(exposedLook(state), with);
+}
+
+// Who casts nothing in SH casts in the map: its pose counts, too.
+TEST_F(ViewSuns, EveryMoveCounts) {
+    update();
+    const std::uint64_t before = scene->pose_version, casts = scene->cast_version;
+    update();
+    EXPECT_EQ(scene->pose_version, before);
+    state.characters[0].moved = {0.1f, 0, 0};
+    update();
+    EXPECT_GT(scene->pose_version, before);
+    EXPECT_EQ(scene->cast_version, casts);
+}
+
+int& dispatches() {
+    static int count = 0;
+    return count;
+}
+decltype(gl::DispatchCompute) gl_dispatch = nullptr;
+
+// A map ends with compute passes, which are counted.
+TEST_F(ViewSuns, MapsAreDrawnWhenSomethingChanged) {
+    const std::unique_ptr<GlContext> context = createGlContext(GlBackend::kOsMesa);
+    ViewSunlight sunlight(*scene);
+    gl_dispatch = std::exchange(
+        gl::DispatchCompute, +[](GLuint x, GLuint y, GLuint z) { ++dispatches(), gl_dispatch(x, y, z); });
+    const auto draws = [&] {
+        const int before = dispatches();
+        update();
+        sunlight.shine(state);
+        return dispatches() > before;
+    };
+    EXPECT_TRUE(draws());
+    EXPECT_FALSE(draws()) << "nothing changed";
+    state.camera.yaw += 1;
+    EXPECT_FALSE(draws()) << "maps are the same from everywhere";
+    state.light_yaw = 10;
+    EXPECT_TRUE(draws());
+    state.playhead.time = 0.2;
+    EXPECT_TRUE(draws());
+    state.characters[1].moved = {0.2f, 0, 0};
+    EXPECT_TRUE(draws());
+    EXPECT_FALSE(draws());
+    gl::DispatchCompute = gl_dispatch;
+    std::vector<Vec3> values(scene->characters[1]->vertices.positions.size());
+    const SunlitSurface surface = sunlight.surfaceOf(1, {0, 0, 5}, values);
+    EXPECT_EQ(surface.lobes.size(), values.size());
+    EXPECT_TRUE(surface.sight.empty()) << "nothing is a mirror";
+    EXPECT_NE(sunlight.groundLobes(1), sunlight.groundLobes(kTileShades[1])) << "tiles have two colours";
+}
+
+}  // namespace
+}  // namespace penumbra
