@@ -301,15 +301,15 @@ SliceTable refinedSlices(const RgbBrdf& brdf, int slice_order, int threads) {
 }
 
 double largestAlbedo(const RgbBrdf& brdf, int threads) {
-    constexpr std::array<double, 9> kHeights = {0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.9};
+    constexpr std::array<double, 9> kViewHeights = {0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.9};
     const std::size_t azimuths = brdf.symmetry == BrdfSymmetry::kIsotropic     ? 1
                                  : brdf.symmetry == BrdfSymmetry::kOrthotropic ? 3
                                                                                : 8;
     const std::vector<WeightedNumber> nodes = gaussInterval(64);
-    std::vector<double> largest(kHeights.size() * azimuths);
+    std::vector<double> largest(kViewHeights.size() * azimuths);
     parallelFor(largest.size(), threads, [&](std::size_t k) {
         throwIfInterrupted();
-        const double z = kHeights[k / azimuths], r = std::sqrt(1 - z * z),
+        const double z = kViewHeights[k / azimuths], r = std::sqrt(1 - z * z),
                      phi = std::numbers::pi / 4 * double(k % azimuths);
         std::array<double, kChannels> f0{};
         integrateAroundMirror(brdf, {r * std::cos(phi), r * std::sin(phi), z}, nodes, f0);
