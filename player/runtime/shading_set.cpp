@@ -80,7 +80,8 @@ void ShadingSet::setLight(std::size_t light, std::span<const float> sh, double s
 void ShadingSet::setSuns(bool on) {
     assert(!on || choice_.light_form == LightForm::kRotation);
     suns_on_ = on;
-    setLight(light_);
+    // The first light of an asset may lack the form. setLight() of one that has it follows then.
+    if (hasLight(light_)) setLight(light_);
 }
 
 void ShadingSet::factorLive(std::size_t light, int count, double time_constant) {
