@@ -10,6 +10,8 @@
 #include "player/render/scene_picture.h"
 #include "player/render_flags.h"
 #include "player/render_report.h"
+#include "player/scene/side_by_side.h"
+#include "sh/light/light_rotation.h"
 
 namespace penumbra {
 
@@ -127,12 +129,29 @@ std::optional<Image> readCompared(const RenderCommand& command) {
     return truth;
 }
 
+// Returns what --scene says, or where several assets stand.
+SceneDescription describedScene(const RenderCommand& command, Report& report) {
+    if (!command.scene.empty()) {
+        SceneDescription scene = readScene(command.scene);
+        report.willRead(filesNamedIn(scene));
+        return scene;
+    }
+    try {
+        (void)parseLightRotation(command.options.light_rotation);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--light-rotation: ") + error.what());
+    }
+    SceneDescription scene = sceneSideBySide(command.assets);
+    for (SceneCharacter& one : scene.characters) one.material = command.options.brdf;
+    scene.light.name = command.options.light;
+    scene.light.rotation = command.options.light_rotation;
+    return scene;
+}
+
 void runScene(const RenderCommand& command, const CommonOptions& common, Report& report) {
     const CastWay way = command.cast.way();
     report.phase("read");
-    SceneDescription description = readScene(command.scene);
-    report.willRead(filesNamedIn(description));
-    PosedScene scene(std::move(description), way);
+    PosedScene scene(describedScene(command, report), way);
     if (command.time_option->count() > 0) scene.pose(command.time);
     const std::optional<Image> compared = readCompared(command);
     std::optional<OpenAsset> truth;
@@ -162,9 +181,9 @@ void runScene(const RenderCommand& command, const CommonOptions& common, Report&
 
 void runRender(RenderCommand& command, const CommonOptions& common, Report& report) {
     parseRender(command);
-    if (!command.scene.empty()) return runScene(command, common, report);
+    if (command.isScene()) return runScene(command, common, report);
     report.phase("read");
-    const OpenAsset asset(command.asset);
+    const OpenAsset asset(command.assets.front());
     std::optional<OpenAsset> truth;
     if (!command.truth.empty()) truth.emplace(command.truth);
     RenderRun run{command, makePlan(command, asset.view, truth ? &truth->view : nullptr)};
@@ -201,9 +220,8 @@ Verb renderVerb() {
             "Draw frames of an asset, measure them against the truth, without a window.",
             [command](CLI::App& app) { defineRender(app, *command); },
             [command] {
-                std::vector<std::filesystem::path> inputs;
-                for (const std::filesystem::path& file :
-                     {command->asset, command->scene, command->truth, command->compared})
+                std::vector<std::filesystem::path> inputs = command->assets;
+                for (const std::filesystem::path& file : {command->scene, command->truth, command->compared})
                     if (!file.empty()) inputs.push_back(file);
                 return inputs;
             },

@@ -157,9 +157,10 @@ void defineGate(CLI::App& app, RenderCommand& command) {
 }  // namespace
 
 void defineRender(CLI::App& app, RenderCommand& command) {
-    app.add_option("asset", command.asset, "X.pnb with a model");
+    app.add_option("assets", command.assets,
+                   "X.pnb with a model; several stand side by side on a ground, and cast on one another");
     app.add_option("--scene", command.scene,
-                   "S.json instead of an asset: characters on a ground that cast on one another (docs/scene.md)");
+                   "S.json instead of assets: characters on a ground that cast on one another (docs/scene.md)");
     command.time_option =
         app.add_option("--time", command.time, "of a scene: seconds into everyone's clip (default: as it says)")
             ->check(CLI::Range(0.0, 1e6))
@@ -180,27 +181,13 @@ void defineRender(CLI::App& app, RenderCommand& command) {
     defineErrors(app, command);
     defineSheet(app, command);
     defineGate(app, command);
-    const std::vector<std::string> of_scenes = {"asset",
-                                                "--help",
-                                                "--scene",
-                                                "--time",
-                                                "--output",
-                                                "--size",
-                                                "--camera",
-                                                "--channel",
-                                                "--gl",
-                                                "--background",
-                                                "--aa",
-                                                "--exposure",
-                                                "--reflectance",
-                                                "--light-form",
-                                                "--path",
-                                                "--cast",
-                                                "--cast-exponential",
-                                                "--compare",
-                                                "--truth",
-                                                "--error-max",
-                                                "--suns",
+    command.not_of_files = {app.get_option("--brdf"), app.get_option("--light"), app.get_option("--light-rotation")};
+    const std::vector<std::string> of_scenes = {"assets",       "--brdf",   "--light",     "--light-rotation",
+                                                "--help",       "--scene",  "--time",      "--output",
+                                                "--size",       "--camera", "--channel",   "--gl",
+                                                "--background", "--aa",     "--exposure",  "--reflectance",
+                                                "--light-form", "--path",   "--cast",      "--cast-exponential",
+                                                "--compare",    "--truth",  "--error-max", "--suns",
                                                 "--sun-map"};
     for (const CLI::Option* option : app.get_options())
         if (std::find(of_scenes.begin(), of_scenes.end(), option->get_name()) == of_scenes.end())
@@ -301,10 +288,9 @@ void refuse(const std::vector<const CLI::Option*>& options, const std::string& w
 
 void refuseUnused(const RenderCommand& command) {
     const Channel channel = command.options.channel;
-    if (!command.scene.empty() && channel != Channel::kShaded && channel != Channel::kAmbient &&
-        channel != Channel::kError)
+    if (command.isScene() && channel != Channel::kShaded && channel != Channel::kAmbient && channel != Channel::kError)
         throw UsageError("--channel " + command.channel + ": a scene is drawn as shaded, ao or error");
-    if (channel == Channel::kError && !command.scene.empty() && command.truth.empty())
+    if (channel == Channel::kError && command.isScene() && command.truth.empty())
         throw UsageError("--channel error needs --truth X.truth.pnb (penumbra-pack truth makes it)");
     if (channel != Channel::kShaded) refuse({command.compare_option}, "to --channel " + command.channel);
     if (channel != Channel::kShaded) refuse(command.shading, "to --channel " + command.channel);
@@ -332,13 +318,12 @@ void refuseUnused(const RenderCommand& command) {
 }  // namespace
 
 void parseRender(RenderCommand& command) {
-    if (command.asset.empty() == command.scene.empty())
-        throw UsageError(command.asset.empty() ? "an asset, X.pnb, or a --scene S.json is required"
-                                               : "an asset or a --scene: one or the other");
-    if (command.scene.empty())
-        refuse(command.scene_only, "without --scene");
-    else
-        refuse(command.asset_only, "with --scene");
+    if (command.assets.empty() == command.scene.empty())
+        throw UsageError(command.assets.empty() ? "an asset, X.pnb, or a --scene S.json is required"
+                                                : "assets or a --scene: one or the other");
+    if (!command.isScene()) refuse(command.scene_only, "to one asset without --scene");
+    if (command.isScene()) refuse(command.asset_only, command.scene.empty() ? "to several assets" : "with --scene");
+    if (!command.scene.empty()) refuse(command.not_of_files, "with --scene, which says it itself");
     parseWords(command);
     parseGate(command);
     parseFrames(command);

@@ -7,7 +7,8 @@
 namespace penumbra {
 
 struct RenderCommand {
-    std::filesystem::path asset, scene, truth, output, csv;
+    std::vector<std::filesystem::path> assets;  // several stand side by side, which is a scene
+    std::filesystem::path scene, truth, output, csv;
     double time = 0;                 // of a scene, seconds
     CastFlags cast;                  // of a scene
     std::filesystem::path compared;  // of a scene: a picture of it by brute force
@@ -19,6 +20,7 @@ struct RenderCommand {
     bool flip = false;
     bool batch = false;  // the user asks for more than one picture of one frame
 
+    bool isScene() const { return !scene.empty() || assets.size() > 1; }
     bool overlays() const;    // tells whether a lobe or boxes are drawn
     bool draws() const;       // tells whether the run needs OpenGL
     bool imageError() const;  // tells whether pictures of model and truth are compared
@@ -35,7 +37,8 @@ struct RenderCommand {
     const CLI::Option *frame_option = nullptr, *source_option = nullptr, *error_max_option = nullptr,
                       *fail_option = nullptr, *lobe_option = nullptr, *lobe_of_option = nullptr, *time_option = nullptr,
                       *compare_option = nullptr;
-    std::vector<const CLI::Option*> asset_only, scene_only;  // what only a picture of an asset, or of a scene, reads
+    // What only a picture of one asset reads, what one of any assets does, and what only one of a scene does.
+    std::vector<const CLI::Option*> asset_only, not_of_files, scene_only;
 };
 
 void defineRender(CLI::App& app, RenderCommand& command);

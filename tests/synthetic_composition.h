@@ -94,6 +94,19 @@ inline void addComposition(Model& model, const TubeOptions& tube, const Composit
     model.composition = composition;
 }
 
+// Adds a ball that stands still beside a composed model, as an occluder of its bake does. All parts see it.
+inline void addStillBall(Model& model, Vec3 centre, const CompositionOptions& options = {}) {
+    Composition& composition = *model.composition;
+    const std::size_t before = composition.fields.parts.size(), after = before + 1;
+    addBall(composition.fields, kStillJoint, centre, options);
+    std::vector<std::uint8_t> steps(after * after, 255);
+    for (std::size_t a = 0; a < before; ++a)
+        std::copy_n(composition.steps.begin() + std::ptrdiff_t(a * before), before,
+                    steps.begin() + std::ptrdiff_t(a * after));
+    steps.back() = 0;
+    composition.steps = steps;
+}
+
 inline Model composedTube(const TubeOptions& tube = {.joints = 5}, const CompositionOptions& options = {}) {
     Model model = tubeModel(tube);
     addComposition(model, tube, options);

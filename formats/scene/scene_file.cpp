@@ -80,8 +80,9 @@ SceneLight readLight(const JsonNode& node, const std::filesystem::path& folder) 
     return out;
 }
 
-// Names what has no name, and refuses names that stand twice.
-void nameAll(SceneDescription& scene, const std::string& file) {
+}  // namespace
+
+void nameAll(SceneDescription& scene) {
     std::vector<std::pair<SceneCharacter*, std::string>> all;
     for (std::size_t i = 0; i < scene.characters.size(); ++i)
         all.emplace_back(&scene.characters[i], "/characters/" + std::to_string(i));
@@ -90,7 +91,7 @@ void nameAll(SceneDescription& scene, const std::string& file) {
     std::map<std::string, std::string> where;
     for (const auto& [one, at] : all)
         if (!one->name.empty() && !where.emplace(one->name, at).second)
-            throw InvalidInput(file + ": " + at + "/name: \"" + one->name + "\" is also the name of " +
+            throw InvalidInput(scene.at + ": " + at + "/name: \"" + one->name + "\" is also the name of " +
                                where[one->name]);
     std::map<std::string, int> stems;
     for (const auto& [one, at] : all) {
@@ -102,8 +103,6 @@ void nameAll(SceneDescription& scene, const std::string& file) {
         } while (!where.emplace(one->name, at).second);
     }
 }
-
-}  // namespace
 
 SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder) {
     const nlohmann::json json = parseJson(text, name);
@@ -124,7 +123,7 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
     if (root.has("ground")) scene.ground = readGround(root.at("ground"));
     if (root.has("light")) scene.light = readLight(root.at("light"), folder);
     if (root.has("camera")) scene.camera = root.at("camera").text();
-    nameAll(scene, name);
+    nameAll(scene);
     return scene;
 }
 

@@ -70,7 +70,9 @@ struct SceneDescription {
 SceneDescription readScene(const std::filesystem::path& path);
 // Returns every file that the scene names, each once, in the order in which they are named.
 std::vector<std::filesystem::path> filesNamedIn(const SceneDescription& scene);
-// The same for text; `name` stands in messages, and paths are relative to `folder`.
+// Names what has no name. Throws InvalidInput for names that stand twice.
+void nameAll(SceneDescription& scene);
+// As readScene(), for text; `name` stands in messages, and paths are relative to `folder`.
 SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace penumbra

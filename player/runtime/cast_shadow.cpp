@@ -132,7 +132,7 @@ void CastShadow::pose(std::size_t index, std::span<const Affine> bones, const Af
     caster.hidden = false;
     for (std::size_t j = 0; j < bones.size(); ++j) caster.bones[j] = after(bones[j], to_scene);
     if (!caster.tables) return poseSpheres(caster);
-    caster.pose.set(*caster.tables, caster.bones);
+    caster.pose.set(*caster.tables, caster.bones, to_scene);
     std::copy(caster.pose.parts.begin(), caster.pose.parts.end(), posed_.begin() + std::ptrdiff_t(caster.first_part));
     bound(caster, caster.pose.posed.size(), [&](std::size_t p) {
         return CasterSphere{caster.pose.posed[p].centre, caster.pose.posed[p].radius};

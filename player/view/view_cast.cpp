@@ -6,7 +6,6 @@
 #include "formats/common/errors.h"
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
-#include "player/view/view_shapes.h"
 #include "player/view/view_suns.h"
 
 namespace penumbra {
@@ -68,17 +67,6 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
     for (const Vec3 n : at.normals) normals.push_back(turn * n);
     for (const Vec3 t : at.tangents) tangents.push_back(turn * t);
     castOnNumbers(*scene.cast, {.except = character.caster}, {positions, normals, tangents}, model, threads, numbers);
-}
-
-SceneGround groundUnder(const BoundingBox& box) {
-    constexpr double kRadii = 8;  // of the box, a side
-    SceneGround ground;
-    ground.centre = (box.low + box.high) * 0.5f;
-    ground.height = double(box.low.y);
-    ground.size = std::max(kRadii * box.radius(), 1e-3);
-    ground.resolution = 6 * kGroundTiles + 1;
-    ground.albedo = {0.25f, 0.25f, 0.25f};
-    return ground;
 }
 
 void updateGround(Scene& scene, const ViewState& state, int threads) {

@@ -18,9 +18,6 @@ void applyShadows(const Scene& scene, std::size_t character, Shadows shadows, in
 // Tells whether applyShadows() may change numbers of this character.
 bool changesNumbers(const Scene& scene, std::size_t character, Shadows shadows);
 
-// The ground of a scene whose file has none: it lies under everyone.
-SceneGround groundUnder(const BoundingBox& box);
-
 // Computes what the ground shows, unless that is there already.
 void updateGround(Scene& scene, const ViewState& state, int threads);
 

@@ -5,11 +5,15 @@
 #include "formats/image/project_map.h"
 #include "formats/scene/scene_placement.h"
 #include "player/frame/truth_frames.h"
+#include "player/scene/side_by_side.h"
 #include "player/view/view_cast.h"
+#include "player/view/view_shapes.h"
 
 namespace penumbra {
 
 namespace {
+
+static_assert((kGroundUnderResolution - 1) % kGroundTiles == 0, "tiles are alike");
 
 bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
 
@@ -45,16 +49,11 @@ void attachTruth(Scene& scene, const AssetView& truth) {
     if (!fits) throw InvalidInput(problem);
 }
 
-// Places characters in a row along x. Each gets the width of the widest and a third more.
 void placeCharacters(Scene& scene) {
-    float widest = 0;
-    for (const auto& character : scene.characters) {
-        const BoundingBox box = boundsOf(character->asset.mesh.positions);
-        widest = std::max(widest, box.high.x - box.low.x);
-    }
-    const float middle = 0.5f * float(scene.characters.size() - 1);
-    for (std::size_t i = 0; i < scene.characters.size(); ++i)
-        scene.characters[i]->placement.m[3] = (float(i) - middle) * 4 / 3 * widest;
+    std::vector<BoundingBox> boxes;
+    for (const auto& character : scene.characters) boxes.push_back(boundsOf(character->asset.mesh.positions));
+    const std::vector<float> places = placesSideBySide(boxes);
+    for (std::size_t i = 0; i < places.size(); ++i) scene.characters[i]->placement.m[3] = places[i];
 }
 
 // Places everyone where the scene's file says, and finds the poses that it names.

@@ -191,8 +191,8 @@ FarPart farPart(const PosedPart& posed) {
     return out;
 }
 
-void FarPose::set(const FarTables& tables, std::span<const Affine> bones) {
-    poseParts(tables.fields(), bones, posed);
+void FarPose::set(const FarTables& tables, std::span<const Affine> bones, const Affine& still) {
+    poseParts(tables.fields(), bones, posed, still);
     for (std::size_t p = 0; p < posed.size(); ++p) parts[p] = farPart(posed[p]);
 }
 

@@ -67,8 +67,8 @@ struct FarPose {
 
     explicit FarPose(const FarTables& tables) : posed(tables.partCount()), parts(tables.partCount()) {}
     FarPose() = default;
-    // Allocates nothing.
-    void set(const FarTables& tables, std::span<const Affine> bones);
+    // As poseParts(). Allocates nothing.
+    void set(const FarTables& tables, std::span<const Affine> bones, const Affine& still = {});
 };
 
 }  // namespace penumbra

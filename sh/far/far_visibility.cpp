@@ -51,10 +51,10 @@ void mirrorPart(float height, std::span<const float> blocked, std::span<float> o
 
 }  // namespace
 
-void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span<PosedPart> out) {
+void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span<PosedPart> out, const Affine& still) {
     assert(out.size() == fields.tables.size());
     for (std::size_t p = 0; p < out.size(); ++p) {
-        const Affine bone = fields.joints[p] == kStillJoint ? Affine{} : bones[fields.joints[p]];
+        const Affine bone = fields.joints[p] == kStillJoint ? still : bones[fields.joints[p]];
         const Mat3 linear = bone.linear(), c = cofactor(linear);
         const float det = linear.m[0] * c.m[0] + linear.m[1] * c.m[1] + linear.m[2] * c.m[2];
         out[p].to_part = inverseOf(bone);

@@ -32,8 +32,10 @@ struct PosedPart {
     float radius = 0;
 };
 // Poses all parts by the bones [J] of a frame; out.size() == P. A bone whose linear part cannot be inverted has its
-// nearest rotation instead.
-void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span<PosedPart> out);
+// nearest rotation instead. `still` moves the parts without a bone: where the bones go on from the model frame into
+// that of a scene, it is the way there.
+void poseParts(const FarFields& fields, std::span<const Affine> bones, std::span<PosedPart> out,
+               const Affine& still = {});
 
 // Returns for each part those that are more than `local_steps` away from it, ascending. `steps` is [P, P], as in
 // PartTable (formats/common/part_table.h).

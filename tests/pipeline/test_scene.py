@@ -113,6 +113,39 @@ def check_pictures():
                ground=ground, light={"asset": "man.pnb", "rotation": "yaw=30"}, camera="yaw=30,pitch=20"))
 
 
+def check_several():
+    """Several assets stand in a row on a ground that lies under them, as a scene that says so."""
+    look = ["--size", "96x96", "--gl", "osmesa", "--exposure", 1]
+
+    def row(name, *more):
+        must(PLAYER, "render", "man.pnb", "additive.pnb", "-o", name, *look, *more)
+        return pixels(name)
+
+    with h5py.File("m.h5") as f:
+        rest = f["mesh/rest_positions"][:].astype(float)
+    low, high = rest.min(0), rest.max(0)
+    half = (high[0] - low[0]) * 2 / 3
+    both = high - low + [2 * half, 0, 0]
+    ground = {"height": low[1], "centre": list((low + high) / 2), "size": 4 * np.linalg.norm(both), "resolution": 145}
+    named = scene("row.json", characters=[{"asset": "man.pnb", "position": [-half, 0, 0]}, {"asset": "additive.pnb", "position": [half, 0, 0]}],
+                  ground=ground)
+    must(PLAYER, "render", "--scene", named, "-o", "named.png", *look)
+    ours = row("row.png")
+    assert np.abs(ours - pixels("named.png")).mean() < 1e-3, "the places are others"
+    for more in (("--time", 1), ("--light-rotation", "yaw=90"), ("--camera", "yaw=60")):
+        assert np.abs(row("changed.png", *more) - ours).max() > 0.05, more
+    assert "2 characters and props, 1 of which cast" in must(PLAYER, "render", "man.pnb", "additive.pnb", "-o", "row.png", *look)
+    for words in (("--clip", CLIP), ("--frame", 1), ("--slot", "a=clay"), ("--csv", "x.csv"), ("--scene", named)):
+        result = run(PLAYER, "render", "man.pnb", "man.pnb", "-o", "x.png", *words)
+        assert result.returncode == 1 and result.stderr.count("\n") == 1, (words, result)
+    for code, says, words in ((3, "lights.pnb: has no model", ("man.pnb", "lights.pnb")), (2, "nobody.pnb", ("man.pnb", "nobody.pnb")),
+                              (3, 'has no "gold"', ("man.pnb", "man.pnb", "--brdf", "gold")),
+                              (1, "--light-rotation", ("man.pnb", "man.pnb", "--light-rotation", "far"))):
+        result = run(PLAYER, "render", *words, "-o", "x.png", "--gl", "osmesa")
+        assert result.returncode == code and says in result.stderr and result.stderr.count("\n") == 1, (words, result)
+    assert not os.path.exists("x.png")
+
+
 def check_poses():
     """A pose of a file is the pose of the clip, in both programs, and need not be of any bake."""
     must(BAKE, "poses", RIG, "--clips", CLIP, "--fps", FPS, "--choose", 3, "--sample", 2, "-o", "man.poses.json", "-q")
@@ -308,6 +341,7 @@ def main():
         body = f["frames/positions"][frame].astype(float), f["mesh/triangles"][:]
     check_ground(body)
     check_pictures()
+    check_several()
     check_bench()
     check_truth()
     check_sheet()

@@ -205,11 +205,13 @@ std::vector<float> drawnFields(const FieldInputs& inputs) {
     return results;
 }
 
+// A tube, and beside it a ball that stands still in the tube's frame.
 std::vector<std::byte> composedBytes(const char* convention, int joints) {
     synthetic::TubeOptions tube{.rings = 12, .segments = 9, .joints = joints};
     tube.convention = parseConvention(convention);
-    return packAsset(synthetic::composedTube(tube), materials(), lights(3), {.precision = AssetPrecision::kI8}, "{}", 1)
-        .bytes;
+    Model model = synthetic::composedTube(tube);
+    synthetic::addStillBall(model, {-1.2f, 0.4f, 0.1f});
+    return packAsset(model, materials(), lights(3), {.precision = AssetPrecision::kI8}, "{}", 1).bytes;
 }
 
 // Two characters of two assets, which stand in one another.
@@ -248,16 +250,17 @@ private:
     }
 };
 
-// On a ground, anywhere among the characters, and as far away as parts count.
+// On a ground, anywhere among the characters, and as far away as parts count. Tangents are those of
+// penumbra_scene_probe(): where factors ring above FarConstants::most, E depends on them a little.
 void addReceivers(FieldInputs& inputs, std::size_t count) {
     synthetic::Noise noise(5);
     for (std::size_t r = 0; r < count; ++r) {
         const float reach = r % 8 == 7 ? 16.0f : r % 8 == 6 ? 5.0f : 1.2f;
         const Vec3 random{noise(), noise(), noise()};
         if (r % 4 == 0)
-            inputs.add(Vec3{random.x * reach, -0.2f, random.z * reach}, {0, 1, 0}, {0, 0, 1});
+            inputs.add(Vec3{random.x * reach, -0.2f, random.z * reach}, {0, 1, 0}, {1, 0, 0});
         else
-            inputs.add(Vec3{0, 0.8f, 0} + random * reach, normalized(Vec3{noise(), noise(), noise()}), random);
+            inputs.add(Vec3{0, 0.8f, 0} + random * reach, normalized(Vec3{noise(), noise(), noise()}), {1, 0, 0});
     }
 }
 
@@ -271,7 +274,8 @@ double largestOf(const FieldInputs& inputs, std::span<const float> results, std:
     return worst;
 }
 
-// The bound is a tenth of the project's, half a step of an 8-bit picture. Measured: E within 5.1e-5, in both shaders.
+// The bound is a hundredth of the project's, half a step of an 8-bit picture. Measured: E within 8.3e-7, in both
+// shaders.
 TEST(CastFieldsGlsl, GivesWhatTheCpuGivesAtAnyPoint) {
     FieldPair pair("D5");
     FieldInputs& inputs = pair.inputs;
@@ -291,7 +295,7 @@ TEST(CastFieldsGlsl, GivesWhatTheCpuGivesAtAnyPoint) {
             ASSERT_EQ(results.size(), inputs.count() * inputs.rowSize());
             const double worst = largestOf(inputs, results, 21, 1, e, 1);
             std::printf("%s shader: E within %.1e\n", compute ? "compute" : "fragment", worst);
-            EXPECT_LT(worst, 2e-4);
+            EXPECT_LT(worst, 2e-5);
             std::size_t open = 0;
             for (std::size_t r = 0; r < inputs.count(); ++r) {
                 const float* row = &results[r * inputs.rowSize()];

@@ -54,13 +54,15 @@ SphereBlockers ballsOf(const Model& model) {
 
 // Tubes of one asset, in a row.
 struct Crowd {
-    Model model = synthetic::composedTube(kTube);
+    Model model;
     Packed packed = packAsset(model, {}, {}, {.precision = AssetPrecision::kF32, .blockers = ballsOf(model)}, "{}", 1);
     AssetView asset = openAsset(packed.bytes);
     std::vector<Evaluator> evaluators;
     std::optional<CastShadow> cast;
 
-    explicit Crowd(std::span<const Affine> to_scene, CasterKind kind = CasterKind::kFields) {
+    explicit Crowd(std::span<const Affine> to_scene, CasterKind kind = CasterKind::kFields,
+                   Model made = synthetic::composedTube(kTube))
+        : model(std::move(made)) {
         evaluators.assign(to_scene.size(), Evaluator(asset));
         std::vector<const Evaluator*> casters;
         for (const Evaluator& evaluator : evaluators) casters.push_back(&evaluator);
@@ -229,6 +231,27 @@ TEST(CastShadow, SpheresHideWhatFieldsOfSpheresHide) {
     }
     EXPECT_GT(hidden, 0.15);
     EXPECT_LT(std::sqrt(squares / double(count)), 0.012);
+}
+
+// A tube whose bake had a ball beside it that stood still.
+Model tubeBesideBall() {
+    Model model = synthetic::composedTube(kTube);
+    synthetic::addStillBall(model, {1.5f, 1, 0});
+    return model;
+}
+
+// What was baked beside a character goes where the character goes. Sums in another place round differently; measured:
+// 5e-5.
+TEST(CastShadow, StillPartsStandWithTheirCharacter) {
+    const Affine moved = movedTo({4, 0.5f, -3}, 1.1f);
+    const Crowd here(std::vector{movedTo({})}, CasterKind::kFields, tubeBesideBall()),
+        there(std::vector{moved}, CasterKind::kFields, tubeBesideBall());
+    const Points at_home(300), away(300, moved);
+    const std::vector<double> expected = ambientOf(here.on(at_home.all())), e = ambientOf(there.on(away.all()));
+    for (std::size_t i = 0; i < e.size(); ++i) EXPECT_NEAR(e[i], expected[i], 1e-3);
+    const std::vector<Vec3> below = {moved.point({1.5f, 0.7f, 0})}, up = {{0, 1, 0}}, tangent = {{0, 0, 1}};
+    const Crowd alone(std::vector{moved});
+    EXPECT_LT(ambientOf(there.on({below, up, tangent}))[0], ambientOf(alone.on({below, up, tangent}))[0] - 0.25);
 }
 
 // A scene may have casters of both kinds. They multiply as two of a kind do.

@@ -135,6 +135,26 @@ TEST_F(SceneReceivers, MostOfTheGroundIsInterpolated) {
     EXPECT_LT(largest, 0.005);
 }
 
+// The shadow of what was baked beside a character, and stood still, lies beside the character. A yaw of 90 degrees
+// turns +x towards -z.
+TEST_F(SceneReceivers, StillPartsStandWithTheirCharacter) {
+    Model model = synthetic::composedTube(kTube);
+    synthetic::addStillBall(model, {1.5f, 0.3f, 0});
+    write("beside.pnb", model);
+    const PosedScene stands = scene(R"({"asset": "beside.pnb", "position": [2, 0, 1], "yaw": 90})",
+                                    R"(, "ground": {"height": 0, "size": 8, "resolution": 81})");
+    const GroundVertices ground = groundVertices(stands, 2);
+    const std::vector<float> e = groundAmbient(ground);
+    const auto at = [&](float x, float z) {
+        const auto nearest = std::ranges::min_element(ground.positions, {}, [&](Vec3 p) {
+            return length(Vec3{p.x - x, 0, p.z - z});
+        });
+        return e[std::size_t(nearest - ground.positions.begin())];
+    };
+    EXPECT_LT(at(2, -0.5f), 0.7f);
+    for (const auto& [x, z] : {std::pair(1.5f, 0.0f), {3.5f, 1.0f}, {2.0f, 2.5f}}) EXPECT_GT(at(x, z), 0.85f) << x;
+}
+
 TEST_F(SceneReceivers, TheGroundIsDarkestUnderTheCharacter) {
     const PosedScene stands =
         scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": 0, "size": 8, "resolution": 33})");

@@ -4,8 +4,10 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/scene/scene_placement.h"
 #include "pack/pack_asset.h"
 #include "player/scene/scene_receivers.h"
+#include "player/scene/side_by_side.h"
 #include "player/view/view_pick.h"
 #include "tests/synthetic_composition.h"
 
@@ -73,6 +75,26 @@ TEST_F(ViewCast, ShowsTheNumbersOfTheScene) {
         EXPECT_EQ(character.to_scene, posed.members()[i]->to_scene);
         EXPECT_LT(largestDifference(character.vertices.numbers, expected.numbers), 1e-5);
     }
+}
+
+// Without a file characters stand in the window where render puts them.
+TEST_F(ViewCast, AssetsStandAsTheyAreRendered) {
+    const std::vector<fs::path> files(3, folder / "tube.pnb");
+    const SceneDescription row = sceneSideBySide(files);
+    const Scene scene = openScene(files, 1);
+    ASSERT_EQ(row.characters.size(), 3u);
+    const BoundingBox rest = boundsOf(scene.characters[0]->asset.mesh.positions);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(scene.characters[i]->placement, placementOf(row.characters[i]));
+        EXPECT_NEAR(row.characters[i].position.x, (double(i) - 1) * 4 / 3 * double(rest.high.x - rest.low.x), 1e-5);
+        EXPECT_EQ(row.characters[i].name, i == 0 ? "tube" : "tube-" + std::to_string(i + 1));
+    }
+    ASSERT_TRUE(row.ground && scene.ground_file);
+    EXPECT_NEAR(row.ground->height, rest.low.y, 1e-6);
+    EXPECT_NEAR(row.ground->height, scene.ground_file->height, 1e-6);
+    EXPECT_NEAR(row.ground->size, scene.ground_file->size, 1e-5);
+    EXPECT_NEAR(length(row.ground->centre - scene.ground_file->centre), 0, 1e-6);
+    EXPECT_EQ(PosedScene(row).cast().casterCount(), 3u);
 }
 
 TEST_F(ViewCast, ShadowsGoOnAndOff) {
