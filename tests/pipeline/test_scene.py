@@ -235,6 +235,22 @@ def check_inputs():
         assert json.load(f)["inputs"] == [name, *named]
 
 
+def check_bench_of_suns(words):
+    """Suns have rows of their own, beside the same scene with all light as SH. An asset alone has no maps, and says so."""
+    name = scene("bench_suns.json", characters=[{"asset": "man.pnb", "clip": CLIP}], light={"asset": "sunny.pnb"})
+    said = must(PLAYER, "bench", "--scene", name, *words, "--report", "suns.report.json")
+    with open("suns.report.json") as f:
+        cost = json.load(f)["figures"]["scene"]["suns"]
+    assert "suns, ms" in said and cost["count"] == 1 and cost["maps_ms"] > 0, (said, cost)
+    for part in ("shade", "draw", "frame"):
+        with_ms, without_ms = cost[part]["with_ms"], cost[part]["without_ms"]
+        assert min(with_ms, without_ms) > 0 and np.isclose(cost[part]["ratio"] * without_ms, with_ms), cost
+    must(PACK, "asset", "a.h5", "--brdf", "clay.brdf.h5", "--light", "sunny.light.h5", "-o", "sunny_man.pnb", "-q")
+    alone = "1, timed as SH like all of the light; bench --scene times suns"
+    assert alone in must(PLAYER, "bench", "sunny_man.pnb", *words), "nothing is said of the suns"
+    assert alone not in must(PLAYER, "bench", "additive.pnb", *words)
+
+
 def check_bench():
     """What a scene costs: the scene itself, then copies of its first character on a ground that grows with them."""
     name = scene("bench.json", characters=[{"asset": "man.pnb", "clip": CLIP}], props=[{"asset": "additive.pnb"}],
@@ -256,7 +272,9 @@ def check_bench():
         assert cost["ground"]["pairs"] == cost["ground"]["evaluated"] * cost["casters"]
         parts = [cost[key] for key in ("pose_ms", "evaluate_ms", "shade_ms", "draw_ms", "pose_caster_ms")]
         assert min(parts) > 0 and cost["frame_ms"] > 0 and np.isclose(cost["hz"] * cost["frame_ms"], 1000), cost
+    assert all(cost["suns"] is None for cost in (whole, one, four)) and "suns, ms" not in said
     assert "2 characters and props" in must(PLAYER, "bench", *words, "--dry-run")
+    check_bench_of_suns(words[2:])
     bare = scene("bare.json", props=[{"asset": "man.pnb"}], characters=[{"asset": "additive.pnb"}])
     must(PLAYER, "bench", "--scene", bare, *words[2:], "-q")
     for more in (("--brdf", "clay"), ("--light", "sky"), ("man.pnb",)):
