@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
-#include "fit/light/factor_light.h"
 #include "fit/light/fit_light.h"
 #include "fit/light/light_lobes.h"
 #include "fit/light/light_window.h"
@@ -13,6 +12,7 @@
 #include "formats/common/joined.h"
 #include "formats/common/name_option.h"
 #include "formats/common/warning.h"
+#include "formats/image/factor_light.h"
 #include "sh/angles.h"
 #include "sh/sh_basis.h"
 
@@ -79,7 +79,7 @@ void define(CLI::App& app, LightCommand& command) {
 struct LightRequest {
     std::vector<AnalyticLight> analytic;
     WindowChoice window;
-    FactorChoice factor;
+    LightFactorChoice factor;
 };
 
 // Reads "128x64", or "0".
@@ -92,7 +92,7 @@ int parsePictureWidth(const std::string& text) {
     return width;
 }
 
-FactorChoice checkFactor(const LightCommand& command) {
+LightFactorChoice checkFactor(const LightCommand& command) {
     for (const CLI::Option* option : {command.suns_option, command.mode_option, command.picture_option})
         if (!command.factor && option->count() > 0) throw UsageError(option->get_name() + " needs --factor");
     if (command.factor_mode == "paper" && command.suns > 1)
@@ -127,7 +127,15 @@ LightRequest checkOptions(const LightCommand& command) {
     return request;
 }
 
-LightFile fitPicture(const LightCommand& command, const FactorChoice& factor, const CommonOptions& common,
+// Moves what was found into the file.
+FactorReport takeSuns(LightSuns found, LightFile& light) {
+    light.suns = std::move(found.suns);
+    light.factor = std::move(found.factor);
+    light.picture = std::move(found.picture);
+    return std::move(found.report);
+}
+
+LightFile fitPicture(const LightCommand& command, const LightFactorChoice& factor, const CommonOptions& common,
                      Report& report, nlohmann::ordered_json& options, HotPixel& hot, FactorReport& suns) {
     report.phase("read");
     const EnvironmentMap map = readEnvironmentMap(command.picture, command.layout);
@@ -138,7 +146,7 @@ LightFile fitPicture(const LightCommand& command, const FactorChoice& factor, co
     report.phase("fit");
     hot = findHotPixel(map);
     LightFile light = fitLight(map, command.picture.string(), command.order, common.threads);
-    if (command.factor) suns = factorLight(map, factor, common.threads, light);
+    if (command.factor) suns = takeSuns(factorLight(map, factor, common.threads), light);
     if (map.negative_share > 1e-5 && !common.quiet && !common.dry_run)
         std::printf("%s: %zu pixels below 0 made 0, %.2g%% of the light, taken from the bright ones beside them\n",
                     light.name.c_str(), map.negative_pixels, 100 * map.negative_share);
@@ -266,7 +274,7 @@ void run(const LightCommand& command, const CommonOptions& common, Report& repor
         report.phase("fit");
         options["analytic"] = toString(request.analytic);
         light = fitLight(request.analytic, joined(command.analytic, "+"), command.order);
-        if (command.factor) suns = factorLight(request.analytic, request.factor, light);
+        if (command.factor) suns = takeSuns(factorLight(request.analytic, request.factor), light);
     } else {
         light = fitPicture(command, request.factor, common, report, options, hot, suns);
     }

@@ -16,6 +16,8 @@ struct ProbeCommand {
     double time = 0;
     const CLI::Option* time_option = nullptr;
     CastFlags cast;
+    std::string suns = "auto";
+    int sun_map = kSunMapSize;
 };
 
 std::string textOf(const std::filesystem::path& path) {
@@ -28,6 +30,7 @@ std::string textOf(const std::filesystem::path& path) {
 
 void runProbe(const ProbeCommand& command, const CommonOptions& common, Report& report) {
     const CastWay way = command.cast.way();
+    const SunChoice choice = parseSuns(command.suns);
     report.phase("read");
     const std::vector<ProbePoint> points = parseProbePoints(textOf(command.points), command.points.string());
     SceneDescription description = readScene(command.scene);
@@ -42,9 +45,11 @@ void runProbe(const ProbeCommand& command, const CommonOptions& common, Report& 
         return;
     }
     report.phase("probe");
-    const std::vector<ProbeValue> values = probe(scene, points, common.threads);
+    const SceneSuns suns = sceneSuns(scene, choice, command.sun_map, common.threads);
+    report.figures["suns"] = suns.suns.size();
+    const std::vector<ProbeValue> values = probe(scene, points, common.threads, suns);
     report.phase("write");
-    writeWholeFile(command.output, probeCsv(scene, points, values));
+    writeWholeFile(command.output, probeCsv(scene, points, values, suns.suns.size()));
     if (!common.quiet)
         std::printf("%s: %zu points, %zu of %zu characters and props cast\n", command.output.c_str(), points.size(),
                     casters, scene.members().size());
@@ -66,6 +71,12 @@ Verb probeVerb() {
                         ->check(CLI::Range(0.0, 1e6))
                         ->default_str("");
                 addCastFlags(app, command->cast);
+                app.add_option("--suns", command->suns,
+                               "whether suns of the scene's light shine past shadow maps: auto, on or off")
+                    ->capture_default_str();
+                app.add_option("--sun-map", command->sun_map, "texels a side of a sun's shadow map")
+                    ->check(CLI::Range(kSmallestSunMap, kLargestSunMap))
+                    ->capture_default_str();
             },
             [command] {
                 std::vector<std::filesystem::path> inputs = {command->scene, command->points};

@@ -6,16 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "formats/common/light_picture.h"
 #include "formats/common/provenance.h"
 #include "sh/light/dominant_light.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
 
-constexpr int kLightVersion = 2;        // knows suns and the picture without them
-constexpr int kPlainLightVersion = 1;   // what is written for a light without them
-constexpr int kMaxLightPicture = 4096;  // pixels across
-constexpr int kMaxFileLobes = 15;       // lobes of a file: 2n - 1 fixed lobes are exact, n <= 8
+constexpr int kLightVersion = 2;       // knows suns and the picture without them
+constexpr int kPlainLightVersion = 1;  // what is written for a light without them
+constexpr int kMaxFileLobes = 15;      // lobes of a file: 2n - 1 fixed lobes are exact, n <= 8
 
 // The light as a sum of zonal lobes: light_lm = sum_d sqrt(4pi/(2l+1)) z_dl y_lm(direction_d) (sh/zonal.h).
 struct LightLobesFit {
@@ -24,12 +24,6 @@ struct LightLobesFit {
     std::vector<double> coefficients;  // [D, n, 3] z_l of each channel
     double residual = 0;               // |sh - lobes| / |sh|, over all coefficients and channels
     double irradiance_error = 0;       // such a relative error of irradiance over all normals
-};
-
-// The light as a lat-long picture without its suns.
-struct LightPicture {
-    int width = 0, height = 0;  // width = 2 height; 0: none
-    std::vector<float> pixels;  // [height, width, 3], row 0 at +y, >= 0 and within the range of half floats
 };
 
 struct LightFile {

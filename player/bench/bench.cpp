@@ -123,6 +123,7 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
                        const std::vector<int>& characters) {
     RenderOptions options = asked;
     options.channel = asset.materials.empty() || asset.lights.empty() ? Channel::kAmbient : Channel::kShaded;
+    options.suns = SunChoice::kOff;
     Subject subject;
     subject.asset = &asset;
     subject.channel = options.channel;
@@ -140,6 +141,7 @@ BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int r
     result.vertices = asset.mesh.positions.size();
     result.triangles = asset.mesh.triangles.size() / 3;
     result.threads = subject.threads;
+    if (subject.shot.shaded) result.suns = asset.lights[subject.shot.light].suns.size();
     result.cpu = benchCpu(subject.shot, subject.shading, subject.view.eye, runs, subject.threads);
     result.gl = benchGl(subject, options, runs);
     result.characters = benchCharacters(options, subject.shot, subject.shading, characters, runs, subject.threads);

@@ -48,10 +48,12 @@ struct BenchResult {
     CpuBench cpu;
     GlBench gl;
     std::vector<CharactersCost> characters;
+    std::size_t suns = 0;  // of the light, which is shaded as SH with them
 };
 
-// Shades with options.brdf and options.light, or draws E when the asset has none. Figures are medians of `runs`;
-// threads as in parallelFor(). `characters` lists how many of them to measure (bench_characters.h).
+// Shades with options.brdf and options.light, or draws E when the asset has none. All light is SH, since shadow maps
+// are of scenes (bench_scene.h). Figures are medians of `runs`; threads as in parallelFor(). `characters` lists how
+// many of them to measure (bench_characters.h).
 BenchResult benchAsset(const RenderOptions& options, const AssetView& asset, int runs, int threads,
                        const std::vector<int>& characters = {});
 

@@ -7,8 +7,7 @@
 
 #include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
-#include "player/gl/offscreen_target.h"
-#include "player/render/scene_frames.h"
+#include "player/bench/scene_drawing.h"
 #include "player/scene/cast_on.h"
 
 namespace penumbra {
@@ -74,47 +73,75 @@ void timeMembers(const PosedScene& scene, const SceneFrames& frames, int runs, i
     });
 }
 
-void timeFrame(PosedScene& scene, SceneFrames& frames, const RenderOptions& options, bool drawn, int runs,
-               SceneCost& cost) {
-    std::optional<OffscreenTarget> target;
-    std::vector<ValuePainter> painters;
-    std::optional<Sunlight> suns;
-    if (drawn) {
-        target.emplace(options.width, options.height, options.samples, GL_RGBA8);
-        if (!frames.suns().empty()) {
-            suns.emplace(frames.lobes(), options.sun_map);
-            suns->reflect(skyPicture(*scene.light()));
-            suns->turnSky(frames.lightRotation());
-        }
-        for (const SceneMesh& mesh : frames.meshes())  // as the window draws them
-            painters.emplace_back(mesh.triangles, options.channel,
-                                  mesh.sides == Sides::kBoth ? Sides::kSeen : mesh.sides,
-                                  suns ? frames.lobes().models(mesh.surface.lobes) : 0);
-    }
-    std::vector<std::uint8_t> picture;
-    const auto draw = [&] {
-        FrameView view = frames.view();
-        view.display = DisplayTransform();
-        if (suns) suns->shine(frames.suns(), frames.sunCasters());
-        target->begin();
-        const std::vector<SceneMesh> meshes = frames.meshes();
-        for (std::size_t i = 0; i < meshes.size(); ++i) {
-            painters[i].upload(meshes[i].positions, meshes[i].values, meshes[i].surface);
-            painters[i].draw(view, suns ? &*suns : nullptr);
-        }
-        target->readBytes(picture);
-    };
+// All of a frame; without a drawing as far as it can be done.
+void runFrame(PosedScene& scene, SceneFrames& frames, SceneDrawing* drawing) {
+    scene.pose({});
+    frames.evaluateMembers();
+    frames.evaluateGround();
+    frames.shade();
+    if (!drawing) return;
+    drawing->drawMaps();
+    drawing->drawMeshes();
+    drawing->read();
+}
+
+void timeFrame(PosedScene& scene, SceneFrames& frames, SceneDrawing* drawing, int runs, SceneCost& cost) {
     cost.pose_all = timeRuns(runs, [&](std::size_t) { scene.pose({}); }).median;
     cost.evaluate_members = timeRuns(runs, [&](std::size_t) { frames.evaluateMembers(); }).median;
     cost.shade = timeRuns(runs, [&](std::size_t) { frames.shade(); }).median;
-    if (drawn) cost.draw = timeRuns(runs, [&](std::size_t) { draw(); }).median;
-    cost.frame = timeRuns(runs, [&](std::size_t) {
-        scene.pose({});
-        frames.evaluateMembers();
-        frames.evaluateGround();
-        frames.shade();
-        if (drawn) draw();
-    });
+    if (drawing)
+        cost.draw = timeRuns(runs, [&](std::size_t) {
+                        drawing->drawMaps();
+                        drawing->drawMeshes();
+                        drawing->read();
+                    }).median;
+    cost.frame = timeRuns(runs, [&](std::size_t) { runFrame(scene, frames, drawing); });
+}
+
+// Runs both in turns, because other programs run beside us and would slow one of two series.
+template <class Suns, class Plain>
+WithSuns timeBoth(int runs, const Suns& suns, const Plain& plain) {
+    std::vector<double> with, without;
+    for (int run = -1; run < runs; ++run) {
+        throwIfInterrupted();
+        const Clock::time_point start = Clock::now();
+        suns();
+        const double between = millisecondsSince(start);
+        plain();
+        const double end = millisecondsSince(start);
+        if (run < 0) continue;  // drivers compile in the first draw
+        with.push_back(between);
+        without.push_back(end - between);
+    }
+    return {median(with), median(without)};
+}
+
+SunCost timeSuns(PosedScene& scene, SceneFrames& frames, SceneDrawing& drawing, const RenderOptions& options, int runs,
+                 int threads) {
+    RenderOptions off = options;
+    off.suns = SunChoice::kOff;
+    SceneFrames plain_frames(scene, off, threads);
+    plain_frames.evaluateMembers();
+    plain_frames.evaluateGround();
+    plain_frames.shade();
+    SceneDrawing plain_drawing(scene, plain_frames, off);
+    SunCost cost;
+    cost.count = frames.suns().size();
+    cost.map = timeRuns(runs, [&](std::size_t) {
+                   drawing.drawMaps();
+                   gl::Finish();
+               }).median;
+    cost.shade = timeBoth(
+        runs, [&] { frames.shade(); }, [&] { plain_frames.shade(); });
+    const auto draw = [](SceneDrawing& one) {
+        one.drawMeshes();
+        gl::Finish();
+    };
+    cost.draw = timeBoth(
+        runs, [&] { draw(drawing); }, [&] { draw(plain_drawing); });
+    cost.frame = timeBoth(
+        runs, [&] { runFrame(scene, frames, &drawing); }, [&] { runFrame(scene, plain_frames, &plain_drawing); });
+    return cost;
 }
 
 SceneCost costOf(const RenderOptions& options, const SceneDescription& description, bool drawn, int runs, int threads) {
@@ -135,7 +162,10 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
         cost.ground_cast.pairs = cost.ground_cast.receivers * cost.casters;
         timeThreads(runs, threads, cost.ground_cast, [&](int some) { groundVertices(scene, some); });
     }
-    timeFrame(scene, frames, options, drawn, runs, cost);
+    std::optional<SceneDrawing> drawing;
+    if (drawn) drawing.emplace(scene, frames, options);
+    timeFrame(scene, frames, drawing ? &*drawing : nullptr, runs, cost);
+    if (drawn && !frames.suns().empty()) cost.suns = timeSuns(scene, frames, *drawing, options, runs, threads);
     return cost;
 }
 
@@ -186,6 +216,34 @@ void printFrames(const SceneBench& bench) {
     }
 }
 
+void printSuns(const SceneBench& bench) {
+    bool header = false;
+    for (const SceneCost* cost : allOf(bench)) {
+        if (!cost->suns) continue;
+        if (!header)
+            std::printf("%-10s %9s %9s | %9s %9s %6s | %9s %9s %6s | %9s %9s %6s\n", "suns, ms", "suns", "maps",
+                        "shade", "without", "ratio", "draw", "without", "ratio", "all", "without", "ratio");
+        header = true;
+        std::printf("%-10s %9zu %9.3f", nameOf(bench, *cost).c_str(), cost->suns->count, cost->suns->map);
+        for (const WithSuns& time : {cost->suns->shade, cost->suns->draw, cost->suns->frame})
+            std::printf(" | %9.3f %9.3f %6.3f", time.with, time.without, time.ratio());
+        std::printf("\n");
+    }
+    if (header) std::printf("without suns all of the light is SH; draw is upload and drawing, without the maps\n");
+}
+
+nlohmann::ordered_json figuresOf(const WithSuns& time) {
+    return {{"with_ms", time.with}, {"without_ms", time.without}, {"ratio", time.ratio()}};
+}
+
+nlohmann::ordered_json figuresOf(const SunCost& cost) {
+    return {{"count", cost.count},
+            {"maps_ms", cost.map},
+            {"shade", figuresOf(cost.shade)},
+            {"draw", figuresOf(cost.draw)},
+            {"frame", figuresOf(cost.frame)}};
+}
+
 nlohmann::ordered_json figuresOf(const CastCost& cost) {
     nlohmann::ordered_json out = {{"evaluated", cost.receivers},
                                   {"pairs", cost.pairs},
@@ -209,7 +267,8 @@ nlohmann::ordered_json figuresOf(const SceneCost& cost) {
             {"draw_ms", cost.draw ? nlohmann::ordered_json(*cost.draw) : nlohmann::ordered_json()},
             {"frame_ms", cost.frame.median},
             {"frame_best_ms", cost.frame.best},
-            {"hz", 1000 / cost.frame.median}};
+            {"hz", 1000 / cost.frame.median},
+            {"suns", cost.suns ? figuresOf(*cost.suns) : nlohmann::ordered_json()}};
 }
 
 }  // namespace
@@ -242,6 +301,7 @@ void printScene(const SceneBench& bench) {
     if (bench.scene.casters > 0) std::printf("%-32s %8.3f ms\n", "pose of one caster", bench.scene.pose);
     printCasts(bench);
     printFrames(bench);
+    printSuns(bench);
 }
 
 nlohmann::ordered_json figuresOf(const SceneBench& bench) {

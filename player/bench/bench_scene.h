@@ -18,6 +18,20 @@ struct CastCost {
     double nanosecondsOfPair() const { return 1e6 * one_thread / double(pairs); }  // on one thread
 };
 
+// Medians in milliseconds, with suns and with all of the light as SH.
+struct WithSuns {
+    double with = 0, without = 0;
+    double ratio() const { return with / without; }
+};
+
+// What the suns of the light cost.
+struct SunCost {
+    std::size_t count = 0;
+    double map = 0;        // drawing all maps
+    WithSuns shade, draw;  // what vertices show; upload and drawing, without the maps
+    WithSuns frame;        // all of it
+};
+
 // Milliseconds a frame; all but `pose` on all threads.
 struct SceneCost {
     std::size_t members = 0, casters = 0;
@@ -29,6 +43,7 @@ struct SceneCost {
     double evaluate_members = 0;      // skinning, visibility, and past all others
     std::optional<double> draw;       // upload, drawing and an 8-bit picture read back; unset without GL
     StageTime frame;                  // all of it, as far as it can be done here
+    std::optional<SunCost> suns;      // unset where none shine, and without GL
 };
 
 struct SceneBench {

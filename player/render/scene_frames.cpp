@@ -7,6 +7,7 @@
 #include "formats/scene/scene_placement.h"
 #include "player/frame/mirror_sight.h"
 #include "player/frame/truth_frames.h"
+#include "player/scene/scene_suns.h"
 #include "player/scene/sphere_cast.h"
 #include "sh/bounding_box.h"
 
@@ -32,11 +33,8 @@ bool SceneFrames::wantsSuns() const {
 
 void SceneFrames::makeSunlight() {
     for (const std::unique_ptr<SceneLook>& look : looks_) look->lobes = lobe_table_.add(*look->shading);
-    const std::span<const Sun> suns = looks_.front()->shading->suns();
-    suns_.assign(suns.begin(), suns.end());
-    const LightView& light = *scene_.light();
-    remainder_.assign(light.sh.begin(), light.sh.end());
-    subtractSuns(light.suns, light.window, remainder_);
+    suns_ = sunsOf(*scene_.light(), lightRotation());
+    remainder_ = remainderOf(*scene_.light());
     if (!scene_.file().ground) return;
     const BrdfLobe paint{BrdfModel::kLambert, {}, scene_.file().ground->albedo};
     const auto side = std::size_t(scene_.file().ground->resolution);

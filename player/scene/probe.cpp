@@ -43,8 +43,10 @@ ProbePoint parsePoint(std::string_view line, const std::string& where) {
 // Sums over directions above the horizon, in a local frame.
 class Integrals {
 public:
-    explicit Integrals(const PosedScene& scene) : directions_(gaussHemisphere(16, 32)) {
+    // `suns` outlives this object.
+    Integrals(const PosedScene& scene, const SceneSuns& suns) : directions_(gaussHemisphere(16, 32)) {
         light_ = scene.light();
+        if (light_) light_sh_ = suns.suns.empty() ? light_->sh : std::span<const float>(suns.remainder);
         to_light_ = transposed(scene.lightRotation());
         std::vector<double> y(kFieldNumbers);
         const std::vector<int> even = evenIndices(kFieldOrder);
@@ -88,6 +90,7 @@ private:
     std::vector<WeightedDirection> directions_;
     std::vector<std::array<double, kFarNumbers>> rows_;  // of each direction: the mirrored functions
     const LightView* light_ = nullptr;
+    std::span<const float> light_sh_;  // without suns that have maps
     Mat3d to_light_;
     CastFold fold_;  // only of modes that fold
 
@@ -123,7 +126,7 @@ private:
         evalBasis(light_->order, to_light_ * s, y);
         Vec3d sum;
         for (std::size_t i = 0; i < y.size(); ++i)
-            for (int c = 0; c < 3; ++c) sum[c] += y[i] * light_->sh[3 * i + std::size_t(c)];
+            for (int c = 0; c < 3; ++c) sum[c] += y[i] * light_sh_[3 * i + std::size_t(c)];
         return sum;
     }
 };
@@ -163,6 +166,17 @@ void addCasters(const PosedScene& scene, ProbeBatch& batch, std::span<ProbeValue
     }
 }
 
+void addSuns(const SceneSuns& suns, std::span<const ProbePoint> points, std::span<ProbeValue> values) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+        for (std::size_t s = 0; s < suns.suns.size(); ++s) {
+            const Sun& sun = suns.suns[s];
+            const float visible = suns.maps[s].visibility(points[i].position, points[i].normal);
+            values[i].sun_visibility[s] = visible;
+            values[i].irradiance +=
+                toDouble(sun.irradiance) * double(visible * std::max(dot(points[i].normal, sun.direction), 0.0f));
+        }
+}
+
 }  // namespace
 
 std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::string& name) {
@@ -184,8 +198,9 @@ std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::str
     return points;
 }
 
-std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads) {
-    const Integrals integrals(scene);
+std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads,
+                              const SceneSuns& suns) {
+    const Integrals integrals(scene, suns);
     std::vector<ProbeValue> values(points.size());
     parallelFor((points.size() + kMostReceivers - 1) / kMostReceivers, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kMostReceivers, count = std::min(kMostReceivers, points.size() - first);
@@ -204,6 +219,7 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
                 out[i] = integrals.value(std::span(cast).subspan(i * row, row), points[first + i], batch.tangents[i]);
         }
         addCasters(scene, batch, out);
+        addSuns(suns, points.subspan(first, count), out);
     });
     return values;
 }
@@ -220,9 +236,11 @@ std::string csvField(const std::string& text) {
 
 }  // namespace
 
-std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values) {
+std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values,
+                     std::size_t suns) {
     std::string text = std::string(kHeader) + ",E,irradiance_r,irradiance_g,irradiance_b,casters";
     for (int i = 0; i < kProbeOrder * kProbeOrder; ++i) text += ",sh_" + std::to_string(i);
+    for (std::size_t s = 0; s < suns; ++s) text += ",sun_visibility_" + std::to_string(s + 1);
     text += '\n';
     std::array<char, 32> buffer;
     const auto add = [&](double x, const char* format) {
@@ -238,6 +256,7 @@ std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points
             casters += (casters.empty() ? "" : ";") + scene.members()[m]->file->name;
         text += csvField(casters);
         for (const double m : values[p].moments) add(m, ",%.6g");
+        for (std::size_t s = 0; s < suns; ++s) add(double(values[p].sun_visibility[s]), ",%.6g");
         text += '\n';
     }
     return text;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "player/scene/posed_scene.h"
+#include "player/scene/scene_suns.h"
 
 namespace penumbra {
 
@@ -19,6 +19,7 @@ constexpr int kProbeOrder = 5;
 struct ProbeValue {
     double ambient = 1;                                       // E: 1/pi integral over the hemisphere of V cos
     Vec3d irradiance;                                         // integral of L V cos by the scene's light; 0 without one
+    std::array<float, kMaxSuns> sun_visibility{};             // share of each sun that reaches the front of the point
     std::array<double, kProbeOrder * kProbeOrder> moments{};  // integral over the hemisphere of V y_i, in the scene
     std::vector<std::size_t> casters;                         // members of the scene that matter
 };
@@ -29,11 +30,14 @@ std::vector<ProbePoint> parseProbePoints(const std::string& text, const std::str
 
 // All casters count, and nothing else: neither the ground nor what the point lies on. V is that of
 // PosedScene::castWay(). In the modes that compare the points have free sight of their own, and where the light is
-// folded, irradiance is that of the light's own bands.
-std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads);
+// folded, irradiance is that of the light's own bands. Where there are suns, V shadows the remainder L_g of the light
+// alone, and the suns' maps shadow the suns: irradiance = integral of L_g V cos + sum of E_d v(d) max(n . d, 0).
+std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoint> points, int threads,
+                              const SceneSuns& suns = {});
 
 // Rows of the points' six columns, E, irradiance_r, irradiance_g, irradiance_b, casters (names with semicolons between,
-// quoted where a comma is in one) and sh_0 to sh_24, the moments.
-std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values);
+// quoted where a comma is in one), sh_0 to sh_24, the moments, and sun_visibility_1 to the number of suns.
+std::string probeCsv(const PosedScene& scene, std::span<const ProbePoint> points, std::span<const ProbeValue> values,
+                     std::size_t suns = 0);
 
 }  // namespace penumbra

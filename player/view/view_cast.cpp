@@ -6,6 +6,7 @@
 #include "formats/common/errors.h"
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
+#include "player/scene/scene_suns.h"
 #include "player/view/view_suns.h"
 
 namespace penumbra {

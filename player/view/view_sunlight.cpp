@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "player/frame/mirror_sight.h"
+#include "player/scene/scene_suns.h"
 #include "player/view/view_shapes.h"
 #include "player/view/view_suns.h"
 

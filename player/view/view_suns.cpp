@@ -22,16 +22,4 @@ bool showsSuns(const Scene& scene, const ViewState& state) {
     return state.suns && showsShadedColors(scene, state) && whyNoSuns(scene, state).empty();
 }
 
-std::vector<Sun> sunsOf(const LightView& light, const Mat3& rotation) {
-    std::vector<Sun> suns(light.suns.begin(), light.suns.end());
-    for (Sun& sun : suns) sun.direction = rotation * sun.direction;
-    return suns;
-}
-
-std::vector<float> remainderOf(const LightView& light) {
-    std::vector<float> sh(light.sh.begin(), light.sh.end());
-    subtractSuns(light.suns, light.window, sh);
-    return sh;
-}
-
 }  // namespace penumbra

@@ -146,6 +146,67 @@ def check_several():
     assert not os.path.exists("x.png")
 
 
+SUN = np.array([-0.6, 1, 0.5]) / np.linalg.norm([-0.6, 1, 0.5])
+
+
+def sees_sun(points, body):
+    """Which points a ray towards the sun leaves (Moeller and Trumbore's test, for one direction)."""
+    a, b, c = (body[0][body[1][:, i]] for i in range(3))
+    across = np.cross(SUN, c - a)
+    scale = 1 / (across * (b - a)).sum(-1)
+    free = []
+    for p in points:
+        u = (across * (p - a)).sum(-1) * scale
+        turned = np.cross(p - a, b - a)
+        v, t = turned @ SUN * scale, (turned * (c - a)).sum(-1) * scale
+        free.append(not np.any((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-4)))
+    return np.array(free)
+
+
+def make_suns():
+    """sunny.pnb has a sky with a point sun that is split off, mixed.pnb the same light that is not."""
+    sun = f"sun:direction={'/'.join(map(str, SUN))},irradiance=4"
+    for name, more in (("sunny", ["--factor"]), ("mixed", [])):
+        must(FIT, "light", "--analytic", "uniform", "--analytic", sun, *more, "--name", "l", "-o", name + ".light.h5", "-q")
+        must(PACK, "asset", "--light", name + ".light.h5", "-o", name + ".pnb", "-q")
+
+
+def check_suns(body):
+    """The sun's share of irradiance is past the map, and V_c shadows the rest alone. Measured: 0.3% of the points differ
+    from counted rays by more than 0.1, and 4.9% are in shadow."""
+    make_suns()
+    low = body[0][:, 1].min()
+    ground = grid()[0]
+    ground[:, 1] = low
+    points = write_points("sunny.csv", ground, np.tile([0, 1, 0], (len(ground), 1)))
+    man = {"asset": "man.pnb", "clip": CLIP, "time": FRAME / FPS}
+    sunny = scene("sunny.json", characters=[man], light={"asset": "sunny.pnb"})
+    columns = probed(sunny, points)
+    seen = np.array(columns["sun_visibility_1"], float)
+    rays = sees_sun(ground, body)
+    off = np.abs(seen - rays) > 0.1
+    print(f"sun: {off.mean():.2%} of the points differ from rays, {(~rays).mean():.1%} are in shadow")
+    assert (~rays).mean() > 0.03 and off.mean() < 0.01, (off.mean(), rays.mean())
+    red = np.array(columns["irradiance_r"], float)
+    assert np.allclose(red - 4 * SUN[1] * seen, np.pi * np.array(columns["E"], float), atol=1e-3)
+    with open("probe.csv", "rb") as f:
+        on = f.read()
+    mixed = scene("mixed.json", characters=[man], light={"asset": "mixed.pnb"})
+    outputs = []
+    for name, *more in ((sunny, "--suns", "off"), (mixed,), (mixed, "--suns", "auto"), (sunny, "--cast", "folded"), (mixed, "--cast", "folded")):
+        probed(name, points, *more)
+        with open("probe.csv", "rb") as f:
+            outputs.append(f.read())
+    assert outputs[0] == outputs[1] == outputs[2] != on and outputs[3] == outputs[4]
+    assert b"sun_visibility" not in outputs[0]
+    for code, text, words in ((1, "--suns on: the light \"l\" has none", (mixed, "--suns", "on")),
+                              (1, "--suns on: they need --cast product", (sunny, "--suns", "on", "--cast", "folded")),
+                              (1, "--suns", (sunny, "--suns", "maybe")), (1, "--sun-map", (sunny, "--sun-map", 4))):
+        result = run(PLAYER, "probe", words[0], "--points", points, "-o", "no.csv", *words[1:])
+        assert result.returncode == code and text in result.stderr, result
+    assert not os.path.exists("no.csv")
+
+
 def check_poses():
     """A pose of a file is the pose of the clip, in both programs, and need not be of any bake."""
     must(BAKE, "poses", RIG, "--clips", CLIP, "--fps", FPS, "--choose", 3, "--sample", 2, "-o", "man.poses.json", "-q")
@@ -207,6 +268,22 @@ def check_inputs():
         assert json.load(f)["inputs"] == [name, *named]
 
 
+def check_bench_of_suns(words):
+    """Suns have rows of their own, beside the same scene with all light as SH. An asset alone has no maps, and says so."""
+    name = scene("bench_suns.json", characters=[{"asset": "man.pnb", "clip": CLIP}], light={"asset": "sunny.pnb"})
+    said = must(PLAYER, "bench", "--scene", name, *words, "--report", "suns.report.json")
+    with open("suns.report.json") as f:
+        cost = json.load(f)["figures"]["scene"]["suns"]
+    assert "suns, ms" in said and cost["count"] == 1 and cost["maps_ms"] > 0, (said, cost)
+    for part in ("shade", "draw", "frame"):
+        with_ms, without_ms = cost[part]["with_ms"], cost[part]["without_ms"]
+        assert min(with_ms, without_ms) > 0 and np.isclose(cost[part]["ratio"] * without_ms, with_ms), cost
+    must(PACK, "asset", "a.h5", "--brdf", "clay.brdf.h5", "--light", "sunny.light.h5", "-o", "sunny_man.pnb", "-q")
+    alone = "1, timed as SH like all of the light; bench --scene times suns"
+    assert alone in must(PLAYER, "bench", "sunny_man.pnb", *words), "nothing is said of the suns"
+    assert alone not in must(PLAYER, "bench", "additive.pnb", *words)
+
+
 def check_bench():
     """What a scene costs: the scene itself, then copies of its first character on a ground that grows with them."""
     name = scene("bench.json", characters=[{"asset": "man.pnb", "clip": CLIP}], props=[{"asset": "additive.pnb"}],
@@ -228,7 +305,9 @@ def check_bench():
         assert cost["ground"]["pairs"] == cost["ground"]["evaluated"] * cost["casters"]
         parts = [cost[key] for key in ("pose_ms", "evaluate_ms", "shade_ms", "draw_ms", "pose_caster_ms")]
         assert min(parts) > 0 and cost["frame_ms"] > 0 and np.isclose(cost["hz"] * cost["frame_ms"], 1000), cost
+    assert all(cost["suns"] is None for cost in (whole, one, four)) and "suns, ms" not in said
     assert "2 characters and props" in must(PLAYER, "bench", *words, "--dry-run")
+    check_bench_of_suns(words[2:])
     bare = scene("bare.json", props=[{"asset": "man.pnb"}], characters=[{"asset": "additive.pnb"}])
     must(PLAYER, "bench", "--scene", bare, *words[2:], "-q")
     for more in (("--brdf", "clay"), ("--light", "sky"), ("man.pnb",)):
@@ -340,6 +419,7 @@ def main():
         frame = np.flatnonzero(f["frames/clip"][:] == names.index(CLIP))[FRAME]
         body = f["frames/positions"][frame].astype(float), f["mesh/triangles"][:]
     check_ground(body)
+    check_suns(body)
     check_pictures()
     check_several()
     check_bench()

@@ -5,6 +5,7 @@
 #include "formats/common/write_file.h"
 #include "pack/pack_asset.h"
 #include "player/gl/gl_context.h"
+#include "player/scene/scene_suns.h"
 #include "player/view/view_actions.h"
 #include "player/view/view_exposure.h"
 #include "player/view/view_shapes.h"

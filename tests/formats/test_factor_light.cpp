@@ -4,8 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fit/light/factor_light.h"
-#include "fit/light/fit_light.h"
+#include "formats/image/factor_light.h"
 #include "sh/angles.h"
 #include "tests/sh/golden.h"
 
@@ -35,7 +34,7 @@ Vec3d fluxOf(const EnvironmentMap& map) {
     return fluxOf(picture);
 }
 
-Vec3d sunsFlux(const LightFile& light) {
+Vec3d sunsFlux(const LightSuns& light) {
     Vec3d flux;
     for (const SunD& sun : light.suns) flux += sun.irradiance;
     return flux;
@@ -88,12 +87,9 @@ TEST(FactorLight, PictureAndSunsHaveTheFluxOfTheLight) {
         const EnvironmentMap sky = discPicture(256, radians(2.0), {0, -1, 0});
         for (std::size_t i = 0; i < map.image.pixels.size(); ++i)
             if (map.image.pixels[i].x > 1.5f) map.image.pixels[i] = map.image.pixels[i] * float(brightness);
-        LightFile light = fitLight(map, "sun.exr", 4, 1);
-        const std::vector<double> before = light.sh;
-        const FactorReport report = factorLight(map, {}, 1, light);
-        EXPECT_EQ(light.sh, before) << "the SH stay the whole light";
+        const LightSuns light = factorLight(map, {}, 1);
         EXPECT_EQ(light.picture.width, 128);
-        EXPECT_EQ(light.suns.size(), report.suns.size());
+        EXPECT_EQ(light.suns.size(), light.report.suns.size());
         expectSameFlux(fluxOf(light.picture) + sunsFlux(light), fluxOf(map), 1e-4);
         if (brightness == 1) {
             ASSERT_EQ(light.suns.size(), 1u);
@@ -123,15 +119,15 @@ TEST(FactorLight, SmallPicturesKeepTheFlux) {
 
 // Analytic lights tell their suns. The flux of picture and suns is that of the SH; painting leaves 1e-3.
 TEST(FactorLight, AnalyticSunsAreExact) {
-    const auto factored = [](const char* text, FactorChoice choice = {}) {
+    const auto factored = [](const char* text, LightFactorChoice choice = {}) {
         const std::vector<AnalyticLight> lights = parseLights(text);
-        LightFile light = fitLight(lights, text, 4);
-        factorLight(lights, choice, light);
-        const Vec3d flux = std::sqrt(4 * pi) * Vec3d{light.sh[0], light.sh[1], light.sh[2]};
+        const LightSuns light = factorLight(lights, choice);
+        const std::vector<double> sh = projectLights(partsOf(lights), 1);
+        const Vec3d flux = std::sqrt(4 * pi) * Vec3d{sh[0], sh[1], sh[2]};
         expectSameFlux(fluxOf(light.picture) + sunsFlux(light), flux, 3e-3);
         return light;
     };
-    const LightFile directional = factored("directional:direction=1/2/2,irradiance=4/2/1+uniform:radiance=0.5");
+    const LightSuns directional = factored("directional:direction=1/2/2,irradiance=4/2/1+uniform:radiance=0.5");
     ASSERT_EQ(directional.suns.size(), 1u);
     EXPECT_EQ(directional.factor, "exact");
     EXPECT_LT(length(directional.suns[0].direction - Vec3d{1, 2, 2} / 3.0), 1e-15);
@@ -139,7 +135,7 @@ TEST(FactorLight, AnalyticSunsAreExact) {
     EXPECT_EQ(directional.suns[0].radius, 0);
     EXPECT_NEAR(directional.picture.pixels[0], 0.5, 1e-6);
 
-    const LightFile sky = factored("sky:elevation=30+sun:direction=-1/1/0,irradiance=0.2,angle=2", {.suns = 3});
+    const LightSuns sky = factored("sky:elevation=30+sun:direction=-1/1/0,irradiance=0.2,angle=2", {.suns = 3});
     ASSERT_EQ(sky.suns.size(), 2u);
     EXPECT_NEAR(degrees(sky.suns[0].radius), 0.267, 1e-12);
     EXPECT_NEAR(degrees(sky.suns[1].radius), 2, 1e-12);
@@ -153,9 +149,8 @@ TEST(FactorLight, AnalyticSunsAreExact) {
 TEST(FactorLight, ABlackPictureHasNoSun) {
     EnvironmentMap map;
     map.image = {8, 4, std::vector<Vec3>(32), {}};
-    LightFile light;
-    EXPECT_TRUE(factorLight(map, {.suns = 3, .picture_width = 4}, 1, light).suns.empty());
-    EXPECT_TRUE(light.suns.empty());
+    const LightSuns light = factorLight(map, {.suns = 3, .picture_width = 4}, 1);
+    EXPECT_TRUE(light.suns.empty() && light.report.suns.empty());
     EXPECT_EQ(light.picture.pixels, std::vector<float>(24, 0.0f));
     EXPECT_EQ(measureSun(map, {0, 1, 0}).radius, 0);
 }

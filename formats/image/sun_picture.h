@@ -1,7 +1,7 @@
 #pragma once
 // Suns in pictures: how large a sun is, and what the picture is without it.
+#include "formats/common/light_picture.h"
 #include "formats/image/environment_map.h"
-#include "formats/stage/light_file.h"
 #include "sh/light/analytic_light.h"
 #include "sh/light/dominant_light.h"
 

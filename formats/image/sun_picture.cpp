@@ -1,4 +1,4 @@
-#include "fit/light/sun_picture.h"
+#include "formats/image/sun_picture.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "fit/light/factor_light.h"
+#include "formats/image/factor_light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,40 +13,40 @@ namespace {
 const char* nameOfMode(FactorMode mode) { return mode == FactorMode::kPaper ? "paper" : "hand-over"; }
 
 // The suns that shine, as the SH have them.
-FactorReport sunsOfSh(std::span<const double> sh, const FactorChoice& choice, LightFile& light) {
-    FactorReport report;
+LightSuns sunsOfSh(std::span<const double> sh, const LightFactorChoice& choice) {
+    LightSuns light;
     LightFactor factor(kFactorOrder, choice.suns, choice.mode);
     const FactoredLight found = factor.factor(sh);
     for (std::size_t i = 0; i < std::size_t(found.count); ++i) {
         const SunCandidate& candidate = found.candidates[i];
         if (!(luminance(candidate.sun.irradiance) > 0)) continue;
         light.suns.push_back(candidate.sun);
-        report.suns.push_back({candidate.dominance, candidate.share, 0});
+        light.report.suns.push_back({candidate.dominance, candidate.share, 0});
     }
     light.factor = nameOfMode(choice.mode);
-    return report;
+    return light;
 }
 
-void removeSuns(EnvironmentMap map, int width, LightFile& light, FactorReport& report) {
+void removeSuns(EnvironmentMap map, int width, LightSuns& light) {
     for (SunD& sun : light.suns) removeSun(map, sun);
-    if (width > 0) light.picture = smallPicture(map, width, report.clamped);
+    if (width > 0) light.picture = smallPicture(map, width, light.report.clamped);
 }
 
 }  // namespace
 
-FactorReport factorLight(const EnvironmentMap& map, const FactorChoice& choice, int threads, LightFile& light) {
-    FactorReport report = sunsOfSh(projectMap(map, kFactorOrder, threads).sh, choice, light);
+LightSuns factorLight(const EnvironmentMap& map, const LightFactorChoice& choice, int threads) {
+    LightSuns light = sunsOfSh(projectMap(map, kFactorOrder, threads).sh, choice);
     constexpr double kNear = 5 * kDegree;  // farther away the brightest pixels are another lamp
     for (std::size_t i = 0; i < light.suns.size(); ++i) {
         SunD& sun = light.suns[i];
         const SunDisc disc = measureSun(map, sun.direction);
         sun.radius = std::min(disc.radius, 35 * kDegree);  // no sun is larger than what measureSun() looks at
-        report.suns[i].flat_pixels = disc.flat_pixels;
+        light.report.suns[i].flat_pixels = disc.flat_pixels;
         if (choice.mode == FactorMode::kHandOver && dot(disc.direction, sun.direction) > std::cos(kNear))
             sun.direction = disc.direction;
     }
-    removeSuns(map, choice.picture_width, light, report);
-    return report;
+    removeSuns(map, choice.picture_width, light);
+    return light;
 }
 
 namespace {
@@ -81,21 +81,21 @@ std::vector<SunD> takeSuns(LightParts& parts, int most) {
 
 }  // namespace
 
-FactorReport factorLight(std::span<const AnalyticLight> lights, const FactorChoice& choice, LightFile& light) {
+LightSuns factorLight(std::span<const AnalyticLight> lights, const LightFactorChoice& choice) {
     LightParts parts = partsOf(lights);
     const int width = std::max(512, 4 * choice.picture_width);  // of what is painted and then made small
-    FactorReport report;
     if (choice.mode == FactorMode::kPaper) {
-        report = sunsOfSh(projectLights(parts, kFactorOrder), choice, light);
-        removeSuns(paintLights(parts, width), choice.picture_width, light, report);
-        return report;
+        LightSuns light = sunsOfSh(projectLights(parts, kFactorOrder), choice);
+        removeSuns(paintLights(parts, width), choice.picture_width, light);
+        return light;
     }
+    LightSuns light;
     light.suns = takeSuns(parts, choice.suns);
     light.factor = "exact";
-    report.suns.resize(light.suns.size());
+    light.report.suns.resize(light.suns.size());
     if (choice.picture_width > 0)
-        light.picture = smallPicture(paintLights(parts, width), choice.picture_width, report.clamped);
-    return report;
+        light.picture = smallPicture(paintLights(parts, width), choice.picture_width, light.report.clamped);
+    return light;
 }
 
 }  // namespace penumbra

@@ -1,0 +1,34 @@
+#include "player/bench/scene_drawing.h"
+
+#include "player/frame/sky_picture.h"
+
+namespace penumbra {
+
+SceneDrawing::SceneDrawing(const PosedScene& scene, const SceneFrames& frames, const RenderOptions& options)
+    : frames_(&frames), target_(options.width, options.height, options.samples, GL_RGBA8) {
+    if (!frames.suns().empty()) {
+        suns_.emplace(frames.lobes(), options.sun_map);
+        suns_->reflect(skyPicture(*scene.light()));
+        suns_->turnSky(frames.lightRotation());
+    }
+    for (const SceneMesh& mesh : frames.meshes())
+        painters_.emplace_back(mesh.triangles, options.channel, mesh.sides == Sides::kBoth ? Sides::kSeen : mesh.sides,
+                               suns_ ? frames.lobes().models(mesh.surface.lobes) : 0);
+}
+
+void SceneDrawing::drawMaps() {
+    if (suns_) suns_->shine(frames_->suns(), frames_->sunCasters());
+}
+
+void SceneDrawing::drawMeshes() {
+    FrameView view = frames_->view();
+    view.display = DisplayTransform();
+    target_.begin();
+    const std::vector<SceneMesh> meshes = frames_->meshes();
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        painters_[i].upload(meshes[i].positions, meshes[i].values, meshes[i].surface);
+        painters_[i].draw(view, suns_ ? &*suns_ : nullptr);
+    }
+}
+
+}  // namespace penumbra

@@ -1,0 +1,68 @@
+#include "player/scene/scene_suns.h"
+
+#include <algorithm>
+
+#include "formats/common/errors.h"
+#include "formats/common/parallel_for.h"
+#include "player/scene/scene_receivers.h"
+#include "sh/light/dominant_light.h"
+
+namespace penumbra {
+
+namespace {
+
+bool shine(const PosedScene& scene, SunChoice choice) {
+    if (choice == SunChoice::kOff) return false;
+    std::string lacking;
+    if (!scene.light())
+        lacking = "the scene has no light";
+    else if (scene.light()->suns.empty())
+        lacking = "the light \"" + std::string(scene.light()->name) + "\" has none (penumbra-fit light --factor)";
+    else if (scene.castWay().mode != CastMode::kProduct)
+        lacking = "they need --cast product";
+    if (!lacking.empty() && choice == SunChoice::kOn) throw UsageError("--suns on: " + lacking);
+    return lacking.empty();
+}
+
+// Different threads draw different rows.
+SunMap mapOf(const Sun& sun, std::span<const SunCaster> casters, int size, int threads) {
+    constexpr int kBands = 16;
+    SunMap map;
+    map.begin(fitSunFrame(casters, sun.direction, sun.radius, size));
+    const int rows = map.frame().size;  // 0 where nobody casts
+    parallelFor(kBands, threads, [&](std::size_t band) {
+        map.draw(casters, rows * int(band) / kBands, rows * (int(band) + 1) / kBands);
+    });
+    return map;
+}
+
+}  // namespace
+
+std::vector<Sun> sunsOf(const LightView& light, const Mat3& rotation) {
+    std::vector<Sun> suns(light.suns.begin(), light.suns.end());
+    for (Sun& sun : suns) sun.direction = rotation * sun.direction;
+    return suns;
+}
+
+std::vector<float> remainderOf(const LightView& light) {
+    std::vector<float> sh(light.sh.begin(), light.sh.end());
+    subtractSuns(light.suns, light.window, sh);
+    return sh;
+}
+
+SceneSuns sceneSuns(const PosedScene& scene, SunChoice choice, int map_size, int threads) {
+    if (!shine(scene, choice)) return {};
+    Mat3 rotation;
+    std::ranges::transform(scene.lightRotation().m, rotation.m.begin(), [](double x) { return float(x); });
+    SceneSuns out{sunsOf(*scene.light(), rotation), remainderOf(*scene.light()), {}};
+    std::vector<FrameVertices> members(scene.members().size());
+    std::vector<SunCaster> casters;
+    for (std::size_t m = 0; m < members.size(); ++m) {
+        skinMember(*scene.members()[m], threads, members[m]);
+        casters.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.triangles});
+    }
+    for (const Sun& sun : out.suns) out.maps.push_back(mapOf(sun, casters, map_size, threads));
+    return out;
+}
+
+}  // namespace penumbra
