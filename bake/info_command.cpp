@@ -19,6 +19,7 @@
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
 #include "formats/stage/stage_file_kind.h"
+#include "formats/stage/transfer_file.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/angles.h"
 
@@ -213,6 +214,25 @@ Json describeModel(const fs::path& path) {
                                   {"relative_error", error.relative_error},
                                   {"rms_v", error.rms_v},
                                   {"ambient_error", error.ambient_error}});
+    json["provenance"] = describe(model.provenance);
+    return json;
+}
+
+Json describeTransfer(const fs::path& path) {
+    const TransferModel model = readTransfer(path);
+    Json json{{"model", nameOf(model.kind)},
+              {"sh_order", model.order},
+              {"mesh", describe(model.mesh)},
+              {"joints", model.joint_names.size()},
+              {"pose", model.pose_size},
+              {"angles", model.angles.size()},
+              {"inputs", model.inputs()},
+              {"outputs", model.outputs()},
+              {"alpha", model.alpha},
+              {"bytes", modelBytes(model)},
+              {"paper_bytes", paperBytes(model)},
+              {"paper_mesh_bytes", paperMeshBytes(model)},
+              {"holdout_clips", model.holdout_clips}};
     json["provenance"] = describe(model.provenance);
     return json;
 }
@@ -416,6 +436,7 @@ Json describeFile(const fs::path& path, bool all_vertices) {
         if (format == "penumbra.poses") content = describePoses(path);
         if (format == "penumbra.fields") content = describeFields(path);
         if (format == "penumbra.light") content = describeLight(path);
+        if (format == "penumbra.transfer") content = describeTransfer(path);
         if (format == "penumbra.blockers") content = describeBlockers(path);
         if (content.is_null()) throw Unsupported(path.string() + ": attribute format: \"" + format + "\" is unknown");
     }

@@ -7,6 +7,7 @@ namespace penumbra {
 Verb visibilityVerb();
 Verb compareVerb();
 Verb predictVerb();
+Verb transferVerb();
 Verb brdfVerb();
 Verb lightVerb();
 Verb blockersVerb();

@@ -3,7 +3,10 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
+#include "fit/transfer/predict_transfer.h"
 #include "fit/visibility/predict.h"
+#include "formats/stage/stage_file_kind.h"
+#include "formats/stage/transfer_file.h"
 
 namespace penumbra {
 
@@ -14,7 +17,7 @@ struct PredictCommand {
 };
 
 void define(CLI::App& app, PredictCommand& command) {
-    app.add_option("model", command.model, "fitted model, X.model.h5")->required();
+    app.add_option("model", command.model, "fitted model, X.model.h5 or X.transfer.h5")->required();
     app.add_option("poses", command.poses, "poses to predict, a bake of the same character")->required();
     app.add_option("-o,--output", command.output, "prediction to write, PRED.vis.h5")->required();
 }
@@ -33,22 +36,46 @@ void printOutOfRange(const PredictReport& report) {
                 mean, most, worst);
 }
 
+Provenance provenanceOf(const PredictCommand& command) {
+    return makeProvenance("penumbra-fit predict", "{}", {command.model, command.poses});
+}
+
+Progress progressOf(const CommonOptions& common, std::size_t frames) {
+    return {common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "predict", "frames",
+            double(frames)};
+}
+
+void printDryRun(const PredictCommand& command, const VisibilityReader& poses) {
+    std::printf("would predict %zu frames of %zu vertices and write %s\n", poses.header().frames.frameCount(),
+                poses.header().mesh.vertexCount(), command.output.c_str());
+}
+
+// Predicts with a model of paper 002.
+void runTransfer(const PredictCommand& command, const CommonOptions& common, Report& report) {
+    report.phase("read");
+    const TransferModel model = readTransfer(command.model);
+    const VisibilityReader poses(command.poses);
+    checkCharacter(model, poses.header(), command.poses);
+    if (common.dry_run) return printDryRun(command, poses);
+    report.phase("predict");
+    const std::size_t frames = poses.header().frames.frameCount();
+    Progress progress = progressOf(common, frames);
+    predictTransferFile(model, poses, {command.output, provenanceOf(command), common.threads},
+                        [&](double frame) { progress.update(frame); });
+    report.figures["frames"] = frames;
+    if (!common.quiet) std::printf("%zu frames of diffuse transfer\n", frames);
+}
+
 void run(const PredictCommand& command, const CommonOptions& common, Report& report) {
+    if (stageFileKind(command.model) == "penumbra.transfer") return runTransfer(command, common, report);
     report.phase("read");
     const Model model = readModel(command.model);
     const VisibilityReader poses(command.poses);
-    const std::size_t frames = poses.header().frames.frameCount();
-    if (common.dry_run) {
-        std::printf("would predict %zu frames of %zu vertices and write %s\n", frames, model.mesh.vertexCount(),
-                    command.output.c_str());
-        return;
-    }
+    if (common.dry_run) return printDryRun(command, poses);
     report.phase("predict");
-    Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "predict", "frames",
-                      double(frames));
-    const Provenance provenance = makeProvenance("penumbra-fit predict", "{}", {command.model, command.poses});
-    const PredictReport done = predictFile(model, poses, {command.poses, command.output, provenance}, common.threads,
-                                           [&](double frame) { progress.update(frame); });
+    Progress progress = progressOf(common, poses.header().frames.frameCount());
+    const PredictReport done = predictFile(model, poses, {command.poses, command.output, provenanceOf(command)},
+                                           common.threads, [&](double frame) { progress.update(frame); });
     report.figures["frames"] = done.frames;
     report.figures["out_of_range"] = done.out_of_range;
     if (!common.quiet) printOutOfRange(done);
@@ -59,7 +86,7 @@ void run(const PredictCommand& command, const CommonOptions& common, Report& rep
 Verb predictVerb() {
     const auto command = std::make_shared<PredictCommand>();
     return {"predict",
-            "Predicted visibility of the poses in a file, in the layout of a bake.",
+            "Predicted visibility or transfer of the poses in a file, in the layout of a bake.",
             [command](CLI::App& app) { define(app, *command); },
             [command] {
                 return std::vector<std::filesystem::path>{command->model, command->poses};

@@ -33,9 +33,10 @@ MAY_INCLUDE = {
     **{f"fit/{room}": SH | {"fit/numerics"} | FORMATS
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
+    "fit/transfer": SH | {"fit/numerics"} | FORMATS,
     "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
     "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
-            "fit/blockers", "fit/compare"} | FORMATS,
+            "fit/transfer", "fit/blockers", "fit/compare"} | FORMATS,
     "pack": SH | {"player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
     "player/runtime": SH | {"formats/common", "formats/asset"},
     "player/gl": SH | {"player/runtime"} | FORMATS,

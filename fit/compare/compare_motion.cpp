@@ -94,6 +94,11 @@ Series decaySeries(const EigenvalueDecay& decay, int colour) {
     return series;
 }
 
+// Returns how many components have that share of the variance, "> 200" where the known ones do not.
+std::string componentsText(const EigenvalueDecay& decay, double share) {
+    return (decay.reaches(share) ? "" : "> ") + std::to_string(decay.componentsFor(share));
+}
+
 }  // namespace
 
 Figure eigenvaluesFigure(const Comparison& comparison) {
@@ -108,10 +113,9 @@ Figure eigenvaluesFigure(const Comparison& comparison) {
     const auto add = [&](const EigenvalueDecay& decay, Plot& plot) {
         plot.series.push_back(decaySeries(decay, int(figure.table.rows.size())));
         std::vector<std::string> row{decay.name};
-        for (double share : shares) row.push_back(std::to_string(decay.componentsFor(share)));
+        for (double share : shares) row.push_back(componentsText(decay, share));
         figure.table.rows.push_back(row);
-        at_ninety +=
-            (at_ninety.empty() ? "" : ", ") + std::to_string(decay.componentsFor(0.9)) + " (" + decay.name + ")";
+        at_ninety += (at_ninety.empty() ? "" : ", ") + componentsText(decay, 0.9) + " (" + decay.name + ")";
     };
     for (const EigenvalueDecay& decay : comparison.inputs) add(decay, inputs);
     for (const EigenvalueDecay& decay : comparison.outputs) add(decay, outputs);
@@ -120,7 +124,10 @@ Figure eigenvaluesFigure(const Comparison& comparison) {
     figure.method =
         "PCA over training frames. Bone features are weighted as the fit weighs them; the visibility is that of "
         "convention " +
-        comparison.options.referenceConvention().name() + ", clusters are those of the reference.";
+        comparison.options.referenceConvention().name() +
+        ", clusters are those of the reference. Paper 002 stacks a row a pose and number, which has one column a "
+        "vertex, and "
+        "finds one basis for all numbers; of these components the largest 200 are computed.";
     return figure;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fit/models/features.h"
+#include "fit/numerics/leading_components.h"
 #include "fit/numerics/pca.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
@@ -12,6 +13,7 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kBatchBytes = std::size_t(128) << 20;  // bytes of numbers in memory at a time
+constexpr std::size_t kStackedComponents = 200;              // of the rows that paper 002 stacks
 
 template <class T>
 BasicMatrix<T> centredRows(const BasicMatrix<T>& all, std::span<const std::size_t> rows) {
@@ -80,7 +82,36 @@ std::size_t endOfBatch(const VertexClusters& clusters, std::size_t first, std::s
     return last;
 }
 
+// The clusters of each batch: batch b has those from starts[b] to starts[b + 1].
+std::vector<std::size_t> batchStarts(const VertexClusters& clusters, std::size_t bytes_per_vertex) {
+    std::vector<std::size_t> starts{0};
+    while (starts.back() < clusters.vertices.size())
+        starts.push_back(endOfBatch(clusters, starts.back(), bytes_per_vertex));
+    return starts;
+}
+
+// Stacks numbers [F, vertices n] of some clusters as paper 002 does: row i * train + f has number i of all vertices in
+// training frame f.
+MatrixF stacked(const std::vector<MatrixF>& numbers, const std::vector<std::size_t>& train, std::size_t n) {
+    std::size_t vertices = 0, at = 0;
+    for (const MatrixF& cluster : numbers) vertices += cluster.columns / n;
+    MatrixF rows(n * train.size(), vertices);
+    for (const MatrixF& cluster : numbers) {
+        for (std::size_t f = 0; f < train.size(); ++f)
+            for (std::size_t c = 0; c < cluster.columns; ++c)
+                rows(c % n * train.size() + f, at + c / n) = cluster(train[f], c);
+        at += cluster.columns / n;
+    }
+    return rows;
+}
+
 }  // namespace
+
+bool EigenvalueDecay::reaches(double share) const {
+    double sum = 0;
+    for (const double part : shares) sum += part;
+    return sum >= share - 1e-9;
+}
 
 std::size_t EigenvalueDecay::componentsFor(double share) const {
     std::size_t count = 0;
@@ -120,20 +151,24 @@ std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const Compa
     request.convention = options.referenceConvention();
     request.frames = {&character.rest_tangents, &clusters.cluster_of_vertex, clusters.joint};
     request.threads = options.threads;
+    const std::size_t n = std::size_t(request.convention.size());
     std::vector<Matrix> grams(clusters.vertices.size());
-    const std::size_t bytes_per_vertex = frames * std::size_t(request.convention.size()) * sizeof(float);
+    const std::vector<std::size_t> starts = batchStarts(clusters, frames * n * sizeof(float));
+    const auto readBatch = [&](std::size_t batch) {
+        request.vertices_of_cluster =
+            std::span(clusters.vertices).subspan(starts[batch], starts[batch + 1] - starts[batch]);
+        return readClusterNumbers(input.reader, input.poses, request);
+    };
     // 1. Compute the Gram matrix of every cluster's numbers over training frames. It has the same eigenvalues as the
     //    covariance.
-    for (std::size_t first = 0, last = 0; first < grams.size(); first = last) {
-        last = endOfBatch(clusters, first, bytes_per_vertex);
-        request.vertices_of_cluster = std::span(clusters.vertices).subspan(first, last - first);
-        const std::vector<MatrixF> numbers = readClusterNumbers(input.reader, input.poses, request);
-        parallelFor(numbers.size(), options.threads, [&, begin = first](std::size_t i) {
+    for (std::size_t batch = 0; batch + 1 < starts.size(); ++batch) {
+        const std::vector<MatrixF> numbers = readBatch(batch);
+        parallelFor(numbers.size(), options.threads, [&](std::size_t i) {
             throwIfInterrupted();
-            grams[begin + i] = Matrix(train, train);
-            addGram(centredRows(numbers[i], character.train), grams[begin + i]);
+            grams[starts[batch] + i] = Matrix(train, train);
+            addGram(centredRows(numbers[i], character.train), grams[starts[batch] + i]);
         });
-        if (progress) progress(double(last) / double(grams.size()));
+        if (progress) progress(0.5 * double(starts[batch + 1]) / double(grams.size()));
     }
     // 2. The Gram matrix of all vertices is the sum of those of the clusters.
     Matrix sum(train, train);
@@ -141,7 +176,16 @@ std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const Compa
     for (const Matrix& gram : grams)
         for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += gram.values[i];
     parallelFor(grams.size(), options.threads, [&](std::size_t c) { of_cluster[c] = sharesOf(eigenvalues(grams[c])); });
-    return {{"all vertices together", sharesOf(eigenvalues(sum))},
+    // 3. The rows of paper 002 have no such sum: their components are found in several passes.
+    const ColumnBlocks rows{n * train, input.reader.header().mesh.vertexCount(), starts.size() - 1,
+                            [&](std::size_t batch) { return stacked(readBatch(batch), character.train, n); }};
+    const LeadingSpace space = leadingSpace(rows, kStackedComponents, options.threads);
+    if (progress) progress(1);
+    std::vector<double> shares;
+    for (const double energy : space.energies)
+        if (space.total > 0) shares.push_back(energy / space.total);
+    return {{"all vertices together, a row a pose", sharesOf(eigenvalues(sum))},
+            {"all vertices together, a row a pose and number", shares},
             {"a cluster, mean over clusters", meanShares(of_cluster)}};
 }
 

@@ -11,16 +11,18 @@ namespace penumbra {
 
 struct EigenvalueDecay {
     std::string name;
-    std::vector<double> shares;  // shares of the variance over training frames, descending
+    std::vector<double> shares;  // shares of the variance over training frames, descending; all, or the largest
 
-    std::size_t componentsFor(double share) const;  // at least 1
+    std::size_t componentsFor(double share) const;  // at least 1, at most those that are known
+    bool reaches(double share) const;               // true when the known components have that share together
 };
 
 // Returns the decays of the pose vector and of the weighted bone features of a cluster (mean over clusters). What the
 // file lacks is left out.
 std::vector<EigenvalueDecay> inputDecays(const CompareInput& input, const CompareCharacter& character);
-// Returns the decays of the numbers of all vertices together, as in paper 002, and of a cluster's numbers (mean over
-// clusters). `progress` is told the share that is done.
+// Returns the decays of the numbers of all vertices together, with a row a pose and with a row a pose and number, and
+// of a cluster's numbers (mean over clusters). The second is what paper 002 stacks: its rows have one number a vertex.
+// Of it the largest 200 are known. `progress` is told the share that is done.
 std::vector<EigenvalueDecay> outputDecays(const CompareInput& input, const CompareCharacter& character,
                                           const CompareOptions& options, const std::function<void(double)>& progress);
 

@@ -1,29 +1,14 @@
 #include "fit/models/train_linear.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "fit/models/input_pca.h"
 #include "fit/models/linear_model.h"
 #include "fit/numerics/cross_validation.h"
 #include "fit/numerics/eigen_map.h"
+#include "fit/numerics/ridge_path.h"
 
 namespace penumbra {
-
-namespace {
-
-constexpr double kLeastAlphaExponent = -5, kMostAlphaExponent = 1.5, kAlphaExponentStep = 0.25;
-
-// Returns the values of alpha to try, as multiples of the inputs' largest singular value. They reach from almost no
-// prior to nearly the mean alone.
-std::vector<double> alphaGrid(double largest_singular_value) {
-    std::vector<double> alphas;
-    for (double e = kLeastAlphaExponent; e <= kMostAlphaExponent; e += kAlphaExponentStep)
-        alphas.push_back(std::pow(10.0, e) * std::max(largest_singular_value, 1e-12));
-    return alphas;
-}
-
-}  // namespace
 
 RegressionErrors trainLinear(const RegressionProblem& problem, ClusterModel& model) {
     // 1. Reduce the inputs and cross-validate every alpha.

@@ -16,6 +16,7 @@
 #include "formats/stage/light_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
+#include "formats/stage/transfer_file.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/reflectance.h"
 
@@ -228,6 +229,30 @@ inline BlockerFile blockerFile() {
     out.area = 0.5;
     out.provenance = {"penumbra-fit blockers", "0.1.0", R"({"spheres":3})", {{"strip.model.h5", std::string(64, 'a')}}};
     return out;
+}
+
+// Makes a model of order 2 with three of six angles, and two components of the vertices where it is reduced.
+inline TransferModel transferModel(TransferModelKind kind) {
+    TransferModel model;
+    model.order = 2;
+    model.kind = kind;
+    model.mesh = strip(2);
+    model.rest_normals.assign(model.mesh.vertexCount(), {0, 0, 1});
+    model.joint_names = {"root", "Ellbogen-\xc3\xa4"};
+    model.pose_size = 6;
+    model.angles = {0, 2, 5};
+    model.alpha = 0.5;
+    model.holdout_clips = {"run"};
+    model.provenance = provenance();
+    if (kind == TransferModelKind::kLinear) {
+        model.weights = numbers(4 * 4 * model.mesh.vertexCount(), 0.5);
+        return model;
+    }
+    model.pose_basis = numbers(3 * 2, 0.1);
+    model.weights = numbers(4 * 3 * 2, 0.2);
+    model.basis = numbers(2 * model.mesh.vertexCount(), 0.3);
+    model.mean = numbers(model.mesh.vertexCount(), 0.4);
+    return model;
 }
 
 // Makes a list that has two mixed poses of three nodes besides, one of which has no name.

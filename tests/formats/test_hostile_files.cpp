@@ -59,6 +59,8 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { (void)readBlockers(path); }},
         {"mixed poses", [](const auto& path) { writePoseFile(path, samples::mixedPoseFile()); },
          [](const auto& path) { (void)readPoseFile(path); }},
+        {"transfer", [](const auto& path) { writeTransfer(path, samples::transferModel(TransferModelKind::kPca)); },
+         [](const auto& path) { (void)readTransfer(path); }},
         {"brdf",
          [](const auto& path) {
              BrdfFile brdf = samples::sampleBrdf();

@@ -46,6 +46,10 @@ void writeStageFiles(const fs::path& out) {
     writePoseFile(inFolder(out / "fuzz_pose_file", "sampled.poses.h5"), samples::poseFile());
     writeFields(inFolder(out / "fuzz_field_file", "two_parts.fields.h5"), samples::fieldFile());
     writeBlockers(inFolder(out / "fuzz_blocker_file", "three.blockers.h5"), samples::blockerFile());
+    writeTransfer(inFolder(out / "fuzz_transfer_file", "linear.transfer.h5"),
+                  samples::transferModel(TransferModelKind::kLinear));
+    writeTransfer(inFolder(out / "fuzz_transfer_file", "pca.transfer.h5"),
+                  samples::transferModel(TransferModelKind::kPca));
     writePoseFile(inFolder(out / "fuzz_pose_file", "mixed.poses.h5"), samples::mixedPoseFile());
     write(out / "fuzz_model_file" / "tube.model.h5", tinyModels().front());
     write(out / "fuzz_model_file" / "composed.model.h5", tinyModels().back());

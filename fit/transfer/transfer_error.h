@@ -1,0 +1,50 @@
+#pragma once
+// Measures how far predicted transfer is from the truth, independent of any light (paper 002, section 6).
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "sh/vec3.h"
+
+namespace penumbra {
+
+// E = integral over s.N >= 0 of (sum_i t_i y_i)^2 ds of a transfer vector t, or of the difference of two.
+class HemisphereNorm {
+public:
+    explicit HemisphereNorm(int order);
+    // Both vectors have n^2 numbers in the model frame. A normal of zero, which sees nothing, gives zeros.
+    std::array<double, 2> squared(std::span<const double> a, std::span<const double> b, Vec3 normal) const;
+
+private:
+    struct Entry {
+        int i, j;
+        double value;  // of H_ij = integral over z >= 0 of y_i y_j, doubled off the diagonal
+    };
+    int order_;
+    std::vector<Entry> entries_;  // i <= j
+
+    double ofLocal(std::span<const double> local) const;
+};
+
+// Sums over vertices and frames.
+struct TransferSums {
+    double difference = 0, variance = 0;           // of |t' - t|^2 and |t - mean|^2 over the sphere
+    double transfer_error = 0, transfer_norm = 0;  // of E of t' - t and of t
+    std::size_t count = 0;                         // vertices times frames
+
+    void add(const TransferSums& other);
+};
+
+struct TransferErrors {
+    double relative_error = 0;           // sqrt(sum |t' - t|^2 / sum |t - mean|^2), as in section 5 of formulas.md
+    double transfer_error = 0;           // mean E_transfer of paper 002
+    double relative_transfer_error = 0;  // sqrt(sum E_transfer / sum E of t)
+};
+TransferErrors errorsOf(const TransferSums& sums);
+
+// Compares the transfer of one frame, [V, n^2] each. `mean` is that of the training frames.
+TransferSums compareTransfer(const HemisphereNorm& norm, std::span<const float> predicted, std::span<const float> truth,
+                             std::span<const float> mean, std::span<const Vec3> normals, int threads);
+
+}  // namespace penumbra

@@ -1,0 +1,97 @@
+#include "fit/transfer/transfer_source.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "sh/sh_product.h"
+
+namespace penumbra {
+
+namespace {
+
+// Vertices whose frames are compressed together in a file, and the bytes of a block that is read at a time.
+constexpr std::size_t kChunkVertices = 64, kBlockBytes = std::size_t(32) << 20;
+
+std::size_t blockWidth(const VisibilityHeader& header) {
+    const std::size_t chunk = kChunkVertices * header.coefficientCount() * header.frames.frameCount() * sizeof(float);
+    return kChunkVertices * std::max<std::size_t>(kBlockBytes / chunk, 1);
+}
+
+}  // namespace
+
+CosineProduct::CosineProduct(int order) {
+    // x, y and z are the functions of band 1 over sqrt(3 / 4 pi), in the order -y, z, -x.
+    const double scale = std::sqrt(4 * std::numbers::pi / 3);
+    std::array<std::vector<double>, 3> axes;
+    for (int axis = 0; axis < 3; ++axis) {
+        std::array<double, 4> u{};
+        u[axis == 0 ? 3 : axis == 1 ? 1 : 2] = axis == 2 ? scale : -scale;
+        axes[std::size_t(axis)] = productMatrix(order + 1, u, 2);
+    }
+    const int rows = coefficientCount(order), columns = coefficientCount(order + 1);
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j) {
+            const auto at = std::size_t(i * columns + j);
+            const Vec3 value{float(axes[0][at]), float(axes[1][at]), float(axes[2][at])};
+            if (value.x != 0 || value.y != 0 || value.z != 0)
+                entries_.push_back({std::uint16_t(i), std::uint16_t(j), value});
+        }
+}
+
+void CosineProduct::apply(std::span<const float> moments, Vec3 normal, std::span<float> transfer) const {
+    std::fill(transfer.begin(), transfer.end(), 0.0f);
+    for (const Entry& entry : entries_) transfer[entry.i] += dot(entry.value, normal) * moments[entry.j];
+}
+
+TransferSource::TransferSource(const VisibilityReader& reader, int order, std::vector<std::size_t> frames)
+    : reader_(reader), order_(order), frames_(std::move(frames)), width_(blockWidth(reader.header())), cosine_(order) {
+    if (!isVisibility()) return;
+    for (const std::size_t frame : frames_) {
+        const std::vector<Vec3> normals = reader.readPose(frame).normals;
+        normals_.insert(normals_.end(), normals.begin(), normals.end());
+    }
+}
+
+std::size_t TransferSource::blockCount() const { return (reader_.header().mesh.vertexCount() + width_ - 1) / width_; }
+
+void TransferSource::convert(std::span<const float> stored, Vec3 normal, std::span<float> transfer) const {
+    if (isVisibility())
+        cosine_.apply(stored, normal, transfer);
+    else
+        std::copy_n(stored.begin(), transfer.size(), transfer.begin());
+}
+
+MatrixF TransferSource::readBlock(std::size_t block) const {
+    const VisibilityHeader& header = reader_.header();
+    const std::size_t vertices = header.mesh.vertexCount(), begin = firstVertex(block),
+                      width = std::min(width_, vertices - begin), stored = header.coefficientCount();
+    std::vector<float> numbers(header.frames.frameCount() * width * stored), transfer(coefficients());
+    reader_.readVertices(begin, begin + width, numbers);
+    MatrixF rows(coefficients() * frames(), width);
+    for (std::size_t i = 0; i < frames(); ++i)
+        for (std::size_t v = 0; v < width; ++v) {
+            const Vec3 normal = isVisibility() ? normals_[i * vertices + begin + v] : Vec3{};
+            convert(std::span(numbers).subspan((frames_[i] * width + v) * stored, stored), normal, transfer);
+            for (std::size_t c = 0; c < transfer.size(); ++c) rows(c * frames() + i, v) = transfer[c];
+        }
+    return rows;
+}
+
+ColumnBlocks TransferSource::blocks() const {
+    return {coefficients() * frames(), reader_.header().mesh.vertexCount(), blockCount(),
+            [this](std::size_t block) { return readBlock(block); }};
+}
+
+std::vector<float> TransferSource::ofFrame(const VisibilityFrame& frame) const {
+    const std::size_t stored = reader_.header().coefficientCount(), n = coefficients();
+    std::vector<float> transfer(frame.normals.size() * n);
+    for (std::size_t v = 0; v < frame.normals.size(); ++v)
+        convert(std::span(frame.coefficients).subspan(v * stored, stored), frame.normals[v],
+                std::span(transfer).subspan(v * n, n));
+    return transfer;
+}
+
+}  // namespace penumbra

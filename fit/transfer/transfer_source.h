@@ -1,0 +1,56 @@
+#pragma once
+// Reads the diffuse transfer of a bake as paper 002 lays it out.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fit/numerics/leading_components.h"
+#include "formats/stage/visibility_file.h"
+
+namespace penumbra {
+
+// Turns the moments b of visibility, of order n + 1, into the transfer t_i = integral of V cos y_i of order n. It is
+// exact, because the cosine s.N is an SH function of band 1.
+class CosineProduct {
+public:
+    explicit CosineProduct(int order);  // n
+    // `moments` has (n + 1)^2 numbers, `transfer` n^2.
+    void apply(std::span<const float> moments, Vec3 normal, std::span<float> transfer) const;
+
+private:
+    struct Entry {
+        std::uint16_t i, j;
+        Vec3 value;
+    };
+    std::vector<Entry> entries_;
+};
+
+// The transfer of some frames of a bake of diffuse transfer, or of visibility of one order more.
+class TransferSource {
+public:
+    // `reader` must outlive it.
+    TransferSource(const VisibilityReader& reader, int order, std::vector<std::size_t> frames);
+    std::size_t coefficients() const { return std::size_t(order_) * std::size_t(order_); }
+    std::size_t frames() const { return frames_.size(); }
+    std::size_t blockCount() const;
+    std::size_t firstVertex(std::size_t block) const { return block * width_; }
+    // Returns the rows of paper 002 for some vertices, [n^2 frames, vertices]: row c * frames + i has coefficient c in
+    // frame i.
+    MatrixF readBlock(std::size_t block) const;
+    ColumnBlocks blocks() const;
+    // Returns the transfer in one frame of the file, [V, n^2].
+    std::vector<float> ofFrame(const VisibilityFrame& frame) const;
+
+private:
+    const VisibilityReader& reader_;
+    int order_;
+    std::vector<std::size_t> frames_;
+    std::size_t width_;          // vertices of a block
+    CosineProduct cosine_;       // only for visibility
+    std::vector<Vec3> normals_;  // [frames, V], only for visibility
+
+    void convert(std::span<const float> stored, Vec3 normal, std::span<float> transfer) const;
+    bool isVisibility() const { return reader_.header().quantity != kDiffuseTransfer; }
+};
+
+}  // namespace penumbra
