@@ -69,20 +69,6 @@ void SceneFrames::attachTruth(const AssetView& truth) {
 
 namespace {
 
-// Radiance of the ground, or E in x, from V_c of its vertices.
-std::vector<Vec3> groundInMode(const PosedScene& scene, bool shaded, SphereCast cast) {
-    std::vector<float> light;
-    if (shaded) light = turnedLight(*scene.light(), scene.lightRotation());
-    const std::vector<Vec3> weights = groundWeights(scene.castWay().mode, light, shaded ? scene.light()->order : 1);
-    const Vec3 albedo = shaded ? scene.file().ground->albedo : Vec3{1, 1, 1};
-    std::vector<Vec3> values(cast.size() / weights.size());
-    for (std::size_t v = 0; v < values.size(); ++v) {
-        for (std::size_t k = 0; k < weights.size(); ++k) values[v] += weights[k] * cast[v * weights.size() + k];
-        for (int c = 0; c < 3; ++c) values[v][c] = std::max(values[v][c], 0.0f) * albedo[c];
-    }
-    return values;
-}
-
 CastReceivers receiversOf(const auto& vertices) { return {vertices.positions, vertices.normals, vertices.tangents}; }
 
 }  // namespace
@@ -172,7 +158,9 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
 
 std::vector<Vec3> SceneFrames::groundValues() const {
     const bool shaded = options_.channel == Channel::kShaded;
-    if (compares()) return groundInMode(scene_, shaded, casts_.back());
+    if (compares())
+        return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
+                            scene_.lightRotation(), scene_.file().ground->albedo);
     if (shaded) return groundRadiance(ground_, softLight(), scene_.lightRotation(), scene_.file().ground->albedo);
     std::vector<Vec3> values;
     for (const float e : groundAmbient(ground_)) values.push_back({e, 0, 0});

@@ -227,4 +227,18 @@ std::vector<Vec3> groundWeights(CastMode mode, std::span<const float> light, int
     return out;
 }
 
+std::vector<Vec3> groundInMode(CastMode mode, SphereCast cast, const LightView* light, const Mat3d& light_rotation,
+                               Vec3 albedo) {
+    std::vector<float> turned;
+    if (light) turned = turnedLight(*light, light_rotation);
+    const std::vector<Vec3> weights = groundWeights(mode, turned, light ? light->order : 1);
+    const Vec3 reflected = light ? albedo : Vec3{1, 1, 1};
+    std::vector<Vec3> values(cast.size() / weights.size());
+    for (std::size_t v = 0; v < values.size(); ++v) {
+        for (std::size_t k = 0; k < weights.size(); ++k) values[v] += weights[k] * cast[v * weights.size() + k];
+        for (int c = 0; c < 3; ++c) values[v][c] = std::max(values[v][c], 0.0f) * reflected[c];
+    }
+    return values;
+}
+
 }  // namespace penumbra

@@ -52,5 +52,9 @@ std::vector<float> turnedLight(const LightView& light, const Mat3d& rotation);
 // What an open, level ground makes of V_c, which is linear: radiance_c = sum_k weights[k]_c V_k for a Lambertian albedo
 // of 1. `light` is turned into the scene. `light` empty: E, in x.
 std::vector<Vec3> groundWeights(CastMode mode, std::span<const float> light, int light_order);
+// Returns the radiance of such a ground under a light that is turned, from V_c of its vertices. Without a light: E, in
+// x.
+std::vector<Vec3> groundInMode(CastMode mode, SphereCast cast, const LightView* light, const Mat3d& light_rotation,
+                               Vec3 albedo);
 
 }  // namespace penumbra

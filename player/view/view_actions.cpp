@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "player/view/view_cast_way.h"
 #include "player/view/view_exposure.h"
 
 namespace penumbra {
@@ -118,6 +119,9 @@ void unedit(ViewState& state, const ViewContents&, bool) { state.score_edit.rese
 void otherShadows(ViewState& state, const ViewContents&, bool back) {
     state.shadows = Shadows(next(std::size_t(state.shadows), 4, back));
 }
+void otherCastMode(ViewState& state, const ViewContents& contents, bool back) {
+    chooseNextCastMode(state, contents, back);
+}
 void unpick(ViewState& state, const ViewContents&, bool) { state.picked.reset(); }
 
 void frameScene(ViewState& state, const ViewContents&, bool) { state.frame_all = true; }
@@ -179,6 +183,8 @@ constexpr std::array kShortcuts = {
     Shortcut{'B', "B", "", "background of the light", background},
     Shortcut{'G', "G", "", "ground plane", ground},
     Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", otherShadows},
+    Shortcut{'A', "A", "previous", "next way that shadows of others join: product, folded, papers 000 and 004",
+             otherCastMode},
     Shortcut{kKeyTab, "Tab", "", "panels", panels},
     Shortcut{kKeyF12, "F12", "without panels", "screenshot", screenshot},
     Shortcut{kKeyF11, "F11", "", "pictures of all frames of the clip", sequence},

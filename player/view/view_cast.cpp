@@ -7,6 +7,7 @@
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
 #include "player/scene/scene_suns.h"
+#include "player/view/view_cast_way.h"
 #include "player/view/view_suns.h"
 
 namespace penumbra {
@@ -27,6 +28,9 @@ void makeCasters(Scene& scene) {
     }
     try {
         scene.cast = std::make_unique<CastShadow>(casters, kinds);
+        std::ranges::fill(kinds, CasterKind::kSpheres);
+        if (std::ranges::none_of(casters, [](const Evaluator* e) { return e->asset().blockers.spheres.empty(); }))
+            scene.sphere_cast = std::make_unique<CastShadow>(casters, kinds);
     } catch (const std::length_error& error) {
         throw Unsupported(error.what());
     }
@@ -35,7 +39,8 @@ void makeCasters(Scene& scene) {
 void takeOver(Scene& scene, std::size_t index) {
     Character& character = *scene.characters[index];
     if (character.caster == kNobody) return;
-    scene.cast->pose(character.caster, character.evaluator->bones(), character.to_scene);
+    for (CastShadow* cast : {scene.cast.get(), scene.sphere_cast.get()})
+        if (cast) cast->pose(character.caster, character.evaluator->bones(), character.to_scene);
     ++scene.cast_version;
 }
 
@@ -70,6 +75,17 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
     castOnNumbers(*scene.cast, {.except = character.caster}, {positions, normals, tangents}, model, threads, numbers);
 }
 
+namespace {
+
+// E in x.
+std::vector<Vec3> ambientValues(const GroundVertices& ground) {
+    std::vector<Vec3> values;
+    for (const float e : groundAmbient(ground)) values.push_back({e, 0, 0});
+    return values;
+}
+
+}  // namespace
+
 void updateGround(Scene& scene, const ViewState& state, int threads) {
     if (!state.ground || !scene.ground_file) return;
     ShownGround& ground = scene.ground;
@@ -77,26 +93,31 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     const ShadingSet* shading = scene.characters.front()->shading.get();
     const bool lit = shading && state.channel == Channel::kShaded && !state.component;
     const bool suns = showsSuns(scene, state);
+    const CastMode mode = shownCastMode(state);
     const ShownGround::Made made{
-        shadows, lit, suns, scene.cast_version, lit ? state.light : 0, lit ? lightRotation(state) : Mat3()};
+        shadows, lit, suns, mode, scene.cast_version, lit ? state.light : 0, lit ? lightRotation(state) : Mat3()};
     if (ground.made == made) return;
-    if (!ground.made || ground.made->shadows != shadows || ground.made->cast_version != scene.cast_version) {
-        const CastShadow nobody({});
-        const CastShadow& cast = shadows ? *scene.cast : nobody;
-        ground.vertices = groundVertices(*scene.ground_file, cast, threads);
-    }
+    const bool cast_anew = !ground.made || ground.made->shadows != shadows || ground.made->mode != mode ||
+                           ground.made->cast_version != scene.cast_version;
     ground.made = made;
     ++ground.version;
-    const Vec3 albedo = scene.ground_file->albedo;
-    if (lit) {
-        LightView light = shading->asset().lights[state.light];
+    LightView light;
+    if (lit) light = shading->asset().lights[state.light];
+    if (mode != CastMode::kProduct) {
+        if (cast_anew) ground.vertices = groundMesh(*scene.ground_file);
+        ground.values =
+            joinedGround(scene, ground.vertices, mode, lit ? &light : nullptr, lightRotation(state), threads);
+    } else {
+        const CastShadow nobody({});
+        if (cast_anew) ground.vertices = groundVertices(*scene.ground_file, shadows ? *scene.cast : nobody, threads);
         const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
         if (suns) light.sh = remainder;
-        ground.values = groundRadiance(ground.vertices, light, toDouble(lightRotation(state)), albedo);
-        return;
+        ground.values =
+            lit ? groundRadiance(ground.vertices, light, toDouble(lightRotation(state)), scene.ground_file->albedo)
+                : ambientValues(ground.vertices);
     }
-    ground.values.clear();
-    for (const float e : groundAmbient(ground.vertices)) ground.values.push_back(albedo * (0.5f * e));
+    if (lit) return;
+    for (Vec3& value : ground.values) value = scene.ground_file->albedo * (0.5f * value.x);
 }
 
 }  // namespace penumbra

@@ -10,6 +10,7 @@
 #include "player/gl/offscreen_target.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
+#include "player/view/view_cast_way.h"
 #include "player/view/view_suns.h"
 
 namespace penumbra {
@@ -33,14 +34,16 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 }
 
 // Differences of vertex values and the error's figures are computed on the CPU, and so are what suns leave over, and
-// composed assets of more bands than their fields have or with a floor.
+// composed assets of more bands than their fields have or with a floor, and shadows of others that do not join as a
+// product.
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
         return model.composition && (model.convention.order > kFieldOrder || model.composition->floor);
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
-           state.channel == Channel::kError || state.component.has_value() || showsSuns(*scene_, state);
+           state.channel == Channel::kError || state.component.has_value() || showsSuns(*scene_, state) ||
+           shownCastMode(state) != CastMode::kProduct;
 }
 
 const ViewSunlight* ScenePainter::sunsFor(const ViewState& state) const {

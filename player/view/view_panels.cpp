@@ -9,6 +9,7 @@
 #include "formats/image/exposure.h"
 #include "player/frame/truth_frames.h"
 #include "player/view/view_actions.h"
+#include "player/view/view_cast_way.h"
 #include "player/view/view_exposure.h"
 #include "player/view/view_inspect.h"
 #include "player/view/view_overlays.h"
@@ -122,6 +123,20 @@ void materialPanel(const Scene& scene, ViewState& state) {
         state.display.tone_map = ToneMap(tone_map);
 }
 
+// Lets the user choose how shadows of others join.
+void chooseCastMode(ViewState& state, const ViewContents& contents) {
+    std::vector<CastMode> modes;
+    std::vector<std::string_view> names;
+    std::size_t chosen = 0;
+    for (std::size_t m = 0; m < kCastModes; ++m) {
+        if (!hasCastMode(contents, CastMode(m))) continue;
+        if (CastMode(m) == state.cast_mode) chosen = modes.size();
+        modes.push_back(CastMode(m));
+        names.push_back(nameOf(CastMode(m)));
+    }
+    chooseFromNames("join", names, chosen, [&](std::size_t i) { state.cast_mode = modes[i]; });
+}
+
 void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::TextDisabled("Show");
     static constexpr std::string_view kNames[] = {"shaded",  "ambient visibility", "error against truth", "clusters",
@@ -159,6 +174,8 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::SetNextItemWidth(-1);
     if (ImGui::Combo("##shadows", &shadows, "all shadows\0shadows on itself\0shadows on others\0no shadows\0"))
         state.shadows = Shadows(shadows);
+    if (contents.casters > 0 && shadows != int(Shadows::kSelf) && shadows != int(Shadows::kNone))
+        chooseCastMode(state, contents);
     ImGui::Checkbox("normals and tangents", &state.frames);
     if (contents.hasOutlines()) ImGui::Checkbox("boxes of fields, spheres", &state.boxes);
 }

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "player/view/vertex_figures.h"
+#include "player/view/view_cast_way.h"
 #include "player/view/view_suns.h"
 
 namespace penumbra {
@@ -21,6 +22,8 @@ ViewContents contentsOf(const Scene& scene) {
     }
     contents.materials = scene.material_names.size();
     contents.lights = scene.light_names.size();
+    contents.casters = scene.cast->casterCount();
+    if (scene.sphere_cast) contents.sphere_casters = contents.casters;
     return contents;
 }
 
@@ -43,6 +46,7 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
     if (!contents.composed() && state.channel == Channel::kParts) state.channel = Channel::kAmbient;
     if (!contents.hasTruth()) state.compare = Compare::kModel;
+    if (!hasCastMode(contents, state.cast_mode)) state.cast_mode = CastMode::kProduct;
     state.frame_all = true;
     state.picked.reset();
     state.factor = {};
@@ -98,6 +102,8 @@ std::string describe(const Scene& scene, const ViewState& state) {
                 std::string(nameOf(shading.light_form));
     if (showsSuns(scene, state)) text += ", suns with shadow maps";
     if (state.shadows != Shadows::kBoth) text += ", " + std::string(nameOf(state.shadows));
+    if (const CastMode mode = shownCastMode(state); mode != CastMode::kProduct)
+        text += ", shadows of others by " + std::string(nameOf(mode));
     if (const VisibilityFactor* factor = shownFactor(scene, state))
         text += ", lobe of vertex " + std::to_string(state.picked->vertex) + " (" +
                 nameOf(scene.characters[state.picked->character]->asset, factor->choice) + ")";

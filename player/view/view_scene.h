@@ -8,6 +8,7 @@
 #include "player/frame/open_asset.h"
 #include "player/frame/orbit_camera.h"
 #include "player/runtime/cast_shadow.h"
+#include "player/scene/cast_shader.h"
 #include "player/scene/scene_ground.h"
 #include "player/view/clip_strip.h"
 #include "player/view/error_strip.h"
@@ -27,6 +28,16 @@ struct UpdateCost {
     double evaluate = 0;  // pose, skinning, visibility, shadows of others; of the last update that computed any
     double ground = 0;    // the ground's shadow
     double shade = 0;     // computing what every vertex shows
+};
+
+// What the shading of another way than the product was made for.
+struct JoinedLook {
+    CastMode mode = CastMode::kProduct;
+    std::vector<std::size_t> material_of_slot;
+    std::size_t light = 0;
+    Mat3 light_rotation;
+    ShadingChoice shading;
+    bool operator==(const JoinedLook&) const = default;
 };
 
 struct Character {
@@ -53,6 +64,13 @@ struct Character {
     std::uint64_t cast_version = 0;
     FrameVertices vertices;            // numbers: of the model
     std::vector<float> truth_numbers;  // in the local frames of `vertices`
+    // Of other ways than the product (view_cast_way.h):
+    std::vector<float> others;            // V_c over the sphere, of every vertex, in the scene
+    std::optional<CastMode> others_mode;  // that it was made for
+    std::uint64_t others_version = 0;     // Scene::pose_version of then
+    std::unique_ptr<CastShader> joined;   // for joined_look
+    JoinedLook joined_look;
+
     std::array<std::vector<Vec3>, kShownCount> values;
     // The channel of the values. Without truth, error is shown as ambient visibility, and so are parts without any.
     Channel channel = Channel::kShaded;
@@ -84,6 +102,7 @@ constexpr int kPictureLightOrder = 5;
 struct ShownGround {
     struct Made {
         bool shadows = false, lit = false, suns = false;
+        CastMode mode = CastMode::kProduct;
         std::uint64_t cast_version = 0;
         std::size_t light = 0;
         Mat3 rotation;
@@ -103,9 +122,10 @@ struct Scene {
     std::vector<std::unique_ptr<Character>> characters;
     std::vector<std::string_view> material_names, light_names;
     std::unique_ptr<CastShadow> cast;
-    std::uint64_t cast_version = 0;          // grows with every caster that takes another pose or place
-    std::uint64_t pose_version = 0;          // grows with everyone who does, caster or not
-    std::optional<SceneGround> ground_file;  // none where a scene's file has none
+    std::unique_ptr<CastShadow> sphere_cast;  // all of them by their spheres; null where one has none
+    std::uint64_t cast_version = 0;           // grows with every caster that takes another pose or place
+    std::uint64_t pose_version = 0;           // grows with everyone who does, caster or not
+    std::optional<SceneGround> ground_file;   // none where a scene's file has none
     ShownGround ground;
 };
 

@@ -6,6 +6,7 @@
 #include "player/frame/truth_frames.h"
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
+#include "player/view/view_cast_way.h"
 #include "player/view/view_scene.h"
 #include "player/view/view_suns.h"
 
@@ -177,13 +178,13 @@ void noteError(Character& character) {
     }
 }
 
-// Computes what is shown. A frame without truth shows its model wherever truth is asked for.
-void showValues(Character& character, Compare compare, Vec3 eye, int threads) {
+// Computes what is shown: `values` returns what the model shows, or the truth. A frame without truth shows its model
+// wherever truth is asked for.
+void showValues(Character& character, Compare compare, const auto& values) {
     const bool has_truth = character.truth_frame.has_value();
     auto& [model, truth, difference] = character.values;
-    if (compare != Compare::kTruth || !has_truth) model = valuesOf(character, false, character.channel, eye, threads);
-    if (compare != Compare::kModel)
-        truth = has_truth ? valuesOf(character, true, character.channel, eye, threads) : model;
+    if (compare != Compare::kTruth || !has_truth) model = values(false);
+    if (compare != Compare::kModel) truth = has_truth ? values(true) : model;
     if (character.channel == Channel::kError) noteError(character);
     if (compare != Compare::kDifference) return;
     difference.resize(model.size());
@@ -241,20 +242,23 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     bool evaluated = false;
     auto start = std::chrono::steady_clock::now();
     const ViewContents contents = contentsOf(scene);
+    const CastMode mode = shownCastMode(state);
+    const Shadows shadows = shadowsOfNumbers(state.shadows, mode);
     for (std::size_t i = 0; i < scene.characters.size(); ++i)
         evaluated |= poseInScene(scene, i, state, contents, needs.threads);
     spent.evaluate += elapsedMilliseconds(start);
     for (std::size_t i = 0; i < scene.characters.size(); ++i) {
         Character& character = *scene.characters[i];
         start = std::chrono::steady_clock::now();
-        forgetNumbers(scene, i, state.shadows);
+        forgetNumbers(scene, i, shadows);
         const Compare compare = shownCompare(state);
         const bool picked = state.picked && state.picked->character == i;
         const bool truth = compare != Compare::kModel || state.channel == Channel::kError || picked;
         const bool model = compare != Compare::kTruth || !character.truth_frame;
         character.channel = shownChannel(character, state.channel);
-        const bool on_cpu = needs.values || (needs.casts && changesNumbers(scene, i, state.shadows));
+        const bool on_cpu = needs.values || (needs.casts && changesNumbers(scene, i, shadows));
         evaluated |= needNumbers(scene, i, (on_cpu && model) || picked, truth, needs.threads);
+        if (mode != CastMode::kProduct) needOthers(scene, i, mode, needs.threads);
         needFactors(character, picked ? std::optional(state.picked->vertex) : std::nullopt);
         spent.evaluate += elapsedMilliseconds(start);
         start = std::chrono::steady_clock::now();
@@ -263,7 +267,11 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         if (state.component)
             showComponent(character, *state.component);
         else if (needs.values)
-            showValues(character, compare, inModel(character, eye), needs.threads);
+            showValues(character, compare, [&](bool of_truth) {
+                return mode != CastMode::kProduct
+                           ? joinedValues(scene, i, state, of_truth, needs.threads)
+                           : valuesOf(character, of_truth, character.channel, inModel(character, eye), needs.threads);
+            });
         spent.shade += elapsedMilliseconds(start);
     }
     start = std::chrono::steady_clock::now();

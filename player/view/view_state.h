@@ -10,6 +10,7 @@
 #include "player/frame/channel.h"
 #include "player/frame/visibility_factors.h"
 #include "player/runtime/shading.h"
+#include "player/scene/cast_way.h"
 #include "player/view/error_strip.h"
 #include "player/view/playhead.h"
 #include "sh/camera.h"
@@ -88,6 +89,7 @@ struct ViewState {
     std::size_t light = 0;
     bool suns = true;  // as such, where they can shine (view_suns.h); otherwise all light is SH
     Shadows shadows = Shadows::kBoth;
+    CastMode cast_mode = CastMode::kProduct;  // as wished; view_cast_way.h tells what is shown
     std::optional<DraggedCharacter> dragged;
     ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light/light_rotation.h
@@ -116,6 +118,7 @@ struct CharacterContents {
 struct ViewContents {
     std::vector<CharacterContents> characters;
     std::size_t materials = 0, lights = 0;
+    std::size_t casters = 0, sphere_casters = 0;  // the second: as many where all of them have spheres, else 0
     bool shaded() const { return materials > 0 && lights > 0; }
     bool hasTruth() const;
     bool composed() const;           // some character is
