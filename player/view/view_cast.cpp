@@ -7,6 +7,7 @@
 #include "player/scene/posed_scene.h"
 #include "player/scene/scene_receivers.h"
 #include "player/scene/scene_suns.h"
+#include "player/view/view_light.h"
 #include "player/view/view_shapes.h"
 #include "player/view/view_suns.h"
 
@@ -89,8 +90,12 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     const ShadingSet* shading = scene.characters.front()->shading.get();
     const bool lit = shading && state.channel == Channel::kShaded && !state.component;
     const bool suns = showsSuns(scene, state);
-    const ShownGround::Made made{
-        shadows, lit, suns, scene.cast_version, lit ? state.light : 0, lit ? lightRotation(state) : Mat3()};
+    const ShownGround::Made made{shadows,
+                                 lit,
+                                 suns,
+                                 scene.cast_version,
+                                 lit ? shownLightKey(scene, state) : LightKey(),
+                                 lit ? lightRotation(state) : Mat3()};
     if (ground.made == made) return;
     if (!ground.made || ground.made->shadows != shadows || ground.made->cast_version != scene.cast_version) {
         const CastShadow nobody({});
@@ -101,7 +106,7 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     ++ground.version;
     const Vec3 albedo = scene.ground_file->albedo;
     if (lit) {
-        LightView light = shading->asset().lights[state.light];
+        LightView light = shownLight(scene, state);
         const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
         if (suns) light.sh = remainder;
         ground.values = groundRadiance(ground.vertices, light, toDouble(lightRotation(state)), albedo);
