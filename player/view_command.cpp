@@ -73,6 +73,14 @@ void defineView(CLI::App& app, ViewCommand& command) {
         ->capture_default_str();
     app.add_option("--reflectance", command.reflectance, "as in render: slices or operators; P in the window")
         ->capture_default_str();
+    app.add_option("--light-fade", command.options.fade.seconds,
+                   "seconds in which one light becomes the next; 0: at once")
+        ->check(CLI::Range(0.0, 60.0))
+        ->capture_default_str();
+    app.add_option("--sun-time", command.options.fade.sun_time,
+                   "time constant in seconds of the suns that are found while lights change; 0: not smoothed")
+        ->check(CLI::Range(0.0, 10.0))
+        ->capture_default_str();
     app.add_option("--screenshots", command.options.screenshots, "folder that F12 writes view_0001.png, ... into")
         ->capture_default_str();
 }

@@ -73,6 +73,7 @@ LightTables::LightTables(const LightView& light, LightForm form) : order_(light.
         std::copy(light.suns.begin(), light.suns.end(), suns_.begin());
         turned_suns_ = suns_;
         window_.assign(light.window.begin(), light.window.end());
+        window_.reserve(kMaxOrder);
     } else {
         lobes_ = lobesOf(light, form);
         original_ = lobes_.directions;
@@ -111,6 +112,21 @@ void LightTables::setCoefficients(std::span<const float> sh, double seconds) {
     window_.clear();
     sun_count_ = 0;
     if (factor_) findSuns(seconds);
+}
+
+void LightTables::setLight(const LightView& light) {
+    assert(form_ == LightForm::kRotation && light.order <= order_ && light.suns.size() <= kMaxSuns);
+    for (std::size_t i = 0; i < original_.size(); ++i)
+        original_[i] =
+            3 * i < light.sh.size() ? Vec3{light.sh[3 * i], light.sh[3 * i + 1], light.sh[3 * i + 2]} : Vec3{};
+    sh_ = original_;
+    sun_count_ = light.suns.size();
+    std::copy(light.suns.begin(), light.suns.end(), suns_.begin());
+    turned_suns_ = suns_;
+    window_.assign(light.window.begin(), light.window.end());
+    // Bands that the light lacks have nothing of its suns.
+    if (window_.empty() && light.order < order_) window_.assign(std::size_t(light.order), 1.0f);
+    if (!window_.empty()) window_.resize(std::size_t(order_));
 }
 
 void LightTables::setSuns(bool on) {

@@ -40,6 +40,10 @@ public:
     // nothing.
     void setCoefficients(std::span<const float> sh, double seconds = 0);
 
+    // The same with the suns that `light` brings: factorLive() finds none in it. Its other forms and its picture are
+    // not read.
+    void setLight(const LightView& light);
+
     // Suns are off at first. While they are on, what is shaded is the light without its suns, and suns() has them: the
     // light's own, or those of setCoefficients(). The next setRotation() shows the change. Only kRotation has suns.
     void setSuns(bool on);

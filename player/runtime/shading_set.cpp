@@ -77,6 +77,12 @@ void ShadingSet::setLight(std::size_t light, std::span<const float> sh, double s
     setLight(light);
 }
 
+void ShadingSet::replaceLight(std::size_t light, const LightView& by) {
+    assert(light < lights_.size());
+    lights_[light].setLight(by);
+    setLight(light);
+}
+
 void ShadingSet::setSuns(bool on) {
     assert(!on || choice_.light_form == LightForm::kRotation);
     suns_on_ = on;

@@ -35,6 +35,9 @@ public:
     // Replaces a light by one of at most its order, [n^2, 3], turned as the last one was, and switches it on. Only
     // for LightForm::kRotation.
     void setLight(std::size_t light, std::span<const float> sh, double seconds = 0);
+    // Replaces a light by one of at most its order with suns of its own, turned as the last one was, and switches it
+    // on. Only for LightForm::kRotation.
+    void replaceLight(std::size_t light, const LightView& by);
     // Suns are off at first: the light is shaded as it is. While they are on, shade() gives the light without its suns,
     // and the caller adds visibility times irradiance times BRDF of each of suns(). Only for LightForm::kRotation.
     void setSuns(bool on);

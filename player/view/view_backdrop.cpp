@@ -1,5 +1,7 @@
 #include "player/view/view_backdrop.h"
 
+#include "player/view/view_light.h"
+
 namespace penumbra {
 
 bool showsGround(const Scene& scene, const ViewState& state) {
@@ -7,11 +9,11 @@ bool showsGround(const Scene& scene, const ViewState& state) {
            cameraPosition(state.camera).y >= scene.ground_file->height;
 }
 
-void Backdrop::drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view) {
-    if (!sky_ || sky_light_ != shading.light()) {
+void Backdrop::drawSky(const Scene& scene, const ViewState& state, const FrameView& view) {
+    if (const LightKey light = shownLightKey(scene, state); !sky_ || sky_light_ != light) {
         if (!sky_) sky_.emplace();
-        sky_light_ = shading.light();
-        sky_->upload(skyPicture(shading.asset().lights[sky_light_]));
+        sky_light_ = light;
+        sky_->upload(shownSky(scene, state));
     }
     sky_->draw(view, lightRotation(state));
 }
@@ -65,7 +67,7 @@ void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView&
     const ShadingSet* shading = scene.characters.front()->shading.get();
     if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
         shownCompare(state) != Compare::kDifference)
-        drawSky(*shading, state, view);
+        drawSky(scene, state, view);
     if (showsGround(scene, state)) drawGround(scene, view, suns);
 }
 

@@ -24,12 +24,12 @@ public:
 
 private:
     std::optional<SkyPainter> sky_;
-    std::size_t sky_light_ = 0;                           // whose picture is uploaded
+    LightKey sky_light_;                                  // whose picture is uploaded
     std::map<bool, ValuePainter> plain_ground_, ground_;  // by whether suns shine on them
     GroundTiles tiles_;
     std::uint64_t ground_version_ = 0;  // of the values that are uploaded
 
-    void drawSky(const ShadingSet& shading, const ViewState& state, const FrameView& view);
+    void drawSky(const Scene& scene, const ViewState& state, const FrameView& view);
     void drawGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns);
 };
 

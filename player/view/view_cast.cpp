@@ -8,6 +8,7 @@
 #include "player/scene/scene_receivers.h"
 #include "player/scene/scene_suns.h"
 #include "player/view/view_cast_way.h"
+#include "player/view/view_light.h"
 #include "player/view/view_suns.h"
 
 namespace penumbra {
@@ -94,15 +95,20 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     const bool lit = shading && state.channel == Channel::kShaded && !state.component;
     const bool suns = showsSuns(scene, state);
     const CastMode mode = shownCastMode(state);
-    const ShownGround::Made made{
-        shadows, lit, suns, mode, scene.cast_version, lit ? state.light : 0, lit ? lightRotation(state) : Mat3()};
+    const ShownGround::Made made{shadows,
+                                 lit,
+                                 suns,
+                                 mode,
+                                 scene.cast_version,
+                                 lit ? shownLightKey(scene, state) : LightKey(),
+                                 lit ? lightRotation(state) : Mat3()};
     if (ground.made == made) return;
     const bool cast_anew = !ground.made || ground.made->shadows != shadows || ground.made->mode != mode ||
                            ground.made->cast_version != scene.cast_version;
     ground.made = made;
     ++ground.version;
     LightView light;
-    if (lit) light = shading->asset().lights[state.light];
+    if (lit) light = shownLight(scene, state);
     if (mode != CastMode::kProduct) {
         if (cast_anew) ground.vertices = groundMesh(*scene.ground_file);
         ground.values =

@@ -3,11 +3,12 @@
 #include <algorithm>
 
 #include "formats/image/exposure.h"
+#include "player/view/view_light.h"
 
 namespace penumbra {
 
-ExposedLook exposedLook(const ViewState& state) {
-    ExposedLook look{state.light, state.light_yaw, state.light_pitch, state.ground, state.suns, {}};
+ExposedLook exposedLook(const Scene& scene, const ViewState& state) {
+    ExposedLook look{shownLightKey(scene, state), state.light_yaw, state.light_pitch, state.ground, state.suns, {}};
     for (const CharacterChoice& character : state.characters) look.materials.push_back(character.material_of_slot);
     return look;
 }

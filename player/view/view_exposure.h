@@ -3,7 +3,8 @@
 //
 // An exposure that followed every frame would pump as a clip plays or the camera turns, and would hide that one pose is
 // darker than another. So it is measured when the light, its turn, the switch of its suns, a material or the
-// ground changes, on the next frame that shows shaded colours, and stays until one of them changes again.
+// ground changes, on the next frame that shows shaded colours, and stays until one of them changes again. It follows
+// every frame of a light that becomes another.
 #include <vector>
 
 #include "player/view/view_scene.h"
@@ -12,13 +13,13 @@ namespace penumbra {
 
 // The choices that the exposure depends on.
 struct ExposedLook {
-    std::size_t light = 0;
+    LightKey light;
     double light_yaw = 0, light_pitch = 0;  // degrees
     bool ground = false, suns = false;
     std::vector<std::vector<std::size_t>> materials;  // of every character, of its slots
     bool operator==(const ExposedLook&) const = default;
 };
-ExposedLook exposedLook(const ViewState& state);
+ExposedLook exposedLook(const Scene& scene, const ViewState& state);
 
 // Tells whether the picture has shaded colours, rather than differences, another channel or a component.
 bool showsShadedColors(const Scene& scene, const ViewState& state);

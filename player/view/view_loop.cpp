@@ -12,6 +12,7 @@
 #include "player/gl/gpu_timer.h"
 #include "player/gl/screenshot.h"
 #include "player/view/view_exposure.h"
+#include "player/view/view_light.h"
 #include "player/view/view_panels.h"
 #include "player/view/view_settings.h"
 #include "player/view/view_window.h"
@@ -74,6 +75,7 @@ public:
           state_(startState(*scene_, settings_, options)),
           window_("Penumbra: " + options.files.front().filename().string(), placeFor(options, settings_)) {
         tellSettingsProblem();
+        scene_->blend = LightBlend(options.fade);
         result_.gl = window_.description();
         result_.path = options.path.value_or(window_.software() ? EvaluationPath::kCpu : EvaluationPath::kGlsl);
         figures_.path = result_.path;
@@ -125,6 +127,7 @@ void ViewLoop::addFiles(const std::vector<std::filesystem::path>& dropped) {
     files.insert(files.end(), dropped.begin(), dropped.end());
     try {
         auto scene = std::make_unique<Scene>(openScene(files, threads_));
+        scene->blend = LightBlend(options_.fade);
         painter_ = std::make_unique<ScenePainter>(*scene, result_.path);
         const bool is_new = !scene_->file && scene->file;
         scene_ = std::move(scene);
@@ -190,6 +193,7 @@ void ViewLoop::advanceTime() {
     }
     advanceView(state_, contents, seconds);
     if (state_.turntable) turntable(state_.camera, seconds);
+    advanceLight(*scene_, state_, seconds);
     computeStrips(*scene_, state_, state_.playhead.playing || state_.turntable ? kStripTime : kStripTimeAtRest);
 }
 
@@ -206,7 +210,7 @@ void ViewLoop::updatePicture(const Rectangle& picture) {
 
 void ViewLoop::updateExposure(const Rectangle& picture) {
     if (!state_.automatic_exposure) return exposed_.reset();
-    const ExposedLook look = exposedLook(state_);
+    const ExposedLook look = exposedLook(*scene_, state_);
     if (exposed_ == look || !showsShadedColors(*scene_, state_)) return;
     state_.display.exposure = painter_->measureExposure(state_, picture);
     exposed_ = look;
@@ -239,7 +243,7 @@ void ViewLoop::drawFrame() {
 
 // Tells whether the picture changes by itself.
 bool ViewLoop::busy() const {
-    return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited ||
+    return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited || scene_->blend.active() ||
            !stripsAreComplete(*scene_, state_);
 }
 

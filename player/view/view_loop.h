@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "player/frame/render_options.h"
+#include "player/view/light_blend.h"
 
 namespace penumbra {
 
@@ -15,6 +16,7 @@ struct ViewOptions {
     bool settings = true;                      // read and keep them (view_settings.h)
     std::optional<EvaluationPath> path;        // unset: cpu on software GL, glsl on a GPU
     ShadingChoice shading;                     // as wished: lights without lobes, say, are used as they are
+    LightFade fade;                            // of lights that are switched
     std::filesystem::path screenshots = ".";   // folder
 };
 

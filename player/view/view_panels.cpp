@@ -12,6 +12,7 @@
 #include "player/view/view_cast_way.h"
 #include "player/view/view_exposure.h"
 #include "player/view/view_inspect.h"
+#include "player/view/view_light.h"
 #include "player/view/view_overlays.h"
 #include "player/view/view_pick.h"
 #include "player/view/view_suns.h"
@@ -83,7 +84,7 @@ void shadingChoice(const Scene& scene, ViewState& state) {
 
 // Shows the switch of suns where the light has some, and what keeps them from shining.
 void sunChoice(const Scene& scene, ViewState& state) {
-    if (scene.characters.front()->asset.lights[state.light].suns.empty()) return;
+    if (!lightHasSuns(scene, state)) return;
     ImGui::Checkbox("suns with shadow maps", &state.suns);
     const std::string_view problem = whyNoSuns(scene, state);
     if (state.suns && !problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s: SH", text(problem).c_str());

@@ -96,6 +96,12 @@ std::string describe(const Scene& scene, const ViewState& state) {
     if (shaded)
         text += ", material " + std::string(scene.material_names[chosenMaterial(state)]) + ", light " +
                 std::string(scene.light_names[state.light]);
+    if (shaded && scene.blend.part() < 1) {
+        char percent[8];
+        std::snprintf(percent, sizeof percent, "%.0f%%", 100 * scene.blend.part());
+        text += std::string(" (") + percent + " of the way from " + std::string(scene.light_names[scene.blend.from()]) +
+                ")";
+    }
     const ShadingChoice shading = shownShading(scene, state);
     if (shaded && shading != ShadingChoice())
         text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +

@@ -12,6 +12,7 @@
 #include "player/scene/scene_ground.h"
 #include "player/view/clip_strip.h"
 #include "player/view/error_strip.h"
+#include "player/view/light_blend.h"
 #include "player/view/pose_interpolation.h"
 #include "player/view/position_interpolation.h"
 #include "player/view/score_ranges.h"
@@ -41,7 +42,8 @@ struct JoinedLook {
 };
 
 struct Character {
-    AssetView asset;  // with the materials and lights of every file
+    // With the materials and lights of every file, and a last light whose place Scene::blend takes.
+    AssetView asset;
     const AssetView* truth = nullptr;
     Affine placement;              // from its model frame to the scene: a rotation about y and a translation
     Affine to_scene;               // the same, with what the user has moved it
@@ -49,6 +51,7 @@ struct Character {
     std::optional<CasterKind> casts = {};
     std::unique_ptr<Evaluator> evaluator;
     std::unique_ptr<ShadingSet> shading;  // null without materials or lights
+    std::uint64_t light_version = 0;      // of Scene::blend, where the set has its light
 
     std::unique_ptr<PoseInterpolation> interpolation;               // null of a deforming mesh
     std::unique_ptr<PositionInterpolation> position_interpolation;  // null for a skinned mesh
@@ -95,8 +98,18 @@ struct SceneFile {
     std::unique_ptr<OpenAsset> asset;  // null: a picture of a light
     std::string light_name;
     std::vector<float> light_sh;  // [kPictureLightOrder^2, 3]
+    std::vector<Sun> light_suns;
+    int picture_width = 0;
+    std::vector<std::uint16_t> picture;  // PictureView, without the suns
 };
 constexpr int kPictureLightOrder = 5;
+
+// Tells the lights of different moments apart.
+struct LightKey {
+    std::size_t light = 0;
+    std::uint64_t version = 0;  // of Scene::blend
+    bool operator==(const LightKey&) const = default;
+};
 
 // What the ground shows at its vertices.
 struct ShownGround {
@@ -104,7 +117,7 @@ struct ShownGround {
         bool shadows = false, lit = false, suns = false;
         CastMode mode = CastMode::kProduct;
         std::uint64_t cast_version = 0;
-        std::size_t light = 0;
+        LightKey light;
         Mat3 rotation;
         bool operator==(const Made&) const = default;
     };
@@ -127,6 +140,8 @@ struct Scene {
     std::uint64_t pose_version = 0;           // grows with everyone who does, caster or not
     std::optional<SceneGround> ground_file;   // none where a scene's file has none
     ShownGround ground;
+    LightBlend blend;               // of the light that is switched
+    std::vector<float> dark_light;  // SH of the last light of all characters, 0
 };
 
 // Opens a scene. A .json says who stands where (docs/scene.md); its characters and props come first. Without one the

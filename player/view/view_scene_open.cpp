@@ -2,12 +2,15 @@
 #include <algorithm>
 
 #include "formats/common/errors.h"
+#include "formats/common/fp16.h"
+#include "formats/image/factor_light.h"
 #include "formats/image/project_map.h"
 #include "formats/scene/scene_placement.h"
 #include "player/frame/truth_frames.h"
 #include "player/scene/side_by_side.h"
 #include "player/view/view_cast.h"
-#include "player/view/view_shapes.h"
+#include "player/view/view_light.h"
+#include "sh/sh_basis.h"
 
 namespace penumbra {
 
@@ -25,7 +28,13 @@ void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
     asset.lights.clear();
     for (const SceneFile& file : scene.files) {
         if (!file.asset) {
-            asset.lights.push_back({file.light_name, kPictureLightOrder, file.light_sh});
+            asset.lights.push_back({file.light_name,
+                                    kPictureLightOrder,
+                                    file.light_sh,
+                                    {},
+                                    file.light_suns,
+                                    {},
+                                    {file.picture_width, file.picture_width / 2, file.picture}});
             continue;
         }
         const AssetView& view = file.asset->view;
@@ -34,6 +43,10 @@ void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {
         asset.materials.insert(asset.materials.end(), view.materials.begin(), view.materials.end());
         asset.lights.insert(asset.lights.end(), view.lights.begin(), view.lights.end());
     }
+    if (asset.lights.empty()) return;
+    int order = 1;
+    for (const LightView& light : asset.lights) order = std::max(order, light.order);
+    asset.lights.push_back({"", order, std::span(scene.dark_light).first(std::size_t(3 * coefficientCount(order)))});
 }
 
 void attachTruth(Scene& scene, const AssetView& truth) {
@@ -108,9 +121,15 @@ SceneFile openFile(const std::filesystem::path& path, int threads) {
         file.asset = std::make_unique<OpenAsset>(path);
         return file;
     }
-    const MapProjection projection = projectMap(readEnvironmentMap(path, ""), kPictureLightOrder, threads);
+    const EnvironmentMap map = readEnvironmentMap(path, "");
+    const MapProjection projection = projectMap(map, kPictureLightOrder, threads);
     file.light_name = path.filename();
     file.light_sh.assign(projection.sh.begin(), projection.sh.end());
+    const LightSuns factored = factorLight(map, {}, threads);
+    for (const SunD& sun : factored.suns) file.light_suns.push_back(floatSun(sun));
+    file.picture_width = factored.picture.width;
+    file.picture.resize(factored.picture.pixels.size());
+    floatToHalf(factored.picture.pixels, file.picture);
     return file;
 }
 
@@ -131,6 +150,7 @@ std::vector<std::size_t> openFiles(std::span<const std::filesystem::path> paths,
 
 Scene openScene(std::span<const std::filesystem::path> given, int threads) {
     Scene scene;
+    scene.dark_light.resize(std::size_t(3 * coefficientCount(kMaxOrder)));
     const std::vector<std::filesystem::path> paths = filesOf(given, scene);
     const std::vector<std::size_t> file_of_path = openFiles(paths, threads, scene);
     const std::size_t members = scene.file ? scene.file->characters.size() + scene.file->props.size() : 0;
@@ -151,7 +171,7 @@ Scene openScene(std::span<const std::filesystem::path> given, int threads) {
         if (file.asset && file.asset->view.has_truth) attachTruth(scene, file.asset->view);
     const AssetView& first = scene.characters.front()->asset;
     for (const MaterialView& material : first.materials) scene.material_names.push_back(material.name);
-    for (const LightView& light : first.lights) scene.light_names.push_back(light.name);
+    for (const LightView& light : lightsOf(first)) scene.light_names.push_back(light.name);
     scene.file ? placeMembers(scene) : placeCharacters(scene);
     scene.ground_file = scene.file ? scene.file->ground : groundUnder(restBounds(scene));
     makeCasters(scene);

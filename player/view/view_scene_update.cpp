@@ -7,6 +7,7 @@
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast.h"
 #include "player/view/view_cast_way.h"
+#include "player/view/view_light.h"
 #include "player/view/view_scene.h"
 #include "player/view/view_suns.h"
 
@@ -96,13 +97,14 @@ bool useShading(Scene& scene, const ViewState& state) {
 
 namespace {
 
-void setShading(Character& character, const CharacterChoice& choice, const ViewState& state, bool suns) {
+void setShading(const Scene& scene, Character& character, const CharacterChoice& choice, const ViewState& state,
+                bool suns) {
     if (!character.shading) return;
     ShadingSet& set = *character.shading;
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
         if (set.materialOfSlot()[slot] != choice.material_of_slot[slot])
             set.setMaterial(slot, choice.material_of_slot[slot]);
-    if (set.light() != state.light) set.setLight(state.light);
+    setShownLight(scene, state, character);
     if (set.sunsOn() != suns) set.setSuns(suns);
     const Mat3 rotation = transposed(character.to_scene.linear()) * lightRotation(state);  // in the model's frame
     if (set.lightRotation() != rotation) set.setLightRotation(rotation);
@@ -262,7 +264,7 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
         needFactors(character, picked ? std::optional(state.picked->vertex) : std::nullopt);
         spent.evaluate += elapsedMilliseconds(start);
         start = std::chrono::steady_clock::now();
-        setShading(character, state.characters[i], state, suns);
+        setShading(scene, character, state.characters[i], state, suns);
         character.plain = state.component.has_value();
         if (state.component)
             showComponent(character, *state.component);

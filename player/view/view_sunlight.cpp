@@ -4,8 +4,8 @@
 
 #include "player/frame/mirror_sight.h"
 #include "player/scene/scene_suns.h"
+#include "player/view/view_light.h"
 #include "player/view/view_shapes.h"
-#include "player/view/view_suns.h"
 
 namespace penumbra {
 
@@ -43,18 +43,17 @@ void ViewSunlight::placeCasters() {
 }
 
 void ViewSunlight::shine(const ViewState& state) {
-    const Shone now{scene_->pose_version, state.light, lightRotation(state)};
+    const Shone now{scene_->pose_version, shownLightKey(*scene_, state), lightRotation(state)};
     if (!updateLobes() && shone_ == now) return;
     if (!shone_ || shone_->pose_version != now.pose_version) placeCasters();
     std::vector<SunCaster> casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
         casters.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
-    const LightView& light = scene_->characters.front()->asset.lights[state.light];
-    if (reflected_ != state.light) sunlight_.reflect(skyPicture(light));
-    reflected_ = state.light;
+    if (reflected_ != now.light) sunlight_.reflect(shownSky(*scene_, state));
+    reflected_ = now.light;
     sunlight_.turnSky(now.rotation);
     gl::Disable(GL_SCISSOR_TEST);
-    sunlight_.shine(sunsOf(light, now.rotation), casters);
+    sunlight_.shine(sunsOf(shownLight(*scene_, state), now.rotation), casters);
     gl::BindFramebuffer(GL_FRAMEBUFFER, 0);
     shone_ = now;
 }

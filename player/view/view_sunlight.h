@@ -32,7 +32,7 @@ private:
     };
     struct Shone {
         std::uint64_t pose_version = 0;
-        std::size_t light = 0;
+        LightKey light;
         Mat3 rotation;
         bool operator==(const Shone&) const = default;
     };
@@ -40,9 +40,9 @@ private:
     LobeTable table_;
     Sunlight sunlight_;
     std::vector<Caster> casters_;
-    std::vector<LobeRange> ground_;         // one for each of kTileShades
-    std::optional<Shone> shone_;            // what the maps were drawn for
-    std::optional<std::size_t> reflected_;  // the light that mirrors reflect
+    std::vector<LobeRange> ground_;      // one for each of kTileShades
+    std::optional<Shone> shone_;         // what the maps were drawn for
+    std::optional<LightKey> reflected_;  // the light that mirrors reflect
 
     bool updateLobes();
     void placeCasters();

@@ -303,11 +303,11 @@ def fix_camera(name, **changes):
         json.dump(fixed, file)
 
 
-def share_like_render(scene, shot):
+def share_like_render(scene, shot, *more):
     """Draws the scene without a window. Returns the share of its pixels that are within 5 steps in the shot, which has
     no background."""
     size = f"{shot.picture.shape[1]}x{shot.picture.shape[0]}"
-    good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "-o", "drawn.png")
+    good("player", "render", "--scene", scene, "--size", size, "--gl", "osmesa", "--aa", 1, "-o", "drawn.png", *more)
     drawn = np.asarray(Image.open("drawn.png").convert("RGBA"), int)
     covered = drawn[..., 3] == 255
     off = np.abs(shot.picture - drawn[..., :3]).max(-1)[covered]
@@ -323,8 +323,12 @@ def check_same_as_render():
     fix_camera("fixed.json")
     view = View("--scene", "fixed.json", "--no-settings", size=f"{WIDTH}x{HEIGHT}")
     shown = view.shot("b")
+    folded = view.shot("a")
+    assert "shadows of others by folded" in folded.said and difference(folded, shown) > 0, folded.said
+    assert difference(view.shot("a"), shown) == 0, "there are no spheres for the papers' ways"
     view.close()
     assert share_like_render("fixed.json", shown) > 0.5
+    assert share_like_render("fixed.json", folded, "--cast", "folded") > 0.5
 
 
 def turned_sun(view, before):

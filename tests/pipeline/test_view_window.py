@@ -211,6 +211,28 @@ def check_several():
     view.close()
 
 
+def check_pictures():
+    """A picture with a sun is factored when it is opened: it shines with a shadow map. Lights fade into one another."""
+    for name, sun in (("noon.hdr", (200, 200, 200, 137)), ("dull.hdr", (64, 64, 64, 129))):
+        pixels = bytearray(bytes([64, 64, 64, 129]) * 64 * 32)
+        pixels[4 * (8 * 64 + 20):4 * (8 * 64 + 21)] = bytes(sun)
+        with open(name, "wb") as file:
+            file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n" + pixels)
+    view = View("x.pnb", "noon.hdr", "dull.hdr", "--no-settings", "--light-fade", "3", "--sun-time", "0.2")
+    view.keys("l", "l")  # past the two of the asset
+    noon = wait_until(lambda: (shot := view.shot()) and "of the way" not in shot.said and shot, "the light of noon.hdr")
+    assert "light noon.hdr" in noon.said and "suns with shadow maps" in noon.said, noon.said
+    between = view.shot("l")
+    assert "% of the way from noon.hdr)" in between.said and "light dull.hdr" in between.said, between.said
+    dull = wait_until(lambda: (shot := view.shot()) and "suns" not in shot.said and shot, "the light of dull.hdr")
+    assert "of the way" not in dull.said, dull.said
+    # Shortly after the key, the picture is nearer to the light that it leaves.
+    assert difference(between, noon) < difference(dull, noon), (difference(between, noon), difference(dull, noon))
+    view.close()
+    for words in (("--light-fade", "-1"), ("--sun-time", "99")):
+        assert run("player", "view", "x.pnb", *words, "--dry-run").returncode == 1, words
+
+
 def check_exposure():
     """Lights 4000 times as bright or as dark look like the light between them. A fixed exposure stays."""
     for name, exponent in (("bright", 141), ("grey", 129), ("dim", 117)):
@@ -281,6 +303,7 @@ with prepared():
     print("%d frames, %s, path %s; %.3f of a core while idle" % (figures["frames"], figures["gl"], figures["path"], idle))
     check_settings()
     check_several()
+    check_pictures()
     check_exposure()
     check_cloth()
     check_high_density()

@@ -67,6 +67,8 @@ class View:
 
     def __init__(self, *words, size=""):
         size = ["--size", size] if size else []  # else what the settings have
+        if "--light-fade" not in words:
+            words = (*words, "--light-fade", "0")  # a picture is of one light
         self.process = subprocess.Popen([os.path.join(BIN, "penumbra-player"), "view", *words, *size], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         found = subprocess.run(["timeout", "60", "xdotool", "search", "--sync", "--onlyvisible", "--pid",
                                 str(self.process.pid)], stdout=subprocess.PIPE, text=True).stdout.split()

@@ -8,6 +8,7 @@
 #include "pack/pack_asset.h"
 #include "player/scene/scene_receivers.h"
 #include "player/scene/side_by_side.h"
+#include "player/view/view_cast_way.h"
 #include "player/view/view_pick.h"
 #include "tests/synthetic_composition.h"
 
@@ -119,6 +120,51 @@ TEST_F(ViewCast, ShadowsGoOnAndOff) {
     state.shadows = Shadows::kBoth;
     update(scene, state);
     EXPECT_EQ(numbers, both);
+}
+
+// E of the first character, as it is shown.
+std::vector<float> shownAmbient(const Scene& scene) {
+    std::vector<float> e;
+    for (const Vec3 value : scene.characters[0]->values[0]) e.push_back(value.x);
+    return e;
+}
+
+// The casters have fields only, so that the papers' ways, which need spheres, are passed over.
+TEST_F(ViewCast, ShadowsOfOthersJoinInOtherWays) {
+    Scene scene = open(kPair);
+    ViewState state = stateOf(scene);
+    state.channel = Channel::kAmbient;
+    update(scene, state);
+    const std::vector<float> product = shownAmbient(scene);
+    state.shadows = Shadows::kSelf;
+    update(scene, state);
+    const std::vector<float> alone = shownAmbient(scene);
+    state.shadows = Shadows::kBoth;
+    chooseNextCastMode(state, contentsOf(scene), false);
+    EXPECT_EQ(state.cast_mode, CastMode::kFolded);
+    EXPECT_EQ(shownCastMode(state), CastMode::kFolded);
+    update(scene, state);
+    const std::vector<float> folded = shownAmbient(scene);
+    EXPECT_GT(largestDifference(product, alone), 0.1);
+    EXPECT_GT(largestDifference(folded, alone), 0.1);
+    EXPECT_GT(largestDifference(folded, product), 1e-4) << "another way";
+    EXPECT_LT(largestDifference(folded, product), largestDifference(folded, alone)) << "of the same shadow";
+    // Whoever moves away is out of it.
+    state.characters[0].moved = {-900, 0, 0};
+    update(scene, state);
+    EXPECT_LT(largestDifference(shownAmbient(scene), alone), 0.01);
+    state.characters[0].moved = {};
+    state.shadows = Shadows::kSelf;
+    EXPECT_EQ(shownCastMode(state), CastMode::kProduct) << "no shadow joins";
+    state.shadows = Shadows::kBoth;
+    chooseNextCastMode(state, contentsOf(scene), false);
+    EXPECT_EQ(state.cast_mode, CastMode::kProduct);
+    update(scene, state);
+    EXPECT_EQ(shownAmbient(scene), product);
+    chooseNextCastMode(state, contentsOf(scene), true);
+    EXPECT_EQ(state.cast_mode, CastMode::kFolded);
+    EXPECT_EQ(shadowsOfNumbers(Shadows::kBoth, CastMode::kFolded), Shadows::kSelf);
+    EXPECT_EQ(shadowsOfNumbers(Shadows::kCast, CastMode::kPaper004), Shadows::kNone);
 }
 
 // Who casts nothing still receives: where it is moved, others cast on it anew.

@@ -3,11 +3,14 @@
 #include <unistd.h>
 
 #include "formats/common/write_file.h"
+#include "formats/image/environment_map.h"
+#include "formats/image/image_file.h"
 #include "pack/pack_asset.h"
 #include "player/gl/gl_context.h"
 #include "player/scene/scene_suns.h"
 #include "player/view/view_actions.h"
 #include "player/view/view_exposure.h"
+#include "player/view/view_light.h"
 #include "player/view/view_shapes.h"
 #include "player/view/view_sunlight.h"
 #include "player/view/view_suns.h"
@@ -152,9 +155,9 @@ TEST_F(ViewSuns, TurnWithTheLight) {
 }
 
 TEST_F(ViewSuns, ExposureIsMeasuredAnew) {
-    const ExposedLook with = exposedLook(state);
+    const ExposedLook with = exposedLook(*scene, state);
     press('H');
-    EXPECT_NE(exposedLook(state), with);
+    EXPECT_NE(exposedLook(*scene, state), with);
 }
 
 // Who casts nothing in SH casts in the map: its pose counts, too.
@@ -167,6 +170,87 @@ TEST_F(ViewSuns, EveryMoveCounts) {
     update();
     EXPECT_GT(scene->pose_version, before);
     EXPECT_EQ(scene->cast_version, casts);
+}
+
+// A picture has no SH of suns that somebody stored: it is factored when it is opened.
+TEST_F(ViewSuns, ArePartOfPicturesThatAreOpened) {
+    Image sky{64, 32, std::vector<Vec3>(64 * 32, Vec3{0.5f, 0.5f, 0.5f}), {}};
+    writeExr(folder / "flat.exr", sky);
+    const MapShape shape{MapLayout::kLatLong, sky.width, sky.height};
+    sky.pixels[8 * 64 + 20] = {300, 280, 250};
+    writeExr(folder / "sun.exr", sky);
+    const std::array files = {folder / "s.json", folder / "sun.exr", folder / "flat.exr"};
+    *scene = openScene(files, 1);
+    state = stateFor(*scene, {});
+    ASSERT_EQ(scene->light_names.size(), 4u);
+    const LightView &sun = scene->characters[0]->asset.lights[2], &flat = scene->characters[0]->asset.lights[3];
+    ASSERT_EQ(sun.suns.size(), 1u);
+    EXPECT_GT(dot(toDouble(sun.suns[0].direction), mapDirection(shape, 20.5, 8.5)), std::cos(0.02));
+    const double pixel = mapSteradians(shape, 20.5, 8.5);
+    EXPECT_NEAR(sun.suns[0].irradiance.x, 300 * pixel, 0.1 * 300 * pixel);
+    EXPECT_TRUE(flat.suns.empty());
+    for (const LightView* light : {&sun, &flat}) {
+        EXPECT_GT(light->picture.width, 0);
+        EXPECT_EQ(light->picture.texels.size(), std::size_t(3 * light->picture.width * light->picture.height));
+    }
+    state.light = 2;
+    EXPECT_EQ(whyNoSuns(*scene, state), "");
+    update();
+    EXPECT_TRUE(saysSuns());
+    state.light = 3;
+    EXPECT_EQ(whyNoSuns(*scene, state), "the light has no suns");
+}
+
+// On the way to the light without suns the sun fades, everyone has the same light, and the picture says so.
+TEST_F(ViewSuns, FadeWhereTheLightIsSwitched) {
+    scene->blend = LightBlend({.seconds = 1, .sun_time = 0.1});
+    advanceLight(*scene, state, 0);
+    update();
+    const LightKey before = shownLightKey(*scene, state);
+    const std::vector<Vec3> sunny = shown(0);
+    state.light = 1;
+    advanceLight(*scene, state, 0.5);
+    update();
+    EXPECT_NE(shownLightKey(*scene, state), before);
+    EXPECT_NE(describe(*scene, state).find("light uniform (50% of the way from sunny)"), std::string::npos);
+    const LightView light = shownLight(*scene, state);
+    ASSERT_EQ(light.suns.size(), 1u);
+    EXPECT_LT(light.suns[0].irradiance.x, kSun.irradiance.x);
+    EXPECT_GT(light.suns[0].irradiance.x, 0.2 * kSun.irradiance.x);
+    EXPECT_TRUE(saysSuns());
+    for (const auto& character : scene->characters) {
+        ASSERT_EQ(character->shading->suns().size(), 1u);
+        EXPECT_EQ(character->shading->suns()[0].irradiance, light.suns[0].irradiance);
+    }
+    EXPECT_NEAR(length(scene->characters[1]->to_scene.linear() * scene->characters[1]->shading->suns()[0].direction -
+                       lightRotation(state) * light.suns[0].direction),
+                0, 1e-6);
+    EXPECT_NE(exposedLook(*scene, state).light, before);
+    for (int i = 0; i < 20; ++i) advanceLight(*scene, state, 0.1);
+    update();
+    EXPECT_FALSE(saysSuns() || scene->blend.active());
+    EXPECT_EQ(scene->characters[0]->shading->light(), 1u);
+    state.light = 0;
+    for (int i = 0; i < 30; ++i) {
+        advanceLight(*scene, state, 0.1);
+        update();
+    }
+    EXPECT_EQ(shown(0), sunny) << "back where it was, to the bit";
+}
+
+// Other forms than the exact rotation cannot be mixed.
+TEST_F(ViewSuns, OtherFormsOfLightSwitchAtOnce) {
+    scene->blend = LightBlend({.seconds = 1, .sun_time = 0.1});
+    advanceLight(*scene, state, 0);
+    state.light = 1;
+    advanceLight(*scene, state, 0.1);
+    EXPECT_TRUE(scene->blend.active());
+    state.shading.light_form = LightForm::kFixed;
+    advanceLight(*scene, state, 0.1);
+    EXPECT_FALSE(scene->blend.active());
+    useShading(*scene, state);
+    update();
+    EXPECT_EQ(scene->characters[0]->shading->light(), 1u);
 }
 
 int& dispatches() {
