@@ -264,6 +264,15 @@ Json describeLobes(const LightFile& light) {
     return json;
 }
 
+Json describeSuns(const auto& suns) {
+    Json json = Json::array();
+    for (const auto& sun : suns)
+        json.push_back({{"direction", {sun.direction.x, sun.direction.y, sun.direction.z}},
+                        {"irradiance", {sun.irradiance.x, sun.irradiance.y, sun.irradiance.z}},
+                        {"radius_degrees", degrees(sun.radius)}});
+    return json;
+}
+
 Json describeLight(const fs::path& path) {
     const LightFile light = readLight(path);
     Json json{{"name", light.name}, {"sh_order", light.order}, {"residual", light.residual}};
@@ -274,11 +283,7 @@ Json describeLight(const fs::path& path) {
     if (!light.lobes.directions.empty()) json["lobes"] = describeLobes(light);
     if (!light.factor.empty()) {
         json["factor"] = light.factor;
-        json["suns"] = Json::array();
-        for (const SunD& sun : light.suns)
-            json["suns"].push_back({{"direction", {sun.direction.x, sun.direction.y, sun.direction.z}},
-                                    {"irradiance", {sun.irradiance.x, sun.irradiance.y, sun.irradiance.z}},
-                                    {"radius_degrees", degrees(sun.radius)}});
+        json["suns"] = describeSuns(light.suns);
         json["picture"] = {light.picture.width, light.picture.height};
     }
     json["provenance"] = describe(light.provenance);
@@ -383,6 +388,13 @@ void describeAssetModel(const AssetView& asset, Json& json) {
     }
 }
 
+Json describeLight(const LightView& light) {
+    Json json{{"name", light.name}, {"sh_order", light.order}};
+    if (!light.suns.empty()) json["suns"] = describeSuns(light.suns);
+    if (light.picture.width > 0) json["picture"] = {light.picture.width, light.picture.height};
+    return json;
+}
+
 Json describeAsset(const fs::path& path) {
     const MappedFile file(path);
     AssetView asset;
@@ -411,7 +423,7 @@ Json describeAsset(const fs::path& path) {
                                      {"slice_form", nameOf(material.slice_form)},
                                      {"bytes", material.stored_slices.size_bytes() + material.operators.u.size_bytes() +
                                                    material.operators.w.size_bytes()}});
-    for (const LightView& light : asset.lights) json["lights"].push_back(light.name);
+    for (const LightView& light : asset.lights) json["lights"].push_back(describeLight(light));
     if (const BlockersView& blockers = asset.blockers; !blockers.spheres.empty())
         json["blockers"] = describeSpheres(blockers.spheres, blockers.joints, asset.animation.joint_names);
     json["provenance"] = Json::parse(asset.provenance, nullptr, false);

@@ -120,6 +120,7 @@ struct penumbra_scene {
     std::vector<std::shared_ptr<const penumbra::AssetData>> assets;  // of the casters
     std::vector<penumbra::Evaluator> evaluators;                     // of each caster; only their tables are used
     std::optional<penumbra::CastShadow> cast;
+    std::vector<penumbra_caster> casters;                         // what the caller may ask for
     std::vector<penumbra::WeightedDirection> directions;          // above the horizon
     std::vector<std::array<float, penumbra::kFarNumbers>> basis;  // mirrored functions there
 };

@@ -91,6 +91,13 @@ penumbra_status penumbra_scene_create(const penumbra_asset* const* assets, size_
         } catch (const std::length_error& tooMany) {
             throw Unsupported(tooMany.what());
         }
+        for (const Evaluator* one : casters) {
+            const bool fields = casterKindOf(*one) == CasterKind::kFields;
+            penumbra_caster& caster = made->casters.emplace_back();
+            caster.kind = fields ? PENUMBRA_CASTS_FIELDS : PENUMBRA_CASTS_SPHERES;
+            caster.hidden = 1;
+            std::ranges::copy(Affine().m, caster.to_scene);
+        }
         made->directions = gaussHemisphere(8, 16);
         std::vector<double> y(kFieldNumbers);
         const std::vector<int> even = evenIndices(kFieldOrder);
@@ -110,10 +117,29 @@ penumbra_status penumbra_scene_set_caster(penumbra_scene* scene, size_t caster, 
     return guarded(error, [&] {
         requirePointer(scene, "scene");
         requireIndex("caster", caster, scene->evaluators.size());
-        if (!character) return scene->cast->hide(caster);
+        penumbra_caster& known = scene->casters[caster];
+        if (!character) {
+            known.hidden = 1;
+            return scene->cast->hide(caster);
+        }
         if (character->asset != scene->assets[caster])
             throw UsageError("the character is not of the asset of caster " + std::to_string(caster));
-        scene->cast->pose(caster, character->evaluator.bones(), rigidOf(to_scene));
+        const Affine placed = rigidOf(to_scene);
+        known.hidden = 0;
+        std::ranges::copy(placed.m, known.to_scene);
+        scene->cast->pose(caster, character->evaluator.bones(), placed);
+    });
+}
+
+size_t penumbra_scene_caster_count(const penumbra_scene* scene) { return scene ? scene->casters.size() : 0; }
+
+penumbra_status penumbra_scene_get_caster(const penumbra_scene* scene, size_t caster, penumbra_caster* out,
+                                          penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(scene, "scene");
+        requirePointer(out, "out");
+        requireIndex("caster", caster, scene->casters.size());
+        *out = scene->casters[caster];
     });
 }
 

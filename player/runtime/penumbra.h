@@ -328,6 +328,21 @@ PENUMBRA_API void penumbra_scene_destroy(penumbra_scene* scene);
 PENUMBRA_API penumbra_status penumbra_scene_set_caster(penumbra_scene* scene, size_t caster,
                                                        const penumbra_character* character, const float* to_scene,
                                                        penumbra_error* error);
+PENUMBRA_API size_t penumbra_scene_caster_count(const penumbra_scene* scene); /* 0 for NULL */
+
+typedef enum penumbra_caster_kind {
+    PENUMBRA_CASTS_FIELDS = 0,
+    PENUMBRA_CASTS_SPHERES = 1,
+    PENUMBRA_CASTER_KIND_WIDE = 0x7fffffff
+} penumbra_caster_kind;
+typedef struct penumbra_caster {
+    penumbra_caster_kind kind;
+    int hidden;         /* 1: it hides nothing, since it has no character */
+    float to_scene[12]; /* [3,4] as it was set last; the identity before that */
+} penumbra_caster;
+/* Tells what a caster is and where it stands. */
+PENUMBRA_API penumbra_status penumbra_scene_get_caster(const penumbra_scene* scene, size_t caster, penumbra_caster* out,
+                                                       penumbra_error* error);
 /* Computes what all casters but `except` (PENUMBRA_NONE: all) leave visible at points of the engine's own meshes.
  * `positions` and unit `normals` are [count,3] in the scene. `ambient` [count] gets the cosine-weighted visibility /
  * pi, 1 where nothing is hidden. `transfer` [count,25] gets the integrals over the hemisphere of V cos y_i, order 5, in

@@ -163,6 +163,41 @@ TEST(CApiScenes, OutlivesItsAssetsAndCharacters) {
     EXPECT_LT(e, 1);
 }
 
+TEST(CApiScenes, TellsWhoStandsWhere) {
+    const std::vector<std::byte> bytes = tube();
+    const Asset asset = open(bytes);
+    const Scene scene = sceneOf({asset.get(), asset.get()});
+    const Character character = capi_test::character(asset);
+    EXPECT_EQ(penumbra_scene_caster_count(scene.get()), 2u);
+    EXPECT_EQ(penumbra_scene_caster_count(nullptr), 0u);
+    const auto caster = [&](std::size_t i) {
+        penumbra_caster out = {};
+        EXPECT_EQ(penumbra_scene_get_caster(scene.get(), i, &out, nullptr), PENUMBRA_OK);
+        return out;
+    };
+    const auto place = [&](std::size_t i) {
+        const penumbra_caster out = caster(i);
+        return std::vector<float>(std::begin(out.to_scene), std::end(out.to_scene));
+    };
+    EXPECT_EQ(caster(0).kind, PENUMBRA_CASTS_FIELDS);
+    EXPECT_EQ(caster(0).hidden, 1) << "nobody was set";
+    EXPECT_THAT(place(0), ::testing::ElementsAre(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0));
+    EXPECT_EQ(penumbra_scene_set_caster(scene.get(), 1, character.get(), kBeside, nullptr), PENUMBRA_OK);
+    EXPECT_EQ(caster(0).hidden, 1);
+    EXPECT_EQ(caster(1).hidden, 0);
+    EXPECT_THAT(place(1), ::testing::ElementsAreArray(kBeside));
+    const float scaled[12] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0};
+    EXPECT_NE(penumbra_scene_set_caster(scene.get(), 1, character.get(), scaled, nullptr), PENUMBRA_OK);
+    EXPECT_THAT(place(1), ::testing::ElementsAreArray(kBeside)) << "a refused place changes nothing";
+    EXPECT_EQ(penumbra_scene_set_caster(scene.get(), 1, nullptr, nullptr, nullptr), PENUMBRA_OK);
+    EXPECT_EQ(caster(1).hidden, 1);
+    penumbra_error error;
+    penumbra_caster out;
+    EXPECT_EQ(penumbra_scene_get_caster(scene.get(), 2, &out, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_scene_get_caster(scene.get(), 0, nullptr, &error), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_scene_get_caster(nullptr, 0, &out, &error), PENUMBRA_INVALID_ARGUMENT);
+}
+
 TEST(CApiScenes, RefusesWhatIsWrong) {
     const std::vector<std::byte> bytes = tube(), more = tube(), plain = packed();
     const Asset asset = open(bytes), same_kind = open(more), additive = open(plain);

@@ -43,6 +43,7 @@ void writeStageFiles(const fs::path& out) {
     light.lobes = samples::sampleLobes();
     light.window = {1, 0.5};
     writeLight(inFolder(out / "fuzz_light_file", "lobes.light.h5"), light);
+    writeLight(out / "fuzz_light_file" / "suns.light.h5", tinySunny());
     writePoseFile(inFolder(out / "fuzz_pose_file", "sampled.poses.h5"), samples::poseFile());
     writeFields(inFolder(out / "fuzz_field_file", "two_parts.fields.h5"), samples::fieldFile());
     writeBlockers(inFolder(out / "fuzz_blocker_file", "three.blockers.h5"), samples::blockerFile());

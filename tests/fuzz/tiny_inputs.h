@@ -19,7 +19,18 @@ inline Model tinyComposed() {
         {.cells = 2});
 }
 
-// Tiny assets, one for each kind of model and of features, a composed one, and one with blockers.
+// A light of two bands with a sun and the picture of what is left.
+inline LightFile tinySunny() {
+    LightFile light = synthetic::light(2, 0.3);
+    light.factor = "hand-over";
+    light.suns = {{{0.6, 0.8, 0}, {5, 4, 3}, 0.005}};
+    light.window = {1, 0.5};
+    light.picture = {4, 2, std::vector<float>(24, 0.5f)};
+    return light;
+}
+
+// Tiny assets, one for each kind of model and of features, a composed one, one with blockers, and two under a sun: with
+// a model and without.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -51,6 +62,13 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         made.push_back(packAsset(synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), {},
                                  lights, {.blockers = blockers}, "{}", 1)
                            .bytes);
+        brdf.lobes = {lobeOf(parseBrdf("lambert:color=0.5/0.25/0.1")), lobeOf(parseBrdf("ggx:alpha=0.3"))};
+        const std::vector<BrdfFile> glossy = {brdf};
+        const std::vector<LightFile> sunny = {tinySunny()};
+        made.push_back(packAsset(synthetic::tubeModel({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), glossy,
+                                 sunny, {}, "{}", 1)
+                           .bytes);
+        made.push_back(packLibrary(glossy, sunny, "{}"));
         return made;
     }();
     return all;

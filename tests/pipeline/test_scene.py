@@ -191,6 +191,9 @@ def check_suns(body):
     assert np.allclose(red - 4 * SUN[1] * seen, np.pi * np.array(columns["E"], float), atol=1e-3)
     with open("probe.csv", "rb") as f:
         on = f.read()
+    told = must(BAKE, "info", "sunny.pnb").split()
+    at = told.index("irradiance")
+    assert np.allclose([float(x.strip(",")) for x in told[at + 1:at + 4]], 4, atol=1e-3), told
     mixed = scene("mixed.json", characters=[man], light={"asset": "mixed.pnb"})
     outputs = []
     for name, *more in ((sunny, "--suns", "off"), (mixed,), (mixed, "--suns", "auto"), (sunny, "--cast", "folded"), (mixed, "--cast", "folded")):
