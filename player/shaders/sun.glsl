@@ -91,3 +91,12 @@ float sunVisibility(int sun, vec3 position, vec3 normal) {
     }
     return 1.0 - blockers.x;
 }
+
+// The unit normal of the triangle that the fragment lies on, on the side of the unit `normal` that is interpolated. The
+// two differ by some degrees on a coarse mesh. A depth map knows triangles alone, so by its vertices' normals a mesh
+// would shadow itself in specks. Only for fragment shaders; `position` is interpolated.
+vec3 sunFacing(vec3 position, vec3 normal) {
+    vec3 face = cross(dFdx(position), dFdy(position));
+    float size = length(face);
+    return size > 0.0 ? face * (sign(dot(face, normal)) / size) : normal;
+}

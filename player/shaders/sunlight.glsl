@@ -1,8 +1,9 @@
 // The light of suns on a surface, for the fragment shaders of surfaces that it falls on (SUNLIT; SUN_MIRRORS where some
 // of it is a mirror). brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
-INTERPOLATION in vec3 surface_position, surface_normal, surface_tangent;  // in the scene; not unit
-INTERPOLATION in float surface_sight;                                     // V at the mirrored direction, for mirrors
-flat in uint surface_lobes;                                               // LobeTable::add()
+in vec3 surface_position;  // in the scene. sunFacing() needs its derivatives, which are wrong between centroids
+INTERPOLATION in vec3 surface_normal, surface_tangent;  // in the scene; not unit
+INTERPOLATION in float surface_sight;                   // V at the mirrored direction, for mirrors
+flat in uint surface_lobes;                             // LobeTable::add()
 
 uniform samplerBuffer lobes;  // 2 texels a lobe: its parameters; its colour and its model
 uniform vec3 scene_eye;
@@ -33,11 +34,11 @@ vec3 mirrorOfSurface(vec3 wo) {
 
 // What a mirror sees in a direction of the scene: the sky as far as the body leaves it visible (paper 004 eq. 21), and
 // discs of suns, which the shadow maps hide.
-vec3 mirrored(vec3 direction, vec3 normal) {
+vec3 mirrored(vec3 direction, vec3 face) {
     vec3 seen = clamp(surface_sight, 0.0, 1.0) * skyRadiance(light_from_scene * direction);
     for (int i = 0; i < sun_count; ++i)
         if (sun_cosine[i] < 1.0 && dot(direction, sun_direction[i]) >= sun_cosine[i])
-            seen += sunVisibility(i, surface_position, normal) * sun_irradiance[i] /
+            seen += sunVisibility(i, surface_position, face) * sun_irradiance[i] /
                     (3.14159265 * (1.0 - sun_cosine[i] * sun_cosine[i]));
     return seen;
 }
@@ -45,6 +46,7 @@ vec3 mirrored(vec3 direction, vec3 normal) {
 // A surface that is seen from behind its normal sends back what it sends to the mirrored eye, as in penumbra_to_eye().
 vec3 sunlight() {
     vec3 normal = normalize(surface_normal), to_eye = normalize(scene_eye - surface_position);
+    vec3 face = sunFacing(surface_position, normal);
     vec3 tangent = normalize(surface_tangent - normal * dot(normal, surface_tangent));
     mat3 local_from_scene = transpose(mat3(tangent, cross(normal, tangent), normal));
     vec3 wo = local_from_scene * to_eye;
@@ -53,12 +55,12 @@ vec3 sunlight() {
     for (int i = 0; i < sun_count; ++i) {
         vec3 wi = local_from_scene * sun_direction[i];
         if (wi.z <= 0.0) continue;
-        float visible = sunVisibility(i, surface_position, normal);
+        float visible = sunVisibility(i, surface_position, face);
         if (visible > 0.0) sum += visible * wi.z * sun_irradiance[i] * brdfOfSurface(wi, wo);
     }
 #ifdef SUN_MIRRORS
     vec3 share = mirrorOfSurface(wo);
-    if (share != vec3(0.0)) sum += share * mirrored(transpose(local_from_scene) * vec3(-wo.xy, wo.z), normal);
+    if (share != vec3(0.0)) sum += share * mirrored(transpose(local_from_scene) * vec3(-wo.xy, wo.z), face);
 #endif
     return sum;
 }

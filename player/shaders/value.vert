@@ -15,7 +15,8 @@ layout(location = 5) in float vertex_sight;
 
 uniform mat4 scene_from_model;
 
-INTERPOLATION out vec3 surface_position, surface_normal, surface_tangent;
+out vec3 surface_position;
+INTERPOLATION out vec3 surface_normal, surface_tangent;
 INTERPOLATION out float surface_sight;
 flat out uint surface_lobes;
 #endif
