@@ -10,6 +10,7 @@
 #include "player/scene/side_by_side.h"
 #include "player/view/view_cast.h"
 #include "player/view/view_light.h"
+#include "player/view/view_shapes.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
