@@ -22,6 +22,35 @@ std::string printableKey(std::string key) {
     return key;
 }
 
+// Finds a key that stands twice in one object. A parser that takes a callback would look through a whole array after
+// each of its objects, which takes hours for a million of them.
+class KeyWatch : public nlohmann::json_sax<Json> {
+public:
+    explicit KeyWatch(const std::string& name) : name_(name) {}
+
+    bool start_object(std::size_t) override { return keys_.emplace_back(), true; }
+    bool end_object() override { return keys_.pop_back(), true; }
+    bool key(std::string& key) override {
+        if (!keys_.back().insert(key).second)
+            throw InvalidInput(name_ + ": the key \"" + key + "\" stands twice in one object");
+        return true;
+    }
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(std::int64_t) override { return true; }
+    bool number_unsigned(std::uint64_t) override { return true; }
+    bool number_float(double, const std::string&) override { return true; }
+    bool string(std::string&) override { return true; }
+    bool binary(Json::binary_t&) override { return true; }
+    bool start_array(std::size_t) override { return true; }
+    bool end_array() override { return true; }
+    bool parse_error(std::size_t, const std::string&, const Json::exception&) override { return false; }
+
+private:
+    const std::string& name_;
+    std::vector<std::set<std::string>> keys_;  // of the objects that are open
+};
+
 }  // namespace
 
 void JsonNode::fail(const std::string& what) const {
@@ -101,16 +130,10 @@ Vec3 JsonNode::vector(double low, double high) const {
 
 nlohmann::json parseJson(const std::string& text, const std::string& name) {
     if (nestedTooDeep(text)) throw InvalidInput(name + ": nested too deep");
-    std::vector<std::set<std::string>> keys;
-    const auto watch = [&](int, Json::parse_event_t event, Json& value) {
-        if (event == Json::parse_event_t::object_start) keys.emplace_back();
-        if (event == Json::parse_event_t::object_end) keys.pop_back();
-        if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
-            throw InvalidInput(name + ": the key \"" + value.get<std::string>() + "\" stands twice in one object");
-        return true;
-    };
+    KeyWatch watch(name);
+    Json::sax_parse(text, &watch);
     try {
-        return Json::parse(text, watch);
+        return Json::parse(text);
     } catch (const Json::exception& error) {
         throw InvalidInput(name + ": not JSON: " + error.what());
     }

@@ -127,7 +127,7 @@ FrameVertices SceneFrames::trueMember(std::size_t m) const {
     skinFrame(member.evaluator, threads_, in_model);  // moments are in the frame of the model
     truth.numbers = truthNumbers(shot, in_model, threads_);
     if (!compares())
-        castOnNumbers(scene_.cast(), {.except = member.caster}, receiversOf(truth), looks_[m]->view.model, threads_,
+        castOnNumbers(scene_.cast(), {.except = member.caster}, member.evaluator, receiversOf(truth), threads_,
                       truth.numbers);
     return truth;
 }
@@ -185,12 +185,13 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
                        {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
     const Channel of_ground = options_.channel == Channel::kShaded ? Channel::kShaded : Channel::kAmbient;
     if (scene_.file().ground)
-        out.push_back({ground_.triangles,
+        out.push_back({ground_.shown(),
                        ground_.positions,
                        values_.back(),
                        Sides::kBoth,
                        of_ground,
-                       {ground_.normals, ground_.tangents, ground_lobes_}});
+                       {ground_.normals, ground_.tangents, ground_lobes_},
+                       true});
     return out;
 }
 

@@ -19,6 +19,7 @@ struct SceneMesh {
     Sides sides = Sides::kBoth;
     Channel channel = Channel::kShaded;  // that the values are of
     SunlitSurface surface = {};          // where suns shine
+    bool is_ground = false;              // whose triangles are others in every frame
 };
 
 class SceneFrames {

@@ -80,6 +80,11 @@ Evaluator::Composed::Composed(const AssetView& asset)
     }
 }
 
+const FarLayout& Evaluator::castLayout() const {
+    std::call_once(decoded_->cast_once, [&] { decoded_->cast = makeCastLayout(*asset_); });
+    return decoded_->cast;
+}
+
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(asset)), path_(evaluatorPaths().back()) {
     assert(asset.has_model);
     scratch_.resize(decoded_->scratch);

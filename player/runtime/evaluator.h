@@ -4,6 +4,7 @@
 // run at the same time.
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -75,6 +76,8 @@ public:
     const FarTables& farTables() const { return decoded_->composed->far; }
     const FarLayout& farLayout() const { return decoded_->composed->layouts[std::size_t(quality_)]; }
     std::span<const PosedPart> posedParts() const { return far_pose_.posed; }
+    // The anchors at which others cast on this character. They are laid out when they are first asked for.
+    const FarLayout& castLayout() const;
 
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
     // For a deforming asset these are its given positions and the normals of its triangles (sh/vertex_normals.h).
@@ -107,6 +110,8 @@ private:
         std::vector<bool> absolute;                // [J], true for joints that stand for a number
         std::unique_ptr<Deformation> deformation;  // only for a deforming asset
         std::unique_ptr<Composed> composed;        // only for a composed asset
+        mutable std::once_flag cast_once;
+        mutable FarLayout cast;
     };
     const AssetView* asset_;
     std::shared_ptr<const Decoded> decoded_;

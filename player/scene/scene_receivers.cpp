@@ -10,14 +10,15 @@
 
 namespace penumbra {
 
-bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
-                   int threads, std::span<float> numbers) {
+bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                   const CastReceivers& vertices, int threads, std::span<float> numbers) {
     thread_local std::vector<float> mirrored;  // a megabyte, which is not to be mapped anew in every frame
-    if (castOn(cast, choice, receivers, threads, mirrored) == 0) return false;
+    if (castOnCharacter(cast, choice, character, vertices, threads, mirrored) == 0) return false;
     constexpr std::size_t kPiece = 512;  // vertices that a thread takes at once
+    const ModelView& model = character.asset().model;
     const CastProduct product(model.convention);
     const std::span<const float> others(mirrored);  // other threads have a `mirrored` of their own
-    const std::size_t count = receivers.positions.size(), stride = std::size_t(model.stride);
+    const std::size_t count = vertices.positions.size(), stride = std::size_t(model.stride);
     parallelFor((count + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kPiece, n = std::min(kPiece, count - first);
         product(numbers.subspan(first * stride, n * stride), stride,
@@ -53,8 +54,8 @@ void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
     const SceneMember& member = *scene.members()[index];
     ownVertices(member, threads, vertices);
-    castOnNumbers(scene.cast(), {.except = member.caster}, {vertices.positions, vertices.normals, vertices.tangents},
-                  member.asset->view.model, threads, vertices.numbers);
+    castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator,
+                  {vertices.positions, vertices.normals, vertices.tangents}, threads, vertices.numbers);
 }
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {

@@ -5,10 +5,11 @@
 
 namespace penumbra {
 
-// Multiplies numbers of the model's convention [receivers, stride] by what the chosen casters leave visible. Returns
-// whether any of the receivers sees one; without, the numbers stay the very ones that they were.
-bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
-                   int threads, std::span<float> numbers);
+// Multiplies numbers of all vertices of a character, in the convention of its model [V, stride], by what the chosen
+// casters leave visible. `vertices` are in the scene. Returns whether any of them sees one; without, the numbers stay
+// the very ones that they were.
+bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                   const CastReceivers& vertices, int threads, std::span<float> numbers);
 
 // Returns the numbers of a vertex from which nothing is hidden.
 std::vector<float> freeSight(const Convention& convention);

@@ -73,7 +73,8 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
     for (const Vec3 p : at.positions) positions.push_back(character.to_scene.point(p));
     for (const Vec3 n : at.normals) normals.push_back(turn * n);
     for (const Vec3 t : at.tangents) tangents.push_back(turn * t);
-    castOnNumbers(*scene.cast, {.except = character.caster}, {positions, normals, tangents}, model, threads, numbers);
+    castOnNumbers(*scene.cast, {.except = character.caster}, *character.evaluator, {positions, normals, tangents},
+                  threads, numbers);
 }
 
 namespace {

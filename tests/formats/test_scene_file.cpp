@@ -118,7 +118,7 @@ TEST(SceneFile, RefusesWithThePlace) {
 
 TEST(SceneFile, RefusesACrowdThatNobodyCanMean) {
     std::string crowd;
-    for (int i = 0; i < 1000000; ++i) crowd += i == 0 ? "0" : ",0";
+    for (int i = 0; i < 1000000; ++i) crowd += i == 0 ? R"({"asset":"a"})" : R"(,{"asset":"a"})";
     EXPECT_THAT(problemOf(sceneOf(crowd)), HasSubstr("/characters: has 1000000 elements; at most 10000"));
 }
 
