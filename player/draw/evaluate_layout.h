@@ -30,9 +30,12 @@ struct FarPlaces {
 // Then follow the rows of the bones' 3x4 skinning matrices; rows of the clusters' rotations, whose fourth number is
 // unused; the scores of all clusters, which for an i8 basis are multiplied by the component's scale, those of residuals
 // after all others; the parts (writePosedPart()) of a composed asset that the GPU evaluates; the material of every
-// slot; and ShadingLayout::lightTexels() of the light.
+// slot; the SlotLobes of every slot, which are read where suns shine; and ShadingLayout::lightTexels() of the light.
 struct PosePlaces {
-    std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, light = 0, size = 0;
+    std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, lobes = 0, light = 0, size = 0;
 };
+
+// Of what evaluate.comp writes for a vertex, in vec4: position and value, and where suns shine the surface, too.
+constexpr std::size_t kEvaluatedQuads = 2, kSunlitQuads = 4;
 
 }  // namespace penumbra

@@ -171,17 +171,20 @@ void GlAsset::placePose() {
     pose.scores = pose.rotations + 3 * asset_->model.clusters.size();
     pose.parts = pose.scores + texels(scores);
     pose.materials = pose.parts + (recipe_.far ? kPosedPartRows * recipe_.far->part_count : 0);
-    pose.light = pose.materials + texels(std::max<std::size_t>(1, asset_->mesh.slots.size()));
+    const std::size_t slots = std::max<std::size_t>(1, asset_->mesh.slots.size());
+    pose.lobes = pose.materials + texels(slots);
+    pose.light = pose.lobes + slots;
     pose.size = pose.light + (shading_ ? shading_->lightTexels() : 0);
 }
 
-const GlAsset::Program& GlAsset::evaluateProgram(Channel channel, bool casts) {
-    const auto [found, is_new] = evaluate_.try_emplace({channel, casts});
+const GlAsset::Program& GlAsset::evaluateProgram(Channel channel, bool casts, bool sunlit) {
+    const auto [found, is_new] = evaluate_.try_emplace({channel, casts, sunlit});
     Program& made = found->second;
     if (!is_new) return made;
     ShaderRecipe recipe = recipe_;
     recipe.channel = channel;
     recipe.casts = casts;
+    recipe.sunlit = sunlit;
     if (channel == Channel::kShaded) recipe.shading = &shading();
     made.program = makeComputeProgram(evaluateSource(recipe));
     made.eye = gl::GetUniformLocation(made.program.id(), "eye");
@@ -207,12 +210,13 @@ const GlAsset::Program& madeOnce(std::optional<GlAsset::Program>& made, std::str
 const GlAsset::Program& GlAsset::anchorProgram() { return madeOnce(anchor_, anchorSource, recipe_); }
 const GlAsset::Program& GlAsset::receiverProgram() { return madeOnce(receiver_, receiverSource, recipe_); }
 
-const GlAsset::Program& GlAsset::drawProgram(Channel channel) {
-    const auto [found, is_new] = draw_.try_emplace(channel);
+const GlAsset::Program& GlAsset::drawProgram(Channel channel, BrdfModels sunlit) {
+    const auto [found, is_new] = draw_.try_emplace({channel, sunlit});
     Program& made = found->second;
     if (!is_new) return made;
-    made.program = makeProgram(evaluatedVertexSource(channel), channelFragmentSource(channel, 0));
+    made.program = makeProgram(evaluatedVertexSource(channel, sunlit), channelFragmentSource(channel, sunlit));
     made.view = viewUniforms(made.program);
+    if (sunlit) made.sunlight = sunlightUniforms(made.program);
     made.vertex_count = gl::GetUniformLocation(made.program.id(), "vertex_count");
     return made;
 }

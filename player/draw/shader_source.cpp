@@ -38,7 +38,8 @@ std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
            define("CLUSTERS", asset.clusters) + define("CLUSTER_WORDS", kClusterWords) +
            define("POSE_BONES", pose.bones) + define("POSE_ROTATIONS", pose.rotations) +
            define("POSE_SCORES", pose.scores) + define("POSE_PARTS", pose.parts) +
-           define("POSE_MATERIALS", pose.materials) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
+           define("POSE_MATERIALS", pose.materials) + define("POSE_LOBES", pose.lobes) +
+           define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
 }
 
 // Writes the precision of an array: a number, or the place in the cluster's table that has it.
@@ -64,9 +65,14 @@ std::string castPreamble() {
     return "#version 430 core\n" + define("WORK_GROUP", kWorkGroup) + define("CAST_QUADS", kCastQuads);
 }
 
-}  // namespace
-
 const std::string kSunlit = "#define SUNLIT\n";
+
+// Whether suns shine on what is evaluated, and how much of it there is.
+std::string evaluatedQuads(bool sunlit) {
+    return (sunlit ? kSunlit : "") + define("EVALUATED_QUADS", sunlit ? kSunlitQuads : kEvaluatedQuads);
+}
+
+}  // namespace
 
 bool showsVisibility(Channel channel) {
     return channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError;
@@ -86,7 +92,7 @@ std::string castSource(bool parts, bool spheres) {
            (spheres ? "#define HAS_SPHERES\n" : "") + text;
 }
 
-std::string groundSource() { return castPreamble() + kShaderGroundComp; }
+std::string groundSource(bool sunlit) { return castPreamble() + evaluatedQuads(sunlit) + kShaderGroundComp; }
 
 std::string anchorSource(const ShaderRecipe& recipe) {
     ShaderRecipe anchors = recipe;
@@ -100,6 +106,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
                           define("PENUMBRA_STRIDE4", std::size_t(recipe.stride) / 4) +
                           places(recipe.asset, recipe.pose) + precisionOf("MEAN", recipe.mean, 6) +
                           precisionOf("BASIS", recipe.basis, 7);
+    defines += evaluatedQuads(recipe.sunlit);
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
     if (recipe.deforming) defines += "#define DEFORMING\n";
     const bool composed = recipe.far && showsVisibility(recipe.channel);
@@ -112,6 +119,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     if (showsVisibility(recipe.channel)) generated = ambientGlsl(recipe.convention);
     if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(recipe.convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
+    if (recipe.sunlit) generated += sightGlsl(recipe.convention);
     // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.
     std::string text = kShaderEvaluateComp;
     insertAt(text, "GENERATED_BY_SHADING_GLSL",
@@ -123,8 +131,8 @@ std::string valueVertexSource(Channel channel, BrdfModels sunlit) {
     return preamble(channel) + interpolation(channel) + (sunlit ? kSunlit : "") + kShaderValueVert;
 }
 
-std::string evaluatedVertexSource(Channel channel) {
-    return preamble(channel) + interpolation(channel) + kShaderEvaluatedVert;
+std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit) {
+    return preamble(channel) + interpolation(channel) + evaluatedQuads(sunlit != 0) + kShaderEvaluatedVert;
 }
 
 std::string skyVertexSource() { return preamble(Channel::kShaded) + kShaderSkyVert; }
@@ -136,6 +144,7 @@ std::string skyFragmentSource() {
 std::string channelFragmentSource(Channel channel, BrdfModels sunlit) {
     std::string suns;
     if (sunlit) suns = kSunlit + brdfGlsl(sunlit) + sunGlsl() + kShaderSkyGlsl + kShaderSunlightGlsl;
+    if (sunlit == 1u << int(BrdfModel::kLambert)) suns.insert(0, "#define SUN_LAMBERT\n");
     if (sunlit >> int(BrdfModel::kMirror) & 1) suns.insert(0, "#define SUN_MIRRORS\n");
     return preamble(channel) + interpolation(channel) + suns + kShaderDisplayGlsl + kShaderChannelFrag;
 }

@@ -20,15 +20,15 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
       target_(options.width, options.height, options.samples) {
     if (look.shaded) shading_.emplace(shadingOf(look));
     if (!look.suns) return;
-    path_ = EvaluationPath::kCpu;
     lobes_ = lobe_table_.add(*shading_);
+    slot_lobes_ = lobe_table_.addSlots(*shading_);
     sunlight_.emplace(lobe_table_, options.sun_map);
     sunlight_->reflect(skyPicture(asset_->lights[shading_->light()]));
     sunlight_->turnSky(shading_->lightRotation());
 }
 
-void OffscreenRenderer::shineOn(const FrameVertices& vertices) {
-    const SunCaster body{vertices.positions, asset_->mesh.triangles};
+void OffscreenRenderer::shineOn(std::span<const Vec3> positions) {
+    const SunCaster body{positions, asset_->mesh.triangles};
     sunlight_->shine(shading_->suns(), {&body, 1});
 }
 
@@ -48,7 +48,7 @@ void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const 
     std::vector<float> sight;
     if (sunlit) {
         sight = takeMirrorsOut(asset_->model, vertices, view.eye, frame.threads(), lobe_table_, lobes_, values);
-        shineOn(vertices);
+        shineOn(vertices.positions);
     }
     at->second.upload(vertices.positions, values, {vertices.normals, vertices.tangents, lobes_, sight});
     target_.begin();
@@ -63,9 +63,14 @@ void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const F
     if (panel.source == VisibilitySource::kTruth || gl_asset_->needsNumbers())
         character.numbers = frame.numbers(panel.source);
     if (panel.channel == Channel::kError) character.true_ambient = frame.ambient(VisibilitySource::kTruth);
+    const bool sunlit = panel.channel == Channel::kShaded && sunlight_;
+    if (sunlit) {
+        character.lobes = slot_lobes_;
+        shineOn(frame.positions());
+    }
     model_painter_->evaluate(panel.channel, {&character, 1}, view.eye);
     target_.begin();
-    model_painter_->draw(view);
+    model_painter_->draw(view, sunlit ? &*sunlight_ : nullptr);
 }
 
 void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& frame_view) {

@@ -23,28 +23,10 @@ SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, 
     values_.resize(looks_.size() + (scene.file().ground ? 1 : 0));
     if (compares()) casts_.resize(values_.size());
     if (truth) attachTruth(*truth);
-    if (wantsSuns()) makeSunlight();
-}
-
-// Suns shine on everyone or on nobody, so that all have the same light.
-bool SceneFrames::wantsSuns() const {
-    return !looks_.empty() && std::ranges::all_of(looks_, [](const auto& look) { return look->shot.suns; });
-}
-
-void SceneFrames::makeSunlight() {
-    for (const std::unique_ptr<SceneLook>& look : looks_) look->lobes = lobe_table_.add(*look->shading);
-    suns_ = sunsOf(*scene_.light(), lightRotation());
-    remainder_ = remainderOf(*scene_.light());
-    if (!scene_.file().ground) return;
-    const BrdfLobe paint{BrdfModel::kLambert, {}, scene_.file().ground->albedo};
-    const auto side = std::size_t(scene_.file().ground->resolution);
-    ground_lobes_.assign(side * side, lobe_table_.add({&paint, 1}));
-}
-
-LightView SceneFrames::softLight() const {
-    LightView light = *scene_.light();
-    if (!suns_.empty()) light.sh = remainder_;
-    return light;
+    sunlight_ = sceneSunlight(scene, looks_);
+    if (!scene.file().ground || sunlight_.suns.empty()) return;
+    const auto side = std::size_t(scene.file().ground->resolution);
+    ground_lobes_.assign(side * side, sunlight_.ground);
 }
 
 std::vector<SunCaster> SceneFrames::sunCasters() const {
@@ -151,8 +133,9 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
         look.cast_shader->shade(members_[m], casts_[m], view_.eye, threads_, values);
     else
         shadeFrame(*look.shading, members_[m], view_.eye, threads_, values);
-    if (!suns_.empty())
-        sight_[m] = takeMirrorsOut(look.view.model, members_[m], view_.eye, threads_, lobe_table_, look.lobes, values);
+    if (!suns().empty())
+        sight_[m] =
+            takeMirrorsOut(look.view.model, members_[m], view_.eye, threads_, sunlight_.lobes, look.lobes, values);
     return values;
 }
 
@@ -161,7 +144,7 @@ std::vector<Vec3> SceneFrames::groundValues() const {
     if (compares())
         return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
                             scene_.lightRotation(), scene_.file().ground->albedo);
-    if (shaded) return groundRadiance(ground_, softLight(), scene_.lightRotation(), scene_.file().ground->albedo);
+    if (shaded) return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo);
     std::vector<Vec3> values;
     for (const float e : groundAmbient(ground_)) values.push_back({e, 0, 0});
     return values;

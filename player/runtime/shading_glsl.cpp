@@ -33,6 +33,17 @@ std::string ambientGlsl(const Convention& convention) {
     return ambient + ";\n}\n" + clamp + "}\n";
 }
 
+std::string sightGlsl(const Convention& convention) {
+    const bool mirrored = convention.below == BelowHorizon::kMirrored;
+    std::string sum;
+    std::size_t number = 0;
+    for (int l = 0; l < convention.order; ++l)
+        for (int m = -l; m <= l; m += mirrored ? 2 : 1)
+            sum += "\n        + y" + std::to_string(shIndex(l, m)) + " * " + numberGlsl(number++);
+    return "float penumbra_sight(vec4 numbers[PENUMBRA_STRIDE4], vec3 direction) {\n" +
+           basisGlsl(convention.order, mirrored, "y", "direction") + "    return 0.0" + sum + ";\n}\n";
+}
+
 namespace {
 
 // Gives the text of an entry of the material, whose texel is fetched into a variable before its first use.

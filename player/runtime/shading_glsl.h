@@ -11,6 +11,10 @@ namespace penumbra {
 // numbers[...]).
 std::string ambientGlsl(const Convention& convention);
 
+// Writes float penumbra_sight(vec4 numbers[PENUMBRA_STRIDE4], vec3 direction), which is V in a direction of the local
+// frame (a unit vector).
+std::string sightGlsl(const Convention& convention);
+
 // Writes vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material). It
 // reads texels of materialData() as PENUMBRA_MATERIAL(i) and of writeLightData() as PENUMBRA_LIGHT(i), two macros
 // that give a vec4.

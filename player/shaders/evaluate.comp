@@ -148,6 +148,18 @@ void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRI
 }
 #endif
 
+uint slotOfVertex() {
+#ifdef HAS_SLOTS
+    return halfWord(SLOTS, vertex);
+#else
+    return 0u;
+#endif
+}
+
+#ifdef SUNLIT
+float surface_sight = 0.0;  // V at the mirrored direction, of mirrors
+#endif
+
 vec3 valueOf(PenumbraSurface s, uint character) {
 #if CHANNEL == CHANNEL_NORMALS
     return s.normal;
@@ -164,13 +176,15 @@ vec3 valueOf(PenumbraSurface s, uint character) {
     return vec3(abs(penumbra_ambient(numbers) - true_ambient[character * vertex_count + vertex]));
 #else
     mat3 local_from_model = penumbra_local_from_model(s);
-#ifdef HAS_SLOTS
-    uint slot = halfWord(SLOTS, vertex);
-#else
-    uint slot = 0u;
-#endif
-    int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slot]);
+    int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slotOfVertex()]);
     vec3 to_eye = penumbra_to_eye(s, eyeInModel(), local_from_model);
+#ifdef SUNLIT
+    // Fragments reflect the light's picture in mirrors, which SH blur.
+    if (pose[pose_begin + POSE_LOBES + slotOfVertex()].z > 0.0) {
+        surface_sight = clamp(penumbra_sight(numbers, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
+        return vec3(0.0);
+    }
+#endif
     return max(penumbra_shade(numbers, to_eye, local_from_model, material), 0.0);
 #endif
 #endif
@@ -203,8 +217,15 @@ void main() {
     receivers[3u * at + 1u] = vec4(inScene(vec4(s.normal, 0.0)), 0.0);
     receivers[3u * at + 2u] = vec4(inScene(vec4(s.tangent, 0.0)), 0.0);
 #else
-    evaluated[2u * at] = vec4(position, 1.0);
-    evaluated[2u * at + 1u] = vec4(valueOf(s, character), 0.0);
+    vec4 value = vec4(valueOf(s, character), 0.0);
+#ifdef SUNLIT
+    value.w = surface_sight;
+    vec4 lobes = pose[pose_begin + POSE_LOBES + slotOfVertex()];
+    evaluated[EVALUATED_QUADS * at + 2u] = vec4(inScene(vec4(s.normal, 0.0)), lobes.x);
+    evaluated[EVALUATED_QUADS * at + 3u] = vec4(inScene(vec4(s.tangent, 0.0)), lobes.y);
+#endif
+    evaluated[EVALUATED_QUADS * at] = vec4(position, 1.0);
+    evaluated[EVALUATED_QUADS * at + 1u] = value;
 #endif
 }
 #endif
