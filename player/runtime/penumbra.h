@@ -355,7 +355,8 @@ PENUMBRA_API penumbra_status penumbra_scene_probe(const penumbra_scene* scene, s
  * written into `numbers` [V, stride], by what all casters but `except` leave visible: its own caster, unless that is
  * PENUMBRA_NONE. The character may be of any asset. Numbers stay bit for bit the same where no caster is in reach.
  * Casters that are not near are looked up at anchors, which all vertices of a cluster share, so that large ranges cost
- * less a vertex than small ones. */
+ * less a vertex than small ones. Allocates for the first range of a thread, for a larger one, and for the first call on
+ * an asset. */
 PENUMBRA_API penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except,
                                                  const penumbra_character* character, const float* to_scene,
                                                  size_t first_vertex, size_t vertex_count, float* numbers,

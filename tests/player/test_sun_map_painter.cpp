@@ -155,8 +155,7 @@ TEST(SunMapPainter, CoarseMeshesWithSmoothNormalsHaveNoAcne) {
     EXPECT_GT(dark_by_normals, 100u);
 }
 
-// What blocks tell is what texels tell, and it is most of a picture. Measured: 79% to 97% of the pixels of each
-// picture.
+// What blocks tell is what texels tell, and it is most of a picture.
 TEST(SunMapPainter, BlocksTellMostPixelsWhatTexelsTell) {
     const auto context = createGlContext(GlBackend::kOsMesa);
     const OffscreenTarget target(160, 160, 1);
