@@ -9,6 +9,7 @@
 
 #include "bake/bake_verbs.h"
 #include "bake/common/print_json.h"
+#include "bake/visibility/bake_visibility.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -67,17 +68,9 @@ Json describe(const ShardPlace& shard, const FrameList& frames) {
             {"ranges", rangesText(here, 20)}};
 }
 
-// Returns coefficient 0 where nothing blocks. With y_0 = 1 / sqrt(4 pi), that of visibility is y_0 times the integral
-// of V, 2 pi. The mirrored one is twice that. That of transfer is y_0 times the integral of the cosine, pi.
-double unblockedOf(const std::string& quantity) {
-    const double visibility = std::sqrt(std::numbers::pi);
-    if (quantity == kMirroredVisibility) return 2 * visibility;
-    return quantity == kDiffuseTransfer ? visibility / 2 : visibility;
-}
-
 // Finds the least and the greatest coefficient, and the mean open share of the hemisphere, which for transfer is
-// weighted by the cosine. Reads all
-// frames of some vertices, in the blocks that the file keeps together, or of all vertices.
+// weighted by the cosine. Reads all frames of some vertices, in the blocks that the file keeps together, or of all
+// vertices.
 Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
     constexpr std::size_t kBlock = 64, kSampledBlocks = 16;
     const VisibilityHeader& header = reader.header();
