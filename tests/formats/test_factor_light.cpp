@@ -151,6 +151,20 @@ TEST(FactorLight, AnalyticSunsAreExact) {
     EXPECT_EQ(factored("overcast", {.mode = FactorMode::kPaper}).suns.size(), 1u);
 }
 
+// Shadow maps are made for small suns.
+TEST(FactorLight, AWideSunStaysInTheRemainder) {
+    const Vec3d direction = normalized(Vec3d{0.6, 0.7, 0.2});
+    const auto suns = [&](double degrees, FactorMode mode) {
+        return factorLight(discPicture(256, radians(degrees), direction), {.mode = mode, .picture_width = 0}, 1).suns;
+    };
+    const double narrow = suns(14, FactorMode::kHandOver).at(0).irradiance.x;
+    const double between = suns(20, FactorMode::kHandOver).at(0).irradiance.x;
+    EXPECT_GT(between, 0.3 * narrow);
+    EXPECT_LT(between, 0.7 * narrow);
+    EXPECT_TRUE(suns(26, FactorMode::kHandOver).empty());
+    EXPECT_FALSE(suns(26, FactorMode::kPaper).empty());
+}
+
 TEST(FactorLight, ABlackPictureHasNoSun) {
     EnvironmentMap map;
     map.image = {8, 4, std::vector<Vec3>(32), {}};
