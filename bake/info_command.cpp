@@ -34,12 +34,23 @@ using Json = nlohmann::ordered_json;
 
 Json describe(const Provenance& provenance) { return Json::parse(toJson(provenance)); }
 
+// Adds the corners of the box around the rest positions. Who places a mesh in a scene asks where its feet are.
+void addRestBox(Json& json, std::span<const Vec3> positions) {
+    if (positions.empty()) return;
+    Vec3 low = positions[0], high = low;
+    for (const Vec3 p : positions)
+        for (int c = 0; c < 3; ++c) low[c] = std::min(low[c], p[c]), high[c] = std::max(high[c], p[c]);
+    json["rest_low"] = {low.x, low.y, low.z};
+    json["rest_high"] = {high.x, high.y, high.z};
+}
+
 Json describe(const Mesh& mesh) {
     Json json{{"vertices", mesh.vertexCount()},
               {"source_vertices", mesh.source_vertex.size()},
               {"triangles", mesh.triangles.size()},
               {"slots", mesh.slots},
               {"rest_diagonal", boxDiagonal(mesh.rest_positions)}};
+    addRestBox(json, mesh.rest_positions);
     if (mesh.two_sided) json["two_sided"] = true;
     return json;
 }
@@ -397,12 +408,14 @@ Json describeAsset(const fs::path& path) {
         throw InvalidInput(path.string() + ": " + error.what());
     }
     Json json = Json::object();
-    if (asset.has_mesh)
+    if (asset.has_mesh) {
         json["mesh"] = {{"vertices", asset.mesh.positions.size()},
                         {"source_vertices", asset.mesh.source_vertex.size()},
                         {"triangles", asset.mesh.triangles.size() / 3},
                         {"slots", asset.mesh.slots},
                         {"bytes_per_vertex", double(file.bytes().size()) / double(asset.mesh.positions.size())}};
+        addRestBox(json["mesh"], asset.mesh.positions);
+    }
     json["joints"] = asset.animation.jointCount();
     json["frames"] = asset.animation.times.size();
     json["clips"] = Json::array();
