@@ -105,6 +105,16 @@ void printEstimate(const BakeEstimate& estimate, int threads, Report& report) {
         estimate.journal * 1e-6);
 }
 
+// A mesh whose triangles face inwards hides the whole sky from itself, and everything that is made of it is black.
+void warnIfDark(const VisibilityCommand& command, const BakeResult& result) {
+    constexpr double kDark = 0.02;  // figures and animals have 0.4 to 0.8
+    if (result.open_share >= kDark) return;
+    char text[120];
+    std::snprintf(text, sizeof text, ": the mean vertex sees %.1f%% of its sky; do the triangles face inwards?",
+                  100 * result.open_share);
+    reportWarning("penumbra-bake", command.output.string() + text);
+}
+
 void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
     BakeOptions& options = command.options;
     if (!command.frames.empty()) options.frames = parseFrameRange(command.frames);
@@ -147,11 +157,13 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     report.phase("trace and write");
     const BakeResult result = bakeVisibility(plan, options, {command.output, command.resume}, common.threads, style);
     if (!result.note.empty() && !common.quiet) reportWarning("penumbra-bake", result.note);
+    warnIfDark(command, result);
     const double rate = result.rays_traced / result.seconds;
     report.figures["frames_resumed"] = result.frames_kept;
     if (!result.note.empty()) report.figures["journal"] = result.note;
     report.figures["rays_traced"] = result.rays_traced;
     report.figures["rays_per_second"] = rate;
+    report.figures["open_share"] = result.open_share;
     report.figures["bytes"] = result.written_bytes;
     report.figures["peak_rss_megabytes"] = peakMegabytes();
     if (plan.header.hasBounces()) {

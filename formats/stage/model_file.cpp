@@ -194,10 +194,9 @@ void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vec
 }
 
 void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
-    const hsize_t size = groupInputs(model.features);
     cluster.groups = readIndices(in, name + "/groups", 0,
                                  groupCount(model.features, model.skin.jointCount(), std::size_t(model.pose_size)));
-    const hsize_t groups = cluster.groups.size();
+    const hsize_t groups = cluster.groups.size(), size = groups ? groupInputs(model.features) : 0;
     for (std::size_t g = 0; g < groups; ++g)
         if ((g > 0 && cluster.groups[g] <= cluster.groups[g - 1]) ||
             (model.features == FeatureKind::kRelativeBones && int(cluster.groups[g]) == cluster.joint))
