@@ -19,6 +19,7 @@
 #include <map>
 
 #include "formats/common/errors.h"
+#include "formats/common/write_file.h"
 #include "formats/image/image_file.h"
 #include "formats/image/texture_file.h"
 
@@ -123,6 +124,7 @@ double areaOf(const Mesh& mesh, const std::array<std::uint32_t, 3>& points) {
 void addTriangles(const Mesh& mesh, const Surface& surface, ColorSums& sums) {
     const ColoredPart& part = surface.part;
     for (const Triangle& triangle : part.triangles) {
+        throwIfInterrupted();
         std::array<std::uint32_t, 3> points;
         for (std::size_t k = 0; k < 3; ++k) points[k] = mesh.source_vertex[part.first_vertex + triangle[k]];
         const double area = areaOf(mesh, points);

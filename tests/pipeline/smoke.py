@@ -108,7 +108,7 @@ def fits():
     run(OK, "fit", "light", "sky.hdr", "-o", "sky.light.h5")
     run(OK, "fit", "light", "--analytic", "sun+overcast", "--lobe-fit", "joint", "-o", "sun.light.h5", "--window", "always")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--clusters", "1,2", "--output-variances", "0.9", "--models",
-        "linear,additive", "--conventions", "A2", "-o", "compare.html")
+        "linear,additive", "--conventions", "A2", "--light", "sky.light.h5", "--light", "sun.light.h5", "-o", "compare.html")
 
 
 def packs():
