@@ -108,6 +108,16 @@ Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
             {"mean_open_share", open / double(frames * read)}};
 }
 
+// Tells where the albedo came from, as the options of the bake say it; null where they do not.
+Json albedoFrom(const Provenance& provenance) {
+    const Json options = Json::parse(provenance.options_json, nullptr, false);
+    if (!options.is_object()) return nullptr;
+    if (const auto from = options.find("albedo_from"); from != options.end()) return *from;
+    const auto albedo = options.find("albedo");
+    if (albedo == options.end()) return nullptr;
+    return albedo->is_string() ? "table " + albedo->get<std::string>() : "one colour";
+}
+
 // Tells what the surface reflects, and the shares of the rays that hit it, as means over all frames.
 Json describeBounces(const VisibilityReader& reader) {
     const VisibilityHeader& header = reader.header();
@@ -121,6 +131,7 @@ Json describeBounces(const VisibilityReader& reader) {
         backs += double(shares[1]) / double(frames);
     }
     return {{"mean_albedo", {albedo.x, albedo.y, albedo.z}},
+            {"albedo_from", albedoFrom(header.provenance)},
             {"transmission", !header.colors.transmission.empty()},
             {"mean_hit_share", hits},
             {"mean_back_share_of_hits", backs}};

@@ -83,6 +83,7 @@ void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report
     report.figures["triangles"] = plan.header.mesh.triangles.size();
     report.figures["rays"] = plan.rays();
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
+    if (!plan.albedo_from.empty()) report.figures["albedo_from"] = plan.albedo_from;
 }
 
 // Prints what the readers of point caches noted.
@@ -143,6 +144,7 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
                     plan.header.frames.frameCount(), plan.header.mesh.vertexCount(), options.rays, plan.rays() * 1e-6,
                     plan.bytes(options.precision) * 1e-6);
         std::printf("clips: %s\n", asJson(plan.header.frames.clip_names).c_str());
+        if (!plan.albedo_from.empty()) std::printf("albedo: %s\n", plan.albedo_from.c_str());
         report.phase("probe");
         printEstimate(estimateBake(plan, options, common.threads), common.threads, report);
         return;
@@ -224,7 +226,7 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
         app.add_option("--bounces", command.transfer.bounces, "of transfer: how often light is reflected, 0..16"),
         app.add_option("--albedo", command.albedo,
                        "of transfer with bounces: what the surface reflects, R/G/B (linear, below 1) or FILE.csv of "
-                       "slots or vertices (default: the rig's base colours)"),
+                       "slots or vertices (default: the rig's base colours and textures)"),
         app.add_option("--transmission", command.transmission,
                        "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")};
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");

@@ -17,7 +17,7 @@ namespace {
 
 struct CompareCommand {
     std::string input, output;
-    std::vector<std::string> models, features, clusters, output_variances, conventions, holdout, fields;
+    std::vector<std::string> models, features, clusters, output_variances, conventions, holdout, fields, lights;
     int parts = 0;
 };
 
@@ -40,6 +40,9 @@ void define(CLI::App& app, CompareCommand& command) {
         "--fields", command.fields,
         "X.fields.h5 of `penumbra-bake fields`, of the character and of occluders: compare a composed model, "
         "too");
+    app.add_option("--light", command.lights,
+                   "E.light.h5 of `penumbra-fit light`: show it beside its 3 zonal lobes; any number of them")
+        ->allow_extra_args(false);
 }
 
 template <class Kinds>
@@ -112,6 +115,7 @@ CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions
 std::vector<std::filesystem::path> inputsOf(const CompareCommand& command) {
     std::vector<std::filesystem::path> inputs{command.input};
     inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
+    inputs.insert(inputs.end(), command.lights.begin(), command.lights.end());
     return inputs;
 }
 
@@ -178,7 +182,7 @@ bool atReference(const CompareOptions& options, const FitOptions& fit) {
 // Measures everything. The reports of the fits go into `comparison`.
 void measure(const CompareInput& input, const std::vector<FitOptions>& grid, const CommonOptions& common,
              Comparison& comparison, Report& report) {
-    const double steps = double(grid.size()) + 2;
+    const double steps = double(grid.size()) + 3;
     Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "compare", "steps",
                       steps);
     report.phase("eigenvalues");
@@ -188,10 +192,16 @@ void measure(const CompareInput& input, const std::vector<FitOptions>& grid, con
     comparison.outputs = outputDecays(input, character, options, [&](double share) { progress.update(share); });
     report.phase("joint");
     comparison.sweep = findJointSweep(input, character, options);
+    report.phase("feature vectors");
+    comparison.vectors = fitFeatureVectors(input, character, options, comparison.sweep ? &*comparison.sweep : nullptr,
+                                           [&](double share) { progress.update(2 + share); });
+    report.phase("tables of normals");
+    comparison.normals =
+        measureNormalTables(input, character, paperConvention(options, comparison.file_order), options.threads);
     for (const FitOptions& fit : grid) {
         report.phase("fit: " + describe(fit));
         const JointSweep* sweep = comparison.sweep && atReference(options, fit) ? &*comparison.sweep : nullptr;
-        const double done = double(comparison.fits.size()) + 2;
+        const double done = double(comparison.fits.size()) + 3;
         progress.update(done);
         comparison.fits.push_back(runFit(input, fit, sweep, [&](double share) { progress.update(done + share); }));
     }
@@ -228,8 +238,10 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     Comparison comparison{resolveOptions(command, common, reader.header()), file_order, {}, {}, {}, {}};
     const std::vector<FitOptions> grid = makeGrid(comparison.options, file_order);
     for (const FitOptions& fit : grid) checkFit(reader.header(), command.input, fit);
+    for (const std::string& file : command.lights) comparison.lights.push_back(makeLightPair(readLight(file)));
     if (common.dry_run) {
         for (const FitOptions& fit : grid) std::printf("would fit %s\n", describe(fit).c_str());
+        std::printf("would fit linear, quadratic and cubic feature vectors, with and without a prior\n");
         std::printf("%zu fits; would write %s, %s and %s\n", grid.size(), files.html.c_str(), files.json.c_str(),
                     files.csv.c_str());
         return;

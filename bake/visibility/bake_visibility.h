@@ -19,7 +19,9 @@ struct BakePlan {
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
     double rest_diagonal = 0;                       // of the rest pose in the model frame: the unit of `bias`
     VisibilityHeader header;
-    std::vector<int> source_clip;  // [C] the source's clip of each of header.frames' clips; -1 = at rest
+    std::string albedo_from;                      // surface_colors.h; empty without bounces
+    std::vector<std::filesystem::path> pictures;  // that the albedo was read from
+    std::vector<int> source_clip;                 // [C] the source's clip of each of header.frames' clips; -1 = at rest
     float bias = 1e-4f;
     // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
     bool sheet_rules = false;

@@ -43,7 +43,46 @@ Json fitJson(const CompareFit& fit) {
             {"components_per_cluster", fit.components},
             {"bytes_per_vertex", fit.bytes_per_vertex},
             {"fit_seconds", fit.fit_seconds},
-            {"evaluate_milliseconds", fit.evaluate_milliseconds}};
+            {"evaluate_milliseconds", fit.evaluate_milliseconds},
+            {"prior", "cross-validated"},
+            {"held_out_cosine_product_error", number(fit.cosine_product_error)}};
+}
+
+// Returns the same columns for a fit of a feature vector. What is not measured of it is null.
+Json fitJson(const VectorFit& fit, const CompareOptions& options) {
+    const FitOptions reference = referenceFit(options, ModelKind::kLinear, fit.features);
+    return {{"model", std::string(nameOfDegree(fit.degree)) + " feature vector"},
+            {"features", nameOf(fit.features)},
+            {"clusters", fit.clusters},
+            {"input_variance", inputVariance(reference)},
+            {"output_variance", reference.output_variance},
+            {"convention", reference.convention.name()},
+            {"target", "visibility"},
+            {"frame", "local"},
+            {"clamped", "no"},
+            {"train_relative_error", number(fit.train.relative_error)},
+            {"train_rms_v", number(fit.train.rms_v)},
+            {"train_ambient_error", nullptr},
+            {"held_out_relative_error", number(fit.held_out.relative_error)},
+            {"held_out_rms_v", number(fit.held_out.rms_v)},
+            {"held_out_ambient_error", nullptr},
+            {"cross_validated_relative_error", nullptr},
+            {"output_pca_relative_error", nullptr},
+            {"inputs_per_cluster", fit.inputs},
+            {"components_per_cluster", fit.components},
+            {"bytes_per_vertex", fit.bytes_per_vertex},
+            {"fit_seconds", nullptr},
+            {"evaluate_milliseconds", nullptr},
+            {"prior", fit.prior ? "cross-validated" : "none"},
+            {"held_out_cosine_product_error", nullptr}};
+}
+
+// Returns a row for each fit, those of feature vectors last.
+std::vector<Json> fitRows(const Comparison& comparison) {
+    std::vector<Json> rows;
+    for (const CompareFit& fit : comparison.fits) rows.push_back(fitJson(fit));
+    for (const VectorFit& fit : comparison.vectors) rows.push_back(fitJson(fit, comparison.options));
+    return rows;
 }
 
 Json axisJson(const Axis& axis) {
@@ -74,7 +113,7 @@ std::string compareJson(const Comparison& comparison, const std::vector<Figure>&
               {"held_out_frames", source.held_out_frames},
               {"fits", Json::array()},
               {"figures", Json::array()}};
-    for (const CompareFit& fit : comparison.fits) json["fits"].push_back(fitJson(fit));
+    for (Json& row : fitRows(comparison)) json["fits"].push_back(std::move(row));
     for (const Figure& figure : figures) {
         Json entry{{"id", figure.id},
                    {"title", figure.title},
@@ -91,8 +130,7 @@ std::string compareJson(const Comparison& comparison, const std::vector<Figure>&
 
 std::string compareCsv(const Comparison& comparison) {
     std::string header, rows;
-    for (const CompareFit& fit : comparison.fits) {
-        const Json json = fitJson(fit);
+    for (const Json& json : fitRows(comparison)) {
         std::string names, values;
         for (const auto& [name, value] : json.items()) {
             names += (names.empty() ? "" : ",") + name;

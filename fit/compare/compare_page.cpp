@@ -52,7 +52,7 @@ std::string tableHtml(const Table& table, const std::string& caption) {
 PageSection figureSection(const Figure& figure) {
     std::string html = tag("h2", "", escapeXml(figure.title)) + tag("p", "class=\"source\"", escapeXml(figure.source)) +
                        tag("p", "class=\"finding\"", escapeXml(figure.finding));
-    html += legendHtml(figure.plots);
+    html += figure.pictures + legendHtml(figure.plots);
     std::string plots;
     for (const Plot& plot : figure.plots)
         plots += tag("figure", "", tag("figcaption", "", escapeXml(plot.title)) + plotSvg(plot));

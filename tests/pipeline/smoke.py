@@ -16,6 +16,8 @@ SAMPLES = os.path.join(BIN, "..", "samples")
 OK, FAILED = [0], [2, 3, 4, 5]  # exit codes: 1 is a mistake on the command line, and here are none
 SMALL = ["--fps", "2", "--rays", "16", "--order", "3"]
 TINY = ["--size", "24x24"]
+TEXTURED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "fuzz", "corpus", "fuzz_base_colors", "textured.glb")
+BOUNCE = ["--quantity", "transfer", "--bounces", "1"]
 count = 0
 
 
@@ -88,6 +90,7 @@ def bakes():
     run(OK, "bake", "visibility", "quad.obj", "quad.mdd", "-o", "q.vis.h5", "--rays", 16, "--order", 1)
     for name in ("swing.fbx", "swing.dae", "swing.x", "props.glb", "quantized.glb", "sparse.glb"):
         run(OK, "bake", "visibility", os.path.join(SAMPLES, name), "-o", "f.vis.h5", *SMALL)
+    run(OK, "bake", "visibility", TEXTURED, "-o", "x.vis.h5", *SMALL, *BOUNCE)
     for light in ("sky.hdr", "uniform"):
         run(OK, "bake", "reference", "a.vis.h5", "--frame", 1, *TINY, "--samples", 4, "--light", light, "-o", "a.png")
     run(OK, "bake", "reference", "a.vis.h5", "--frame", 1, *TINY, "--samples", 4, "--channel", "ao", "-o", "a.exr")
@@ -108,7 +111,7 @@ def fits():
     run(OK, "fit", "light", "sky.hdr", "-o", "sky.light.h5")
     run(OK, "fit", "light", "--analytic", "sun+overcast", "--lobe-fit", "joint", "-o", "sun.light.h5", "--window", "always")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--clusters", "1,2", "--output-variances", "0.9", "--models",
-        "linear,additive", "--conventions", "A2", "-o", "compare.html")
+        "linear,additive", "--conventions", "A2", "--light", "sky.light.h5", "--light", "sun.light.h5", "-o", "compare.html")
 
 
 def packs():
@@ -187,7 +190,8 @@ def damaged_files():
               ("merl.binary", lambda bad: ("fit", "brdf", "--merl", bad, *out, "--dry-run")),
               ("linear.pnb", lambda bad: ("player", "render", bad, *TINY, "--channel", "ao", "-o", "no.png")),
               ("linear.pnb", lambda bad: ("pack", "check", bad, "a.vis.h5")),
-              ("a.truth.pnb", lambda bad: ("player", "render", "linear.pnb", *TINY, "--channel", "error", "--truth", bad, "-o", "no.png"))]
+              ("a.truth.pnb", lambda bad: ("player", "render", "linear.pnb", *TINY, "--channel", "error", "--truth", bad, "-o", "no.png")),
+              (TEXTURED, lambda bad: bake(bad, *BOUNCE))]
     chance = random.Random(14)
     for path, command in kinds:
         with open(path, "rb") as file:
