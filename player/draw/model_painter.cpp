@@ -55,6 +55,11 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
         const std::vector<ClusterView>& residual = asset.view().model.composition->residual;
         for (std::size_t c = 0; c < residual.size(); ++c)
             write(character.evaluator->residualScores(c), residual[c].basis.scale);
+    }
+    if (const std::optional<IndirectView>& indirect = asset.view().model.indirect)
+        for (std::size_t c = 0; c < clusters.size(); ++c)
+            write(character.evaluator->indirectScores(c), indirect->clusters[c].basis.scale);
+    if (asset.evaluatesFar()) {
         at = out.data() + 4 * places.parts;
         std::uint32_t words = asset.fieldWords();
         for (const PosedPart& part : character.evaluator->posedParts()) {
@@ -66,7 +71,7 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
     if (!with_looks) return;
     at = out.data() + 4 * places.materials;
     for (const std::uint16_t material : character.shading->materialOfSlot()) *at++ = float(material);
-    writeLightData(asset.shading(), character.shading->lightTables(), out.subspan(4 * places.light));
+    writeLightData(asset.shading(), *character.shading, out.subspan(4 * places.light));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
     RenderOptions look;
     look.channel = options.channel == Channel::kError ? Channel::kAmbient : options.channel;
     look.shading = options.shading;
+    look.bounces = options.bounces;
     look.suns = scene.castWay().mode == CastMode::kProduct ? options.suns : SunChoice::kOff;
     look.brdf = member.file->material;
     for (const auto& [slot, material] : member.file->slots) look.slots.push_back(slot + "=" + material);

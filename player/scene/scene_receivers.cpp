@@ -6,12 +6,13 @@
 
 #include "formats/common/parallel_for.h"
 #include "player/runtime/cast_product.h"
+#include "player/runtime/indirect_light.h"
 #include "player/scene/cast_on.h"
 
 namespace penumbra {
 
 bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
-                   int threads, std::span<float> numbers) {
+                   int threads, std::span<float> numbers, std::span<float> indirect) {
     thread_local std::vector<float> mirrored;  // a megabyte, which is not to be mapped anew in every frame
     if (castOn(cast, choice, receivers, threads, mirrored) == 0) return false;
     constexpr std::size_t kPiece = 512;  // vertices that a thread takes at once
@@ -22,6 +23,9 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceiv
         const std::size_t first = piece * kPiece, n = std::min(kPiece, count - first);
         product(numbers.subspan(first * stride, n * stride), stride,
                 others.subspan(first * kFarNumbers, n * kFarNumbers));
+        if (!indirect.empty())
+            castOnIndirect(others.subspan(first * kFarNumbers, n * kFarNumbers),
+                           indirect.subspan(first * kIndirectStride, n * kIndirectStride));
     });
     return true;
 }
@@ -48,13 +52,14 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices) {
     skinMember(member, threads, vertices);
     evaluateNumbers(member.evaluator, threads, vertices);
+    evaluateIndirect(member.evaluator, threads, vertices.indirect);
 }
 
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
     const SceneMember& member = *scene.members()[index];
     ownVertices(member, threads, vertices);
     castOnNumbers(scene.cast(), {.except = member.caster}, {vertices.positions, vertices.normals, vertices.tangents},
-                  member.asset->view.model, threads, vertices.numbers);
+                  member.asset->view.model, threads, vertices.numbers, vertices.indirect);
 }
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {

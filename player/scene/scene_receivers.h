@@ -6,9 +6,11 @@
 namespace penumbra {
 
 // Multiplies numbers of the model's convention [receivers, stride] by what the chosen casters leave visible. Returns
-// whether any of the receivers sees one; without, the numbers stay the very ones that they were.
+// whether any of the receivers sees one; without, the numbers stay the very ones that they were. Light that bounces,
+// `indirect` [receivers, kIndirectStride] or empty, is multiplied by the share of a white sky that is left
+// (docs/formulas.md, section 15).
 bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
-                   int threads, std::span<float> numbers);
+                   int threads, std::span<float> numbers, std::span<float> indirect = {});
 
 // Returns the numbers of a vertex from which nothing is hidden.
 std::vector<float> freeSight(const Convention& convention);
