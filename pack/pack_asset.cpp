@@ -76,11 +76,12 @@ std::size_t unitsOf(const Model& model, const ClusterModel& cluster) {
     return cluster.inputs();
 }
 
-// Precision of the basis, and of the regression's weights and units. The mean is in half precision at least, except for
-// that of light that bounces.
+// Precision of the basis, and of the regression's weights and units. Mean and units have half precision at least,
+// except for those of light that bounces.
 struct Precisions {
     AssetPrecision basis, weights;
     AssetPrecision coarsest_mean = AssetPrecision::kF16;
+    AssetPrecision coarsest_units = AssetPrecision::kF16;
 };
 
 Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, const ClusterModel& cluster,
@@ -89,6 +90,8 @@ Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model
     const AssetPrecision precision = precisions.basis;
     const AssetPrecision fine = precision == AssetPrecision::kF32 ? precision : AssetPrecision::kF16;
     const AssetPrecision of_mean = precision == AssetPrecision::kI8 ? precisions.coarsest_mean : fine;
+    const AssetPrecision of_units =
+        precisions.weights == AssetPrecision::kF16 ? precisions.coarsest_units : precisions.weights;
     const std::size_t stride = (size + 3) / 4 * 4;
     const std::size_t row = cluster.vertices.size() * stride;
     const auto feature_mean = writeVector<float>(builder, cluster.feature_mean);
@@ -106,7 +109,7 @@ Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model
     const std::size_t width = model.kind == ModelKind::kNeural     ? cluster.inputs() + 1
                               : model.kind == ModelKind::kAdditive ? group_size
                                                                    : 0;
-    const auto hidden = writeNumbers(builder, quantize(cluster.hidden, width, precisions.weights, what + ".hidden"));
+    const auto hidden = writeNumbers(builder, quantize(cluster.hidden, width, of_units, what + ".hidden"));
     const std::vector<std::uint16_t> unit_groups(cluster.unit_group.begin(), cluster.unit_group.end());
     const auto unit_group = writeVector<std::uint16_t>(builder, unit_groups);
     const auto weights = writeNumbers(builder, quantize(cluster.weights, units, precisions.weights, what + ".weights"));
@@ -146,7 +149,7 @@ std::vector<Offset<fbs::Cluster>> writeClusters(FlatBufferBuilder& builder, cons
 Offset<fbs::Indirect> writeIndirect(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
                                     double packing_error) {
     const IndirectModel& indirect = *model.indirect;
-    precisions.coarsest_mean = AssetPrecision::kI8;
+    precisions.coarsest_mean = precisions.coarsest_units = AssetPrecision::kI8;
     const auto clusters = builder.CreateVector(
         writeClusters(builder, model, indirect.clusters, kIndirectNumbers, "model.indirect.clusters", precisions));
     const auto axes = writeVector<float>(builder, std::span(&indirect.axes, 1));
@@ -343,12 +346,14 @@ void checkModel(const Model& model) {
             ++count;
         }
     if (count != seen.size()) throw InvalidInput("model.clusters: not every vertex is in a cluster");
-    if (model.composition && !model.composition->residual.empty()) {
-        const std::vector<ClusterModel>& residual = model.composition->residual;
+    const auto checkSame = [&](const std::vector<ClusterModel>& clusters, const std::string& what) {
         const auto same = [](const ClusterModel& a, const ClusterModel& b) { return a.vertices == b.vertices; };
-        if (!std::equal(residual.begin(), residual.end(), model.clusters.begin(), model.clusters.end(), same))
-            throw InvalidInput("model.composition.residual: has not the clusters of the model");
-    }
+        if (!std::equal(clusters.begin(), clusters.end(), model.clusters.begin(), model.clusters.end(), same))
+            throw InvalidInput(what + ": has not the clusters of the model");
+    };
+    if (model.composition && !model.composition->residual.empty())
+        checkSame(model.composition->residual, "model.composition.residual");
+    if (model.indirect) checkSame(model.indirect->clusters, "model.indirect");
     if (model.skin.influences < 1 || model.skin.influences > 255)
         throw InvalidInput("model.skin: " + std::to_string(model.skin.influences) + " influences; 1..255 are possible");
 }

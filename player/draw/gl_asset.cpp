@@ -177,7 +177,7 @@ void GlAsset::uploadArrays(const Evaluator* evaluator) {
     places.skin_weights = arrays.place(mesh.skin_weights);
     places.slots = arrays.place(mesh.slot_of_vertex);
     places.cluster_of_vertex = arrays.place(std::span(cluster_of_vertex));
-    places.clusters = arrays.place(std::span(table));
+    places.clusters = arrays.place(std::span<const std::uint32_t>(table));
     if (asset_->model.composition) places.part_of_vertex = arrays.place(asset_->model.composition->part_of_vertex);
     arrays_ = arrays.upload();
     bytes_ += arrays.bytes();
