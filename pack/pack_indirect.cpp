@@ -90,6 +90,31 @@ double differenceOf(std::span<const std::byte> packed, std::span<const std::byte
     return signal > 0 ? std::sqrt(difference / signal) : 0;
 }
 
+// Leaves out the groups that no unit of an additive model sees. They only tell how far a pose is out of range, which the
+// model of the visibility does already.
+void dropUnseenGroups(ClusterModel& cluster) {
+    if (cluster.unit_group.empty() || cluster.groups.empty()) return;
+    const std::size_t size = cluster.group_min.size() / cluster.groups.size();
+    std::vector<std::uint32_t> place(cluster.groups.size());
+    std::vector<bool> seen(cluster.groups.size());
+    for (const std::uint32_t group : cluster.unit_group) seen[group] = true;
+    std::size_t kept = 0;
+    for (std::size_t g = 0; g < seen.size(); ++g) {
+        if (!seen[g]) continue;
+        place[g] = std::uint32_t(kept);
+        cluster.groups[kept] = cluster.groups[g];
+        cluster.group_weight[kept] = cluster.group_weight[g];
+        for (std::vector<float>* range : {&cluster.group_min, &cluster.group_max})
+            std::copy_n(range->begin() + std::ptrdiff_t(g * size), size, range->begin() + std::ptrdiff_t(kept * size));
+        ++kept;
+    }
+    cluster.groups.resize(kept);
+    cluster.group_weight.resize(kept);
+    cluster.group_min.resize(kept * size);
+    cluster.group_max.resize(kept * size);
+    for (std::uint32_t& group : cluster.unit_group) group = place[group];
+}
+
 // Ranks the components, and drops as many as the bound asks for. Units go with the last component of a cluster, so how
 // many bytes to drop is searched for.
 void dropComponents(Model& model, AssetPrecision precision, double bytes_per_vertex, const PackedIndirect& packed,
@@ -125,9 +150,10 @@ PackedIndirect shrinkIndirect(Model& model, AssetPrecision precision, std::optio
                               const WriteAttempt& write) {
     PackedIndirect packed;
     packed.weights = precision == AssetPrecision::kF32 ? precision : AssetPrecision::kF16;
+    for (ClusterModel& cluster : model.indirect->clusters) dropUnseenGroups(cluster);
     const Model whole = model;
     // 1. Weights that are too large for a half, or that nearly cancel one another, stay as they are.
-    constexpr double kFelt = 0.02, kLargestHalf = 60000;
+    constexpr double kFelt = 0.1, kLargestHalf = 60000;
     const std::vector<std::byte> exact = write(whole, AssetPrecision::kF32, {AssetPrecision::kF32});
     for (const ClusterModel& cluster : model.indirect->clusters) {
         packed.all_components += cluster.components();

@@ -48,6 +48,12 @@ class Camera:
         return np.stack([size / 2 + scale * (d @ self.right) / depth, size / 2 - scale * (d @ self.up) / depth], 1), depth
 
 
+def facing(camera, positions, triangles):
+    """The triangles whose fronts the camera sees."""
+    a, b, c = (positions[triangles[:, i]] for i in range(3))
+    return triangles[np.einsum("ti,ti->t", np.cross(b - a, c - a), camera.eye - a) > 0]
+
+
 def draw(camera, positions, triangles, values, size):
     """Interpolates values of vertices over the pixels, nearest triangles in front. NaN where there is none. The second
     picture has the largest share of one vertex."""
@@ -118,6 +124,7 @@ def main():
         clip = arguments.clip or names[0]
         frame = frame_of_file(arguments.vis, clip, arguments.frame)
         positions, triangles = vis["frames/positions"][frame].astype(np.float64), vis["mesh/triangles"][()]
+        two_sided = vis.attrs.get("two_sided", 0)
         values = baked_radiance(vis, frame, light, albedo, arguments.bounces)
     camera = Camera(positions, arguments.yaw, arguments.pitch, arguments.zoom)
     exposure = 0.8 / np.percentile(values.max(1), 99.5)
@@ -127,6 +134,8 @@ def main():
         "--light-order", int(np.sqrt(len(light))), "--samples", arguments.samples, "-o", truth,
         *(["--bounces", arguments.bounces, "--albedo", arguments.albedo] if arguments.bounces else []), *common)
     traced = np.asarray(Image.open(truth).convert("RGBA"), float) / 255
+    if two_sided:  # a back has triangles of its own
+        triangles = facing(camera, positions, triangles)
     found, share = draw(camera, positions, triangles, values, size)
     found, true = found * exposure, flip.linear(traced[..., :3])
     both = inner((traced[..., 3] > 0.999) & np.isfinite(found[..., 0]))

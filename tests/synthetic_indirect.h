@@ -20,7 +20,7 @@ inline Model litTube(const TubeOptions& options = {}) {
         const std::size_t rows = own.vertices.size() * kIndirectNumbers;
         fillNoise(cluster.mean, rows, 0.1f, noise);
         for (std::size_t v = 0; v < rows; v += kIndirectNumbers) cluster.mean[v] += 0.5f;
-        fillNoise(cluster.basis, own.components() * rows, 0.01f, noise);
+        fillNoise(cluster.basis, own.components() * rows, 0.1f, noise);
         indirect.clusters.push_back(std::move(cluster));
     }
     model.indirect = std::move(indirect);

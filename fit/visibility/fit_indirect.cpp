@@ -246,7 +246,6 @@ void checkIndirectFit(const Model& model, const VisibilityHeader& header, const 
     if (header.order < kIndirectOrder)
         throw InvalidInput(file + ": sh_order: " + std::to_string(header.order) + "; indirect light needs order " +
                            std::to_string(kIndirectOrder));
-    if (header.shard) throw InvalidInput(file + ": a shard; penumbra-bake merge makes the whole");
     checkOwnBake(model, header, file);
     framesOfModel(model, header.frames, file);
     for (std::size_t f = 0; f < header.frames.frameCount(); ++f)

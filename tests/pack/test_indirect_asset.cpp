@@ -66,19 +66,22 @@ TEST(IndirectAsset, AssetsWithoutItKeepTheirBytes) {
 }
 
 TEST(IndirectAsset, StaysWithinItsBytesAndSaysWhatThatCosts) {
-    const Model model = litTube({.rings = 40, .segments = 20, .components = 6, .kind = ModelKind::kAdditive});
+    Model model = litTube({.rings = 40, .segments = 20, .components = 6, .frames = 12, .kind = ModelKind::kAdditive});
+    synthetic::turnJointsApart(model);  // scores that change more than the mean is rounded
     const double vertices = double(model.mesh.vertexCount());
     double before = 0;
     for (const double bound : {24.0, 48.0, 200.0}) {
         const Packed packed = packedTube({.indirect_bytes_per_vertex = bound}, model);
         const AssetView asset = openAsset(packed.bytes);
-        for (const SizeOf& size : sectionSizes(asset, packed.bytes.size()))
-            if (size.section == kBouncedSection) EXPECT_LE(double(size.bytes), bound * vertices);
+        for (const SizeOf& size : sectionSizes(asset, packed.bytes.size())) {
+            if (size.section != kBouncedSection) continue;
+            EXPECT_LE(double(size.bytes), bound * vertices);
+        }
         EXPECT_GE(packed.indirect_components, std::size_t(before));
         before = double(packed.indirect_components);
         EXPECT_NEAR(asset.model.indirect->packing_error, packed.indirect_error, 1e-6);
-        // Bytes of six components on noise: 0.01 measured.
-        if (bound == 200) EXPECT_LT(packed.indirect_error, 0.03);
+        // Six components in bytes measured 0.05; with fewer, those that are left carry most.
+        EXPECT_LT(packed.indirect_error, bound == 200 ? 0.1 : 1.0);
     }
     EXPECT_THROW(packedTube({.indirect_bytes_per_vertex = 5}, model), UsageError);
 }
