@@ -19,7 +19,7 @@ struct AssetCommand {
     fs::path model, output, blockers;
     std::vector<fs::path> brdfs, lights;
     std::string precision;
-    std::optional<double> max_error, max_bytes_per_vertex;
+    std::optional<double> max_error, max_bytes_per_vertex, bounce_bytes;
     std::vector<std::string> slots;
     bool no_playback = false;
 
@@ -39,6 +39,7 @@ std::string provenanceOf(const AssetCommand& command) {
     if (command.max_error) options["max_error"] = *command.max_error;
     if (command.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *command.max_bytes_per_vertex;
     if (!command.slots.empty()) options["slots"] = command.slots;
+    if (command.bounce_bytes) options["bounce_bytes"] = *command.bounce_bytes;
     if (command.no_playback) options["playback"] = false;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
@@ -81,6 +82,25 @@ void reportSizes(const Packed& packed, bool quiet, Report& report) {
                     model, model / vertices, "file", all, all / vertices);
 }
 
+void reportIndirect(const Packed& packed, const IndirectModel& indirect, bool quiet, Report& report) {
+    const AssetView asset = openAsset(packed.bytes);
+    const double vertices = double(asset.mesh.positions.size());
+    double bytes = 0;
+    for (const SizeOf& size : sectionSizes(asset, packed.bytes.size()))
+        if (size.section == kBouncedSection) bytes = double(size.bytes);
+    report.figures["bounced"] = {{"bounces", indirect.bounces},
+                                 {"bytes_per_vertex", bytes / vertices},
+                                 {"packing_error", packed.indirect_error},
+                                 {"components", packed.indirect_components},
+                                 {"model_components", packed.all_indirect_components},
+                                 {"train_share_of_direct", indirect.train_share}};
+    if (!quiet)
+        std::printf("  light that bounces: %.1f bytes a vertex, %zu of %zu components; error of packing %.2e of the "
+                    "signal\n",
+                    bytes / vertices, packed.indirect_components, packed.all_indirect_components,
+                    packed.indirect_error);
+}
+
 BrdfFile readMaterial(const fs::path& path) {
     BrdfFile brdf = readBrdf(path);
     naming<Unsupported>(path, [&] { checkMaterial(brdf); });
@@ -114,6 +134,9 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (options.max_bytes_per_vertex && !(*options.max_bytes_per_vertex > 0))
         throw UsageError("--max-bytes-per-vertex must be above 0, not " +
                          std::to_string(*options.max_bytes_per_vertex));
+    if (command.bounce_bytes && !(*command.bounce_bytes > 0))
+        throw UsageError("--bounce-bytes must be above 0, not " + std::to_string(*command.bounce_bytes));
+    options.indirect_bytes_per_vertex = command.bounce_bytes;
     for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
     options.playback = !command.no_playback;
     report.phase("read");
@@ -155,6 +178,7 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
             "dropping (training frames)\n",
             command.output.c_str(), nameOf(packed.precision), packed.components, packed.all_components,
             packed.quantization_error, packed.dropped_error);
+    if (model->indirect) reportIndirect(packed, *model->indirect, common.quiet, report);
     reportSizes(packed, common.quiet, report);
     report.phase("write");
     if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
@@ -188,6 +212,9 @@ Verb assetVerb() {
                                "signal: takes the fewest components and the coarsest precision within it");
                 app.add_option("--max-bytes-per-vertex", command->max_bytes_per_vertex,
                                "bound on the visibility model: drops the components that add least to predictions");
+                app.add_option("--bounce-bytes", command->bounce_bytes,
+                               "bytes a vertex that the light that bounces of penumbra-fit indirect may take "
+                               "(default: 60, or as it is with --precision alone)");
                 app.add_flag("--no-playback", command->no_playback,
                              "leave out the frames of a deforming mesh: for engines that move it themselves");
             },

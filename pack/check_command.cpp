@@ -4,6 +4,7 @@
 
 #include "formats/common/errors.h"
 #include "pack/check_asset.h"
+#include "pack/check_indirect.h"
 #include "pack/error_budget.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
@@ -16,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CheckCommand {
-    fs::path asset, truth, predictions, second_bake, model;
+    fs::path asset, truth, predictions, second_bake, model, bounces;
     std::string quality = "full";
 };
 
@@ -134,6 +135,19 @@ void reportCheck(const CheckResult& result, const AssetView& asset, bool predict
     reportBudget(result, report);
 }
 
+void reportIndirect(const IndirectChecks& checks, const AssetView& asset, Report& report) {
+    std::printf("\nlight that bounces, as a share of direct light: %13s %10s\n", "no bounces", "error");
+    for (const auto& [name, check] : {std::pair("training", &checks.training), {"held out", &checks.held_out}}) {
+        if (check->frames == 0) continue;
+        std::printf("%-9s %6zu frames %38.4f %10.4f\n", name, check->frames, check->without, check->error);
+        report.figures["bounced"][name] = {
+            {"frames", check->frames}, {"share_without", check->without}, {"share_of_direct", check->error}};
+    }
+    std::printf("packing of light that bounces, as stored: %.2e of the signal\n",
+                double(asset.model.indirect->packing_error));
+    report.figures["bounced"]["packing_error"] = asset.model.indirect->packing_error;
+}
+
 // The F32 asset of the model that the checked asset was made of, and its view.
 struct UnpackedModel {
     std::vector<std::byte> bytes;
@@ -190,6 +204,10 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
                             [&](std::size_t done) { progress.update(double(done)); });
     }
     reportCheck(result, asset, predictions.has_value(), report);
+    if (!command.bounces.empty()) {
+        const VisibilityReader bake(command.bounces);
+        reportIndirect(checkIndirect(asset, bake, command.bounces.string(), common.threads), asset, report);
+    }
 }
 
 }  // namespace
@@ -206,6 +224,9 @@ Verb checkVerb() {
                                "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
                 app.add_option("--model", command->model,
                                "X.model.h5 that the asset was made of, for what packing costs");
+                app.add_option("--bounces", command->bounces,
+                               "TRANSFER.vis.h5 of penumbra-bake --quantity transfer --bounces N, some of the asset's "
+                               "frames: checks the light that bounces");
                 app.add_option("--quality", command->quality,
                                "of the far parts of a composed asset: full, or fast as for characters in the distance")
                     ->check(CLI::IsMember({"full", "fast"}))
@@ -213,7 +234,8 @@ Verb checkVerb() {
             },
             [command] {
                 std::vector<fs::path> inputs{command->asset, command->truth};
-                for (const fs::path& path : {command->predictions, command->second_bake, command->model})
+                for (const fs::path& path :
+                     {command->predictions, command->second_bake, command->model, command->bounces})
                     if (!path.empty()) inputs.push_back(path);
                 return inputs;
             },

@@ -67,6 +67,8 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
         sizes.insert(local + 1,
                      {{"residual", visibilityBytes(composition->residual)}, {"fields", composition->byteCount()}});
     }
+    if (const std::optional<IndirectView>& indirect = asset.model.indirect)
+        sizes.push_back({kBouncedSection, visibilityBytes(indirect->clusters) + regressionBytes(indirect->clusters)});
     if (!asset.blockers.spheres.empty()) sizes.push_back({"blockers", asset.blockers.byteCount()});
     if (pictures > 0) sizes.push_back({"light pictures", pictures});
     std::size_t sum = 0;

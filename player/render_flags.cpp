@@ -50,6 +50,10 @@ void defineShading(CLI::App& app, RenderCommand& command) {
                        "whether the suns of a factored light cast shadows with edges (penumbra-fit light --factor): "
                        "auto, on or off")
             ->capture_default_str(),
+        app.add_option("--bounces", command.bounces,
+                       "of an asset with light that bounces (penumbra-fit indirect): direct light, indirect light or "
+                       "both")
+            ->capture_default_str(),
         app.add_option("--sun-map", options.sun_map, "texels a side of a sun's shadow map")->capture_default_str(),
         app.add_option("--reflectance", command.reflectance,
                        "what a material is evaluated from: slices, or the paper's operators")
@@ -73,7 +77,7 @@ void definePicture(CLI::App& app, RenderCommand& command) {
         app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)"),
         app.add_option("--camera", options.camera,
                        "yaw=,pitch=,fov= (degrees), distance=,target=X/Y/Z; what is not given is framed"),
-        app.add_option("--channel", command.channel, "shaded, ao, error, clusters, normals or parts")
+        app.add_option("--channel", command.channel, "shaded, ao, error, clusters, normals, parts or ao-bounced")
             ->capture_default_str(),
         app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")
             ->capture_default_str(),
@@ -188,7 +192,7 @@ void defineRender(CLI::App& app, RenderCommand& command) {
                                                 "--background", "--aa",     "--exposure",  "--reflectance",
                                                 "--light-form", "--path",   "--cast",      "--cast-exponential",
                                                 "--compare",    "--truth",  "--error-max", "--suns",
-                                                "--sun-map"};
+                                                "--sun-map",    "--bounces"};
     for (const CLI::Option* option : app.get_options())
         if (std::find(of_scenes.begin(), of_scenes.end(), option->get_name()) == of_scenes.end())
             command.asset_only.push_back(option);
@@ -219,6 +223,7 @@ void parseWords(RenderCommand& command) {
     options.backend = parseGlBackend(command.backend);
     options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.suns = parseSuns(command.suns);
+    options.bounces = parseBounces(command.bounces);
     options.light_background = command.background == "light";
     if (!options.light_background) options.background = parseBackground(command.background);
     if (command.lobe_option->count() > 0) options.lobe = command.lobe;

@@ -153,6 +153,7 @@ struct ModelSizes {
     ModelKind kind = ModelKind::kLinear;
     bool bones = false;  // true: a group is another joint; false: numbers of the pose
     std::uint64_t group_size = 0, stride = 0, features = 0, joints = 0, groups = 0;
+    AssetPrecision coarsest_mean = AssetPrecision::kF16;
 };
 
 void setGroups(const fbs::Cluster& stored, const Field& at, const ModelSizes& sizes, ClusterView& cluster) {
@@ -224,7 +225,7 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     const std::uint64_t components = cluster.components(), row = std::uint64_t(cluster.vertex_count) * stride;
     setGroups(stored, at, sizes, cluster);
     setUnits(stored, at, sizes, cluster);
-    cluster.mean = numbersOf(stored.mean(), at / "mean", 1, row, AssetPrecision::kF16);
+    cluster.mean = numbersOf(stored.mean(), at / "mean", 1, row, sizes.coarsest_mean);
     cluster.basis = numbersOf(stored.basis(), at / "basis", components, row, AssetPrecision::kI8);
     return cluster;
 }
@@ -290,6 +291,12 @@ ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& 
     setComposition(
         stored, at, asset,
         [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, sizes); }, model);
+    ModelSizes of_indirect = sizes;
+    of_indirect.stride = kIndirectStride;
+    of_indirect.coarsest_mean = AssetPrecision::kI8;
+    setIndirect(
+        stored, at, [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, of_indirect); },
+        model);
     return model;
 }
 

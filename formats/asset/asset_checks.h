@@ -1,5 +1,7 @@
 #pragma once
 // Turns a verified FlatBuffer into a view in which everything is checked. asset_file.cpp and the writer use it.
+#include <flatbuffers/flatbuffers.h>
+
 #include <functional>
 #include <string>
 
@@ -49,6 +51,12 @@ bool usesVersion6(const fbs::Asset& asset);
 using ReadCluster = std::function<ClusterView(const fbs::Cluster& stored, const Field& at)>;
 void setComposition(const fbs::Model& stored, const Field& at, const AssetView& asset, const ReadCluster& read_cluster,
                     ModelView& model);
+// Reads clusters that must have the joints and vertices of the model's, one for one; or none.
+using StoredClusters = flatbuffers::Vector<flatbuffers::Offset<fbs::Cluster>>;
+std::vector<ClusterView> sameClustersOf(const StoredClusters* stored, const Field& at, const ModelView& model,
+                                        const ReadCluster& read_cluster);
+// The part of it that version 7 brought, in asset_checks_indirect.cpp. `read_cluster` reads rows of kIndirectStride.
+void setIndirect(const fbs::Model& stored, const Field& at, const ReadCluster& read_cluster, ModelView& model);
 // The blockers of the file, which version 5 brought too, in asset_checks_compose.cpp. `at` is the file.
 BlockersView blockersOf(const fbs::Asset& stored, const Field& at, std::size_t joints);
 // Returns the lowest version from 3 on that knows all that the verified file has.

@@ -18,13 +18,15 @@
 #include "sh/brdf/slice_form.h"
 #include "sh/cast/caster_sphere.h"
 #include "sh/far/part_field.h"
+#include "sh/indirect_numbers.h"
 #include "sh/light/dominant_light.h"
 #include "sh/vec3.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 6;              // knows lobes of materials, and suns and pictures of lights
+constexpr int kAssetVersion = 7;              // knows light that bounces
+constexpr int kFactoredAssetVersion = 6;      // knows lobes of materials, and suns and pictures of lights
 constexpr int kComposedAssetVersion = 5;      // knows composed models and sphere blockers
 constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
 constexpr int kSkinnedAssetVersion = 3;       // writers use the lowest of these versions that knows all they write
@@ -157,6 +159,14 @@ struct CompositionView {
     std::size_t byteCount() const;      // of the fields
 };
 
+// Light that bounces; see asset.fbs.
+struct IndirectView {
+    int bounces = 0;
+    ColorAxes axes;
+    std::vector<ClusterView> clusters;  // joints and vertices of the model's clusters, one for one
+    float train_share = 0, holdout_share = -1, packing_error = 0;
+};
+
 struct ModelView {
     Convention convention;
     int stride = 0;
@@ -172,6 +182,7 @@ struct ModelView {
     std::span<const float> pose_mean;          // [E], only for kDihedrals
     NumbersView pose_basis;                    // [P - X, E]
     std::optional<CompositionView> composition;
+    std::optional<IndirectView> indirect;
 };
 
 struct TruthView {

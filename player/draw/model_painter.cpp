@@ -60,6 +60,11 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
         const std::vector<ClusterView>& residual = asset.view().model.composition->residual;
         for (std::size_t c = 0; c < residual.size(); ++c)
             write(character.evaluator->residualScores(c), residual[c].basis.scale);
+    }
+    if (const std::optional<IndirectView>& indirect = asset.view().model.indirect)
+        for (std::size_t c = 0; c < clusters.size(); ++c)
+            write(character.evaluator->indirectScores(c), indirect->clusters[c].basis.scale);
+    if (asset.evaluatesFar()) {
         at = out.data() + 4 * places.parts;
         std::uint32_t words = asset.fieldWords();
         for (const PosedPart& part : character.evaluator->posedParts()) {
@@ -74,7 +79,7 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
     at = out.data() + 4 * places.lobes;
     for (const SlotLobes& lobes : character.lobes)
         for (const float x : {lobes.first, lobes.count, lobes.mirror, 0.0f}) *at++ = x;
-    writeLightData(asset.shading(), character.shading->lightTables(), out.subspan(4 * places.light));
+    writeLightData(asset.shading(), *character.shading, out.subspan(4 * places.light));
 }
 
 }  // namespace

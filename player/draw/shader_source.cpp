@@ -5,6 +5,7 @@
 #include "player/runtime/brdf_glsl.h"
 #include "player/runtime/cast_glsl.h"
 #include "player/runtime/far_glsl.h"
+#include "player/runtime/sh_glsl.h"
 #include "player/runtime/shading_glsl.h"
 #include "player_shaders.h"
 
@@ -18,7 +19,7 @@ std::string define(const std::string& name, std::size_t value) {
 
 std::string preamble(Channel channel) {
     std::string text = "#version 430 core\n";
-    const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS", "PARTS"};  // in the order of Channel
+    const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS", "PARTS", "BOUNCED_AO"};  // in the order of Channel
     for (std::size_t i = 0; i < std::size(names); ++i) text += define(std::string("CHANNEL_") + names[i], i);
     return text + define("CHANNEL", std::size_t(channel));
 }
@@ -75,7 +76,8 @@ std::string evaluatedQuads(bool sunlit) {
 }  // namespace
 
 bool showsVisibility(Channel channel) {
-    return channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError;
+    return channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError ||
+           channel == Channel::kBouncedAmbient;
 }
 
 std::string receiverSource(const ShaderRecipe& recipe) {
@@ -113,6 +115,12 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     if (composed) {
         defines += farPlaces(*recipe.far) + define("CLUSTER_COUNT", recipe.clusters);
         if (recipe.residual) defines += "#define HAS_RESIDUAL\n";
+    }
+    if (recipe.first_indirect && (recipe.channel == Channel::kShaded || recipe.channel == Channel::kBouncedAmbient)) {
+        const Vec3 w = recipe.bounced_ambient;
+        defines += "#define BOUNCES\n" + define("FIRST_INDIRECT", *recipe.first_indirect) +
+                   "#define BOUNCED_AMBIENT vec3(" + glslFloat(w.x) + ", " + glslFloat(w.y) + ", " + glslFloat(w.z) +
+                   ")\n";
     }
     if (recipe.casts) defines += "#define CAST\n" + define("CAST_QUADS", kCastQuads);
     std::string generated;

@@ -12,9 +12,10 @@ enum class Channel {
     kClusters,  // one colour a cluster
     kNormals,   // unit normal n, model frame, as n/2 + 1/2
     kParts,     // one colour a rigid part, only for composed assets
+    kBouncedAmbient,  // E with the light that surfaces reflect to one another, only for assets that have it
 };
 
-// Reads "shaded", "ao", "error", "clusters", "normals" or "parts". Throws UsageError for other words.
+// Reads "shaded", "ao", "error", "clusters", "normals", "parts" or "ao-bounced". Throws UsageError for other words.
 Channel parseChannel(std::string_view word);
 std::string_view nameOf(Channel channel);
 

@@ -45,6 +45,13 @@ void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& ver
                 [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.numbers); });
 }
 
+void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect) {
+    if (!evaluator.hasIndirect()) return indirect.clear();
+    indirect.resize(evaluator.vertexCount() * kIndirectStride);
+    parallelFor(evaluator.clusterCount(), threads,
+                [&](std::size_t cluster) { evaluator.evaluateIndirect(cluster, indirect); });
+}
+
 void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
                    FrameVertices& vertices) {
     evaluator.setFrame(shot.frame);
@@ -53,6 +60,7 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
         evaluateNumbers(evaluator, threads, vertices);
     else
         vertices.numbers = truthNumbers(shot, vertices, threads);
+    evaluateIndirect(evaluator, threads, vertices.indirect);
 }
 
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
@@ -74,7 +82,7 @@ void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 e
     const std::span<const std::uint32_t> order = shading.shadingOrder();
     overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
         shading.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
-                      radiance);
+                      radiance, vertices.indirect);
         for (std::size_t at = begin; at < end; ++at) {
             Vec3& v = radiance[order.empty() ? at : order[at]];
             for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
@@ -116,7 +124,9 @@ std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const Shading
         for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(part[v]);
         return values;
     }
-    const std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
+    std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
+    if (channel == Channel::kBouncedAmbient)
+        addBouncedAmbient(shot.asset->model.indirect->axes, 0, e.size(), vertices.indirect, e);
     for (std::size_t v = 0; v < values.size(); ++v)
         values[v].x = channel == Channel::kError ? std::abs(e[v] - true_ambient[v]) : e[v];
     return values;

@@ -12,6 +12,7 @@ namespace penumbra {
 struct FrameVertices {
     std::vector<Vec3> positions, normals, tangents;  // [V]
     std::vector<float> numbers;                      // [V, stride], of the model or of the truth
+    std::vector<float> indirect;                     // [V, kIndirectStride], of the model; empty where no light bounces
 };
 
 // Poses the evaluator for the shot's frame, then skins and evaluates. Sizes `vertices`. `threads` as in
@@ -19,9 +20,11 @@ struct FrameVertices {
 void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
                    FrameVertices& vertices);
 
-// Its two halves, for an evaluator that has its pose: skinning, and the model's numbers.
+// Its parts, for an evaluator that has its pose: skinning, the model's numbers, and its light that bounces, which is
+// empty where the asset has none.
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices);
+void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect);
 
 // Returns the baked truth as numbers of the model's convention, in the local frames of `vertices`. shot.truth must be
 // set.

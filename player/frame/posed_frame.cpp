@@ -12,6 +12,7 @@ void PosedFrame::pose(std::size_t frame, std::optional<std::size_t> truth_frame)
     has_truth_ = truth_frame.has_value();
     evaluator_.setFrame(frame);
     skinFrame(evaluator_, threads_, vertices_);
+    evaluateIndirect(evaluator_, threads_, vertices_.indirect);
     for (Source& source : sources_) source.known = source.ambient_known = false;
 }
 

@@ -66,6 +66,11 @@ bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
     return lacking.empty();
 }
 
+void requireIndirect(const AssetView& asset, const std::string& option) {
+    if (!asset.model.indirect)
+        throw UsageError(option + ": " + asset.name + " has no light that bounces (penumbra-fit indirect)");
+}
+
 void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
     checkSome(asset, asset.materials, "brdf");
     checkSome(asset, asset.lights, "light");
@@ -86,7 +91,10 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     if (!hasForm(asset.lights[shot.light], shot.shading.light_form))
         throw UsageError("--light-form lobes: the asset's light \"" + std::string(asset.lights[shot.light].name) +
                          "\" has none; fit it with penumbra-fit light --lobes");
-    shot.suns = wantsSuns(options.suns, asset, shot);
+    shot.bounces = options.bounces;
+    if (shot.bounces == Bounces::kIndirect) requireIndirect(asset, "--bounces indirect");
+    // The whole light bounces, so that pictures of indirect light alone have no suns as such.
+    shot.suns = shot.bounces != Bounces::kIndirect && wantsSuns(options.suns, asset, shot);
     try {
         const Mat3d rotation = parseLightRotation(options.light_rotation);
         for (std::size_t i = 0; i < 9; ++i) shot.light_rotation.m[i] = float(rotation.m[i]);
@@ -140,6 +148,7 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     shot.truth = truth;
     if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
     if (options.channel == Channel::kParts) checkComposed(asset, "--channel parts");
+    if (options.channel == Channel::kBouncedAmbient) requireIndirect(asset, "--channel ao-bounced");
     resolveOverlays(options, asset, shot);
     return shot;
 }
@@ -161,6 +170,7 @@ ShadingSet shadingOf(const Shot& shot) {
         set.setMaterial(slot, shot.material_of_slot[slot]);
     set.setLight(shot.light);
     set.setSuns(shot.suns);
+    set.setBounces(shot.bounces);
     set.setLightRotation(shot.light_rotation);
     return set;
 }

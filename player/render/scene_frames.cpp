@@ -123,7 +123,10 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
     SceneLook& look = *looks_[m];
     std::vector<Vec3> values;
     if (options_.channel != Channel::kShaded) {
-        for (const float e : memberAmbient(m, members_[m])) values.push_back({e, 0, 0});
+        std::vector<float> ambient = memberAmbient(m, members_[m]);
+        if (options_.channel == Channel::kBouncedAmbient)
+            addBouncedAmbient(look.view.model.indirect->axes, 0, ambient.size(), members_[m].indirect, ambient);
+        for (const float e : ambient) values.push_back({e, 0, 0});
         if (channelOf(m) != Channel::kError) return values;
         const std::vector<float> truth = memberAmbient(m, trueMember(m));
         for (std::size_t v = 0; v < truth.size(); ++v) values[v].x = std::abs(values[v].x - truth[v]);

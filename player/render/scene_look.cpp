@@ -21,6 +21,7 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
     look.shading = options.shading;
     if (options.suns == SunChoice::kOn && scene.castWay().mode != CastMode::kProduct)
         throw UsageError("--suns on: they need --cast product");
+    look.bounces = options.bounces;
     look.suns = scene.castWay().mode == CastMode::kProduct ? options.suns : SunChoice::kOff;
     look.brdf = member.file->material;
     for (const auto& [slot, material] : member.file->slots) look.slots.push_back(slot + "=" + material);

@@ -166,20 +166,5 @@ penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, c
 
 penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first, size_t count,
                                        const penumbra_vertices* vertices, float* radiance, penumbra_error* error) {
-    return guarded(error, [&] {
-        requirePointer(shading, "shading");
-        requirePointer(eye, "eye");
-        requirePointer(vertices, "vertices");
-        requirePointer(vertices->positions, "vertices->positions");
-        requirePointer(vertices->normals, "vertices->normals");
-        requirePointer(vertices->tangents, "vertices->tangents");
-        requirePointer(vertices->numbers, "vertices->numbers");
-        requirePointer(radiance, "radiance");
-        const std::size_t n = shading->view.mesh.positions.size();
-        requireRange("vertices", first, count, n);
-        shading->set->shade(first, first + count, vectors(vertices->positions, n), vectors(vertices->normals, n),
-                            vectors(vertices->tangents, n),
-                            {vertices->numbers, n * std::size_t(shading->view.model.stride)}, {eye[0], eye[1], eye[2]},
-                            vectors(radiance, n));
-    });
+    return penumbra_shading_shade_bounced(shading, eye, first, count, vertices, nullptr, radiance, error);
 }

@@ -34,8 +34,17 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     const auto decoded = std::make_shared<Decoded>();
     Decoded& d = *decoded;
     for (const ClusterView& cluster : asset.model.clusters) d.clusters.push_back(&cluster);
+    d.first_residual = d.clusters.size();
     if (asset.model.composition)
         for (const ClusterView& cluster : asset.model.composition->residual) d.clusters.push_back(&cluster);
+    d.first_indirect = d.clusters.size();
+    if (asset.model.indirect)
+        for (const ClusterView& cluster : asset.model.indirect->clusters) {
+            d.clusters.push_back(&cluster);
+            const std::size_t begin = d.indirect_mean.size();
+            d.indirect_mean.resize(begin + cluster.mean.count);
+            penumbra::decode(cluster.mean, std::span(d.indirect_mean).subspan(begin));
+        }
     for (const ClusterView* cluster : d.clusters) {
         const ModelEvaluator& model = d.models.emplace_back(asset.model, *cluster);
         d.first_score.push_back(d.scores);
@@ -160,7 +169,8 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         const std::span<const float> seen = angles ? pose : std::span<const float>(features_);
         regress(c, seen, out_of_range);
         double ignored = 0;  // the range of a composed model is that of its local features
-        if (c + clusterCount() < decoded_->clusters.size()) regress(c + clusterCount(), seen, ignored);
+        if (decoded_->first_indirect > decoded_->first_residual) regress(decoded_->first_residual + c, seen, ignored);
+        if (hasIndirect()) regress(decoded_->first_indirect + c, seen, ignored);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
     if (composed()) far_pose_.set(decoded_->composed->far, bones_);
@@ -201,14 +211,20 @@ void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
                                   std::span(pair_weights_).subspan(first, (scores.size() + 1) / 2));
 }
 
-std::span<const float> Evaluator::scores(std::size_t cluster) const {
-    return std::span(scores_).subspan(decoded_->first_score[cluster], asset_->model.clusters[cluster].components());
+std::span<const float> Evaluator::scoresOf(std::size_t index) const {
+    return std::span(scores_).subspan(decoded_->first_score[index], decoded_->clusters[index]->components());
 }
 
+std::span<const float> Evaluator::scores(std::size_t cluster) const { return scoresOf(cluster); }
+
 std::span<const float> Evaluator::residualScores(std::size_t cluster) const {
-    const std::size_t index = cluster + clusterCount();
-    if (index >= decoded_->clusters.size()) return {};
-    return std::span(scores_).subspan(decoded_->first_score[index], decoded_->clusters[index]->components());
+    if (decoded_->first_indirect == decoded_->first_residual) return {};
+    return scoresOf(decoded_->first_residual + cluster);
+}
+
+std::span<const float> Evaluator::indirectScores(std::size_t cluster) const {
+    if (!hasIndirect()) return {};
+    return scoresOf(decoded_->first_indirect + cluster);
 }
 
 const Mat3& Evaluator::clusterRotation(std::size_t cluster) const { return rotations_[cluster]; }
@@ -308,11 +324,24 @@ void Evaluator::evaluateRun(const FarRun& run, std::size_t cluster, std::span<fl
     }
 }
 
+namespace {
+
+constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};  // these clamp nothing
+
+}  // namespace
+
+void Evaluator::evaluateIndirect(std::size_t cluster, std::span<float> indirect) const {
+    assert(hasIndirect() && indirect.size() == vertexCount() * kIndirectStride);
+    const std::size_t index = decoded_->first_indirect + cluster,
+                      first = asset_->model.clusters[cluster].first_vertex * kIndirectStride;
+    combine(index, decoded_->indirect_mean.data() + first, false, {kNoWeights.data(), kIndirectStride, 1},
+            indirect.data() + first);
+}
+
 void Evaluator::evaluateLocal(std::size_t cluster, std::span<float> numbers) const {
     const ClusterView& view = asset_->model.clusters[cluster];
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(numbers.size() == vertexCount() * stride);
-    constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};  // these clamp nothing
     combine(cluster, view.mean.data, view.mean.precision == AssetPrecision::kF16, {kNoWeights.data(), stride, 1},
             numbers.data() + view.first_vertex * stride);
 }
@@ -332,7 +361,7 @@ void Evaluator::composeCluster(std::size_t cluster, std::span<const float> far, 
     // 3. The components of the residual.
     const AmbientClamp clamp{decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2};
     if (mean)
-        combine(cluster + clusterCount(), out, false, clamp, out);
+        combine(decoded_->first_residual + cluster, out, false, clamp, out);
     else
         path_.clamp(clamp, out, view.vertex_count);
 }

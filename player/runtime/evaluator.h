@@ -48,6 +48,8 @@ public:
     std::span<const float> scores(std::size_t cluster) const;  // [K]
     // The same of the residual of a composed asset; empty where it has none.
     std::span<const float> residualScores(std::size_t cluster) const;
+    // The same of the light that bounces; empty where the asset has none.
+    std::span<const float> indirectScores(std::size_t cluster) const;
     // Replaces scores until the next pose, so that one can look at what a component does. `scores` may be scores()
     // itself.
     void setScores(std::size_t cluster, std::span<const float> scores);
@@ -72,6 +74,11 @@ public:
     // Writes the local visibility alone, which composeCluster() begins with, as evaluateCluster() does; not clamped.
     void evaluateLocal(std::size_t cluster, std::span<float> numbers) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const;
+    // Writes the light that bounces, indirect[v * kIndirectStride + i] for the cluster's vertices
+    // (sh/indirect_numbers.h). `indirect` is the array of all vertices. Only where the asset has it.
+    bool hasIndirect() const { return asset_->model.indirect.has_value(); }
+    void evaluateIndirect(std::size_t cluster, std::span<float> indirect) const;
+
     // The fields of a composed asset, and its parts in this pose.
     const FarTables& farTables() const { return decoded_->composed->far; }
     const FarLayout& farLayout() const { return decoded_->composed->layouts[std::size_t(quality_)]; }
@@ -97,7 +104,8 @@ private:
 
         Composed(const AssetView& asset);
     };
-    // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model.
+    // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model, and
+    // then those of light that bounces.
     struct Decoded {
         std::vector<const ClusterView*> clusters;  // [cluster]
         std::vector<ModelEvaluator> models;        // [cluster]
@@ -107,6 +115,8 @@ private:
         std::vector<std::int8_t> pairs;  // bytes of all clusters with a basis of bytes, in the layout of combine.h
         std::vector<std::size_t> first_pair_byte, first_pair_weight;  // [cluster]
         std::size_t scores = 0, pair_weights = 0, scratch = 0;
+        std::size_t first_residual = 0, first_indirect = 0;  // clusters; beyond the last where there are none
+        std::vector<float> indirect_mean;                    // [V, kIndirectStride], or empty
         std::vector<bool> absolute;                // [J], true for joints that stand for a number
         std::unique_ptr<Deformation> deformation;  // only for a deforming asset
         std::unique_ptr<Composed> composed;        // only for a composed asset
@@ -143,6 +153,7 @@ private:
     void combine(std::size_t cluster, const void* mean, bool half_mean, const AmbientClamp& clamp, float* out) const;
     void evaluateRun(const FarRun& run, std::size_t cluster, std::span<float> far) const;
     Receiver skinned(std::size_t vertex, std::size_t cluster) const;
+    std::span<const float> scoresOf(std::size_t index) const;
     static std::shared_ptr<const Decoded> decode(const AssetView& asset);
 };
 

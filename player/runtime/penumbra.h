@@ -306,6 +306,26 @@ PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* c
 PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
                                                         size_t vertex_count, const float* numbers, float* ambient,
                                                         penumbra_error* error);
+
+/* Light that bounces: what reaches a vertex by reflection from the rest of the character, with the albedo of the bake
+ * (penumbra-fit indirect). Number of bounces of the asset; 0: it has no such light. */
+PENUMBRA_API int penumbra_asset_bounces(const penumbra_asset* asset);
+/* Numbers of a vertex in arrays of light that bounces. */
+#define PENUMBRA_BOUNCED_STRIDE 12
+/* Computes the light that bounces to the vertices of clusters [first, first + count), for penumbra_shading_shade_bounced.
+ * `bounced` [V, PENUMBRA_BOUNCED_STRIDE] is the array of all vertices. Fails with PENUMBRA_UNSUPPORTED where the asset
+ * has none. */
+PENUMBRA_API penumbra_status penumbra_character_evaluate_bounced(const penumbra_character* character,
+                                                                 size_t first_cluster, size_t cluster_count,
+                                                                 float* bounced, penumbra_error* error);
+/* Computes the ambient term with light that bounces of vertices [first, first + count), under a light of radiance 1 from
+ * everywhere: from 0 to 1, and never below that of penumbra_character_ambient by more than rounding where surfaces
+ * reflect. `ambient` is [V]. */
+PENUMBRA_API penumbra_status penumbra_character_ambient_bounced(const penumbra_character* character,
+                                                                size_t first_vertex, size_t vertex_count,
+                                                                const float* numbers, const float* bounced,
+                                                                float* ambient, penumbra_error* error);
+
 /* Gives a GPU the scores of all clusters [score_count] and the rotation of each [C,3,3] (rows). NULL: not wanted. */
 PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
                                                            float* rotations);
@@ -472,6 +492,17 @@ typedef struct penumbra_vertices {
 PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first,
                                                     size_t count, const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
+/* What radiance has: all light, that of the environment alone, or that which bounces alone. */
+typedef enum penumbra_bounces { PENUMBRA_ALL_LIGHT = 0, PENUMBRA_DIRECT_LIGHT = 1, PENUMBRA_BOUNCED_LIGHT = 2 } penumbra_bounces;
+/* Chooses it; all light at first. Takes no time. */
+PENUMBRA_API penumbra_status penumbra_shading_set_bounces(penumbra_shading* shading, penumbra_bounces bounces,
+                                                          penumbra_error* error);
+/* Does what penumbra_shading_shade does, with the light that bounces besides. `bounced` is that of
+ * penumbra_character_evaluate_bounced; NULL: there is none. It takes the whole light, while suns are on too. */
+PENUMBRA_API penumbra_status penumbra_shading_shade_bounced(const penumbra_shading* shading, const float eye[3],
+                                                            size_t first, size_t count,
+                                                            const penumbra_vertices* vertices, const float* bounced,
+                                                            float* radiance, penumbra_error* error);
 /* Adds to the radiance what the suns that are on send to `eye`: the sum of visibility, irradiance, BRDF and cosine.
  * `visible` is [sun_count, V], the share of each sun, from 0 to 1, that reaches a vertex past everything, the character
  * itself included: from the engine's shadow maps, or from a penumbra_sun_map. Vertices are those of

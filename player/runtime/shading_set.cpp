@@ -12,6 +12,9 @@ ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
     : asset_(&asset), choice_(choice), path_(shadePaths().back()) {
     assert(asset.has_model && !asset.materials.empty() && !asset.lights.empty());
     makeTables();
+    ambient_weights_.resize(std::size_t(asset.model.convention.size()));
+    ambientWeights(asset.model.convention, ambient_weights_);
+    if (asset.model.indirect) bounced_ = makeBouncedLight(asset.model.indirect->axes, lights_[light_].whole());
     material_of_slot_ = asset.slot_material;
     material_of_slot_.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     sortVertices();
@@ -98,25 +101,33 @@ void ShadingSet::factorLive(std::size_t light, int count, double time_constant) 
 void ShadingSet::setLightRotation(const Mat3& rotation) {
     rotation_ = rotation;
     lights_[light_].setRotation(rotation);
+    if (asset_->model.indirect) bounced_ = makeBouncedLight(asset_->model.indirect->axes, lights_[light_].whole());
     ++light_version_;
 }
 
 void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
                        std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> numbers,
-                       Vec3 eye, std::span<Vec3> radiance) const {
+                       Vec3 eye, std::span<Vec3> radiance, std::span<const float> indirect) const {
     const ModelView& model = asset_->model;
+    assert(indirect.empty() || indirect.size() == radiance.size() * kIndirectStride);
     assert(begin <= end && end <= radiance.size() && positions.size() == radiance.size() &&
            normals.size() == radiance.size() && tangents.size() == radiance.size() &&
            numbers.size() == radiance.size() * std::size_t(model.stride));
-    const ShadeInput input{positions.data(),
-                           normals.data(),
-                           tangents.data(),
-                           numbers.data(),
-                           model.stride,
-                           model.convention.size(),
-                           eye,
-                           radiance.data(),
-                           order_.empty() ? nullptr : order_.data()};
+    ShadeInput input{positions.data(),
+                     normals.data(),
+                     tangents.data(),
+                     numbers.data(),
+                     model.stride,
+                     model.convention.size(),
+                     eye,
+                     radiance.data(),
+                     order_.empty() ? nullptr : order_.data()};
+    if (showsBounces() && !indirect.empty()) {
+        input.indirect = indirect.data();
+        input.bounced = bounced_.data();
+        input.ambient = ambient_weights_.data();
+    }
+    input.direct = bounces_ != Bounces::kIndirect;
     const ShadeLight light = lights_[light_].view();
     // The range may cover several slots; each gets a call with its own material.
     for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {

@@ -6,12 +6,13 @@
 
 #include "formats/common/parallel_for.h"
 #include "player/runtime/cast_product.h"
+#include "player/runtime/indirect_light.h"
 #include "player/scene/cast_on.h"
 
 namespace penumbra {
 
 bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
-                   const CastReceivers& vertices, int threads, std::span<float> numbers) {
+                   const CastReceivers& vertices, int threads, std::span<float> numbers, std::span<float> indirect) {
     thread_local std::vector<float> mirrored;  // a megabyte, which is not to be mapped anew in every frame
     if (castOnCharacter(cast, choice, character, vertices, threads, mirrored) == 0) return false;
     constexpr std::size_t kPiece = 512;  // vertices that a thread takes at once
@@ -23,6 +24,9 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator&
         const std::size_t first = piece * kPiece, n = std::min(kPiece, count - first);
         product(numbers.subspan(first * stride, n * stride), stride,
                 others.subspan(first * kFarNumbers, n * kFarNumbers));
+        if (!indirect.empty())
+            castOnIndirect(others.subspan(first * kFarNumbers, n * kFarNumbers),
+                           indirect.subspan(first * kIndirectStride, n * kIndirectStride));
     });
     return true;
 }
@@ -49,13 +53,15 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices) {
     skinMember(member, threads, vertices);
     evaluateNumbers(member.evaluator, threads, vertices);
+    evaluateIndirect(member.evaluator, threads, vertices.indirect);
 }
 
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
     const SceneMember& member = *scene.members()[index];
     ownVertices(member, threads, vertices);
     castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator,
-                  {vertices.positions, vertices.normals, vertices.tangents}, threads, vertices.numbers);
+                  {vertices.positions, vertices.normals, vertices.tangents}, threads, vertices.numbers,
+                  vertices.indirect);
 }
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {

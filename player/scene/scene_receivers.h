@@ -7,9 +7,11 @@ namespace penumbra {
 
 // Multiplies numbers of all vertices of a character, in the convention of its model [V, stride], by what the chosen
 // casters leave visible. `vertices` are in the scene. Returns whether any of them sees one; without, the numbers stay
-// the very ones that they were.
+// the very ones that they were. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the
+// share of a white sky that is left (docs/formulas.md, section 15).
 bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
-                   const CastReceivers& vertices, int threads, std::span<float> numbers);
+                   const CastReceivers& vertices, int threads, std::span<float> numbers,
+                   std::span<float> indirect = {});
 
 // Returns the numbers of a vertex from which nothing is hidden.
 std::vector<float> freeSight(const Convention& convention);

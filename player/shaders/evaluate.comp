@@ -39,6 +39,7 @@ uniform uint vertex_count;
 uint vertex, cluster;  // of this invocation
 uint table_row;        // of the cluster table: of the model's cluster, or of the residual's
 uint pose_begin;       // of its character
+float cast_share = 1.0;  // of a white sky that others leave visible: light that bounces has as much
 
 uint clusterWord(uint i) { return asset[CLUSTERS + table_row * CLUSTER_WORDS + i]; }
 
@@ -136,6 +137,19 @@ void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STR
     penumbra_clamp_ambient(numbers);
 }
 
+#ifdef BOUNCES
+// Computes the light that bounces to the vertex: 12 numbers, in three vec4.
+void indirectNumbers(out vec4 n[3]) {
+    table_row = FIRST_INDIRECT + cluster;
+    uint at = 3u * (vertex - clusterWord(0u)), row = 3u * clusterWord(1u), score = 4u * (pose_begin + POSE_SCORES);
+    for (uint q = 0u; q < 3u; ++q) n[q] = quadOf(clusterWord(4u), at + q, clusterWord(6u));
+    for (uint k = 0u; k < clusterWord(2u); ++k)
+        for (uint q = 0u; q < 3u; ++q)
+            n[q] += pose_numbers[score + clusterWord(3u) + k] * quadOf(clusterWord(5u), k * row + at + q, clusterWord(7u));
+    for (uint q = 0u; q < 3u; ++q) n[q] *= cast_share;
+}
+#endif
+
 void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
     ownNumbers(s, character, numbers);
 #ifdef CAST
@@ -144,6 +158,7 @@ void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRI
     float mirrored[21];
     for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
     penumbra_cast_numbers(numbers, mirrored);
+    cast_share = penumbra_cast_ambient(mirrored);
 #endif
 }
 #endif
@@ -172,6 +187,10 @@ vec3 valueOf(PenumbraSurface s, uint character) {
     numbersOf(s, character, numbers);
 #if CHANNEL == CHANNEL_AO
     return vec3(penumbra_ambient(numbers));
+#elif CHANNEL == CHANNEL_BOUNCED_AO
+    vec4 n[3];
+    indirectNumbers(n);
+    return vec3(clamp(penumbra_ambient(numbers) + dot(BOUNCED_AMBIENT, vec3(n[0].x, n[2].yz)), 0.0, 1.0));
 #elif CHANNEL == CHANNEL_ERROR
     return vec3(abs(penumbra_ambient(numbers) - true_ambient[character * vertex_count + vertex]));
 #else
@@ -185,7 +204,13 @@ vec3 valueOf(PenumbraSurface s, uint character) {
         return vec3(0.0);
     }
 #endif
+#ifdef BOUNCES
+    vec4 n[3];
+    indirectNumbers(n);
+    return max(penumbra_shade_bounced(numbers, n, to_eye, local_from_model, material), 0.0);
+#else
     return max(penumbra_shade(numbers, to_eye, local_from_model, material), 0.0);
+#endif
 #endif
 #endif
 }

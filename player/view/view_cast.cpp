@@ -58,7 +58,8 @@ bool changesNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
     return shadows != Shadows::kBoth || hasOthers(scene, index);
 }
 
-void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int threads, std::span<float> numbers) {
+void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int threads, std::span<float> numbers,
+                  std::span<float> indirect) {
     const Character& character = *scene.characters[index];
     const ModelView& model = character.asset.model;
     if (shadows == Shadows::kCast || shadows == Shadows::kNone) {
@@ -74,7 +75,7 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
     for (const Vec3 n : at.normals) normals.push_back(turn * n);
     for (const Vec3 t : at.tangents) tangents.push_back(turn * t);
     castOnNumbers(*scene.cast, {.except = character.caster}, *character.evaluator, {positions, normals, tangents},
-                  threads, numbers);
+                  threads, numbers, indirect);
 }
 
 namespace {
