@@ -12,9 +12,13 @@ enum class Channel {
     kClusters,  // one colour a cluster
     kNormals,   // unit normal n, model frame, as n/2 + 1/2
     kParts,     // one colour a rigid part, only for composed assets
+    kTransferError,  // E_transfer against the baked truth (transfer_error.h), coloured as kError; CPU path only
 };
 
-// Reads "shaded", "ao", "error", "clusters", "normals" or "parts". Throws UsageError for other words.
+// Tells whether a channel compares with the truth.
+constexpr bool needsTruth(Channel channel) { return channel == Channel::kError || channel == Channel::kTransferError; }
+
+// Reads "shaded", "ao", "error", "clusters", "normals", "parts" or "transfer-error". Throws UsageError for other words.
 Channel parseChannel(std::string_view word);
 std::string_view nameOf(Channel channel);
 

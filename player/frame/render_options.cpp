@@ -38,14 +38,15 @@ std::string findProblem(const RenderOptions& options) {
     return "";
 }
 
-constexpr std::array<std::string_view, 6> kChannels = {"shaded", "ao", "error", "clusters", "normals", "parts"};
+constexpr std::array<std::string_view, 7> kChannels = {"shaded",  "ao",    "error",         "clusters",
+                                                       "normals", "parts", "transfer-error"};
 
 std::string_view nameOf(Channel channel) { return kChannels[std::size_t(channel)]; }
 
 Channel parseChannel(std::string_view word) {
     for (std::size_t i = 0; i < kChannels.size(); ++i)
         if (word == kChannels[i]) return Channel(i);
-    throw wrongWord("--channel", "shaded, ao, error, clusters, normals or parts", word);
+    throw wrongWord("--channel", "shaded, ao, error, clusters, normals, parts or transfer-error", word);
 }
 
 VisibilitySource parseSource(std::string_view word) {
