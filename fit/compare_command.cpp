@@ -40,7 +40,8 @@ void define(CLI::App& app, CompareCommand& command) {
                       "shares of the visibility's variance to keep [0.8,0.9,0.95,0.99]");
     addNameListOption(app, "--conventions", command.conventions,
                       "conventions, the reference first [A4,D5, at most of the file's order]");
-    for (const char* name : {"--models", "--features", "--parts"}) command.of_visibility.push_back(app.get_option(name));
+    for (const char* name : {"--models", "--features", "--parts"})
+        command.of_visibility.push_back(app.get_option(name));
     app.add_flag("--transfer", command.transfer,
                  "compare the models of paper 002; a bake of transfer is compared so without it");
     command.of_transfer = {
@@ -280,8 +281,8 @@ void runTransfer(const CompareCommand& command, const OutputFiles& files, const 
     }
     if (common.no_clobber && std::filesystem::exists(picture))
         throw IoError(picture.string() + ": exists, and --no-clobber was given");
-    const TransferComparison comparison = compareTransferModels(
-        reader, command.input, options, [&](const std::string& phase) { report.phase(phase); });
+    const TransferComparison comparison =
+        compareTransferModels(reader, command.input, options, [&](const std::string& phase) { report.phase(phase); });
     report.phase("write");
     CompareSource source;
     source.file = std::filesystem::path(command.input).filename().string();

@@ -2,8 +2,8 @@
 #include <cstdio>
 
 #include "formats/common/errors.h"
-#include "formats/common/write_file.h"
 #include "formats/common/picture_text.h"
+#include "formats/common/write_file.h"
 #include "formats/stage/blocker_file.h"
 #include "formats/stage/stage_file_kind.h"
 #include "pack/material_section.h"
@@ -120,8 +120,8 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
     if (command.max_error || command.max_bytes_per_vertex || command.no_playback || !command.blockers.empty())
-        throw UsageError("--max-error, --max-bytes-per-vertex, --no-playback and --blockers: " + command.model.string() +
-                         " has transfer of paper 002, whose size is that of its components");
+        throw UsageError("--max-error, --max-bytes-per-vertex, --no-playback and --blockers: " +
+                         command.model.string() + " has transfer of paper 002, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
     options.slots = slots;
@@ -136,9 +136,8 @@ void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slo
     if (brdfs.empty()) brdfs.push_back(diffuseMaterial(parseAlbedo(command.albedo)));
     report.phase("pack");
     Packed packed;
-    packed.bytes = naming(command.model, [&] {
-        return packTransfer(model, brdfs, lights, options, provenanceOf(command));
-    });
+    packed.bytes =
+        naming(command.model, [&] { return packTransfer(model, brdfs, lights, options, provenanceOf(command)); });
     report.figures["precision"] = nameOf(options.precision);
     report.figures["paper_bytes"] = paperBytes(model);
     report.figures["paper_mesh_bytes"] = paperMeshBytes(model);
@@ -217,9 +216,9 @@ Verb assetVerb() {
     return {"asset",
             "Pack a model with materials and lights into a run-time asset.",
             [command](CLI::App& app) {
-                app.add_option(
-                    "model", command->model,
-                    "X.model.h5, or X.transfer.h5 of penumbra-fit transfer; without it the file holds materials and lights for penumbra-player view to add");
+                app.add_option("model", command->model,
+                               "X.model.h5, or X.transfer.h5 of penumbra-fit transfer; without it the file holds "
+                               "materials and lights for penumbra-player view to add");
                 app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--slot", command->slots,

@@ -166,8 +166,8 @@ void runTransferCheck(const CheckCommand& command, const AssetView& asset, const
     report.phase("check");
     Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "checking", "frames",
                       double(std::max<std::size_t>(1, frames)));
-    const TransferCheck check = checkTransfer(asset, truth, common.threads,
-                                              [&](std::size_t done) { progress.update(double(done)); });
+    const TransferCheck check =
+        checkTransfer(asset, truth, common.threads, [&](std::size_t done) { progress.update(double(done)); });
     std::printf("%-24s %-8s %6s %9s %11s %11s %8s\n", "clip", "", "frames", "relative", "E_transfer", "relative E",
                 "ambient");
     const auto print = [&](const TransferCheckRow& row) {
@@ -240,7 +240,9 @@ Verb checkVerb() {
             "Hold the run-time evaluator against baked truth.",
             [command](CLI::App& app) {
                 app.add_option("asset", command->asset, "X.pnb with a model")->required();
-                app.add_option("truth", command->truth, "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")->required();
+                app.add_option("truth", command->truth,
+                               "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")
+                    ->required();
                 app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
                 app.add_option("--second-bake", command->second_bake,
                                "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");

@@ -85,7 +85,8 @@ BrdfFile diffuseMaterial(Vec3 albedo) {
     const double y0 = 0.5 * std::numbers::inv_sqrtpi;
     for (const double moment : cosine)
         for (int c = 0; c < 3; ++c)
-            brdf.slices.push_back(std::abs(moment) < 1e-12 ? 0 : double(albedo[c]) * moment * std::numbers::inv_pi / y0);
+            brdf.slices.push_back(std::abs(moment) < 1e-12 ? 0
+                                                           : double(albedo[c]) * moment * std::numbers::inv_pi / y0);
     brdf.lobes = {{BrdfModel::kLambert, {}, albedo}};
     return brdf;
 }

@@ -312,7 +312,8 @@ void refuseUnused(const RenderCommand& command) {
     if (command.output.empty()) refuse(command.overlay, "without -o");
     if (!command.truth.empty() && !needsTruth(channel) && command.options.source != VisibilitySource::kTruth &&
         !command.batch)
-        throw UsageError("--truth is of no use without --channel error or transfer-error, --source truth or a sequence");
+        throw UsageError(
+            "--truth is of no use without --channel error or transfer-error, --source truth or a sequence");
 }
 
 }  // namespace

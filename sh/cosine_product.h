@@ -23,8 +23,8 @@ private:
     std::vector<Entry> entries_;
 };
 
-// Returns the integrals over z >= 0 of z y_i y_j, [rows^2, columns^2], for orders of functions in a local frame. It takes
-// the coefficients of a visibility function to its transfer.
+// Returns the integrals over z >= 0 of z y_i y_j, [rows^2, columns^2], for orders of functions in a local frame. It
+// takes the coefficients of a visibility function to its transfer.
 std::vector<double> cosineMatrix(int rows, int columns);
 
 }  // namespace penumbra

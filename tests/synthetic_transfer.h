@@ -13,6 +13,7 @@ inline TransferModel tubeTransfer(TransferModelKind kind, int order, TubeOptions
     TransferModel model;
     model.order = order;
     model.kind = kind;
+    model.alpha = 0.5;
     model.mesh = tube.mesh;
     model.rest_normals = tube.rest_normals;
     model.skin = tube.skin;

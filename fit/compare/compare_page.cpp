@@ -134,8 +134,8 @@ std::string transferPage(const TransferComparison& comparison, const std::vector
     const auto fact = [&](const std::string& name, const std::string& value) {
         page.facts += tag("dt", "", escapeXml(name)) + tag("dd", "", escapeXml(value));
     };
-    fact("Character", source.file + ": " + grouped(source.vertices) + " vertices, " + std::to_string(comparison.angles) +
-                          " numbers of the pose");
+    fact("Character", source.file + ": " + grouped(source.vertices) + " vertices, " +
+                          std::to_string(comparison.angles) + " numbers of the pose");
     fact("Trained on", std::to_string(source.train_frames) + " frames: " + joined(source.train_clips));
     fact("Held out", std::to_string(source.held_out_frames) + " frames: " + joined(source.held_out_clips));
     fact("Transfer", "order " + std::to_string(comparison.options.order));

@@ -35,9 +35,9 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr std::size_t kTransferBlock = 256;      // vertices of a task
-constexpr std::size_t kDecayComponents = 200;    // of the transfer that the eigenvalues are computed of
-constexpr std::size_t kFewComponents = 100;      // of the vertices; a model of more is not fitted without prior too
+constexpr std::size_t kTransferBlock = 256;    // vertices of a task
+constexpr std::size_t kDecayComponents = 200;  // of the transfer that the eigenvalues are computed of
+constexpr std::size_t kFewComponents = 100;    // of the vertices; a model of more is not fitted without prior too
 
 double elapsedSeconds(steady_clock::time_point start) {
     return std::chrono::duration<double>(steady_clock::now() - start).count();
@@ -47,7 +47,8 @@ bool leavesOut(const TransferCompareOptions& options, const std::string& clip) {
     return std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end();
 }
 
-// --- Models -----------------------------------------------------------------------------------------------------------
+// --- Models
+// -----------------------------------------------------------------------------------------------------------
 
 // Any model whose transfer can be asked for.
 struct Contender {
@@ -159,8 +160,7 @@ Contender fitVisibilityModel(const VisibilityReader& reader, const std::string& 
     std::size_t bytes = 0;
     for (const ClusterModel& cluster : model->clusters) bytes += cluster.numberCount() * sizeof(float);
     if (model->composition)
-        for (const ClusterModel& cluster : model->composition->residual)
-            bytes += cluster.numberCount() * sizeof(float);
+        for (const ClusterModel& cluster : model->composition->residual) bytes += cluster.numberCount() * sizeof(float);
     made.run.bytes = bytes;
     const auto predictor = std::make_shared<Predictor>(*model);
     const VisibilityFrame first = reader.readPose(0);
@@ -176,7 +176,8 @@ Contender fitVisibilityModel(const VisibilityReader& reader, const std::string& 
     return made;
 }
 
-// --- The common measure -----------------------------------------------------------------------------------------------
+// --- The common measure
+// -----------------------------------------------------------------------------------------------
 
 // The true transfer in local frames, for the variance that relative errors are divided by.
 class LocalTransfer {
@@ -195,7 +196,8 @@ public:
         for (const Affine& bone : frame.bones) rotations.push_back(nearestRotation(bone.linear()));
         std::vector<float> local(transfer.size());
         parallelFor((joint_.size() + kTransferBlock - 1) / kTransferBlock, threads, [&](std::size_t block) {
-            for (std::size_t v = block * kTransferBlock; v < std::min((block + 1) * kTransferBlock, joint_.size()); ++v) {
+            for (std::size_t v = block * kTransferBlock; v < std::min((block + 1) * kTransferBlock, joint_.size());
+                 ++v) {
                 const Vec3 normal = frame.normals[v], t = tangentOf(normal, rotations[joint_[v]] * tangent_[v]);
                 apply(makeShRotation(order_, fromRows(t, cross(normal, t), normal)), transfer.subspan(v * n, n),
                       std::span(local).subspan(v * n, n));
@@ -264,8 +266,7 @@ void measureAll(const VisibilityReader& reader, std::vector<Contender>& contende
             measured[i].sums[held_out].add(
                 compareTransfer(norm, predicted, truth, zeros, frame.normals, options.threads));
             if (run.residuals && !held_out)
-                for (std::size_t k = 0; k < truth.size(); ++k)
-                    run.residuals->add(double(predicted[k]) - truth[k]);
+                for (std::size_t k = 0; k < truth.size(); ++k) run.residuals->add(double(predicted[k]) - truth[k]);
             if (f == comparison.pictured_frame && run.regularised) run.pictured = std::move(predicted);
         }
         if (f != comparison.pictured_frame) continue;
@@ -288,7 +289,8 @@ void measureAll(const VisibilityReader& reader, std::vector<Contender>& contende
     comparison.held_out_frames = model_truth[1].frames;
 }
 
-// --- Eigenvalues ------------------------------------------------------------------------------------------------------
+// --- Eigenvalues
+// ------------------------------------------------------------------------------------------------------
 
 std::vector<double> energyShares(std::vector<double> energies, double total) {
     for (double& energy : energies) energy = total > 0 ? energy / total : 0;
@@ -373,8 +375,8 @@ TransferComparison compareTransferModels(const VisibilityReader& reader, const s
         }
     if (header.quantity == kHemisphereVisibility) {
         phase("fit: additive");
-        contenders.push_back(fitVisibilityModel(reader, file, mirroredAdditiveFit(options.visibility, header.order),
-                                                options.order));
+        contenders.push_back(
+            fitVisibilityModel(reader, file, mirroredAdditiveFit(options.visibility, header.order), options.order));
         if (!options.visibility.fields.empty()) {
             phase("fit: composed");
             contenders.push_back(

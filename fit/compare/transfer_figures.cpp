@@ -75,14 +75,17 @@ Figure priorFigure(const TransferComparison& comparison) {
         std::vector<std::string> row{run.name, shortNumber(run.alpha)};
         for (const double value : values) row.push_back(fixedNumber(value, 5));
         figure.table.rows.push_back(row);
-        figure.finding += (figure.finding.empty() ? "" : " ") + run.name + ": the prior takes the held-out error from " +
-                          fixedNumber(values[3], 5) + " to " + fixedNumber(values[1], 5) + ", and the training error from " +
-                          fixedNumber(values[2], 5) + " to " + fixedNumber(values[0], 5) + ".";
+        figure.finding += (figure.finding.empty() ? "" : " ") + run.name +
+                          ": the prior takes the held-out error from " + fixedNumber(values[3], 5) + " to " +
+                          fixedNumber(values[1], 5) + ", and the training error from " + fixedNumber(values[2], 5) +
+                          " to " + fixedNumber(values[0], 5) + ".";
     }
     plot.series.assign(series.begin(), series.end());
     figure.plots = {plot};
-    figure.method = "Models of few components, and L. Alpha is the one with the least error when each training frame is left out in turn (paper 002, "
-                    "section 4.2).";
+    figure.method =
+        "Models of few components, and L. Alpha is the one with the least error when each training frame is left out "
+        "in turn (paper 002, "
+        "section 4.2).";
     return figure;
 }
 
@@ -117,8 +120,9 @@ Figure decayFigure(const TransferComparison& comparison) {
     }
     figure.finding = "90% of the variance takes " + figure.table.rows[0][2] + " components of the angles and " +
                      figure.table.rows[1][2] + " of the transfer (the paper's: 8 and 22).";
-    figure.method = "PCA over training frames. The rows of the second have the numbers of all vertices for one "
-                    "coefficient in one frame, so that one basis serves all coefficients.";
+    figure.method =
+        "PCA over training frames. The rows of the second have the numbers of all vertices for one "
+        "coefficient in one frame, so that one basis serves all coefficients.";
     return figure;
 }
 
@@ -129,8 +133,9 @@ Figure picturesFigure(const TransferComparison& comparison) {
         if (!run.pictured.empty()) names += ", " + run.name;
     figure.finding = "Frame " + std::to_string(comparison.pictured_frame) + " of the bake, in " +
                      comparison.pictured_clip + ". From left to right: " + names + ".";
-    figure.method = "Above: diffuse, albedo 1, one soft light from the upper left and a dim sky. Below: white less four "
-                    "times the root of E_transfer over pi, so that darker is worse.";
+    figure.method =
+        "Above: diffuse, albedo 1, one soft light from the upper left and a dim sky. Below: white less four "
+        "times the root of E_transfer over pi, so that darker is worse.";
     return figure;
 }
 
@@ -146,12 +151,14 @@ Figure costFigureOf(const TransferComparison& comparison) {
                                      run.pca_seconds > 0 ? fixedNumber(run.pca_seconds, 1) : "-"});
         if (run.of_paper && (!fastest || run.frame_ms < fastest->frame_ms)) fastest = &run;
     }
-    figure.finding = fastest->name + " is the fastest of the paper's models: " + fixedNumber(1000 / fastest->frame_ms, 0) +
+    figure.finding = fastest->name +
+                     " is the fastest of the paper's models: " + fixedNumber(1000 / fastest->frame_ms, 0) +
                      " frames a second on one thread (the paper's PCA(8,22): 105).";
-    figure.method = "Operations as the paper counts them (an addition 1, a multiplication 2), of one coefficient. Times "
-                    "of the paper's models are from the pose to shading with the light multiplied in first, and of "
-                    "models of visibility from the pose to their numbers, by the fit's own code on one thread; "
-                    "penumbra-player bench times the run time.";
+    figure.method =
+        "Operations as the paper counts them (an addition 1, a multiplication 2), of one coefficient. Times "
+        "of the paper's models are from the pose to shading with the light multiplied in first, and of "
+        "models of visibility from the pose to their numbers, by the fit's own code on one thread; "
+        "penumbra-player bench times the run time.";
     return figure;
 }
 
@@ -168,9 +175,10 @@ Figure storageFigure(const TransferComparison& comparison) {
         finding += (finding.empty() ? "" : ", ") + run.name + " takes " + fixedNumber(mesh, 1) + "%";
     }
     figure.finding = "Of the transfer of one pose, " + finding + ".";
-    figure.method = "32-bit numbers. The paper's models are counted as the paper counts them: L without its bias, reduced "
-                    "ones without the mean. Of models of visibility all numbers count, but not the fields of a composed "
-                    "one.";
+    figure.method =
+        "32-bit numbers. The paper's models are counted as the paper counts them: L without its bias, reduced "
+        "ones without the mean. Of models of visibility all numbers count, but not the fields of a composed "
+        "one.";
     return figure;
 }
 
@@ -181,11 +189,10 @@ Table transferSummary(const TransferComparison& comparison) {
                  "relative error, model frame", "relative error, local frames"},
                 {}};
     for (const TransferRun& run : comparison.runs)
-        table.rows.push_back({nameOf(run), fixedNumber(run.train.transfer_error, 5),
-                              fixedNumber(run.held_out.transfer_error, 5),
-                              fixedNumber(run.train.relative_transfer_error, 4),
-                              fixedNumber(run.held_out.relative_transfer_error, 4),
-                              fixedNumber(run.held_out.relative_error, 4), fixedNumber(run.local_held_out, 4)});
+        table.rows.push_back(
+            {nameOf(run), fixedNumber(run.train.transfer_error, 5), fixedNumber(run.held_out.transfer_error, 5),
+             fixedNumber(run.train.relative_transfer_error, 4), fixedNumber(run.held_out.relative_transfer_error, 4),
+             fixedNumber(run.held_out.relative_error, 4), fixedNumber(run.local_held_out, 4)});
     return table;
 }
 

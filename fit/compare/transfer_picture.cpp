@@ -98,8 +98,7 @@ std::vector<Vec3> errors(const TransferComparison& comparison, std::span<const f
     std::vector<Vec3> colors(comparison.normals.size());
     std::vector<double> difference(n);
     for (std::size_t v = 0; v < colors.size(); ++v) {
-        for (std::size_t c = 0; c < n; ++c)
-            difference[c] = double(transfer[v * n + c]) - comparison.truth[v * n + c];
+        for (std::size_t c = 0; c < n; ++c) difference[c] = double(transfer[v * n + c]) - comparison.truth[v * n + c];
         const double error = norm.squared(difference, difference, comparison.normals[v])[0];
         const float grey = std::max(0.0f, 1 - 4 * float(std::sqrt(std::max(error, 0.0)) / std::numbers::pi));
         colors[v] = {grey, grey, grey};

@@ -29,10 +29,10 @@ struct TransferModel {
     Mesh mesh;
     std::vector<Vec3> rest_normals;  // [V]
     Skin skin;
-    FrameList frames;           // all frames of the bake, training and held out
-    std::vector<Affine> bones;  // [F, J]
-    int pose_size = 0;          // P, the length of a pose
-    std::vector<float> pose;    // [F, P]
+    FrameList frames;                      // all frames of the bake, training and held out
+    std::vector<Affine> bones;             // [F, J]
+    int pose_size = 0;                     // P, the length of a pose
+    std::vector<float> pose;               // [F, P]
     std::vector<std::string> input_names;  // [X] names of the last numbers of the pose
     std::vector<std::uint32_t> angles;     // [A] the numbers of the pose that the model sees, ascending, < P
     std::vector<float> pose_basis;         // [A, k] of pca, else empty: k = A

@@ -61,9 +61,8 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
     const ModelView& model = shot.asset->model;
     std::vector<float> e(numbers.size() / std::size_t(model.stride));
-    overVertices(e.size(), threads, [&](std::size_t begin, std::size_t end) {
-        ambient(*shot.asset, begin, end, numbers, e);
-    });
+    overVertices(e.size(), threads,
+                 [&](std::size_t begin, std::size_t end) { ambient(*shot.asset, begin, end, numbers, e); });
     return e;
 }
 

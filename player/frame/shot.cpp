@@ -155,7 +155,9 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
         throw InvalidInput(asset.name + ": holds no model; make one with penumbra-pack asset");
     const bool needs_truth = needsTruth(options.channel) || options.source == VisibilitySource::kTruth;
     if (needs_truth && !truth)
-        throw UsageError("--channel error, --channel transfer-error and --source truth need --truth X.truth.pnb (penumbra-pack truth makes it)");
+        throw UsageError(
+            "--channel error, --channel transfer-error and --source truth need --truth X.truth.pnb (penumbra-pack "
+            "truth makes it)");
     Shot shot;
     shot.asset = &asset;
     checkSome(asset, asset.animation.clips, "clip");

@@ -51,7 +51,7 @@ void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
     while (light < lights && !set.hasLight(light)) ++light;
     if (light == lights) throw Unsupported("no light has lobes");
     while (material < materials && !set.hasMaterial(material)) ++material;
-    if (material == materials) 
+    if (material == materials)
         throw Unsupported(set.asset().transfer ? "transfer is diffuse, and no material is lambert"
                                                : "no material has operators");
     set.setLight(light);

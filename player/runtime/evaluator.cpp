@@ -17,6 +17,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <string_view>
 
 #include "sh/far/floor_factor.h"
 #include "sh/tangent.h"
@@ -115,7 +116,7 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
 void Evaluator::usePath(const EvaluatorPath& path) {
     path_ = path;
     const std::vector<TransferPath> paths = transferPaths();
-    if (transfer_) transfer_->usePath(path.name == paths.front().name ? paths.front() : paths.back());
+    if (transfer_) transfer_->usePath(std::string_view(path.name) == paths.front().name ? paths.front() : paths.back());
 }
 
 // Computes M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c
@@ -248,7 +249,8 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     const ClusterView& view = asset_->model.clusters[cluster];
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(numbers.size() == vertexCount() * stride);
-    if (transfer_) return transfer_->transfer(view.first_vertex, view.first_vertex + view.vertex_count, stride, numbers);
+    if (transfer_)
+        return transfer_->transfer(view.first_vertex, view.first_vertex + view.vertex_count, stride, numbers);
     if (composed()) {
         evaluateFar(cluster, far_);
         return composeCluster(cluster, far_, numbers);

@@ -20,9 +20,9 @@ namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with hasCharacter()) and the bytes behind it must outlive the evaluator. The constructor decodes the models
-    // and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own, share
-    // that.
+    // `asset` (with hasCharacter()) and the bytes behind it must outlive the evaluator. The constructor decodes the
+    // models and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own,
+    // share that.
     explicit Evaluator(const AssetView& asset);
 
     const AssetView& asset() const { return *asset_; }

@@ -16,8 +16,8 @@ bool isLambert(const MaterialView& material);
 class ShadingSet {
 public:
     // `asset` has a character, materials and lights, and outlives the set. Transfer is diffuse: of an asset of transfer
-    // only Lambert materials can be on (isLambert()), and only LightForm::kRotation. At first asset.slot_material and light 0 are
-    // on.
+    // only Lambert materials can be on (isLambert()), and only LightForm::kRotation. At first asset.slot_material and
+    // light 0 are on.
     explicit ShadingSet(const AssetView& asset, const ShadingChoice& choice = {});
 
     const AssetView& asset() const { return *asset_; }

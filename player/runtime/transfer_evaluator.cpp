@@ -2,8 +2,9 @@
 //
 // Naive: evaluate the n maps of a pose, which gives n numbers a vertex, and multiply these by the light.
 //
-// Here: shading is linear in the transfer and in the light, so the maps are summed over the light first. That leaves one
-// map a colour channel, a third of a twelfth of the work at order 6, and a light that does not change costs nothing.
+// Here: shading is linear in the transfer and in the light, so the maps are summed over the light first. That leaves
+// one map a colour channel, a third of a twelfth of the work at order 6, and a light that does not change costs
+// nothing.
 #include "player/runtime/transfer_evaluator.h"
 
 #include <algorithm>
@@ -19,8 +20,7 @@ constexpr std::size_t kTransferTile = 64;  // vertices of a tile, whose transfer
 
 // Returns the numbers where they lie if they are f32, else decoded.
 std::span<const float> floatsOf(const NumbersView& numbers, std::vector<float>& decoded) {
-    if (numbers.precision == AssetPrecision::kF32)
-        return {reinterpret_cast<const float*>(numbers.data), numbers.count};
+    if (numbers.precision == AssetPrecision::kF32) return {reinterpret_cast<const float*>(numbers.data), numbers.count};
     decoded.resize(numbers.count);
     decode(numbers, decoded);
     return decoded;
@@ -110,7 +110,8 @@ void TransferEvaluator::irradiance(std::size_t begin, std::size_t end, std::span
             for (std::size_t channel = 0; channel < 3; ++channel)
                 for (std::size_t v = 0; v < width; ++v)
                     sums[channel * kTransferTile + v] = lit_mean_[channel] * view.mean[first + v];
-            path_.add({basis_.data() + first, vertices, view.outputs(), lit_scores_.data(), 3, width, sums.data(), kTransferTile});
+            path_.add({basis_.data() + first, vertices, view.outputs(), lit_scores_.data(), 3, width, sums.data(),
+                       kTransferTile});
         } else {
             for (std::size_t channel = 0; channel < 3; ++channel)
                 path_.add({lit_[channel].data() + first, vertices, inputs_.size(), inputs_.data(), 1, width,
@@ -131,15 +132,16 @@ void TransferEvaluator::transfer(std::size_t begin, std::size_t end, std::size_t
         const std::size_t width = std::min(kTransferTile, end - first);
         if (view.reduced()) {
             for (std::size_t c = 0; c < (n + 3) / 4 * 4; ++c)
-                std::copy_n(view.mean.begin() + std::ptrdiff_t(first), width, sums.begin() + std::ptrdiff_t(c * kTransferTile));
+                std::copy_n(view.mean.begin() + std::ptrdiff_t(first), width,
+                            sums.begin() + std::ptrdiff_t(c * kTransferTile));
             for (std::size_t c = 0; c < n; c += 4)
                 path_.add({basis_.data() + first, vertices, m, scores_.data() + c * m, 4, width,
                            sums.data() + c * kTransferTile, kTransferTile});
         } else {
             sums.fill(0);
             for (std::size_t c = 0; c < n; ++c)
-                path_.add({weights_.data() + c * inputs_.size() * m + first, vertices, inputs_.size(), inputs_.data(), 1,
-                           width, sums.data() + c * kTransferTile, kTransferTile});
+                path_.add({weights_.data() + c * inputs_.size() * m + first, vertices, inputs_.size(), inputs_.data(),
+                           1, width, sums.data() + c * kTransferTile, kTransferTile});
         }
         for (std::size_t v = 0; v < width; ++v) {
             float* row = numbers.data() + (first + v) * stride;

@@ -13,8 +13,8 @@ namespace penumbra {
 
 class TransferEvaluator {
 public:
-    // `asset` has transfer, and must outlive the evaluator with its bytes. Arrays of f32 are read where they lie; others
-    // are decoded once. Copies share that.
+    // `asset` has transfer, and must outlive the evaluator with its bytes. Arrays of f32 are read where they lie;
+    // others are decoded once. Copies share that.
     explicit TransferEvaluator(const AssetView& asset);
 
     // Replaces the fastest path of this processor, which is the default. Tests go through all of transferPaths().
@@ -38,9 +38,9 @@ private:
     };
     std::shared_ptr<const Decoded> decoded_;
     std::span<const float> weights_, basis_;
-    std::vector<float> inputs_;      // [k + 1], the last is 1
-    std::vector<float> scores_;      // [n / 4, m, 4] of a reduced model, padded to whole fours
-    std::vector<Vec3> light_;        // of setLight()
+    std::vector<float> inputs_;              // [k + 1], the last is 1
+    std::vector<float> scores_;              // [n / 4, m, 4] of a reduced model, padded to whole fours
+    std::vector<Vec3> light_;                // of setLight()
     std::array<std::vector<float>, 3> lit_;  // [k + 1, m] the maps summed over the light
     std::array<float, 3> lit_mean_{};        // factors of the mean
     std::vector<float> lit_scores_;          // [m, 3] of a reduced model

@@ -44,7 +44,8 @@ inline void addRows(const TransferRows& in) {
     for (; at < in.width; ++at)
         for (std::size_t o = 0; o < kSums; ++o) {
             float sum = in.out[o * in.out_stride + at];
-            for (std::size_t i = 0; i < in.count; ++i) sum += in.factors[i * kSums + o] * in.rows[i * in.row_stride + at];
+            for (std::size_t i = 0; i < in.count; ++i)
+                sum += in.factors[i * kSums + o] * in.rows[i * in.row_stride + at];
             in.out[o * in.out_stride + at] = sum;
         }
 }

@@ -39,7 +39,8 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
-        return character->asset.transfer || (model.composition && (model.convention.order > kFieldOrder || model.composition->floor));
+        return character->asset.transfer ||
+               (model.composition && (model.convention.order > kFieldOrder || model.composition->floor));
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value() || showsSuns(*scene_, state) ||

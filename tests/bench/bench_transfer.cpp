@@ -1,6 +1,6 @@
 // Measures how fast the run time shades a frame with the models of paper 002, against the paper's table 1 (Master Pai:
-// 11,534 vertices, 54 angles): PCA(8,22) 105 Hz, PCA(15,500) 34 Hz, L 65 Hz. One thread, RGB light of order 6. A frame is
-// the pose, and the light that reaches every vertex. The numbers of the models are random, which changes no time.
+// 11,534 vertices, 54 angles): PCA(8,22) 105 Hz, PCA(15,500) 34 Hz, L 65 Hz. One thread, RGB light of order 6. A frame
+// is the pose, and the light that reaches every vertex. The numbers of the models are random, which changes no time.
 //   bench_transfer
 #include <algorithm>
 #include <chrono>
@@ -115,9 +115,10 @@ void measure(const char* name, const TransferModel& model, double paper_hz) {
 }  // namespace
 
 int main() {
-    std::printf("%-12s %-9s %10s %18s %18s %18s %8s\n", "", "", "", "light first,", "light first,", "transfer, then", "");
-    std::printf("%-12s %-9s %10s %9s %8s %9s %8s %9s %8s %8s\n", "model", "path", "bytes", "fixed ms", "Hz", "moving ms",
-                "Hz", "light ms", "Hz", "paper Hz");
+    std::printf("%-12s %-9s %10s %18s %18s %18s %8s\n", "", "", "", "light first,", "light first,", "transfer, then",
+                "");
+    std::printf("%-12s %-9s %10s %9s %8s %9s %8s %9s %8s %8s\n", "model", "path", "bytes", "fixed ms", "Hz",
+                "moving ms", "Hz", "light ms", "Hz", "paper Hz");
     measure("PCA(8,22)", randomModel(8, 22), 105);
     measure("PCA(15,500)", randomModel(15, 500), 34);
     measure("L", randomModel(0, 0), 65);

@@ -69,8 +69,8 @@ TEST(CApiTransfer, WhatCannotBeIsRefusedWithAReason) {
     float texel[4];
     EXPECT_EQ(penumbra_shading_get_gpu_materials(shading.get(), texel, &error), PENUMBRA_UNSUPPORTED);
     EXPECT_EQ(penumbra_shading_get_gpu_light(shading.get(), texel, &error), PENUMBRA_UNSUPPORTED);
-    for (const penumbra_shading_options& options :
-         {penumbra_shading_options{PENUMBRA_SLICES, PENUMBRA_FIXED_LOBES, 0}, {PENUMBRA_OPERATORS, PENUMBRA_ROTATION, 0}}) {
+    for (const penumbra_shading_options& options : {penumbra_shading_options{PENUMBRA_SLICES, PENUMBRA_FIXED_LOBES, 0},
+                                                    {PENUMBRA_OPERATORS, PENUMBRA_ROTATION, 0}}) {
         penumbra_shading* none = nullptr;
         EXPECT_EQ(penumbra_shading_create(asset.get(), nullptr, 0, &options, &none, &error), PENUMBRA_UNSUPPORTED);
         EXPECT_THAT(error.message, HasSubstr("transfer is diffuse"));

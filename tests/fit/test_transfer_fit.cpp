@@ -5,8 +5,8 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "fit/transfer/fit_transfer.h"
@@ -101,13 +101,13 @@ TEST(CosineProduct, TurnsMomentsOfVisibilityIntoTransfer) {
     for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], transfer[i], 2e-6) << i;
 }
 
-// An open point again: V = 1 has the coefficient sqrt(4 pi), and its transfer is that of the clamped cosine. And for any
-// function the matrix does what the product with its moments over the hemisphere does.
+// An open point again: V = 1 has the coefficient sqrt(4 pi), and its transfer is that of the clamped cosine. And for
+// any function the matrix does what the product with its moments over the hemisphere does.
 TEST(CosineMatrix, TakesFunctionsToTransfer) {
     const double pi = std::numbers::pi;
     const std::vector<double> matrix = cosineMatrix(4, 5);
-    const std::array<std::pair<int, double>, 4> open{{{0, std::sqrt(pi) / 2}, {2, std::sqrt(pi / 3)},
-                                                      {6, std::sqrt(5 * pi) / 8}, {12, 0}}};
+    const std::array<std::pair<int, double>, 4> open{
+        {{0, std::sqrt(pi) / 2}, {2, std::sqrt(pi / 3)}, {6, std::sqrt(5 * pi) / 8}, {12, 0}}};
     for (const auto& [index, value] : open)
         EXPECT_NEAR(matrix[std::size_t(index) * 25] * std::sqrt(4 * pi), value, 1e-12) << index;
     std::vector<double> function(25), moments(25), y(25);

@@ -72,8 +72,9 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
                            .bytes);
         made.push_back(packLibrary(glossy, sunny, "{}"));
         for (const TransferModelKind kind : kTransferModelKinds)
-            made.push_back(packTransfer(synthetic::tubeTransfer(kind, 2, {.rings = 2, .segments = 3, .joints = 2, .frames = 2}),
-                                        std::vector<BrdfFile>{diffuseMaterial({0.5f, 0.25f, 0.125f})}, sunny, {}, "{}"));
+            made.push_back(
+                packTransfer(synthetic::tubeTransfer(kind, 2, {.rings = 2, .segments = 3, .joints = 2, .frames = 2}),
+                             std::vector<BrdfFile>{diffuseMaterial({0.5f, 0.25f, 0.125f})}, sunny, {}, "{}"));
         return made;
     }();
     return all;

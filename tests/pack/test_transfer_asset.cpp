@@ -167,7 +167,7 @@ TEST(TransferAsset, AmbientVisibilityIsOneWhereNothingBlocks) {
     for (const float value : e) EXPECT_NEAR(value, 1, 1e-6);
 }
 
-// Rounding of the basis to halves and bytes, relative to the transfer's own size: measured 2.4e-4 and 3.1e-3.
+// Rounding of the basis to halves and bytes, relative to the transfer's own size: measured 1.2e-4 and 1.9e-3.
 TEST(TransferAsset, CoarserPrecisionsStayNear) {
     const TransferModel model = tubeTransfer(TransferModelKind::kPca, 6, kLarge);
     const auto evaluated = [&](AssetPrecision precision) {
@@ -180,7 +180,7 @@ TEST(TransferAsset, CoarserPrecisionsStayNear) {
         return numbers;
     };
     const std::vector<float> exact = evaluated(AssetPrecision::kF32);
-    for (const auto& [precision, bound] : {std::pair(AssetPrecision::kF16, 1e-3), {AssetPrecision::kI8, 1e-2}}) {
+    for (const auto& [precision, bound] : {std::pair(AssetPrecision::kF16, 4e-4), {AssetPrecision::kI8, 6e-3}}) {
         const std::vector<float> coarse = evaluated(precision);
         double error = 0, all = 0;
         for (std::size_t i = 0; i < exact.size(); ++i) {
@@ -232,14 +232,17 @@ std::string refusalAfter(const Change& change, TransferModelKind kind = Transfer
 TEST(TransferAsset, WrongNumbersAreRefused) {
     const auto transfer = [](fbs::Asset& a) -> fbs::Transfer& { return *a.mutable_transfer(); };
     EXPECT_EQ(refusalAfter([](fbs::Asset&) {}), "accepted");
-    const auto expect = [&](const char* part, const auto& change) { EXPECT_THAT(refusalAfter(change), HasSubstr(part)); };
+    const auto expect = [&](const char* part, const auto& change) {
+        EXPECT_THAT(refusalAfter(change), HasSubstr(part));
+    };
     expect("transfer.order", [&](fbs::Asset& a) { transfer(a).mutate_order(9); });
     expect("transfer.weights.count", [&](fbs::Asset& a) { transfer(a).mutate_order(3); });
     expect("transfer.angles[0] is 99", [&](fbs::Asset& a) { transfer(a).mutable_angles()->Mutate(0, 99); });
     expect("is not above the one before", [&](fbs::Asset& a) { transfer(a).mutable_angles()->Mutate(1, 0); });
     expect("transfer.alpha", [&](fbs::Asset& a) { transfer(a).mutate_alpha(-1); });
     expect("transfer.mean has a number", [&](fbs::Asset& a) { transfer(a).mutable_mean()->Mutate(0, NAN); });
-    expect("transfer.pose_basis has a number", [&](fbs::Asset& a) { transfer(a).mutable_pose_basis()->Mutate(0, INFINITY); });
+    expect("transfer.pose_basis has a number",
+           [&](fbs::Asset& a) { transfer(a).mutable_pose_basis()->Mutate(0, INFINITY); });
     expect("transfer.basis.count", [&](fbs::Asset& a) { transfer(a).mutable_basis()->mutate_count(31); });
     expect("transfer.basis is empty", [&](fbs::Asset& a) { transfer(a).mutable_basis()->mutate_count(3); });
     expect("transfer.weights.row_length", [&](fbs::Asset& a) { transfer(a).mutable_weights()->mutate_row_length(1); });
