@@ -153,7 +153,7 @@ def check_refusals(place):
     refused(1, "is not lambert", PLAYER, "render", two, *SIZE, "--brdf", "ggx", *out)
     with h5py.File(model, "r+") as f:
         f.attrs["format_version"] = 1
-    refused(3, "format_version", PACK, "asset", model, *pnb)
+    refused(5, "version 1 is too old", PACK, "asset", model, *pnb)
     assert not os.path.exists(out[1]) and not os.path.exists(pnb[1]) and not os.path.exists(html[-1])
 
 
