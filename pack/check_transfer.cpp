@@ -126,8 +126,8 @@ TransferCheck TransferChecker::result() const {
     TransferCheck check;
     for (const ClipTransfer& clip : clips_)
         if (clip.frames > 0) check.clips.push_back(rowOf(clip, mean));
-    check.training = rowOf(training, mean);
-    check.held_out = rowOf(held_out, mean);
+    if (training.frames > 0) check.training = rowOf(training, mean);
+    if (held_out.frames > 0) check.held_out = rowOf(held_out, mean);
     return check;
 }
 

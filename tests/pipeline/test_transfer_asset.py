@@ -51,6 +51,16 @@ def check_errors(place):
                 for key in ("relative_error", "transfer_error", "relative_transfer_error"):
                     assert abs(check[mine][key] / fit[theirs][key] - 1) < 1e-3, (name, bake, key, check[mine], fit[theirs])
             assert 0 < check["training"]["ambient_error"] < 0.2, check
+    # Without held-out clips there are figures of training frames alone, and the other way round.
+    good("fit", "transfer", place("t.vis.h5"), "-o", place("all.transfer.h5"), "-q", "--components", "6,20")
+    good("pack", "asset", place("all.transfer.h5"), "-o", place("all.pnb"), "-q")
+    good("pack", "check", place("all.pnb"), place("t.vis.h5"), "--report", place("check.json"))
+    assert "held_out" not in figures(place("check.json")), figures(place("check.json"))
+    good("bake", "visibility", MAN, "-o", place("held.vis.h5"), "-q", "--rays", 64, "--fps", 6, "--clips", HELD, "--quantity",
+         "transfer", "--order", 6)
+    good("pack", "check", place("p.pnb"), place("held.vis.h5"), "--report", place("check.json"))
+    check = figures(place("check.json"))
+    assert "training" not in check and check["held_out"]["relative_error"] is None, check
 
 
 def check_pictures(place):
