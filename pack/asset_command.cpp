@@ -2,11 +2,14 @@
 #include <cstdio>
 
 #include "formats/common/errors.h"
+#include "formats/common/picture_text.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/blocker_file.h"
+#include "formats/stage/stage_file_kind.h"
 #include "pack/material_section.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
+#include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
 
 namespace penumbra {
@@ -18,7 +21,7 @@ namespace fs = std::filesystem;
 struct AssetCommand {
     fs::path model, output, blockers;
     std::vector<fs::path> brdfs, lights;
-    std::string precision;
+    std::string precision, albedo;
     std::optional<double> max_error, max_bytes_per_vertex, bounce_bytes;
     std::vector<std::string> slots;
     bool no_playback = false;
@@ -41,6 +44,7 @@ std::string provenanceOf(const AssetCommand& command) {
     if (!command.slots.empty()) options["slots"] = command.slots;
     if (command.bounce_bytes) options["bounce_bytes"] = *command.bounce_bytes;
     if (command.no_playback) options["playback"] = false;
+    if (!command.albedo.empty()) options["albedo"] = command.albedo;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -107,6 +111,14 @@ BrdfFile readMaterial(const fs::path& path) {
     return brdf;
 }
 
+Vec3 parseAlbedo(const std::string& text) {
+    if (text.empty()) return {0.8f, 0.8f, 0.8f};
+    const std::optional<Vec3> color = parseColor(text);
+    if (!color || std::max({color->x, color->y, color->z}) > 1)
+        throw UsageError("--albedo is R/G/B, linear and within 0..1, not \"" + text + "\"");
+    return *color;
+}
+
 // Refuses two files of one name, which cannot be in one asset. `verb` is the verb of penumbra-fit that makes such
 // files.
 template <class File>
@@ -122,6 +134,40 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     BlockerFile file = readBlockers(path);
     naming(path, [&] { checkCharacter(file, model.mesh, model.skin); });
     return std::move(file.blockers);
+}
+
+// Packs a model of paper 002. Without a material it gets one of --albedo.
+void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
+                 Report& report) {
+    if (command.max_error || command.max_bytes_per_vertex || command.no_playback || !command.blockers.empty())
+        throw UsageError("--max-error, --max-bytes-per-vertex, --no-playback and --blockers: " +
+                         command.model.string() + " has transfer of paper 002, whose size is that of its components");
+    const TransferModel model = readTransfer(command.model);
+    TransferPackOptions options;
+    options.slots = slots;
+    if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
+    std::vector<BrdfFile> brdfs;
+    std::vector<LightFile> lights;
+    for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
+    for (const fs::path& path : command.lights) lights.push_back(readLight(path));
+    checkNames(brdfs, command.brdfs, "brdf");
+    checkNames(lights, command.lights, "light");
+    if (!command.albedo.empty() && !brdfs.empty()) throw UsageError("--albedo and --brdf: one or the other");
+    if (brdfs.empty()) brdfs.push_back(diffuseMaterial(parseAlbedo(command.albedo)));
+    report.phase("pack");
+    Packed packed;
+    packed.bytes =
+        naming(command.model, [&] { return packTransfer(model, brdfs, lights, options, provenanceOf(command)); });
+    report.figures["precision"] = nameOf(options.precision);
+    report.figures["paper_bytes"] = paperBytes(model);
+    report.figures["paper_mesh_bytes"] = paperMeshBytes(model);
+    if (!common.quiet)
+        std::printf("%s: transfer of paper 002, %zu bytes as the paper counts, %.2f%% of one mesh\n",
+                    command.output.c_str(), paperBytes(model),
+                    100 * double(paperBytes(model)) / double(paperMeshBytes(model)));
+    reportSizes(packed, common.quiet, report);
+    report.phase("write");
+    if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
 }
 
 void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
@@ -140,6 +186,9 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
     options.playback = !command.no_playback;
     report.phase("read");
+    if (!command.model.empty() && stageFileKind(command.model) == "penumbra.transfer")
+        return runTransfer(command, options.slots, common, report);
+    if (!command.albedo.empty()) throw UsageError("--albedo needs transfer, X.transfer.h5");
     std::optional<Model> model;
     if (!command.model.empty()) model = readModel(command.model);
     if (command.no_playback && !(model && model->deforming))
@@ -191,9 +240,9 @@ Verb assetVerb() {
     return {"asset",
             "Pack a model with materials and lights into a run-time asset.",
             [command](CLI::App& app) {
-                app.add_option(
-                    "model", command->model,
-                    "X.model.h5; without it the file holds materials and lights for penumbra-player view to add");
+                app.add_option("model", command->model,
+                               "X.model.h5, or X.transfer.h5 of penumbra-fit transfer; without it the file holds "
+                               "materials and lights for penumbra-player view to add");
                 app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--slot", command->slots,
@@ -203,6 +252,8 @@ Verb assetVerb() {
                 app.add_option(
                     "--blockers", command->blockers,
                     "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
+                app.add_option("--albedo", command->albedo,
+                               "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)");
                 app.add_option("-o,--output", command->output, "X.pnb")->required();
                 app.add_option("--precision", command->precision,
                                "of the visibility basis (i8 unless --max-error); alone it keeps every component")

@@ -6,10 +6,10 @@
 
 #include "formats/asset/asset_kinds.h"
 #include "formats/common/errors.h"
-#include "formats/common/fp16.h"
 #include "pack/asset_writer.h"
 #include "pack/composition_section.h"
 #include "pack/compress_model.h"
+#include "pack/look_section.h"
 #include "pack/material_section.h"
 #include "pack/pack_indirect.h"
 #include "pack/pack_within.h"
@@ -217,51 +217,6 @@ AnimationSection animationOf(const Model& model, FramesOf frames) {
     return animation;
 }
 
-Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& lobes) {
-    if (lobes.directions.empty()) return {};
-    std::vector<float> directions;
-    for (Vec3d d : lobes.directions) directions.insert(directions.end(), {float(d.x), float(d.y), float(d.z)});
-    const std::vector<float> z(lobes.coefficients.begin(), lobes.coefficients.end());
-    const auto direction_vector = writeVector<float>(builder, directions);
-    const auto z_vector = writeVector<float>(builder, z);
-    return fbs::CreateLobes(builder, direction_vector, z_vector);
-}
-
-// What a factored light has beside its SH. A light without suns needs no window: nothing is subtracted from it.
-struct LightFactorSection {
-    Offset<flatbuffers::Vector<float>> suns, window;
-    std::uint16_t picture_width = 0;
-    Offset<flatbuffers::Vector<std::uint16_t>> picture;
-};
-
-LightFactorSection writeFactor(FlatBufferBuilder& builder, const LightFile& light) {
-    LightFactorSection section;
-    if (!light.suns.empty()) {
-        std::vector<Sun> suns;
-        for (const SunD& sun : light.suns) suns.push_back(floatSun(sun));
-        section.suns = writeVector<float>(builder, suns);
-        const std::vector<float> window(light.window.begin(), light.window.end());
-        if (!window.empty()) section.window = writeVector<float>(builder, window);
-    }
-    if (light.picture.width > 0) {
-        std::vector<std::uint16_t> halves(light.picture.pixels.size());
-        floatToHalf(light.picture.pixels, halves);
-        section.picture_width = std::uint16_t(light.picture.width);
-        section.picture = writeVector<std::uint16_t>(builder, halves);
-    }
-    return section;
-}
-
-Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile& light) {
-    const std::vector<float> sh(light.sh.begin(), light.sh.end());
-    const auto name = builder.CreateString(light.name);
-    const auto values = writeVector<float>(builder, sh);
-    const auto lobes = writeLobes(builder, light.lobes);
-    const LightFactorSection factor = writeFactor(builder, light);
-    return fbs::CreateLight(builder, name, std::uint8_t(light.order), values, lobes, factor.suns, factor.window,
-                            factor.picture_width, factor.picture);
-}
-
 // What an asset holds beside the model.
 struct Additions {
     std::span<const BrdfFile> materials;
@@ -286,19 +241,6 @@ std::vector<std::byte> packOnce(const Model& model, const Additions& additions, 
     return {bytes.begin(), bytes.end()};  // a copy, because the builder's buffer is not 16-byte aligned
 }
 
-void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
-    if (materials.size() > kMaxMaterials)
-        throw InvalidInput(std::to_string(materials.size()) + " materials are given; an asset has " +
-                           std::to_string(kMaxMaterials) + " at most");
-    for (std::size_t i = 0; i < materials.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (materials[i].name == materials[j].name)
-                throw InvalidInput("material \"" + materials[i].name + "\" is given twice");
-    for (std::size_t i = 0; i < lights.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (lights[i].name == lights[j].name) throw InvalidInput("light \"" + lights[i].name + "\" is given twice");
-}
-
 }  // namespace
 
 std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
@@ -318,20 +260,6 @@ std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::spa
 }
 
 namespace {
-
-// Returns the material of each slot: the one that was asked for, or else the first.
-std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
-                                         std::span<const SlotChoice> choices) {
-    if (choices.empty()) return {};
-    const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
-    std::vector<std::string_view> names;
-    for (const BrdfFile& material : materials) names.push_back(material.name);
-    std::vector<std::uint16_t> chosen(slots.size(), 0);
-    for (const SlotChoice& choice : choices)
-        for (const std::size_t slot : findSlots(slots, choice.slot))
-            chosen[slot] = std::uint16_t(findMaterial(names, choice.material));
-    return chosen;
-}
 
 // Checks what the reader of the model file promises and what a model made in memory may break.
 void checkModel(const Model& model) {

@@ -265,13 +265,13 @@ void parsePanels(RenderCommand& command) {
     for (const SheetPanel panel : panels) {
         if (panel != SheetPanel::kModel && command.truth.empty())
             throw UsageError("--panels truth and error need --truth X.truth.pnb");
-        if ((panel == SheetPanel::kTruth && !comparable) || (panel == SheetPanel::kModel && channel == Channel::kError))
+        if ((panel == SheetPanel::kTruth && !comparable) || (panel == SheetPanel::kModel && needsTruth(channel)))
             throw UsageError("--panels: --channel " + command.channel + " has no truth to show beside the model");
     }
     if (!panels.empty() || command.sheet.file.empty()) return;
-    if (channel != Channel::kError) panels.push_back(SheetPanel::kModel);
+    if (!needsTruth(channel)) panels.push_back(SheetPanel::kModel);
     if (comparable && !command.truth.empty()) panels.push_back(SheetPanel::kTruth);
-    if ((comparable && !command.truth.empty()) || channel == Channel::kError) panels.push_back(SheetPanel::kError);
+    if ((comparable && !command.truth.empty()) || needsTruth(channel)) panels.push_back(SheetPanel::kError);
 }
 
 void checkNames(const RenderCommand& command) {
@@ -311,13 +311,14 @@ void refuseUnused(const RenderCommand& command) {
     if (!command.sheet.file.empty()) refuse(command.overlay, "with --sheet");
     if (command.imageError()) refuse(command.overlay, "where pictures of model and truth are compared");
     if (!command.draws()) refuse(command.picture, "without a picture (-o, --sheet, --flip)");
-    if (channel != Channel::kError && !showsError(command.sheet, channel))
+    if (!needsTruth(channel) && !showsError(command.sheet, channel))
         refuse({command.error_max_option}, "to --channel " + command.channel);
     if (command.output.empty()) refuse({command.source_option}, "without -o");
     if (command.output.empty()) refuse(command.overlay, "without -o");
-    if (!command.truth.empty() && channel != Channel::kError && command.options.source != VisibilitySource::kTruth &&
+    if (!command.truth.empty() && !needsTruth(channel) && command.options.source != VisibilitySource::kTruth &&
         !command.batch)
-        throw UsageError("--truth is of no use without --channel error, --source truth or a sequence");
+        throw UsageError(
+            "--truth is of no use without --channel error or transfer-error, --source truth or a sequence");
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ MAY_INCLUDE = {
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/transfer": SH | {"fit/numerics"} | FORMATS,
-    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility"} | FORMATS,
+    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility", "fit/transfer"} | FORMATS,
     "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/transfer", "fit/blockers", "fit/compare"} | FORMATS,
     "pack": SH | {"player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link

@@ -99,6 +99,53 @@ Json plotJson(const Plot& plot) {
     return json;
 }
 
+void addFigures(const std::vector<Figure>& figures, Json& json) {
+    for (const Figure& figure : figures) {
+        Json entry{{"id", figure.id},
+                   {"title", figure.title},
+                   {"source", figure.source},
+                   {"finding", figure.finding},
+                   {"method", figure.method}};
+        entry["plots"] = Json::array();
+        for (const Plot& plot : figure.plots) entry["plots"].push_back(plotJson(plot));
+        entry["table"] = {{"columns", figure.table.columns}, {"rows", figure.table.rows}};
+        json["figures"].push_back(entry);
+    }
+}
+
+// Appends a row, and sets the header to its names.
+void addRow(const Json& json, std::string& header, std::string& rows) {
+    std::string names, values;
+    for (const auto& [name, value] : json.items()) {
+        names += (names.empty() ? "" : ",") + name;
+        const std::string text = value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
+        // A name such as PCA(8,22) has a comma.
+        values += (values.empty() ? "" : ",") + (text.find(',') == std::string::npos ? text : '"' + text + '"');
+    }
+    header = names + "\n";
+    rows += values + "\n";
+}
+
+Json runJson(const TransferRun& run) {
+    return {{"model", run.name},
+            {"of_paper_002", run.of_paper ? "yes" : "no"},
+            {"prior", run.regularised ? "yes" : "no"},
+            {"alpha", number(run.alpha)},
+            {"bytes", run.bytes},
+            {"megaops", run.megaops},
+            {"fit_seconds", run.fit_seconds},
+            {"pca_seconds", run.pca_seconds},
+            {"frame_milliseconds", run.frame_ms},
+            {"train_transfer_error", number(run.train.transfer_error)},
+            {"held_out_transfer_error", number(run.held_out.transfer_error)},
+            {"train_relative_transfer_error", number(run.train.relative_transfer_error)},
+            {"held_out_relative_transfer_error", number(run.held_out.relative_transfer_error)},
+            {"train_relative_error", number(run.train.relative_error)},
+            {"held_out_relative_error", number(run.held_out.relative_error)},
+            {"train_local_relative_error", number(run.local_train)},
+            {"held_out_local_relative_error", number(run.local_held_out)}};
+}
+
 }  // namespace
 
 std::string compareJson(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source) {
@@ -114,32 +161,38 @@ std::string compareJson(const Comparison& comparison, const std::vector<Figure>&
               {"fits", Json::array()},
               {"figures", Json::array()}};
     for (Json& row : fitRows(comparison)) json["fits"].push_back(std::move(row));
-    for (const Figure& figure : figures) {
-        Json entry{{"id", figure.id},
-                   {"title", figure.title},
-                   {"source", figure.source},
-                   {"finding", figure.finding},
-                   {"method", figure.method}};
-        entry["plots"] = Json::array();
-        for (const Plot& plot : figure.plots) entry["plots"].push_back(plotJson(plot));
-        entry["table"] = {{"columns", figure.table.columns}, {"rows", figure.table.rows}};
-        json["figures"].push_back(entry);
-    }
+    addFigures(figures, json);
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string compareCsv(const Comparison& comparison) {
     std::string header, rows;
-    for (const Json& json : fitRows(comparison)) {
-        std::string names, values;
-        for (const auto& [name, value] : json.items()) {
-            names += (names.empty() ? "" : ",") + name;
-            const std::string text = value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
-            values += (values.empty() ? "" : ",") + text;
-        }
-        header = names + "\n";
-        rows += values + "\n";
-    }
+    for (const Json& row : fitRows(comparison)) addRow(row, header, rows);
+    return header + rows;
+}
+
+std::string transferJson(const TransferComparison& comparison, const std::vector<Figure>& figures,
+                         const CompareSource& source) {
+    Json json{{"schema", "penumbra.compare_transfer"},
+              {"schema_version", kCompareVersion},
+              {"provenance", Json::parse(toJson(source.provenance))},
+              {"order", comparison.options.order},
+              {"vertices", comparison.vertices},
+              {"angles", comparison.angles},
+              {"train_clips", source.train_clips},
+              {"held_out_clips", source.held_out_clips},
+              {"train_frames", comparison.train_frames},
+              {"held_out_frames", comparison.held_out_frames},
+              {"models", Json::array()},
+              {"figures", Json::array()}};
+    for (const TransferRun& run : comparison.runs) json["models"].push_back(runJson(run));
+    addFigures(figures, json);
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string transferCsv(const TransferComparison& comparison) {
+    std::string header, rows;
+    for (const TransferRun& run : comparison.runs) addRow(runJson(run), header, rows);
     return header + rows;
 }
 

@@ -303,6 +303,7 @@ ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& 
 TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertices, std::size_t frames) {
     TruthView truth;
     truth.order = stored.order();
+    truth.is_transfer = stored.is_transfer();
     checkRange(at / "order", truth.order, 1, kMaxOrder);
     checkRange(at / "precision", std::int64_t(stored.precision()), 0, std::int64_t(AssetPrecision::kF16));
     truth.precision = AssetPrecision(stored.precision());
@@ -331,11 +332,12 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     asset.has_mesh = stored.mesh() != nullptr;
     asset.has_model = stored.model() != nullptr;
     asset.has_truth = stored.truth() != nullptr;
-    at.require(asset.has_mesh || !(asset.has_model || asset.has_truth), "mesh is missing");
+    at.require(asset.has_mesh || !(asset.has_model || asset.has_truth || stored.transfer()), "mesh is missing");
     const std::size_t joints = asset.animation.jointCount();
     if (asset.has_mesh) asset.mesh = meshOf(*stored.mesh(), at / "mesh", joints, asset.has_model);
     const std::size_t vertices = asset.mesh.positions.size();
     if (asset.has_model) asset.model = modelOf(*stored.model(), at, asset);
+    if (stored.transfer()) setTransfer(stored, at, asset);
     if (!asset.model.deforming)
         checkCount(at / "animation.bones", asset.animation.bones, asset.animation.frameCount() * std::uint64_t(joints));
     if (stored.animation()) setPlayback(*stored.animation(), at / "animation", asset, asset.animation.playback);

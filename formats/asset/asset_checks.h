@@ -59,6 +59,10 @@ std::vector<ClusterView> sameClustersOf(const StoredClusters* stored, const Fiel
 void setIndirect(const fbs::Model& stored, const Field& at, const ReadCluster& read_cluster, ModelView& model);
 // The blockers of the file, which version 5 brought too, in asset_checks_compose.cpp. `at` is the file.
 BlockersView blockersOf(const fbs::Asset& stored, const Field& at, std::size_t joints);
+// The part of it that version 7 brought, in asset_checks_transfer.cpp. Reads the mesh and the animation of `asset`, and
+// sets the transfer and what stands in for the model. `at` is the file.
+void setTransfer(const fbs::Asset& stored, const Field& at, AssetView& asset);
+bool usesVersion7(const fbs::Asset& asset);
 // Returns the lowest version from 3 on that knows all that the verified file has.
 int lowestVersion(const fbs::Asset& asset);
 

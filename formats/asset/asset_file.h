@@ -25,8 +25,8 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 7;              // knows light that bounces
-constexpr int kFactoredAssetVersion = 6;      // knows lobes of materials, and suns and pictures of lights
+constexpr int kAssetVersion = 7;              // knows transfer, and light that bounces
+constexpr int kSunAssetVersion = 6;           // knows lobes of materials, and suns and pictures of lights
 constexpr int kComposedAssetVersion = 5;      // knows composed models and sphere blockers
 constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
 constexpr int kSkinnedAssetVersion = 3;       // writers use the lowest of these versions that knows all they write
@@ -185,8 +185,24 @@ struct ModelView {
     std::optional<IndirectView> indirect;
 };
 
+// A model of paper 002; asset.fbs has the formulas.
+struct TransferView {
+    int order = 0;
+    std::span<const std::uint32_t> angles;  // [A] ascending, < pose_size; at least one
+    std::span<const float> pose_basis;      // [A, k], or empty: k = A
+    NumbersView weights;                    // [n (k + 1), m], at least one output
+    NumbersView basis;                      // [m, V], or empty: m = V
+    std::span<const float> mean;            // [V] with a basis
+    float alpha = 0;
+    bool reduced() const { return basis.count > 0; }
+    std::size_t coefficients() const { return std::size_t(order) * std::size_t(order); }
+    std::size_t inputs() const { return pose_basis.empty() ? angles.size() : pose_basis.size() / angles.size(); }
+    std::size_t outputs() const { return weights.row_length; }
+};
+
 struct TruthView {
     int order = 0;
+    bool is_transfer = false;  // else moments of visibility
     AssetPrecision precision = AssetPrecision::kF32;
     std::span<const std::byte> data;  // [F,V,order^2], V in the bake's order whatever the mesh's order is
 };
@@ -242,6 +258,10 @@ struct BlockersView {
 struct AssetView {
     std::string_view provenance;
     bool has_mesh = false, has_model = false, has_truth = false;
+    // An asset of transfer has no model. Its `model` then says how the transfer of vertices lies in memory: stride, and
+    // clusters that are pieces of the mesh without components.
+    std::optional<TransferView> transfer;
+    bool hasCharacter() const { return has_model || transfer.has_value(); }  // it can be posed and drawn
     MeshView mesh;
     AnimationView animation;
     ModelView model;

@@ -23,6 +23,9 @@ std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices,
     const ModelView& model = shot.asset->model;
     std::vector<float> numbers(vertices.positions.size() * std::size_t(model.stride));
     overVertices(vertices.positions.size(), threads, [&](std::size_t begin, std::size_t end) {
+        if (shot.asset->transfer)
+            return transferFromTruth(*shot.truth, shot.truth_frame, model.convention.order, model.stride, begin, end,
+                                     vertices.normals, numbers);
         numbersFromTruth(*shot.truth, shot.truth_frame, model.convention, model.stride, begin, end,
                          shot.asset->mesh.shading_point, vertices.normals, vertices.tangents, numbers);
     });
@@ -66,14 +69,25 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
     const ModelView& model = shot.asset->model;
     std::vector<float> e(numbers.size() / std::size_t(model.stride));
-    overVertices(e.size(), threads, [&](std::size_t begin, std::size_t end) {
-        ambient(model.convention, model.stride, begin, end, numbers, e);
-    });
+    overVertices(e.size(), threads,
+                 [&](std::size_t begin, std::size_t end) { ambient(*shot.asset, begin, end, numbers, e); });
     return e;
 }
 
 std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads) {
     return ambientOf(shot, truthNumbers(shot, vertices, threads), threads);
+}
+
+void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance) {
+    radiance.resize(evaluator.vertexCount());
+    evaluator.setTransferLight(shading.lightTables().sh());
+    overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
+        const std::span<Vec3> piece = std::span(radiance).subspan(begin, end - begin);
+        evaluator.transfer()->irradiance(begin, end, piece);
+        for (Vec3& v : piece)
+            for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
+    });
+    shading.reflect(0, radiance.size(), radiance);
 }
 
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,

@@ -38,15 +38,15 @@ std::string findProblem(const RenderOptions& options) {
     return "";
 }
 
-constexpr std::array<std::string_view, 7> kChannels = {"shaded",  "ao",    "error",     "clusters",
-                                                       "normals", "parts", "ao-bounced"};
+constexpr std::array<std::string_view, 8> kChannels = {"shaded",  "ao",    "error",      "clusters",
+                                                       "normals", "parts", "ao-bounced", "transfer-error"};
 
 std::string_view nameOf(Channel channel) { return kChannels[std::size_t(channel)]; }
 
 Channel parseChannel(std::string_view word) {
     for (std::size_t i = 0; i < kChannels.size(); ++i)
         if (word == kChannels[i]) return Channel(i);
-    throw wrongWord("--channel", "shaded, ao, error, clusters, normals, parts or ao-bounced", word);
+    throw wrongWord("--channel", "shaded, ao, error, clusters, normals, parts, ao-bounced or transfer-error", word);
 }
 
 VisibilitySource parseSource(std::string_view word) {

@@ -54,6 +54,7 @@ private:
     float exposure_ = 1;
 
     void shineOn(std::span<const Vec3> positions);  // draws the shadow maps
+    std::vector<Vec3> valuesOf(const Panel& panel, PosedFrame& frame, Vec3 eye);
     void drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawCharacter(const Panel& panel, PosedFrame& frame, const FrameView& view);

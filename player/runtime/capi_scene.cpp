@@ -206,6 +206,8 @@ penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, 
         requirePointer(character, "character");
         requirePointer(numbers, "numbers");
         requireCaster(*scene, except);
+        if (character->asset->view.transfer)
+            throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
         const Evaluator& evaluator = character->evaluator;
         requireRange("vertices", first_vertex, vertex_count, evaluator.vertexCount());
         const ModelView& model = character->asset->view.model;

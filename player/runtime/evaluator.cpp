@@ -17,6 +17,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <string_view>
 
 #include "sh/far/floor_factor.h"
 #include "sh/tangent.h"
@@ -33,6 +34,8 @@ bool hasBytes(const ClusterView& cluster) { return cluster.basis.precision == As
 std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& asset) {
     const auto decoded = std::make_shared<Decoded>();
     Decoded& d = *decoded;
+    d.absolute.resize(asset.animation.jointCount());
+    if (asset.transfer) return decoded;
     for (const ClusterView& cluster : asset.model.clusters) d.clusters.push_back(&cluster);
     d.first_residual = d.clusters.size();
     if (asset.model.composition)
@@ -62,7 +65,6 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     ambientWeights(asset.model.convention,
                    std::span(d.ambient_weights).first(std::size_t(asset.model.convention.size())));
     for (float weight : d.ambient_weights) d.ambient_norm2 += weight * weight;
-    d.absolute.resize(asset.animation.jointCount());
     for (const InputJointView& input : asset.model.input_joints)
         d.absolute[std::size_t(input.joint)] = input.absolute();
     if (asset.model.deforming) d.deformation = std::make_unique<Deformation>(asset);
@@ -95,7 +97,8 @@ const FarLayout& Evaluator::castLayout() const {
 }
 
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(asset)), path_(evaluatorPaths().back()) {
-    assert(asset.has_model);
+    assert(asset.hasCharacter());
+    if (asset.transfer) transfer_.emplace(asset);
     scratch_.resize(decoded_->scratch);
     bones_.resize(asset.animation.jointCount());
     bone_rotations_.resize(bones_.size());
@@ -122,6 +125,12 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     if (asset.model.features == FeatureKind::kDihedrals) pose_.resize(asset.animation.pose_size);
     deformation_scratch_ = decoded_->deformation->scratch();
     decoded_->deformation->normals(points_, deformation_scratch_, point_normals_);
+}
+
+void Evaluator::usePath(const EvaluatorPath& path) {
+    path_ = path;
+    const std::vector<TransferPath> paths = transferPaths();
+    if (transfer_) transfer_->usePath(std::string_view(path.name) == paths.front().name ? paths.front() : paths.back());
 }
 
 // Computes M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c
@@ -158,6 +167,10 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
     assert(bones.size() == bones_.size() && (!angles || pose.size() == asset_->animation.pose_size));
     std::copy(bones.begin(), bones.end(), bones_.begin());
     for (std::size_t j = 0; j < bones.size(); ++j) bone_rotations_[j] = nearestRotation(bones[j].linear());
+    if (transfer_) {
+        for (Mat3& rotation : rotations_) rotation = bone_rotations_[0];
+        return transfer_->setPose(pose);
+    }
     int features_of = -1;  // the joint whose features are in features_
     // Neighbouring clusters often share a joint, so its features are computed once for all of them.
     double out_of_range = 0;
@@ -212,6 +225,7 @@ void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
 }
 
 std::span<const float> Evaluator::scoresOf(std::size_t index) const {
+    if (transfer_) return {};
     return std::span(scores_).subspan(decoded_->first_score[index], decoded_->clusters[index]->components());
 }
 
@@ -256,6 +270,8 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     const ClusterView& view = asset_->model.clusters[cluster];
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(numbers.size() == vertexCount() * stride);
+    if (transfer_)
+        return transfer_->transfer(view.first_vertex, view.first_vertex + view.vertex_count, stride, numbers);
     if (composed()) {
         evaluateFar(cluster, far_);
         return composeCluster(cluster, far_, numbers);
@@ -396,7 +412,7 @@ Receiver Evaluator::skinned(std::size_t vertex, std::size_t cluster) const {
         out.position = blend.point(mesh.positions[vertex]);
         out.normal = normalized(cofactor(blend.linear()) * mesh.normals[vertex]);
     }
-    out.tangent = tangentOf(out.normal, rotations_[cluster] * mesh.tangents[vertex]);
+    out.tangent = tangentOf(out.normal, mesh.tangents.empty() ? Vec3{} : rotations_[cluster] * mesh.tangents[vertex]);
     return out;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,20 +14,21 @@
 #include "player/runtime/deformation.h"
 #include "player/runtime/far_anchors.h"
 #include "player/runtime/model_evaluator.h"
+#include "player/runtime/transfer_evaluator.h"
 #include "sh/far/far_tables.h"
 
 namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. The constructor decodes the models
-    // and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own, share
-    // that.
+    // `asset` (with hasCharacter()) and the bytes behind it must outlive the evaluator. The constructor decodes the
+    // models and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own,
+    // share that.
     explicit Evaluator(const AssetView& asset);
 
     const AssetView& asset() const { return *asset_; }
     // Replaces the fastest path of this processor, which is the default. Tests go through all of evaluatorPaths().
-    void usePath(const EvaluatorPath& path) { path_ = path; }
+    void usePath(const EvaluatorPath& path);
     std::size_t vertexCount() const { return asset_->mesh.positions.size(); }
     std::size_t clusterCount() const { return asset_->model.clusters.size(); }
 
@@ -63,6 +65,11 @@ public:
     // Writes numbers[v * stride + i] for the cluster's vertices. `numbers` is the array of all vertices, V * stride
     // floats. For a composed asset it skins them on the way, since the far parts are seen from where they are now.
     void evaluateCluster(std::size_t cluster, std::span<float> numbers) const;
+
+    // The evaluator of an asset of transfer, with the pose that was set last; null of any other. Its numbers are the
+    // transfer, which evaluateCluster() writes. setTransferLight() is TransferEvaluator::setLight().
+    const TransferEvaluator* transfer() const { return transfer_ ? &*transfer_ : nullptr; }
+    void setTransferLight(std::span<const Vec3> sh) { transfer_->setLight(sh); }
 
     // The two halves of that for a composed asset, which otherwise must not be asked for. evaluateFar() writes what the
     // far parts leave visible at the cluster's vertices (farVisibility(), sh/far/far_visibility.h): far[v * kFarNumbers
@@ -137,6 +144,7 @@ private:
     std::vector<float> units_;                 // [cluster], unit of its pair weights
     EvaluatorPath path_;
     FarQuality quality_ = FarQuality::kFull;
+    std::optional<TransferEvaluator> transfer_;  // only for an asset of transfer
     // Only for a composed asset; else empty.
     FarPose far_pose_;
     // Calls on different clusters write different places of these.

@@ -85,7 +85,7 @@ PENUMBRA_API void penumbra_asset_close(penumbra_asset* asset);
 /* Tells what is in the file. Counts and pointers are 0 and NULL where it holds no such thing (a file may have only
  * materials or lights). */
 typedef struct penumbra_asset_info {
-    int has_model;          /* 1: a character can be made */
+    int has_model;          /* 1: a character can be made, of visibility or of transfer (convention "T6", ...) */
     const char* provenance; /* JSON: tool, version, options, hashes of the inputs */
 
     size_t vertex_count, source_vertex_count, triangle_count; /* V, R, T */
@@ -115,7 +115,7 @@ typedef struct penumbra_asset_info {
     size_t rotation_count; /* numbers of a pose in rotation vectors, 3J (of a rig with inputs 3 for each joint of its
                               own, then the inputs); 0 where the model reads matrices only */
 
-    const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2) */
+    const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2); "T6": transfer */
     size_t number_count;      /* numbers a vertex */
     size_t stride;            /* floats a vertex in arrays of numbers: number_count padded to a multiple of 4 */
     size_t cluster_count;     /* C */

@@ -12,10 +12,14 @@
 
 namespace penumbra {
 
+// Tells whether a material is exactly one Lambert lobe.
+bool isLambert(const MaterialView& material);
+
 class ShadingSet {
 public:
-    // `asset` has a model, materials and lights, and outlives the set. At first asset.slot_material and light 0 are
-    // on.
+    // `asset` has a character, materials and lights, and outlives the set. Transfer is diffuse: of an asset of transfer
+    // only Lambert materials can be on (isLambert()), and only LightForm::kRotation. At first asset.slot_material and
+    // light 0 are on.
     explicit ShadingSet(const AssetView& asset, const ShadingChoice& choice = {});
 
     const AssetView& asset() const { return *asset_; }
@@ -67,6 +71,9 @@ public:
     void shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
                std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye, std::span<Vec3> radiance,
                std::span<const float> indirect = {}) const;
+    // Turns light that reached vertices (l . t, of those that shade() would shade) into what an asset of transfer sends
+    // to any eye: albedo / pi times it.
+    void reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const;
     // Adds what suns() add to the radiance of these vertices: sum over suns of visible E f(omega_i, omega_o) cos.
     // `visible` is [suns, V], the share of each sun that reaches a vertex past everything, its own body included.
     // Materials without lobes send nothing back. Everything else is as in shade().
@@ -102,6 +109,8 @@ private:
     ShadePath path_;
 
     void makeTables();
+    void shadeTransfer(std::size_t begin, std::size_t end, std::span<const float> numbers,
+                       std::span<Vec3> radiance) const;
     void sortVertices();
 };
 

@@ -43,6 +43,9 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     for (const std::vector<SceneCharacter>* list : {&file_.characters, &file_.props})
         for (const SceneCharacter& one : *list) {
             std::shared_ptr<const OpenAsset> asset = openedAt(one);
+            if (asset->view.transfer)
+                throw InvalidInput(one.at + "/asset: " + one.asset.string() +
+                                   " has transfer of paper 002, on which nothing casts");
             if (!asset->view.has_model) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no model");
             if (!one.material.empty() || !one.slots.empty()) (void)materialsOf(one, asset->view);
             const Evaluator*& first = decoded[asset.get()];

@@ -54,7 +54,8 @@ bool hasOthers(const Scene& scene, std::size_t index) {
 }  // namespace
 
 bool changesNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
-    if (shadows == Shadows::kSelf) return false;
+    // Transfer is no visibility that others could take from.
+    if (shadows == Shadows::kSelf || scene.characters[index]->asset.transfer) return false;
     return shadows != Shadows::kBoth || hasOthers(scene, index);
 }
 
@@ -62,6 +63,7 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
                   std::span<float> indirect) {
     const Character& character = *scene.characters[index];
     const ModelView& model = character.asset.model;
+    if (character.asset.transfer) return;
     if (shadows == Shadows::kCast || shadows == Shadows::kNone) {
         const std::vector<float> open = freeSight(model.convention);
         for (std::size_t first = 0; first < numbers.size(); first += std::size_t(model.stride))

@@ -38,7 +38,8 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
-        return model.composition && (model.convention.order > kFieldOrder || model.composition->floor);
+        return character->asset.transfer ||
+               (model.composition && (model.convention.order > kFieldOrder || model.composition->floor));
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value() ||
@@ -198,6 +199,7 @@ void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double ra
 void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
     const auto [index, vertex] = *state.picked;
     const Character& character = *scene_->characters[index];
+    if (character.asset.transfer) return;  // transfer is no visibility
     const VertexFigures figures = figuresOf(character, vertex);
     const bool truth = pane.shown == Shown::kTruth && !figures.truth.empty();
     const std::span<const float> numbers = truth ? figures.truth : figures.model;

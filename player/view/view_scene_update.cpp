@@ -88,7 +88,7 @@ bool useShading(Scene& scene, const ViewState& state) {
     const ShadingChoice choice = shownShading(scene, state);
     bool changed = false;
     for (const auto& character : scene.characters) {
-        if (!character->shading || character->shading->choice() == choice) continue;
+        if (!character->shading || character->shading->choice() == choice || character->asset.transfer) continue;
         character->shading = std::make_unique<ShadingSet>(character->asset, choice);
         changed = true;
     }
@@ -102,7 +102,8 @@ void setShading(const Scene& scene, Character& character, const CharacterChoice&
     if (!character.shading) return;
     ShadingSet& set = *character.shading;
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
-        if (set.materialOfSlot()[slot] != choice.material_of_slot[slot])
+        if (set.materialOfSlot()[slot] != choice.material_of_slot[slot] &&
+            set.hasMaterial(choice.material_of_slot[slot]))
             set.setMaterial(slot, choice.material_of_slot[slot]);
     setShownLight(scene, state, character);
     if (set.sunsOn() != suns) set.setSuns(suns);

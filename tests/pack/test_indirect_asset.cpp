@@ -60,7 +60,7 @@ TEST(IndirectAsset, AssetsWithoutItKeepTheirBytes) {
     model.indirect.reset();
     EXPECT_EQ(packedTube(kExact, model).bytes, packedTube(kExact, synthetic::tubeModel()).bytes);
     std::vector<std::byte> bytes = packedTube().bytes;
-    fbs::GetMutableAsset(bytes.data())->mutate_format_version(kFactoredAssetVersion);
+    fbs::GetMutableAsset(bytes.data())->mutate_format_version(kSunAssetVersion);
     sealAsset(bytes);
     EXPECT_THROW(openAsset(bytes), InvalidInput);
 }

@@ -66,6 +66,7 @@ def bakes():
     bend, sheet = (os.path.join(SAMPLES, name) for name in ("bend.glb", "sheet.npz"))
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--report", "r.json", "--depfile", "a.d", "-v")
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--resume")
+    run(OK, "bake", "visibility", bend, "-o", "t.vis.h5", *SMALL, "--quantity", "transfer")
     run(OK, "bake", "visibility", bend, "-o", "dry.vis.h5", *SMALL, "--dry-run")
     run(OK, "bake", "visibility", bend, "-o", "l.vis.h5", *SMALL, "--local", "--local-steps", 1, "--local-order", 6)
     for i, part in enumerate(("0:7", "7:15")):
@@ -110,6 +111,10 @@ def fits():
     run(OK, "fit", "brdf", "--table", "skew.table", "-o", "table.brdf.h5")
     run(OK, "fit", "light", "sky.hdr", "-o", "sky.light.h5")
     run(OK, "fit", "light", "--analytic", "sun+overcast", "--lobe-fit", "joint", "-o", "sun.light.h5", "--window", "always")
+    run(OK, "fit", "transfer", "t.vis.h5", "--order", 3, "--components", "2,4", "-o", "pca.transfer.h5", "--holdout", "sway")
+    run(OK, "fit", "transfer", "a.vis.h5", "--order", 2, "--model", "linear", "-o", "l.transfer.h5", "--prior", 1)
+    run(OK, "fit", "compare", "a.vis.h5", "--transfer", "--order", 2, "--holdout", "sway", "--components", "2,4", "-o",
+        "transfer.html")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--clusters", "1,2", "--output-variances", "0.9", "--models",
         "linear,additive", "--conventions", "A2", "--light", "sky.light.h5", "--light", "sun.light.h5", "-o", "compare.html")
 
@@ -125,6 +130,12 @@ def packs():
         run(OK, "pack", "asset", name + ".model.h5", "--blockers", blockers + ".blockers.h5", "-o", "blockers.pnb")
         run(OK, "bake", "info", "blockers.pnb")
     run(OK, "pack", "truth", "a.vis.h5", "-o", "a.truth.pnb")
+    run(OK, "pack", "truth", "t.vis.h5", "-o", "t.truth.pnb")
+    for name, words in (("pca", ["--precision", "i8"]), ("l", ["--albedo", "0.5/0.4/0.3"])):
+        run(OK, "pack", "asset", name + ".transfer.h5", *words, "--light", "sky.light.h5", "-o", name + ".transfer.pnb")
+        run(OK, "bake", "info", name + ".transfer.pnb")
+    run(OK, "pack", "check", "pca.transfer.pnb", "t.vis.h5")
+    run(OK, "pack", "check", "l.transfer.pnb", "a.vis.h5")
     for model in ("linear", "quadratic", "neural", "additive"):
         run(OK, "pack", "check", model + ".pnb", "a.vis.h5", "--predictions", model + ".pred.vis.h5", "--model", model + ".model.h5")
     for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
@@ -139,6 +150,11 @@ def pictures():
     for path in ("cpu", "glsl"):
         run(OK, "player", "render", "additive.pnb", *TINY, "--path", path, "-o", "a.png")
         run(OK, "player", "render", "f16.pnb", *TINY, "--path", path, "--light-form", "lobes", "--reflectance", "operators", "-o", "a.exr")
+    for channel in ("shaded", "ao", "normals", "error", "transfer-error"):
+        words = ["--truth", "t.truth.pnb"] if "error" in channel else []
+        run(OK, "player", "render", "pca.transfer.pnb", *TINY, *words, "--channel", channel, "-o", "a.png")
+    run(OK, "player", "bench", "pca.transfer.pnb", *TINY, "--runs", 2)
+    run(OK, "player", "view", "pca.transfer.pnb", "--dry-run")
     for channel in ("ao", "normals", "clusters", "error"):
         run(OK, "player", "render", "linear.pnb", *TINY, *(truth if channel == "error" else []), "--channel", channel, "-o", "a.png")
     run(OK, "player", "render", "neural.pnb", *TINY, *truth, "--frames", "0:3", "--sheet", "s.png", "--csv", "s.csv", "--flip",
