@@ -29,8 +29,8 @@ struct FarPlaces {
 // scene, 3x4; the next has whether its numbers are given (1) or the model's (0), and which caster it is (-1: none).
 // Then follow the rows of the bones' 3x4 skinning matrices; rows of the clusters' rotations, whose fourth number is
 // unused; the scores of all clusters, which for an i8 basis are multiplied by the component's scale, those of residuals
-// and then of light that bounces after all others; the parts (writePosedPart()) of a composed asset that the GPU evaluates; the material of every
-// slot; and ShadingLayout::lightTexels() of the light.
+// and then of light that bounces after all others; the parts (writePosedPart()) of a composed asset that the GPU
+// evaluates; the material of every slot; and ShadingLayout::lightTexels() of the light.
 struct PosePlaces {
     std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, light = 0, size = 0;
 };

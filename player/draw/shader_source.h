@@ -29,7 +29,7 @@ struct ShaderRecipe {
     // Where the asset has light that bounces: its first row in the cluster table, and the weights of its ambient term.
     std::optional<std::size_t> first_indirect = {};
     Vec3 bounced_ambient = {};
-    bool casts = false;                 // numbers are multiplied by what GlCast has written
+    bool casts = false;  // numbers are multiplied by what GlCast has written
 };
 
 bool showsVisibility(Channel channel);

@@ -6,12 +6,12 @@
 namespace penumbra {
 
 enum class Channel {
-    kShaded,    // radiance towards the eye, negative values (ringing of truncated SH) as 0
-    kAmbient,   // E, cosine-weighted visibility / pi; 1 = unshadowed
-    kError,     // |E - E of the baked truth| as a colour, viridis from 0 to RenderOptions::error_max
-    kClusters,  // one colour a cluster
-    kNormals,   // unit normal n, model frame, as n/2 + 1/2
-    kParts,     // one colour a rigid part, only for composed assets
+    kShaded,          // radiance towards the eye, negative values (ringing of truncated SH) as 0
+    kAmbient,         // E, cosine-weighted visibility / pi; 1 = unshadowed
+    kError,           // |E - E of the baked truth| as a colour, viridis from 0 to RenderOptions::error_max
+    kClusters,        // one colour a cluster
+    kNormals,         // unit normal n, model frame, as n/2 + 1/2
+    kParts,           // one colour a rigid part, only for composed assets
     kBouncedAmbient,  // E with the light that surfaces reflect to one another, only for assets that have it
 };
 
