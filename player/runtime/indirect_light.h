@@ -5,7 +5,6 @@
 #include <span>
 
 #include "player/runtime/shade_kernel.h"
-#include "sh/far/far_kernel.h"
 #include "sh/indirect_numbers.h"
 #include "sh/visibility_convention.h"
 

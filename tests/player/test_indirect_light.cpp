@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "player/runtime/indirect_light.h"
+#include "sh/far/far_visibility.h"
 
 namespace penumbra {
 namespace {
