@@ -55,8 +55,8 @@ void printRow(const char* role, std::size_t frames, double relative_error, const
 void printFit(const IndirectFit& fit) {
     const IndirectReport& found = fit.report;
     std::printf("%-9s %6s %14s %13s %32s\n%-9s %6s %14s %13s %10s %10s %10s\n", "", "", "", "",
-                "error as a share of direct light", "", "frames", "relative error", "ambient error", "no bounces", "mean",
-                "model");
+                "error as a share of direct light", "", "frames", "relative error", "ambient error", "no bounces",
+                "mean", "model");
     printRow("train", found.train_frames, found.train_error, found.train);
     if (found.held_out_frames) printRow("held out", found.held_out_frames, found.held_out_error, found.held_out);
     std::printf("relative error, training frames: %.4f blocked cross-validation\n", found.cross_validated_error);
@@ -97,7 +97,9 @@ Verb indirectVerb() {
     return {"indirect",
             "Add the light that bounces, from a bake of transfer, to a model of visibility.",
             [command](CLI::App& app) { define(app, *command); },
-            [command] { return std::vector<std::filesystem::path>{command->model, command->bake}; },
+            [command] {
+                return std::vector<std::filesystem::path>{command->model, command->bake};
+            },
             [command] { return std::filesystem::path(command->output); },
             [command](const CommonOptions& common, Report& report) { run(*command, common, report); }};
 }

@@ -99,10 +99,10 @@ void reportIndirect(const Packed& packed, const IndirectModel& indirect, bool qu
                                  {"model_components", packed.all_indirect_components},
                                  {"train_share_of_direct", indirect.train_share}};
     if (!quiet)
-        std::printf("  light that bounces: %.1f bytes a vertex, %zu of %zu components; error of packing %.2e of the "
-                    "signal\n",
-                    bytes / vertices, packed.indirect_components, packed.all_indirect_components,
-                    packed.indirect_error);
+        std::printf(
+            "  light that bounces: %.1f bytes a vertex, %zu of %zu components; error of packing %.2e of the "
+            "signal\n",
+            bytes / vertices, packed.indirect_components, packed.all_indirect_components, packed.indirect_error);
 }
 
 BrdfFile readMaterial(const fs::path& path) {

@@ -254,35 +254,34 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
 
 Verb checkVerb() {
     const auto command = std::make_shared<CheckCommand>();
-    return {"check",
-            "Hold the run-time evaluator against baked truth.",
-            [command](CLI::App& app) {
-                app.add_option("asset", command->asset, "X.pnb with a model")->required();
-                app.add_option("truth", command->truth,
-                               "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")
-                    ->required();
-                app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
-                app.add_option("--second-bake", command->second_bake,
-                               "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
-                app.add_option("--model", command->model,
-                               "X.model.h5 that the asset was made of, for what packing costs");
-                app.add_option("--bounces", command->bounces,
-                               "TRANSFER.vis.h5 of penumbra-bake --quantity transfer --bounces N, some of the asset's "
-                               "frames: checks the light that bounces");
-                app.add_option("--quality", command->quality,
-                               "of the far parts of a composed asset: full, or fast as for characters in the distance")
-                    ->check(CLI::IsMember({"full", "fast"}))
-                    ->capture_default_str();
-            },
-            [command] {
-                std::vector<fs::path> inputs{command->asset, command->truth};
-                for (const fs::path& path :
-                     {command->predictions, command->second_bake, command->model, command->bounces})
-                    if (!path.empty()) inputs.push_back(path);
-                return inputs;
-            },
-            nullptr,
-            [command](const CommonOptions& common, Report& report) { runCheck(*command, common, report); }};
+    return {
+        "check",
+        "Hold the run-time evaluator against baked truth.",
+        [command](CLI::App& app) {
+            app.add_option("asset", command->asset, "X.pnb with a model")->required();
+            app.add_option("truth", command->truth,
+                           "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")
+                ->required();
+            app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
+            app.add_option("--second-bake", command->second_bake,
+                           "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
+            app.add_option("--model", command->model, "X.model.h5 that the asset was made of, for what packing costs");
+            app.add_option("--bounces", command->bounces,
+                           "TRANSFER.vis.h5 of penumbra-bake --quantity transfer --bounces N, some of the asset's "
+                           "frames: checks the light that bounces");
+            app.add_option("--quality", command->quality,
+                           "of the far parts of a composed asset: full, or fast as for characters in the distance")
+                ->check(CLI::IsMember({"full", "fast"}))
+                ->capture_default_str();
+        },
+        [command] {
+            std::vector<fs::path> inputs{command->asset, command->truth};
+            for (const fs::path& path : {command->predictions, command->second_bake, command->model, command->bounces})
+                if (!path.empty()) inputs.push_back(path);
+            return inputs;
+        },
+        nullptr,
+        [command](const CommonOptions& common, Report& report) { runCheck(*command, common, report); }};
 }
 
 }  // namespace penumbra

@@ -138,9 +138,8 @@ std::vector<Offset<fbs::Cluster>> writeClusters(FlatBufferBuilder& builder, cons
     std::vector<Offset<fbs::Cluster>> written;
     std::uint32_t next = 0;
     for (const ClusterModel& cluster : clusters) {
-        written.push_back(
-            writeCluster(builder, model, cluster, size, what + "[" + std::to_string(written.size()) + "]", next,
-                         precisions));
+        written.push_back(writeCluster(builder, model, cluster, size, what + "[" + std::to_string(written.size()) + "]",
+                                       next, precisions));
         next += std::uint32_t(cluster.vertices.size());
     }
     return written;
@@ -183,8 +182,7 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
             builder, *model.composition, clusterOrder(model),
             writeClusters(builder, model, model.composition->residual, size, "model.composition.residual", precisions));
     Offset<fbs::Indirect> bounced;
-    if (model.indirect)
-        bounced = writeIndirect(builder, model, {precisions.basis, indirect.weights}, indirect.error);
+    if (model.indirect) bounced = writeIndirect(builder, model, {precisions.basis, indirect.weights}, indirect.error);
     return fbs::CreateModel(builder, toStored(model.kind), toStored(model.features), convention,
                             std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
                             spreads, cluster_vector, float(quantization_error), model.deforming, input_joints,

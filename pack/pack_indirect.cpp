@@ -90,8 +90,8 @@ double differenceOf(std::span<const std::byte> packed, std::span<const std::byte
     return signal > 0 ? std::sqrt(difference / signal) : 0;
 }
 
-// Leaves out the groups that no unit of an additive model sees. They only tell how far a pose is out of range, which the
-// model of the visibility does already.
+// Leaves out the groups that no unit of an additive model sees. They only tell how far a pose is out of range, which
+// the model of the visibility does already.
 void dropUnseenGroups(ClusterModel& cluster) {
     if (cluster.unit_group.empty() || cluster.groups.empty()) return;
     const std::size_t size = cluster.group_min.size() / cluster.groups.size();

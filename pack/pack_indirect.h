@@ -19,8 +19,8 @@ using WriteAttempt =
     std::function<std::vector<std::byte>(const Model& model, AssetPrecision precision, const PackedIndirect& indirect)>;
 
 // Turns the components of model.indirect to the principal axes of what it predicts, and drops those that add least for
-// their bytes until it takes at most `bytes_per_vertex` at `precision`; without a bound it leaves them as they are. Each
-// cluster keeps its mean. Throws UsageError where the means alone take more.
+// their bytes until it takes at most `bytes_per_vertex` at `precision`; without a bound it leaves them as they are.
+// Each cluster keeps its mean. Throws UsageError where the means alone take more.
 PackedIndirect shrinkIndirect(Model& model, AssetPrecision precision, std::optional<double> bytes_per_vertex,
                               const WriteAttempt& write);
 

@@ -6,21 +6,9 @@
 
 #include "fit/models/regressor.h"
 #include "formats/common/write_file.h"
-#include "sh/sh_product.h"
-#include "sh/zonal.h"
+#include "sh/cosine_product.h"
 
 namespace penumbra {
-
-std::vector<double> cosineProduct(int order) {
-    const int order_u =
-        std::min(2 * order - 1, kMaxOrder);  // odd bands above 1 are zero, so only those above 8 are lost
-    std::vector<double> zonal, cosine;
-    zonal.resize(std::size_t(order_u));
-    cosine.resize(std::size_t(coefficientCount(order_u)));
-    clampedCosineZonal(zonal);
-    rotateZonal(zonal, Vec3d{0, 0, 1}, cosine);
-    return productMatrix(order, cosine, order_u);
-}
 
 namespace {
 
@@ -55,7 +43,7 @@ double squaredError(const std::vector<double>& product, std::span<const double> 
 double cosineProductError(const CompareInput& input, const Model& model, int threads) {
     const FeatureRecipe recipe = recipeOf(model);
     const std::size_t n = std::size_t(model.convention.size());
-    const std::vector<double> product = cosineProduct(model.convention.order);
+    const std::vector<double> product = cosineMatrix(model.convention.order, model.convention.order);
     std::vector<std::size_t> train, held_out;
     for (std::size_t f = 0; f < model.frames.frameCount(); ++f) {
         const std::string& clip = model.frames.clip_names[model.frames.clip[f]];

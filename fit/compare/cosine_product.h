@@ -6,13 +6,9 @@
 
 namespace penumbra {
 
-// Returns C of equation 14 in the local frame, [n^2, n^2] row-major: C times the coefficients of a function are those
-// of the function times max(s.N, 0), cut to the same order.
-std::vector<double> cosineProduct(int order);
-
-// Returns the relative error over the held-out frames of C times what `model` predicts, of the baked numbers of V
-// max(s.N, 0): the quantity that a fit with Target::kCosineWeighted predicts without C. The model is in convention A or
-// B and in local frames, and the file has an order more than the model. Predictions are not clamped.
+// Returns the relative error over the held-out frames of C (cosineMatrix()) times what `model` predicts, of the baked
+// numbers of V max(s.N, 0): the quantity that a fit with Target::kCosineWeighted predicts without C. The model is in
+// convention A or B and in local frames, and the file has an order more than the model. Predictions are not clamped.
 double cosineProductError(const CompareInput& input, const Model& model, int threads);
 
 }  // namespace penumbra

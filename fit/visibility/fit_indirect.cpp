@@ -115,7 +115,8 @@ ColorAxes colorAxes(const VisibilityReader& reader, std::span<const std::size_t>
     }
     diagonalise(3, scatter, vectors);
     std::array<std::size_t, 3> order{0, 1, 2};
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return scatter[4 * a] > scatter[4 * b]; });
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return scatter[4 * a] > scatter[4 * b]; });
     ColorAxes axes;
     for (int k = 0; k < 3; ++k) {
         const double* v = vectors.data() + 3 * order[std::size_t(k)];
@@ -145,8 +146,8 @@ std::vector<float> ambientWeightsOf(const ColorAxes& axes) {
     std::vector<float> weights(kIndirectNumbers);
     const std::array<std::size_t, 3> places{0, kIndirectCoefficients, kIndirectCoefficients + 1};
     for (int k = 0; k < 3; ++k)
-        weights[places[std::size_t(k)]] = float(2 * std::numbers::inv_sqrtpi) *
-                                          luminance(Vec3{axes(k, 0), axes(k, 1), axes(k, 2)});
+        weights[places[std::size_t(k)]] =
+            float(2 * std::numbers::inv_sqrtpi) * luminance(Vec3{axes(k, 0), axes(k, 1), axes(k, 2)});
     return weights;
 }
 
@@ -160,7 +161,7 @@ struct IndirectJob {
     const std::vector<int>& folds;
     const ColorAxes& axes;
     std::vector<float> ambient_weights;
-    std::vector<int> joints;                          // [cluster]
+    std::vector<int> joints;                           // [cluster]
     std::vector<std::vector<std::uint32_t>> vertices;  // [cluster]
 };
 
@@ -265,7 +266,8 @@ IndirectFit fitIndirect(const Model& model, const VisibilityReader& reader, cons
     phase("poses");
     const PoseTable poses = posesOf(model, framesOfModel(model, header.frames, file));
     std::vector<std::size_t> train, held_out;
-    for (std::size_t f = 0; f < poses.frameCount(); ++f) (heldOut(model, header.frames, f) ? held_out : train).push_back(f);
+    for (std::size_t f = 0; f < poses.frameCount(); ++f)
+        (heldOut(model, header.frames, f) ? held_out : train).push_back(f);
     const std::vector<int> folds = makeFolds(header.frames, train);
     // 2. The colours.
     phase("colours");
@@ -279,8 +281,9 @@ IndirectFit fitIndirect(const Model& model, const VisibilityReader& reader, cons
     }
     // 3. Every cluster.
     phase("fit");
-    IndirectJob job{model, reader,           options, observer, poses, train, folds, result.model.axes,
-                    ambientWeightsOf(result.model.axes), {}, {}};
+    IndirectJob job{
+        model, reader, options, observer, poses, train, folds, result.model.axes, ambientWeightsOf(result.model.axes),
+        {},    {}};
     for (const ClusterModel& cluster : model.clusters) {
         job.joints.push_back(cluster.joint);
         job.vertices.push_back(cluster.vertices);
@@ -303,8 +306,7 @@ IndirectFit fitIndirect(const Model& model, const VisibilityReader& reader, cons
     }
     report.cross_validated_error = of_train.variance > 0 ? std::sqrt(validated / of_train.variance) : 0;
     result.model.train_share = report.train.model;
-    result.model.holdout_share =
-        held_out.empty() ? std::numeric_limits<double>::quiet_NaN() : report.held_out.model;
+    result.model.holdout_share = held_out.empty() ? std::numeric_limits<double>::quiet_NaN() : report.held_out.model;
     return result;
 }
 

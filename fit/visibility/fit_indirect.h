@@ -21,7 +21,7 @@ struct IndirectShares {
 
 struct IndirectReport {
     std::size_t train_frames = 0, held_out_frames = 0;
-    IndirectShares train, held_out;      // the latter are zeros without held-out frames
+    IndirectShares train, held_out;              // the latter are zeros without held-out frames
     double train_error = 0, held_out_error = 0;  // relative errors of the numbers, as those of visibility
     double cross_validated_error = 0;
 };

@@ -162,10 +162,9 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
                                         const ClusterNumbersRequest& request) {
     const VisibilityHeader& header = reader.header();
     const bool local = request.occluders == Occluders::kLocalParts;
-    const std::size_t frames = poses.frameCount(),
-                      stride = request.indirect ? header.indirectCount()
-                               : local          ? std::size_t(coefficientCount(header.local->order))
-                                                : header.coefficientCount();
+    const std::size_t frames = poses.frameCount(), stride = request.indirect ? header.indirectCount()
+                                                            : local ? std::size_t(coefficientCount(header.local->order))
+                                                                    : header.coefficientCount();
     std::vector<MatrixF> out;
     for (const auto& vertices : request.vertices_of_cluster)
         out.emplace_back(frames, vertices.size() * request.numbersOfVertex());

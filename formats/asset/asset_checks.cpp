@@ -295,8 +295,8 @@ ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& 
     of_indirect.stride = kIndirectStride;
     of_indirect.coarsest_mean = AssetPrecision::kI8;
     setIndirect(
-        stored, at, [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, of_indirect); },
-        model);
+        stored, at,
+        [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, of_indirect); }, model);
     return model;
 }
 

@@ -327,7 +327,8 @@ void readComposition(const Hdf5Reader& in, Model& model) {
     const auto count =
         std::size_t(readIntegerAttribute(in, "/residual", "count", 0, std::int64_t(model.clusters.size())));
     for (std::size_t c = 0; c < count; ++c)
-        composition.residual.push_back(readCluster(in, clusterGroup(c, "/residual"), model, std::size_t(model.convention.size())));
+        composition.residual.push_back(
+            readCluster(in, clusterGroup(c, "/residual"), model, std::size_t(model.convention.size())));
     if (hasAttribute(in, "/residual", "worth"))
         composition.residual_worth = readNumberAttribute(in, "/residual", "worth");
     if (!(composition.residual_worth >= 0 && composition.residual_worth <= 1))
@@ -392,7 +393,8 @@ Model readModel(const std::filesystem::path& path) {
     const std::int64_t clusters = readIntegerAttribute(in, "/clusters", "count", 1, std::int64_t(vertices));
     model.cluster_of_vertex = readIndices(in, "/model/cluster_of_vertex", vertices, std::size_t(clusters));
     for (std::int64_t c = 0; c < clusters; ++c)
-        model.clusters.push_back(readCluster(in, clusterGroup(std::size_t(c)), model, std::size_t(model.convention.size())));
+        model.clusters.push_back(
+            readCluster(in, clusterGroup(std::size_t(c)), model, std::size_t(model.convention.size())));
     checkPartition(in, model);
     readComposition(in, model);
     readIndirect(in, model);

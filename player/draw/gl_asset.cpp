@@ -62,10 +62,9 @@ void addIndirectRows(const IndirectView& indirect, ArrayList& arrays, std::vecto
         std::vector<float>& mean = means.emplace_back(cluster.mean.count);
         decode(cluster.mean, mean);
         const auto components = std::uint32_t(cluster.components());
-        table.insert(table.end(),
-                     {cluster.first_vertex, cluster.vertex_count, components, first_score,
-                      arrays.place(std::span<const float>(mean)), placeNumbers(arrays, cluster.basis),
-                      std::uint32_t(AssetPrecision::kF32), std::uint32_t(cluster.basis.precision)});
+        table.insert(table.end(), {cluster.first_vertex, cluster.vertex_count, components, first_score,
+                                   arrays.place(std::span<const float>(mean)), placeNumbers(arrays, cluster.basis),
+                                   std::uint32_t(AssetPrecision::kF32), std::uint32_t(cluster.basis.precision)});
         first_score += components;
     }
 }

@@ -19,7 +19,8 @@ std::string define(const std::string& name, std::size_t value) {
 
 std::string preamble(Channel channel) {
     std::string text = "#version 430 core\n";
-    const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS", "PARTS", "BOUNCED_AO"};  // in the order of Channel
+    const char* names[] = {"SHADED",  "AO",    "ERROR",     "CLUSTERS",
+                           "NORMALS", "PARTS", "BOUNCED_AO"};  // in the order of Channel
     for (std::size_t i = 0; i < std::size(names); ++i) text += define(std::string("CHANNEL_") + names[i], i);
     // Both kinds of error are a number that becomes a colour.
     return text + define("CHANNEL", std::size_t(channel == Channel::kTransferError ? Channel::kError : channel));

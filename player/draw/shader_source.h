@@ -29,8 +29,8 @@ struct ShaderRecipe {
     // Where the asset has light that bounces: its first row in the cluster table, and the weights of its ambient term.
     std::optional<std::size_t> first_indirect = {};
     Vec3 bounced_ambient = {};
-    bool casts = false;                 // numbers are multiplied by what GlCast has written
-    bool sunlit = false;                // surfaces are written for the fragments that suns shine on; only for kShaded
+    bool casts = false;   // numbers are multiplied by what GlCast has written
+    bool sunlit = false;  // surfaces are written for the fragments that suns shine on; only for kShaded
 };
 
 bool showsVisibility(Channel channel);

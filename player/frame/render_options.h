@@ -43,10 +43,10 @@ struct RenderOptions {
     ShadingChoice shading;
     SunChoice suns = SunChoice::kAuto;
     Bounces bounces = Bounces::kBoth;  // of an asset that has light that bounces
-    int sun_map = kSunMapSize;      // texels a side of a sun's shadow map
-    std::string light_rotation;     // sh/light/light_rotation.h
-    int width = 512, height = 512;  // pixels, 1..16384
-    std::string camera;             // sh/camera.h
+    int sun_map = kSunMapSize;         // texels a side of a sun's shadow map
+    std::string light_rotation;        // sh/light/light_rotation.h
+    int width = 512, height = 512;     // pixels, 1..16384
+    std::string camera;                // sh/camera.h
     Channel channel = Channel::kShaded;
     VisibilitySource source = VisibilitySource::kModel;
     std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU

@@ -111,8 +111,8 @@ private:
 
         Composed(const AssetView& asset);
     };
-    // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model, and
-    // then those of light that bounces.
+    // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model,
+    // and then those of light that bounces.
     struct Decoded {
         std::vector<const ClusterView*> clusters;  // [cluster]
         std::vector<ModelEvaluator> models;        // [cluster]
@@ -124,9 +124,9 @@ private:
         std::size_t scores = 0, pair_weights = 0, scratch = 0;
         std::size_t first_residual = 0, first_indirect = 0;  // clusters; beyond the last where there are none
         std::vector<float> indirect_mean;                    // [V, kIndirectStride], or empty
-        std::vector<bool> absolute;                // [J], true for joints that stand for a number
-        std::unique_ptr<Deformation> deformation;  // only for a deforming asset
-        std::unique_ptr<Composed> composed;        // only for a composed asset
+        std::vector<bool> absolute;                          // [J], true for joints that stand for a number
+        std::unique_ptr<Deformation> deformation;            // only for a deforming asset
+        std::unique_ptr<Composed> composed;                  // only for a composed asset
         mutable std::once_flag cast_once;
         mutable FarLayout cast;
     };

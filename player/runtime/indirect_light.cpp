@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sh/far/far_visibility.h"
 #include "sh/light/dominant_light.h"
 
 namespace penumbra {

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "player/runtime/shade_kernel.h"
-#include "sh/far/far_kernel.h"
 #include "sh/indirect_numbers.h"
 #include "sh/visibility_convention.h"
 
@@ -19,8 +18,8 @@ enum class Bounces { kBoth, kDirect, kIndirect };
 std::array<Vec3, kBouncedLight> makeBouncedLight(const ColorAxes& axes,
                                                  std::span<const Vec3, kIndirectCoefficients> light);
 
-// Returns the weights of the numbers 0, 9 and 10 of a vertex (sh/indirect_numbers.h) that give the luminance of E_ind / pi
-// under a light of radiance 1 from everywhere.
+// Returns the weights of the numbers 0, 9 and 10 of a vertex (sh/indirect_numbers.h) that give the luminance of E_ind /
+// pi under a light of radiance 1 from everywhere.
 Vec3 bouncedAmbientWeights(const ColorAxes& axes);
 
 // Adds to e [V], the ambient visibility of vertices [begin, end), what they get by reflection under a light of radiance

@@ -312,14 +312,14 @@ PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character
 PENUMBRA_API int penumbra_asset_bounces(const penumbra_asset* asset);
 /* Numbers of a vertex in arrays of light that bounces. */
 #define PENUMBRA_BOUNCED_STRIDE 12
-/* Computes the light that bounces to the vertices of clusters [first, first + count), for penumbra_shading_shade_bounced.
- * `bounced` [V, PENUMBRA_BOUNCED_STRIDE] is the array of all vertices. Fails with PENUMBRA_UNSUPPORTED where the asset
- * has none. */
+/* Computes the light that bounces to the vertices of clusters [first, first + count), for
+ * penumbra_shading_shade_bounced. `bounced` [V, PENUMBRA_BOUNCED_STRIDE] is the array of all vertices. Fails with
+ * PENUMBRA_UNSUPPORTED where the asset has none. */
 PENUMBRA_API penumbra_status penumbra_character_evaluate_bounced(const penumbra_character* character,
                                                                  size_t first_cluster, size_t cluster_count,
                                                                  float* bounced, penumbra_error* error);
-/* Computes the ambient term with light that bounces of vertices [first, first + count), under a light of radiance 1 from
- * everywhere: from 0 to 1, and never below that of penumbra_character_ambient by more than rounding where surfaces
+/* Computes the ambient term with light that bounces of vertices [first, first + count), under a light of radiance 1
+ * from everywhere: from 0 to 1, and never below that of penumbra_character_ambient by more than rounding where surfaces
  * reflect. `ambient` is [V]. */
 PENUMBRA_API penumbra_status penumbra_character_ambient_bounced(const penumbra_character* character,
                                                                 size_t first_vertex, size_t vertex_count,
@@ -493,7 +493,11 @@ PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shad
                                                     size_t count, const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
 /* What radiance has: all light, that of the environment alone, or that which bounces alone. */
-typedef enum penumbra_bounces { PENUMBRA_ALL_LIGHT = 0, PENUMBRA_DIRECT_LIGHT = 1, PENUMBRA_BOUNCED_LIGHT = 2 } penumbra_bounces;
+typedef enum penumbra_bounces {
+    PENUMBRA_ALL_LIGHT = 0,
+    PENUMBRA_DIRECT_LIGHT = 1,
+    PENUMBRA_BOUNCED_LIGHT = 2
+} penumbra_bounces;
 /* Chooses it; all light at first. Takes no time. */
 PENUMBRA_API penumbra_status penumbra_shading_set_bounces(penumbra_shading* shading, penumbra_bounces bounces,
                                                           penumbra_error* error);

@@ -57,9 +57,9 @@ struct ShadeMaterial {
     std::size_t view_terms[3];
     const ProductRow* rows;  // rows with a mirror come first
     std::size_t mirrored_rows, row_count;
-    const ProductTerm* products[3];  // for every channel; all point to the same ones for slices
+    const ProductTerm* products[3];          // for every channel; all point to the same ones for slices
     std::size_t albedo_first, albedo_terms;  // the terms of the row (0, 0) among them
-    float color[3];                  // factors on the radiance: the material's colour when it has one channel
+    float color[3];                          // factors on the radiance: the material's colour when it has one channel
 };
 
 struct ShadeLight {
@@ -75,8 +75,8 @@ struct ShadeLight {
     const float *basis_a, *basis_b;
 };
 
-// The light as what bounces meets it, in the model frame: a constant, three numbers of band 1 as a vector, six of band 2
-// as the symmetric matrix xx, yy, zz, xy, xz, yz, each times the first colour axis, and then the constant times the
+// The light as what bounces meets it, in the model frame: a constant, three numbers of band 1 as a vector, six of band
+// 2 as the symmetric matrix xx, yy, zz, xy, xz, yz, each times the first colour axis, and then the constant times the
 // second and the third one (makeBouncedLight()).
 constexpr std::size_t kBouncedLight = 12;
 

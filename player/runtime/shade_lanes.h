@@ -109,7 +109,8 @@ inline void productSum(int terms, const Lanes (*f)[kBlocks], const ProductTerm*&
 
 inline void raiseTo(float least, Lanes& x) { x = x > least ? x : x * 0.0f + least; }
 
-// Computes what the material sends to the eye of the light that comes from where the sky is hidden, as if it were white.
+// Computes what the material sends to the eye of the light that comes from where the sky is hidden, as if it were
+// white.
 inline void hiddenAlbedo(const ShadeMaterial& material, std::size_t channel, const Lanes (*f)[kBlocks], Block* blocks) {
     constexpr float kFourPi = 12.5663706f, kRootFourPi = 3.54490770f;
     Lanes s[kBlocks];
@@ -124,8 +125,7 @@ inline void hiddenAlbedo(const ShadeMaterial& material, std::size_t channel, con
 }
 
 // Computes t of one colour channel.
-inline void transfer(const ShadeMaterial& material, int light_order, bool bounces, std::size_t channel,
-                     Block* blocks) {
+inline void transfer(const ShadeMaterial& material, int light_order, bool bounces, std::size_t channel, Block* blocks) {
     Lanes f[kMaxOrder * kMaxOrder][kBlocks], s[kBlocks];
     // 1. View terms give f. They are sorted by k, so that a sum stays in registers.
     const ViewTerm* view = material.views[channel];
@@ -252,8 +252,8 @@ inline void lightByRotation(const ShadeLight& light, std::size_t channels, const
     }
 }
 
-// Turns the indirect numbers of a block into the model frame, as bounced light has its coefficients: the factors of band
-// 1 are those of -y, z, -x, and those of band 2 make a quadratic form of the direction.
+// Turns the indirect numbers of a block into the model frame, as bounced light has its coefficients: the factors of
+// band 1 are those of -y, z, -x, and those of band 2 make a quadratic form of the direction.
 inline void turnIndirect(const LaneFrames& q, const Lanes* n, Lanes* out) {
     constexpr float kXy = 0.546274215f, kZz = 0.315391565f;  // sqrt(15 / 16 pi), sqrt(5 / 16 pi)
     const Lanes vx = -n[3], vy = -n[1], vz = n[2];

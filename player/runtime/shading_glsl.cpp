@@ -204,8 +204,7 @@ vec3 penumbra_bounced(vec4 n[3], mat3 local_from_model) {
     mat3 m = mat3(square - height, xy, xz, xy, -square - height, yz, xz, yz, 2.0 * height);
     m = transpose(local_from_model) * m * local_from_model;
     return max(vec3(0.0))";
-    for (std::size_t i = 0; i < kBouncedLight; ++i)
-        text += std::string("\n        + ") + factors[i] + " * " + light(i);
+    for (std::size_t i = 0; i < kBouncedLight; ++i) text += std::string("\n        + ") + factors[i] + " * " + light(i);
     return text + ", vec3(0.0));\n}\n";
 }
 
@@ -225,8 +224,8 @@ std::string shadingGlsl(const ShadingLayout& layout) {
                              (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)),
                       end = "    return PENUMBRA_MATERIAL(material).rgb * radiance;\n}\n";
     if (!layout.bounces) return "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], " + arguments + body + end;
-    return bouncedGlsl(layout) +
-           "vec3 penumbra_shade_bounced(vec4 numbers[PENUMBRA_STRIDE4], vec4 indirect[3], " + arguments + body +
+    return bouncedGlsl(layout) + "vec3 penumbra_shade_bounced(vec4 numbers[PENUMBRA_STRIDE4], vec4 indirect[3], " +
+           arguments + body +
            "    vec3 hidden = max(vec3(albedo) - 3.54490770 * vec3(t0), vec3(0.0));\n"
            "    radiance *= 1.0 - PENUMBRA_LIGHT(" +
            std::to_string(layout.directTexels() + kBouncedLight) +

@@ -17,8 +17,8 @@ std::string sightGlsl(const Convention& convention);
 
 // Writes vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material). It
 // reads texels of materialData() as PENUMBRA_MATERIAL(i) and of writeLightData() as PENUMBRA_LIGHT(i), two macros
-// that give a vec4. Where light bounces, there are also vec3 penumbra_bounced() and vec3 penumbra_shade_bounced(numbers,
-// vec4 indirect[3], to_eye, local_from_model, material).
+// that give a vec4. Where light bounces, there are also vec3 penumbra_bounced() and vec3
+// penumbra_shade_bounced(numbers, vec4 indirect[3], to_eye, local_from_model, material).
 std::string shadingGlsl(const ShadingLayout& layout);
 
 }  // namespace penumbra

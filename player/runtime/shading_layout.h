@@ -11,10 +11,10 @@ namespace penumbra {
 struct ShadingLayout {
     Convention convention;
     ShadingChoice choice;
-    int channels = 1;     // 3 when any material has 3
-    int view_order = 1;   // highest order of the materials
-    int light_order = 1;  // highest order of the lights
-    int lobe_count = 0;   // most lobes of a light; 0 with LightForm::kRotation
+    int channels = 1;      // 3 when any material has 3
+    int view_order = 1;    // highest order of the materials
+    int light_order = 1;   // highest order of the lights
+    int lobe_count = 0;    // most lobes of a light; 0 with LightForm::kRotation
     bool bounces = false;  // the asset has light that bounces
 
     // f_k = sum over e of A_ke y_e(omega_o), sorted by (k, e).

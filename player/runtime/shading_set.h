@@ -66,8 +66,9 @@ public:
     // Replaces the fastest path of this processor, which is the default. Tests go through all of shadePaths().
     void usePath(const ShadePath& path) { path_ = path; }
     // Computes the radiance towards `eye` of those vertices that stand at [begin, end) of shadingOrder(). Pieces that
-    // cover [0, V) together shade every vertex once. `indirect` is [V, kIndirectStride] of Evaluator::evaluateIndirect()
-    // where showsBounces(), or empty: no light bounces. Everything else is as in VertexShader::shade().
+    // cover [0, V) together shade every vertex once. `indirect` is [V, kIndirectStride] of
+    // Evaluator::evaluateIndirect() where showsBounces(), or empty: no light bounces. Everything else is as in
+    // VertexShader::shade().
     void shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
                std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye, std::span<Vec3> radiance,
                std::span<const float> indirect = {}) const;

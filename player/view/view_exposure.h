@@ -3,8 +3,8 @@
 //
 // An exposure that followed every frame would pump as a clip plays or the camera turns, and would hide that one pose is
 // darker than another. So it is measured when the light, its turn, the switches of its suns and of light that
-// bounces, a material or the ground changes, on the next frame that shows shaded colours, and stays until one of them changes again. It follows
-// every frame of a light that becomes another.
+// bounces, a material or the ground changes, on the next frame that shows shaded colours, and stays until one of them
+// changes again. It follows every frame of a light that becomes another.
 #include <vector>
 
 #include "player/view/view_scene.h"

@@ -139,8 +139,7 @@ bool needNumbers(const Scene& scene, std::size_t index, bool model, bool truth, 
     if (needs_model) {
         evaluateNumbers(*character.evaluator, threads, character.vertices);
         evaluateIndirect(*character.evaluator, threads, character.vertices.indirect);
-        applyShadows(scene, index, character.shadows, threads, character.vertices.numbers,
-                     character.vertices.indirect);
+        applyShadows(scene, index, character.shadows, threads, character.vertices.numbers, character.vertices.indirect);
         character.has_model_numbers = true;
     }
     if (needs_truth) {

@@ -88,7 +88,7 @@ struct ViewState {
     bool frames = false;  // draw normals and tangents
     bool boxes = false;   // draw the boxes of the fields of composed characters
     std::size_t light = 0;
-    bool suns = true;  // as such, where they can shine (view_suns.h); otherwise all light is SH
+    bool suns = true;                  // as such, where they can shine (view_suns.h); otherwise all light is SH
     Bounces bounces = Bounces::kBoth;  // of characters that have light that bounces
     Shadows shadows = Shadows::kBoth;
     CastMode cast_mode = CastMode::kProduct;  // as wished; view_cast_way.h tells what is shown

@@ -9,6 +9,7 @@
 #include "fit/compare/compare_figures.h"
 #include "fit/compare/cosine_product.h"
 #include "fit/light/light_lobes.h"
+#include "sh/cosine_product.h"
 #include "sh/zonal.h"
 #include "tests/fit/synthetic_character.h"
 
@@ -104,7 +105,7 @@ TEST(FeatureVectors, SameFiguresForAnyThreadCount) {
 // C times the coefficients of a function of that order are those of the function times max(z, 0), by quadrature.
 TEST(CosineProduct, IsTheProductWithTheClampedCosine) {
     constexpr int kOrder = 4;
-    const std::vector<double> product = cosineProduct(kOrder);
+    const std::vector<double> product = cosineMatrix(kOrder, kOrder);
     std::vector<double> f(16), expected(16), basis(16);
     for (std::size_t i = 0; i < 16; ++i) f[i] = std::sin(double(3 * i + 1));
     const int steps = 400;

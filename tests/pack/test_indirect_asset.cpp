@@ -80,8 +80,8 @@ TEST(IndirectAsset, StaysWithinItsBytesAndSaysWhatThatCosts) {
         EXPECT_GE(packed.indirect_components, std::size_t(before));
         before = double(packed.indirect_components);
         EXPECT_NEAR(asset.model.indirect->packing_error, packed.indirect_error, 1e-6);
-        // Six components in bytes measured 0.05; with fewer, those that are left carry most.
-        EXPECT_LT(packed.indirect_error, bound == 200 ? 0.1 : 1.0);
+        // With all six components 0.17 measured, by the bytes of means and units.
+        EXPECT_LT(packed.indirect_error, bound == 200 ? 0.2 : 1.0);
     }
     EXPECT_THROW(packedTube({.indirect_bytes_per_vertex = 5}, model), UsageError);
 }
@@ -198,10 +198,10 @@ TEST(IndirectAsset, AmbientWithBouncesIsWhatUniformLightGives) {
     std::vector<float> e(shaded.positions.size());
     addBouncedAmbient(asset.model.indirect->axes, 0, e.size(), shaded.indirect, e);
     for (std::size_t v = 0; v < e.size(); ++v) {
-        const Vec3 mean = indirectCoefficient(asset.model.indirect->axes,
-                                              std::span(shaded.indirect).subspan(v * kIndirectStride, kIndirectStride), 0);
-        const double expected = std::sqrt(4 * std::numbers::pi) / std::numbers::pi *
-                                (0.2126 * mean.x + 0.7152 * mean.y + 0.0722 * mean.z);
+        const Vec3 mean = indirectCoefficient(
+            asset.model.indirect->axes, std::span(shaded.indirect).subspan(v * kIndirectStride, kIndirectStride), 0);
+        const double expected =
+            std::sqrt(4 * std::numbers::pi) / std::numbers::pi * (0.2126 * mean.x + 0.7152 * mean.y + 0.0722 * mean.z);
         EXPECT_NEAR(e[v], std::clamp(expected, 0.0, 1.0), 1e-6);
     }
 }

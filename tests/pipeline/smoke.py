@@ -68,6 +68,7 @@ def bakes():
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--resume")
     run(OK, "bake", "visibility", bend, "-o", "t.vis.h5", *SMALL, "--quantity", "transfer")
     run(OK, "bake", "visibility", bend, "-o", "dry.vis.h5", *SMALL, "--dry-run")
+    run(OK, "bake", "visibility", bend, "-o", "t.vis.h5", *SMALL, "--quantity", "transfer", "--bounces", 2, "--albedo", "0.5/0.4/0.3")
     run(OK, "bake", "visibility", bend, "-o", "l.vis.h5", *SMALL, "--local", "--local-steps", 1, "--local-order", 6)
     for i, part in enumerate(("0:7", "7:15")):
         run(OK, "bake", "visibility", bend, "-o", f"s{i}.vis.h5", *SMALL, "--frames", part, "--precision", "f16", "--threads", 2)
@@ -104,6 +105,7 @@ def fits():
         run(OK, *fit, "--model", model, "-o", model + ".model.h5")
         run(OK, "fit", "predict", model + ".model.h5", "a.vis.h5", "-o", model + ".pred.vis.h5")
     run(OK, *fit, "--features", "joint-angles", "-o", "angles.model.h5")
+    run(OK, "fit", "indirect", "additive.model.h5", "t.vis.h5", "-o", "bounced.model.h5", "--output-variance", "0.95")
     run(OK, "fit", "visibility", "c.vis.h5", "-o", "c.model.h5", "--convention", "A3", "--parts", 2, "--clusters", 2)
     run(OK, "fit", "blockers", "additive.model.h5", "-o", "a.blockers.h5", "--spheres", 5, "--seed", 2, "--report", "r.json")
     run(OK, "fit", "blockers", "c.model.h5", "-o", "c.blockers.h5", "--method", "paper", "--threads", 2)
@@ -129,6 +131,8 @@ def packs():
     for name, blockers in (("additive", "a"), ("c", "c")):
         run(OK, "pack", "asset", name + ".model.h5", "--blockers", blockers + ".blockers.h5", "-o", "blockers.pnb")
         run(OK, "bake", "info", "blockers.pnb")
+    run(OK, "pack", "asset", "bounced.model.h5", *looks, "-o", "bounced.pnb", "--bounce-bytes", 900)
+    run(OK, "pack", "check", "bounced.pnb", "a.vis.h5", "--bounces", "t.vis.h5")
     run(OK, "pack", "truth", "a.vis.h5", "-o", "a.truth.pnb")
     run(OK, "pack", "truth", "t.vis.h5", "-o", "t.truth.pnb")
     for name, words in (("pca", ["--precision", "i8"]), ("l", ["--albedo", "0.5/0.4/0.3"])):
@@ -160,6 +164,9 @@ def pictures():
     run(OK, "player", "render", "neural.pnb", *TINY, *truth, "--frames", "0:3", "--sheet", "s.png", "--csv", "s.csv", "--flip",
         "-o", "f.%d.png")
     run(OK, "player", "render", "c.pnb", *TINY, "-o", "a.png")
+    for path in ("cpu", "glsl"):
+        run(OK, "player", "render", "bounced.pnb", *TINY, "--path", path, "--bounces", "indirect", "-o", "a.png")
+        run(OK, "player", "render", "bounced.pnb", *TINY, "--path", path, "--channel", "ao-bounced", "-o", "a.png")
     for name, text in (("s.json", '{"version": 1, "characters": [{"asset": "additive.pnb"}], "ground": {"resolution": 8}}'),
                        ("p.csv", "x,y,z,nx,ny,nz\n0,0,0,0,1,0\n")):
         with open(name, "w") as f:

@@ -134,7 +134,7 @@ def check_refusals(place):
     refuse("--bounce-bytes", 1, "pack", "asset", place("b.model.h5"), "--bounce-bytes", "2", "-o", place("none.pnb"))
     refuse("no light that bounces", 3, "pack", "check", place("v.pnb"), place("v.vis.h5"), "--bounces", place("t.vis.h5"))
     picture = ["-o", place("none.png")]
-    refuse("--bounces must be both, direct or indirect", 1, "player", "render", place("b.pnb"), "--bounces", "all", *picture)
+    refuse("--bounces is both, direct or indirect", 1, "player", "render", place("b.pnb"), "--bounces", "all", *picture)
     refuse("no light that bounces", 1, "player", "render", place("v.pnb"), "--bounces", "indirect", *picture)
     refuse("no light that bounces", 1, "player", "render", place("v.pnb"), "--channel", "ao-bounced", *picture)
     with open(place("b.model.h5"), "rb") as source, open(place("x.model.h5"), "wb") as target:
