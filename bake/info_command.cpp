@@ -238,7 +238,7 @@ Json describeTransfer(const fs::path& path) {
     Json json{{"model", nameOf(model.kind)},
               {"sh_order", model.order},
               {"mesh", describe(model.mesh)},
-              {"joints", model.joint_names.size()},
+              {"joints", model.skin.jointCount()},
               {"pose", model.pose_size},
               {"angles", model.angles.size()},
               {"inputs", model.inputs()},
