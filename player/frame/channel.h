@@ -19,8 +19,8 @@ enum class Channel {
 // Tells whether a channel compares with the truth.
 constexpr bool needsTruth(Channel channel) { return channel == Channel::kError || channel == Channel::kTransferError; }
 
-// Reads "shaded", "ao", "error", "clusters", "normals", "parts", "ao-bounced" or "transfer-error". Throws UsageError for
-// other words.
+// Reads "shaded", "ao", "error", "clusters", "normals", "parts", "ao-bounced" or "transfer-error". Throws UsageError
+// for other words.
 Channel parseChannel(std::string_view word);
 std::string_view nameOf(Channel channel);
 
