@@ -157,11 +157,11 @@ TEST(FigureCsv, HasARowAFrameAndEmptyFieldsForWhatIsNotMeasured) {
     EXPECT_EQ(
         figuresCsv(list, animation()),
         "clip,frame,time,held_out,truth,ambient_error_mean,ambient_error_max,rms_v,relative_error,image_rmse,flip,"
-        "out_of_range,file\n"
-        "walk,0,0,0,1,0.25,0.5,0,,,,0,\"a,b.png\"\n"
-        "walk,1,0.5,0,0,,,,,,,0.1,\n"
-        "walk,2,1,0,1,0.125,0.25,0,,,,0.2,\n"
-        "\"say \"\"hi\"\", twice\",0,0,1,1,0.333333333,0.666666667,0,,,,0.3,\n");
+        "out_of_range,transfer_error,file\n"
+        "walk,0,0,0,1,0.25,0.5,0,,,,0,0,\"a,b.png\"\n"
+        "walk,1,0.5,0,0,,,,,,,0.1,,\n"
+        "walk,2,1,0,1,0.125,0.25,0,,,,0.2,0,\n"
+        "\"say \"\"hi\"\", twice\",0,0,1,1,0.333333333,0.666666667,0,,,,0.3,0,\n");
 }
 
 std::string messageOf(const ErrorGate& gate, const std::vector<double>& errors) {
