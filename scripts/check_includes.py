@@ -10,17 +10,18 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/light"}  # everybody sees the maths
+SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
-FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene")}
+FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene", "height")}
 MAY_INCLUDE = {
     "sh": set(),
     **{f"sh/{room}": {"sh"} for room in ("brdf", "far", "light")},
-    "sh/cast": {"sh", "sh/far"},
+    **{f"sh/{room}": {"sh", "sh/far"} for room in ("cast", "height")},
     "formats/common": SH,
     **{f"formats/{room}": SH | {"formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
     "formats/scene": SH | {"formats/common", "formats/asset"},
     "formats/cache": SH | {"formats/common", "formats/rig"},
+    "formats/height": SH | {"formats/common", "formats/cache", "formats/image"},
     "bake/common": SH | FORMATS,
     "bake/source": SH | {"bake/common"} | FORMATS,
     "bake/trace": SH | {"bake/common", "bake/source"} | FORMATS,
