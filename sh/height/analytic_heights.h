@@ -16,10 +16,10 @@ namespace penumbra {
 
 struct AnalyticHeights {
     enum class Kind { kWaves, kDunes, kRipples } kind = Kind::kWaves;
-    double height = 0.2, length = 4;    // metres
-    double speed = 1;                   // metres a second; of waves a factor on the time
-    double angle = 30, spread = 40;     // degrees
-    int count = 5;                      // trains
+    double height = 0.2, length = 4;  // metres
+    double speed = 1;                 // metres a second; of waves a factor on the time
+    double angle = 30, spread = 40;   // degrees
+    int count = 5;                    // trains
     int seed = 1;
 };
 

@@ -47,7 +47,7 @@ HeightField::HeightField(const HeightGrid& grid, std::span<const float> heights)
         levels_.push_back(level);
     }
     // No maximum is this low, so that the first update writes all of them.
-    numbers_.assign(level.first + 1, -2 * kMostHeight);
+    numbers_.assign(level.first + 1, -2 * kMostElevation);
     changed_.resize(levels_.size());
     set(heights);
 }
@@ -55,18 +55,20 @@ HeightField::HeightField(const HeightGrid& grid, std::span<const float> heights)
 std::span<const TexelBox> HeightField::set(const TexelBox& box, std::span<const float> heights) {
     const int width = box.end_column - box.first_column;
     assert(box.first_row >= 0 && box.first_column >= 0 && box.end_row <= grid_.rows &&
-           box.end_column <= grid_.columns && heights.size() == std::size_t(box.end_row - box.first_row) * std::size_t(width));
+           box.end_column <= grid_.columns &&
+           heights.size() == std::size_t(box.end_row - box.first_row) * std::size_t(width));
     std::ranges::fill(changed_, TexelBox{});
     for (int r = box.first_row; r < box.end_row; ++r) {
         float* const row = numbers_.data() + std::size_t(r) * std::size_t(grid_.columns);
         const float* const from = heights.data() + std::size_t(r - box.first_row) * std::size_t(width);
-        for (int c = box.first_column; c < box.end_column; ++c) {
-            const float height = from[c - box.first_column];
-            assert(std::abs(height) <= kMostHeight);
-            if (row[c] == height) continue;
-            row[c] = height;
-            include(changed_[0], r, c);
-        }
+        // From the first to the last that is another one.
+        int first = 0, last = width;
+        while (first < width && row[box.first_column + first] == from[first]) ++first;
+        while (last > first && row[box.first_column + last - 1] == from[last - 1]) --last;
+        if (first == last) continue;
+        std::copy(from + first, from + last, row + box.first_column + first);
+        include(changed_[0], r, box.first_column + first);
+        include(changed_[0], r, box.first_column + last - 1);
     }
     for (std::size_t l = 1; l < levels_.size() && !changed_[l - 1].empty(); ++l) {
         const HeightLevel &below = levels_[l - 1], &level = levels_[l];
@@ -95,10 +97,10 @@ int HeightField::neighbour(int at, int step, int count) const {
 
 float HeightField::at(float row, float column) const {
     const auto split = [&](float x, int count, int& low, int& high) {
-        if (grid_.border == HeightBorder::kPeriodic)
-            x -= float(count) * std::floor(x / float(count));
-        else
-            x = std::clamp(x, 0.0f, float(count - 1));
+        const bool wraps = grid_.border == HeightBorder::kPeriodic;
+        if (wraps) x -= float(count) * std::floor(x / float(count));
+        // What is no number, and what rounding leaves outside.
+        x = x > 0 ? std::min(x, float(wraps ? count : count - 1)) : 0;
         low = std::min(int(x), count - 1);
         high = neighbour(low, 1, count);
         return x - float(low);

@@ -1,6 +1,6 @@
 // Horizons of a height field and what lies above them, for 8 points at a time.
 //
-// Problem: a point looks along 16 azimuths at some 20 samples of a pyramid each, and every sample is bilinear. A field
+// Problem: a point looks along 16 azimuths at some 30 samples of a pyramid each, and every sample is bilinear. A field
 // of 512 x 512 points has to be looked at 30 times a second.
 //
 // Naive: horizonTangents() and horizonVisibility() (sh/height/horizon.h), which this is held to.
@@ -120,7 +120,8 @@ inline void arcTangent(const Lanes& x, Lanes& out) {
     choose(middle, kZeros + 0.785398163397448f, kZeros, start);
     choose(large, kZeros + 1.570796326794897f, start, start);
     const Lanes z = y * y;
-    out = start + y + y * z * (((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f);
+    out = start + y +
+          y * z * (((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f);
 }
 
 // horizonThetas(), without the norms.

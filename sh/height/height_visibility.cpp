@@ -77,8 +77,7 @@ void HeightTables::makeMirror(int mirrored) {
         apply(back, one, turned);
         mirrorOf(turned);
         for (std::size_t to = 0; to < size_; ++to)
-            if (std::abs(numbers[to]) > 1e-7f)
-                mirror_.push_back({std::uint16_t(to), std::uint16_t(from), numbers[to]});
+            if (std::abs(numbers[to]) > 1e-7f) mirror_.push_back({std::uint16_t(to), std::uint16_t(from), numbers[to]});
     }
     belowHorizonCoefficients(order_, one);
     mirrorOf(one);
@@ -88,9 +87,7 @@ void HeightTables::makeMirror(int mirrored) {
     std::ranges::stable_sort(mirror_, by_target);
     for (int m = 1; m < mirrored; ++m)
         for (int l = m; l < mirrored; l += 2) {
-            const auto place = [&](int index) {
-                return std::uint16_t(std::ranges::find(even, index) - even.begin());
-            };
+            const auto place = [&](int index) { return std::uint16_t(std::ranges::find(even, index) - even.begin()); };
             pairs_.push_back({std::uint16_t(m), place(shIndex(l, m)), place(shIndex(l, -m))});
         }
 }
@@ -99,28 +96,27 @@ void HeightTables::visibility(const HeightField& field, const HeightPoints& poin
                               std::span<float> out) const {
     assert(out.size() >= points.count * stride);
     const HeightGrid& grid = field.grid();
-    const HeightScene scene{field.numbers(),    float(grid.rows),
-                            float(grid.columns), grid.border == HeightBorder::kPeriodic,
-                            grid.border == HeightBorder::kOpen, leastHorizon(grid.border),
-                            order_,             kHorizonAzimuths,
-                            tap_list_.data(),   taps_.count,
-                            turns_.data(),      norms_.data()};
+    const HeightScene scene{field.numbers(),
+                            float(grid.rows),
+                            float(grid.columns),
+                            grid.border == HeightBorder::kPeriodic,
+                            grid.border == HeightBorder::kOpen,
+                            leastHorizon(grid.border),
+                            order_,
+                            kHorizonAzimuths,
+                            tap_list_.data(),
+                            taps_.count,
+                            turns_.data(),
+                            norms_.data()};
     path_->visibility(scene, points, stride, out.data());
 }
 
 void HeightTables::mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames,
                           bool on_field, std::size_t stride, std::span<float> out) const {
-    const HeightMirror tables{order_,
-                              int(size_),
-                              quarter_.data(),
-                              mirror_.data(),
-                              quarter_.size(),
-                              mirror_.size(),
-                              pairs_.data(),
-                              pairs_.size(),
-                              on_field ? below_.data() : nullptr,
-                              ambient_.data(),
-                              ambient_norm2_};
+    const HeightMirror tables{order_,          int(size_),      quarter_.data(),
+                              mirror_.data(),  quarter_.size(), mirror_.size(),
+                              pairs_.data(),   pairs_.size(),   on_field ? below_.data() : nullptr,
+                              ambient_.data(), ambient_norm2_};
     path_->mirror(tables, frames, rows.data(), row_stride, rows.size() / row_stride, stride, out.data());
 }
 
@@ -181,9 +177,7 @@ void HeightVisibility::wake(const HeightField& field, std::span<const TexelBox> 
         const HeightLevel& level = field.levels()[std::size_t(tap.level)];
         // Places of level 0 whose bilinear sample has a point of the box, a little more because of rounding.
         const double scale = std::exp2(tap.level), margin = 0.02;
-        const auto low = [&](int first) {
-            return clamps && first == 0 ? -kFar : (first - 0.5) * scale - 0.5 - margin;
-        };
+        const auto low = [&](int first) { return clamps && first == 0 ? -kFar : (first - 0.5) * scale - 0.5 - margin; };
         const auto high = [&](int end, int count) {
             return clamps && end == count ? kFar : (end + 0.5) * scale - 0.5 + margin;
         };
@@ -213,7 +207,8 @@ void HeightVisibility::evaluate(const HeightField& field, std::size_t first, std
             normals_[receiver] = field.normal(row, column);
             rows[count] = float(row);
             columns[count] = float(column);
-            heights[count] = field.heights()[std::size_t(row) * std::size_t(field.grid().columns) + std::size_t(column)];
+            heights[count] =
+                field.heights()[std::size_t(row) * std::size_t(field.grid().columns) + std::size_t(column)];
             receivers[count++] = receiver;
             if (count == kBatch) flush();
         }
@@ -235,36 +230,90 @@ void HeightVisibility::around(const HeightGrid& grid, int axis, int at, std::siz
     share = float(at - lines[low]) / float(lines[high] - lines[low]);
 }
 
+namespace {
+
+constexpr std::size_t kMost = HeightVisibility::kMostPoints;
+
+// Numbers of the points of a row, which the compiler turns into vectors.
+struct RowNumbers {
+    std::array<float, kMost> x, y, z;
+};
+
+// The frames of points of a row; tangents are tangentOf(normal, {1, 0, 0}).
+void framesOf(const HeightField& field, int row, int first, std::span<Vec3> normals, std::span<Vec3> tangents,
+              RowNumbers& n) {
+    const HeightGrid& grid = field.grid();
+    const std::size_t count = normals.size();
+    const bool wraps = grid.border == HeightBorder::kPeriodic;
+    const auto line = [&](int r) {
+        r = wraps ? (r + grid.rows) % grid.rows : std::clamp(r, 0, grid.rows - 1);
+        return field.heights().data() + std::size_t(r) * std::size_t(grid.columns) + std::size_t(first);
+    };
+    const float *const up = line(row - 1), *const here = line(row), *const down = line(row + 1);
+    const bool whole = wraps || (row > 0 && row + 1 < grid.rows);
+    const float per_x = (whole ? 0.5f : 1.0f) / grid.cell_x, per_y = 0.5f / grid.cell_y;
+    std::array<float, kMost> slope_x, slope_y;
+    for (std::size_t i = 0; i < count; ++i) slope_x[i] = (down[i] - up[i]) * per_x;
+    for (std::size_t i = 1; i + 1 < count; ++i) slope_y[i] = (here[i + 1] - here[i - 1]) * per_y;
+    for (const std::size_t i : {std::size_t(0), count - 1}) {  // their neighbours may lie beyond the border
+        const Vec3 normal = field.normal(row, first + int(i));
+        slope_y[i] = -normal.y / normal.z;
+    }
+    std::array<float, kMost> across, per;
+    for (std::size_t i = 0; i < count; ++i) {
+        const float scale = 1 / std::sqrt(1 + slope_x[i] * slope_x[i] + slope_y[i] * slope_y[i]);
+        n.x[i] = -slope_x[i] * scale;
+        n.y[i] = -slope_y[i] * scale;
+        n.z[i] = scale;
+        across[i] = 1 - n.x[i] * n.x[i];
+        per[i] = 1 / std::sqrt(std::max(across[i], 1e-4f));
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        normals[i] = {n.x[i], n.y[i], n.z[i]};
+        tangents[i] = across[i] > 1e-4f ? Vec3{across[i] * per[i], -n.x[i] * n.y[i] * per[i], -n.x[i] * n.z[i] * per[i]}
+                                        : tangentOf(normals[i], {1, 0, 0});
+    }
+}
+
+}  // namespace
+
 void HeightVisibility::numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
                                std::span<Vec3> tangents, std::size_t stride, std::span<float> numbers) const {
-    assert(normals.size() <= kMostPoints);
-    const HeightGrid& grid = field.grid();
-    std::array<HeightBlend, kMostPoints> blends;
-    std::array<float, kMostPoints * 32> rows;
+    assert(normals.size() <= kMostPoints && !normals.empty());
+    const std::size_t count = normals.size(), columns = lines_[1].size();
+    RowNumbers n;
+    framesOf(field, row, first_column, normals, tangents, n);
     std::size_t r[2];
     float down;
-    around(grid, 0, row, r[0], r[1], down);
-    for (std::size_t p = 0; p < normals.size(); ++p) {
-        const Vec3 n = field.normal(row, first_column + int(p));
-        normals[p] = n;
-        tangents[p] = tangentOf(n, {1, 0, 0});
+    around(field.grid(), 0, row, r[0], r[1], down);
+    std::array<HeightBlend, kMostPoints> blends;
+    std::array<std::array<float, kMostPoints>, 4> weights;
+    std::array<RowNumbers, 4> corner;
+    for (std::size_t p = 0; p < count; ++p) {
         std::size_t c[2];
         float right;
-        around(grid, 1, first_column + int(p), c[0], c[1], right);
-        float sum = 0;
+        around(field.grid(), 1, first_column + int(p), c[0], c[1], right);
         for (std::size_t k = 0; k < 4; ++k) {
-            const std::size_t receiver = r[k / 2] * lines_[1].size() + c[k % 2];
-            const Vec3 apart = normals_[receiver] - n;
-            const float bilinear = (k / 2 ? down : 1 - down) * (k % 2 ? right : 1 - right);
+            const std::size_t receiver = r[k / 2] * columns + c[k % 2];
+            const Vec3 normal = normals_[receiver];
+            corner[k].x[p] = normal.x, corner[k].y[p] = normal.y, corner[k].z[p] = normal.z;
+            weights[k][p] = (k / 2 ? down : 1 - down) * (k % 2 ? right : 1 - right);
             blends[p].corners[k] = &rows_[receiver * row_size_];
-            blends[p].weights[k] = bilinear / (1 + kNormalsMatter * dot(apart, apart));
-            sum += blends[p].weights[k];
         }
-        for (float& weight : blends[p].weights) weight /= sum;
     }
-    tables_.path().blend(blends.data(), normals.size(), row_size_, rows.data());
-    tables_.mirror(std::span(rows).first(normals.size() * row_size_), row_size_, {normals.data(), tangents.data()},
-                   true, stride, numbers);
+    std::array<float, kMostPoints> sum{};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t p = 0; p < count; ++p) {
+            const float x = corner[k].x[p] - n.x[p], y = corner[k].y[p] - n.y[p], z = corner[k].z[p] - n.z[p];
+            weights[k][p] /= 1 + kNormalsMatter * (x * x + y * y + z * z);
+            sum[p] += weights[k][p];
+        }
+    for (std::size_t p = 0; p < count; ++p)
+        for (std::size_t k = 0; k < 4; ++k) blends[p].weights[k] = weights[k][p] / sum[p];
+    std::array<float, kMostPoints * 32> rows;
+    tables_.path().blend(blends.data(), count, row_size_, rows.data());
+    tables_.mirror(std::span(rows).first(count * row_size_), row_size_, {normals.data(), tangents.data()}, true, stride,
+                   numbers);
 }
 
 }  // namespace penumbra

@@ -13,7 +13,7 @@ namespace penumbra {
 namespace {
 
 constexpr double kFirstTap = 0.25;  // texels
-constexpr int kLevelBias = 3;
+constexpr double kTapsPerOctave = 3, kLevelBias = 3.5;
 
 }  // namespace
 
@@ -23,14 +23,14 @@ HorizonTaps horizonTaps(const HeightField& field, int azimuths) {
     const HeightGrid& grid = field.grid();
     HorizonTaps out;
     const double side = std::max(grid.rows, grid.columns);
-    out.count = std::size_t(2 * std::log2(side / kFirstTap) + 1e-9) + 1;
+    out.count = std::size_t(kTapsPerOctave * std::log2(side / kFirstTap) + 1e-9) + 1;
     const int top = int(field.levels().size()) - 1;
     for (int a = 0; a < azimuths; ++a) {
         const double phi = horizonAzimuth(a, azimuths), x = std::cos(phi) / double(grid.cell_x),
                      y = std::sin(phi) / double(grid.cell_y), metres = 1 / std::hypot(x, y);  // of a texel
         for (std::size_t k = 0; k < out.count; ++k) {
-            const double distance = kFirstTap * std::exp2(double(k) / 2);
-            const int level = int(std::nearbyint(std::log2(kFirstTap) + double(k) / 2)) - kLevelBias;
+            const double octaves = std::log2(kFirstTap) + double(k) / kTapsPerOctave, distance = std::exp2(octaves);
+            const int level = int(std::nearbyint(octaves - kLevelBias));
             out.taps.push_back({float(distance * metres * x), float(distance * metres * y),
                                 float(1 / (distance * metres)), std::clamp(level, 0, top)});
         }

@@ -22,7 +22,7 @@ struct HorizonTap {
     float per_metre = 0;        // 1 / distance
     int level = 0;
 };
-// Distances are 1/4 2^(k/2) texels, up to the longer side of the field, and the level is that of the distance less 3:
+// Distances are 1/4 2^(k/3) texels, up to the longer side of the field, and the level is that of the distance less 3.5:
 // pure maxima at the level of the distance are far too dark. taps[a * count + k], k ascending.
 struct HorizonTaps {
     std::size_t count = 0;  // of an azimuth

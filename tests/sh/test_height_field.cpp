@@ -1,9 +1,8 @@
-#include "sh/height/height_field.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "sh/height/height_field.h"
 #include "tests/sh/height_samples.h"
 
 namespace penumbra {
