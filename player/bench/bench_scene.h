@@ -32,12 +32,20 @@ struct SunCost {
     WithSuns frame;        // all of it
 };
 
+// What the heights of a ground cost, milliseconds: horizons and numbers of all points, and the same with the heights of
+// another time, on all threads.
+struct FieldCost {
+    std::size_t receivers = 0;  // of horizons
+    double one_thread = 0, all_threads = 0, frame = 0;
+};
+
 // Milliseconds a frame; all but `pose` on all threads.
 struct SceneCost {
     std::size_t members = 0, casters = 0;
     double pose = 0;                  // taking over the pose of one caster
     CastCost members_cast;            // all vertices, each past everyone but its own character
     std::size_t ground_vertices = 0;  // 0: no ground
+    std::optional<FieldCost> field;   // of a ground with heights
     CastCost ground_cast;             // its receivers are the vertices that are evaluated
     double pose_all = 0, shade = 0;   // members and ground
     double evaluate_members = 0;      // skinning, visibility, and past all others

@@ -52,11 +52,11 @@ Image drawSky(const PosedScene& scene, const FrameView& view, const OffscreenTar
     return target.read();
 }
 
-// Tells whether the GPU can evaluate the picture. It has the default way of casting and no suns.
+// Tells whether the GPU can evaluate the picture. It has the default way of casting, no suns and no heights.
 bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
     const bool suns =
         options.channel == Channel::kShaded && options.suns != SunChoice::kOff && !scene.light()->suns.empty();
-    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct && !suns;
+    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct && !suns && !scene.field();
 }
 
 }  // namespace

@@ -50,11 +50,17 @@ void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices
     evaluateNumbers(member.evaluator, threads, vertices);
 }
 
+void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices) {
+    const CastReceivers receivers{vertices.positions, vertices.normals, vertices.tangents};
+    const ModelView& model = member.asset->view.model;
+    castOnNumbers(scene.cast(), {.except = member.caster}, receivers, model, threads, vertices.numbers);
+    if (scene.field()) scene.field()->shadow(receivers, model, threads, vertices.numbers);
+}
+
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
     const SceneMember& member = *scene.members()[index];
     ownVertices(member, threads, vertices);
-    castOnNumbers(scene.cast(), {.except = member.caster}, {vertices.positions, vertices.normals, vertices.tangents},
-                  member.asset->view.model, threads, vertices.numbers);
+    castOthers(scene, member, threads, vertices);
 }
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {

@@ -49,6 +49,7 @@ void ViewSunlight::shine(const ViewState& state) {
     std::vector<SunCaster> casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
         casters.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
+    if (scene_->field) casters.push_back({scene_->ground.vertices.positions, scene_->ground.vertices.triangles});
     if (reflected_ != now.light) sunlight_.reflect(shownSky(*scene_, state));
     reflected_ = now.light;
     sunlight_.turnSky(now.rotation);
