@@ -35,7 +35,7 @@ MAY_INCLUDE = {
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/transfer": SH | {"fit/numerics"} | FORMATS,
-    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
+    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility", "fit/transfer"} | FORMATS,
     "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/transfer", "fit/blockers", "fit/compare"} | FORMATS,
     "pack": SH | {"player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
@@ -64,7 +64,8 @@ EDGES = {
     r"meshoptimizer\.h": ["formats/rig/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image/image_"],
     r"png\.h": ["formats/image/image_", "tests/formats/test_image_file.cpp",
-                   "tests/formats/test_height_file.cpp"],
+                  "tests/formats/test_height_file.cpp", "tests/formats/test_texture_file.cpp"],
+    r"jpeglib\.h|jerror\.h": ["formats/image/image_jpeg.cpp"],
     r"CLI/": ["formats/common/command_line.h", "formats/common/name_list_option.h", "formats/common/name_option.h"],
     r"EGL/|GL/": ["player/gl/"],
     r"GLFW/": ["player/view/view_window.cpp"],

@@ -41,7 +41,10 @@ public:
     }
     void evaluate() { evaluate(threads_); }
     void shade() {
-        if (shading_) shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
+        if (shading_ && asset_->transfer)
+            shadeTransfer(evaluator_, *shading_, threads_, radiance_);
+        else if (shading_)
+            shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
     }
     void emptyCaches() {
         swept_.resize(kBeyondCaches / sizeof(swept_[0]));
@@ -177,10 +180,11 @@ CpuBench benchCpu(const Shot& shot, ShadingSet* shading, Vec3 eye, int runs, int
         stages.skin();
         stages.evaluate();
     });
+    const bool lit = shot.asset->transfer && shading;  // shading needs no transfer
     bench.frame = timeRuns(runs, [&](std::size_t run) {
         stages.pose(run);
         stages.skin();
-        stages.evaluate();
+        if (!lit) stages.evaluate();
         stages.shade();
     });
     if (shading) bench.switching = timeSwitching(*shading, runs, [&](std::size_t) { stages.shade(); });

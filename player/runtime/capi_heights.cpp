@@ -166,6 +166,8 @@ penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const pen
         requirePointer(field, "field");
         requirePointer(character, "character");
         requirePointer(numbers, "numbers");
+        if (character->asset->view.transfer)
+            throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
         const Evaluator& evaluator = character->evaluator;
         requireRange("vertices", first_vertex, vertex_count, evaluator.vertexCount());
         const auto stride = std::size_t(character->asset->view.model.stride);

@@ -11,10 +11,11 @@ namespace penumbra {
 struct ShadingLayout {
     Convention convention;
     ShadingChoice choice;
-    int channels = 1;     // 3 when any material has 3
-    int view_order = 1;   // highest order of the materials
-    int light_order = 1;  // highest order of the lights
-    int lobe_count = 0;   // most lobes of a light; 0 with LightForm::kRotation
+    int channels = 1;      // 3 when any material has 3
+    int view_order = 1;    // highest order of the materials
+    int light_order = 1;   // highest order of the lights
+    int lobe_count = 0;    // most lobes of a light; 0 with LightForm::kRotation
+    bool bounces = false;  // the asset has light that bounces
 
     // f_k = sum over e of A_ke y_e(omega_o), sorted by (k, e).
     struct View {
@@ -32,8 +33,9 @@ struct ShadingLayout {
     // channels.
     std::size_t materialTexels() const;
     // Number of vec4 of the uniform block "Light": the lobe count, then axes and [lobe, band] weights, or SH
-    // coefficients.
-    std::size_t lightTexels() const;
+    // coefficients. Where light bounces, kBouncedLight more follow, and one that has 1 to show no direct light.
+    std::size_t lightTexels() const { return directTexels() + (bounces ? kBouncedLight + 1 : 0); }
+    std::size_t directTexels() const;
 };
 
 // Makes the layout for all materials and lights that the set can switch on.
@@ -43,6 +45,6 @@ ShadingLayout shadingLayout(const ShadingSet& set);
 std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& set);
 
 // Writes the light that is on, as it is turned: [lightTexels(), 4], every number. Allocates nothing.
-void writeLightData(const ShadingLayout& layout, const LightTables& light, std::span<float> out);
+void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out);
 
 }  // namespace penumbra

@@ -6,6 +6,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/find_by_name.h"
 #include "formats/common/parallel_for.h"
+#include "player/runtime/indirect_light.h"
 
 namespace penumbra {
 
@@ -75,8 +76,8 @@ void SceneField::visibleFrom(const CastReceivers& receivers, std::span<float> mi
     fieldVisibility(heights_.field(), above_, heights_.corner(), receivers, mirrored);
 }
 
-void SceneField::shadow(const CastReceivers& receivers, const ModelView& model, int threads,
-                        std::span<float> numbers) const {
+void SceneField::shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> numbers,
+                        std::span<float> indirect) const {
     const CastProduct product(model.convention);
     const auto stride = std::size_t(model.stride);
     parallelFor(fieldPieces(receivers.positions.size()), threads, [&](std::size_t piece) {
@@ -85,19 +86,38 @@ void SceneField::shadow(const CastReceivers& receivers, const ModelView& model, 
         const std::span<float> used = std::span(mirrored).first(some.positions.size() * kFarNumbers);
         visibleFrom(some, used);
         product(numbers.subspan(piece * kFieldPiece * stride, some.positions.size() * stride), stride, used);
+        if (!indirect.empty())
+            castOnIndirect(
+                used, indirect.subspan(piece * kFieldPiece * kIndirectStride, some.positions.size() * kIndirectStride));
     });
 }
 
+namespace {
+
+// Returns null where the ground is Lambertian.
+const MaterialView* fieldMaterial(const SceneGround& ground, const AssetView& asset) {
+    if (ground.material.empty()) return nullptr;
+    try {
+        const std::string what = ground.heights->source.at + ": the ground's material";
+        return &asset.materials[findByName(asset.materials, ground.material, what)];
+    } catch (const UsageError& error) {
+        throw InvalidInput(error.what());
+    }
+}
+
+}  // namespace
+
 FieldLook::FieldLook(const SceneGround& ground, const Convention& convention, const AssetView& asset,
-                     const LightView& light)
-    : lambert_(ground.albedo), material_(&lambert_.view), paint_{BrdfModel::kLambert, {}, ground.albedo} {
-    if (!ground.material.empty()) try {
-            const std::string at = ground.heights->source.at;
-            material_ = &asset.materials[findByName(asset.materials, ground.material, at + ": the ground's material")];
-        } catch (const UsageError& error) {
-            throw InvalidInput(error.what());
-        }
-    shader_.emplace(convention, kFieldStride, *material_, light);
+                     const LightView& light) {
+    const LambertMaterial lambert(ground.albedo);
+    const MaterialView* material = fieldMaterial(ground, asset);
+    shader_.emplace(convention, kFieldStride, material ? *material : lambert.view, light);
+}
+
+std::vector<BrdfLobe> fieldLobes(const SceneGround& ground, const AssetView& asset) {
+    const MaterialView* material = fieldMaterial(ground, asset);
+    if (!material || material->lobes.empty()) return {{BrdfModel::kLambert, {}, ground.albedo}};
+    return {material->lobes.begin(), material->lobes.end()};
 }
 
 void FieldLook::shade(const FrameVertices& points, Vec3 eye, int threads, std::vector<Vec3>& radiance) const {

@@ -43,8 +43,10 @@ public:
     // The same numbers past the chosen casters as well.
     void castOn(const CastShadow& cast, CasterChoice choice, int threads, FrameVertices& points) const;
     // Multiplies numbers of a model's convention by what the field leaves visible to points on it or above it, which
-    // stand in the scene.
-    void shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> numbers) const;
+    // stand in the scene. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the share of a
+    // white sky that is left.
+    void shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> numbers,
+                std::span<float> indirect = {}) const;
     // What the field leaves visible there, mirrored at each horizon: [receivers, kFarNumbers].
     void visibleFrom(const CastReceivers& receivers, std::span<float> mirrored) const;
 
@@ -67,16 +69,13 @@ public:
     void turnLight(const Mat3& rotation) { shader_->setLightRotation(rotation); }
     // The radiance of all points towards `eye`, with negative values as 0. Sizes `radiance`.
     void shade(const FrameVertices& points, Vec3 eye, int threads, std::vector<Vec3>& radiance) const;
-    std::span<const BrdfLobe> lobes() const {
-        return material_->lobes.empty() ? std::span(&paint_, 1) : material_->lobes;
-    }
 
 private:
-    LambertMaterial lambert_;
-    const MaterialView* material_;
-    BrdfLobe paint_;
     std::optional<VertexShader> shader_;
 };
+
+// What suns need of the same material, which is Lambertian where it has no lobes.
+std::vector<BrdfLobe> fieldLobes(const SceneGround& ground, const AssetView& asset);
 
 // E of all points.
 std::vector<float> fieldAmbient(const Convention& convention, const FrameVertices& points);

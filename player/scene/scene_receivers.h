@@ -5,10 +5,13 @@
 
 namespace penumbra {
 
-// Multiplies numbers of the model's convention [receivers, stride] by what the chosen casters leave visible. Returns
-// whether any of the receivers sees one; without, the numbers stay the very ones that they were.
-bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
-                   int threads, std::span<float> numbers);
+// Multiplies numbers of all vertices of a character, in the convention of its model [V, stride], by what the chosen
+// casters leave visible. `vertices` are in the scene. Returns whether any of them sees one; without, the numbers stay
+// the very ones that they were. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the
+// share of a white sky that is left (docs/formulas.md, section 15).
+bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                   const CastReceivers& vertices, int threads, std::span<float> numbers,
+                   std::span<float> indirect = {});
 
 // Returns the numbers of a vertex from which nothing is hidden.
 std::vector<float> freeSight(const Convention& convention);
@@ -19,8 +22,8 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 // own numbers alone.
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices);
 
-// Multiplies numbers of a member's vertices, which are of its own model, by what all others and a ground with heights
-// leave visible.
+// Multiplies numbers of a member's vertices, which are of its own model, and light that bounces to them, by what all
+// others and a ground with heights leave visible.
 void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices);
 
 // Sizes `vertices`, which may hold those of a frame before. Computes the vertices of a member in the scene, with

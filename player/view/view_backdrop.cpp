@@ -20,8 +20,7 @@ void Backdrop::drawSky(const Scene& scene, const ViewState& state, const FrameVi
 
 namespace {
 
-// The ground is Lambertian.
-BrdfModels modelsOf(const ViewSunlight* suns) { return suns ? 1u << int(BrdfModel::kLambert) : 0; }
+BrdfModels modelsOf(const ViewSunlight* suns) { return suns ? suns->groundModels() : 0; }
 
 const Sunlight* sunlightOf(const ViewSunlight* suns) { return suns ? &suns->sunlight() : nullptr; }
 

@@ -11,6 +11,10 @@ namespace penumbra {
 
 ViewSunlight::ViewSunlight(const Scene& scene) : scene_(&scene), sunlight_(table_), casters_(scene.characters.size()) {
     if (!scene.ground_file) return;
+    if (scene.field) {
+        ground_.assign(kTileShades.size(), table_.add(fieldLobes(*scene.ground_file, scene.characters.front()->asset)));
+        return;
+    }
     for (const float shade : kTileShades) {
         const BrdfLobe paint{BrdfModel::kLambert, {}, scene.ground_file->albedo * shade};
         ground_.push_back(table_.add({&paint, 1}));
@@ -28,6 +32,7 @@ bool ViewSunlight::updateLobes() {
         const ShadingSet& shading = *scene_->characters[i]->shading;
         if (casters_[i].material_version == shading.materialVersion()) continue;
         casters_[i].lobes = table_.add(shading);
+        casters_[i].slot_lobes = table_.addSlots(shading);
         casters_[i].material_version = shading.materialVersion();
         changed = true;
     }

@@ -6,9 +6,11 @@
 
 #include "formats/stage/model_file.h"
 #include "pack/pack_asset.h"
+#include "pack/pack_transfer.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_composition.h"
+#include "tests/synthetic_transfer.h"
 
 namespace penumbra {
 
@@ -29,8 +31,8 @@ inline LightFile tinySunny() {
     return light;
 }
 
-// Tiny assets, one for each kind of model and of features, a composed one, one with blockers, and two under a sun: with
-// a model and without.
+// Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
+// model and without), and two of transfer.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -69,6 +71,10 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
                                  sunny, {}, "{}", 1)
                            .bytes);
         made.push_back(packLibrary(glossy, sunny, "{}"));
+        for (const TransferModelKind kind : kTransferModelKinds)
+            made.push_back(
+                packTransfer(synthetic::tubeTransfer(kind, 2, {.rings = 2, .segments = 3, .joints = 2, .frames = 2}),
+                             std::vector<BrdfFile>{diffuseMaterial({0.5f, 0.25f, 0.125f})}, sunny, {}, "{}"));
         return made;
     }();
     return all;

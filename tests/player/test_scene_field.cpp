@@ -1,6 +1,7 @@
 // A ground with heights: what its points see, whom it shadows, who stands on it, and how it looks.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "formats/common/errors.h"
@@ -138,6 +139,11 @@ TEST_F(SceneFieldTest, ShadowsCharactersByItsHorizonAtTheirVertices) {
     ambient(model.convention, model.stride, 0, before.size(), own.numbers, before);
     ambient(model.convention, model.stride, 0, before.size(), shadowed.numbers, after);
     for (std::size_t v = 0; v < before.size(); ++v) EXPECT_LT(after[v], before[v] + 0.03f) << v;
+    // Light that bounces fades by the share of a white sky that is left.
+    std::vector<float> numbers(4 * std::size_t(model.stride)), bounced(4 * kIndirectStride, 2.0f);
+    walled.field()->shadow({at, normals, tangents}, model, 1, numbers, bounced);
+    for (std::size_t i = 0; i < bounced.size(); ++i)
+        EXPECT_NEAR(bounced[i], 2 * std::clamp(e[i / kIndirectStride], 0.0f, 1.0f), 1e-5f) << i;
 }
 
 TEST_F(SceneFieldTest, WhoStandsOnItGoesUpAndDownWithIt) {
