@@ -10,17 +10,18 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/light"}  # everybody sees the maths
+SH = {"sh", "sh/brdf", "sh/cast", "sh/far", "sh/height", "sh/light"}  # everybody sees the maths
 # Folder or room -> the rooms that it may include beside itself. A room that is not listed may not exist.
-FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene")}
+FORMATS = {f"formats/{room}" for room in ("common", "asset", "brdf", "image", "stage", "rig", "cache", "scene", "height")}
 MAY_INCLUDE = {
     "sh": set(),
     **{f"sh/{room}": {"sh"} for room in ("brdf", "far", "light")},
-    "sh/cast": {"sh", "sh/far"},
+    **{f"sh/{room}": {"sh", "sh/far"} for room in ("cast", "height")},
     "formats/common": SH,
     **{f"formats/{room}": SH | {"formats/common"} for room in ("asset", "brdf", "image", "stage", "rig")},
-    "formats/scene": SH | {"formats/common", "formats/asset"},
+    "formats/scene": SH | {"formats/common", "formats/asset", "formats/height"},
     "formats/cache": SH | {"formats/common", "formats/rig"},
+    "formats/height": SH | {"formats/common", "formats/cache", "formats/image"},
     "bake/common": SH | FORMATS,
     "bake/source": SH | {"bake/common"} | FORMATS,
     "bake/trace": SH | {"bake/common", "bake/source"} | FORMATS,
@@ -63,7 +64,7 @@ EDGES = {
     r"meshoptimizer\.h": ["formats/rig/rig_", "tests/"],
     r"OpenEXR/|Imf\w*\.h|Imath": ["formats/image/image_"],
     r"png\.h": ["formats/image/image_", "tests/formats/test_image_file.cpp",
-                 "tests/formats/test_texture_file.cpp"],
+                  "tests/formats/test_height_file.cpp", "tests/formats/test_texture_file.cpp"],
     r"jpeglib\.h|jerror\.h": ["formats/image/image_jpeg.cpp"],
     r"CLI/": ["formats/common/command_line.h", "formats/common/name_list_option.h", "formats/common/name_option.h"],
     r"EGL/|GL/": ["player/gl/"],

@@ -9,6 +9,7 @@
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
 #include "formats/scene/bone_poses.h"
+#include "formats/scene/ground_heights.h"
 #include "formats/scene/scene_placement.h"
 #include "sh/bounding_box.h"
 
@@ -72,12 +73,14 @@ class SceneMesh {
 public:
     explicit SceneMesh(SceneFrame& out) : out_(out) {}
 
-    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look) {
+    // `lift` is added to its y.
+    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look, float lift) {
         if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
         if (asset.model.deforming && asset.animation.playback.positions.empty())
             throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames (--no-playback)");
         const VisibilityFrame posed = poseOf(one, asset, seconds);
-        const Affine to_scene = placementOf(one);
+        Affine to_scene = placementOf(one);
+        to_scene.m[7] += lift;
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
         for (const Vec3 n : posed.normals) out_.frame.normals.push_back(to_scene.linear() * n);
@@ -107,10 +110,21 @@ public:
         for (std::uint32_t v = first; v < out_.frame.positions.size(); ++v) out_.back_of_vertex.push_back(v);
         out_.mesh.triangles.push_back({first, first + 1, first + 2});
         out_.mesh.triangles.push_back({first + 2, first + 1, first + 3});
-        char name[96];
-        std::snprintf(name, sizeof name, "lambert:color=%.9g/%.9g/%.9g", double(ground.albedo.x),
-                      double(ground.albedo.y), double(ground.albedo.z));
-        out_.brdf_of_vertex.resize(out_.frame.positions.size(), numberOf(name));
+        paint(ground);
+    }
+
+    void addField(const SceneGround& ground, const GroundHeights& heights) {
+        const HeightGrid& grid = heights.field().grid();
+        const auto first = std::uint32_t(out_.frame.positions.size());
+        for (int r = 0; r < grid.rows; ++r)
+            for (int c = 0; c < grid.columns; ++c) {
+                out_.back_of_vertex.push_back(std::uint32_t(out_.frame.positions.size()));
+                out_.frame.positions.push_back(heights.point(r, c));
+                out_.frame.normals.push_back(heights.normal(r, c));
+            }
+        for (const Triangle& t : trianglesOf(fieldTriangles(grid)))
+            out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+        paint(ground);
     }
 
     std::span<const Vec3> corners() const { return corners_; }
@@ -119,6 +133,18 @@ private:
     SceneFrame& out_;
     std::vector<Vec3> corners_;  // of everyone's boxes
     PoseFiles poses_;
+
+    // Of all vertices that have no material yet.
+    void paint(const SceneGround& ground) {
+        if (!ground.material.empty()) {
+            out_.brdf_of_vertex.resize(out_.frame.positions.size(), numberOf(ground.material));
+            return;
+        }
+        char name[96];
+        std::snprintf(name, sizeof name, "lambert:color=%.9g/%.9g/%.9g", double(ground.albedo.x),
+                      double(ground.albedo.y), double(ground.albedo.z));
+        out_.brdf_of_vertex.resize(out_.frame.positions.size(), numberOf(name));
+    }
 
     VisibilityFrame poseOf(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds) {
         if (one.pose) return skinAsset(asset, poses_.poseOf(one, asset).bones);
@@ -134,6 +160,15 @@ private:
     }
 };
 
+std::unique_ptr<const GroundHeights> heightsOf(const SceneDescription& scene, std::optional<double> seconds) {
+    if (!scene.ground || !scene.ground->heights) return nullptr;
+    if (scene.ground->heights->source.border == HeightBorder::kPeriodic)
+        throw Unsupported(scene.ground->heights->source.at + "/border: a periodic ground cannot be ray-traced");
+    auto heights = std::make_unique<GroundHeights>(*scene.ground);
+    heights->pose(seconds);
+    return heights;
+}
+
 }  // namespace
 
 SceneFrame poseScene(const SceneDescription& scene, std::optional<double> seconds, const std::string& camera,
@@ -146,11 +181,15 @@ SceneFrame poseScene(const SceneDescription& scene, std::optional<double> second
     };
     SceneFrame out;
     SceneMesh mesh(out);
+    const std::unique_ptr<const GroundHeights> heights = heightsOf(scene, seconds);
     for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
         for (const SceneCharacter& one : *list)
-            mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look);
+            mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look,
+                     standingHeight(one, scene.ground, heights.get()));
+    if (heights) mesh.addField(*scene.ground, *heights);
+    out.ends_at_horizon = heights && heights->field().grid().border != HeightBorder::kOpen;
     out.casting_triangles = out.mesh.triangles.size();
-    if (scene.ground) mesh.addGround(*scene.ground);
+    if (scene.ground && !heights) mesh.addGround(*scene.ground);
     out.mesh.rest_positions = out.frame.positions;
     out.camera = cameraOf(scene, camera, mesh.corners());
     const std::filesystem::path& lit_by = scene.light.asset.empty() ? scene.characters[0].asset : scene.light.asset;

@@ -9,7 +9,8 @@ namespace penumbra {
 struct SceneFrame {
     Mesh mesh;  // characters, props, then the ground
     VisibilityFrame frame;
-    std::size_t casting_triangles = 0;          // without the ground
+    std::size_t casting_triangles = 0;          // without a level ground
+    bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below
     std::vector<std::string> materials;         // names in the assets; the last is the ground's
     std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
     std::vector<std::uint32_t> back_of_vertex;  // [V], what shades the other side; triangles have fronts alone

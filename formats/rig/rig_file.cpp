@@ -10,12 +10,6 @@
 
 namespace penumbra {
 
-bool isExtension(const std::filesystem::path& file, const char* extension) {
-    std::string own = file.extension().string();
-    std::transform(own.begin(), own.end(), own.begin(), [](unsigned char c) { return std::tolower(c); });
-    return own == extension;
-}
-
 namespace {
 
 RigSource readSource(const std::filesystem::path& path) {

@@ -142,6 +142,11 @@ std::vector<float> JsonNode::numbers(std::size_t count, double low, double high)
     return out;
 }
 
+bool JsonNode::flag() const {
+    if (!json_->is_boolean()) fail("must be true or false");
+    return json_->get<bool>();
+}
+
 int JsonNode::whole(int low, int high) const {
     if (!json_->is_number_integer()) fail("must be a whole number");
     return int(number(low, high));

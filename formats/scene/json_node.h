@@ -33,6 +33,7 @@ public:
     // Returns the numbers of an array of this length.
     std::vector<float> numbers(std::size_t count, double low, double high) const;
     int whole(int low, int high) const;
+    bool flag() const;
     Vec3 vector(double low, double high) const;
 
 private:

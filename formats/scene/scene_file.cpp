@@ -4,6 +4,7 @@
 #include <set>
 
 #include "formats/common/errors.h"
+#include "formats/height/height_file.h"
 #include "formats/scene/json_node.h"
 
 namespace penumbra {
@@ -34,10 +35,10 @@ ScenePose readPose(const JsonNode& character, const std::filesystem::path& folde
 
 SceneCharacter readCharacter(const JsonNode& node, const std::filesystem::path& folder, bool moves) {
     if (moves)
-        node.requireKeys(
-            {"name", "asset", "clip", "time", "pose", "position", "yaw", "scale", "material", "slots", "casts"});
+        node.requireKeys({"name", "asset", "clip", "time", "pose", "position", "yaw", "scale", "material", "slots",
+                          "casts", "on_ground"});
     else
-        node.requireKeys({"name", "asset", "position", "yaw", "scale", "material", "slots", "casts"});
+        node.requireKeys({"name", "asset", "position", "yaw", "scale", "material", "slots", "casts", "on_ground"});
     SceneCharacter out;
     out.at = node.place();
     out.asset = folder / node.required("asset").text();
@@ -50,6 +51,7 @@ SceneCharacter readCharacter(const JsonNode& node, const std::filesystem::path& 
     if (node.has("time")) out.seconds = node.at("time").number(0, 1e6);
     if (node.has("pose")) out.pose = readPose(node, folder);
     if (node.has("position")) out.position = node.at("position").vector(-kFar, kFar);
+    if (node.has("on_ground")) out.on_ground = node.at("on_ground").flag();
     if (node.has("yaw")) out.yaw = node.at("yaw").number(-1e4, 1e4);
     if (node.has("scale") && node.at("scale").number(-kFar, kFar) != 1)
         node.at("scale").fail("is not 1; fields and models hold for one size");
@@ -60,14 +62,75 @@ SceneCharacter readCharacter(const JsonNode& node, const std::filesystem::path& 
     return out;
 }
 
-SceneGround readGround(const JsonNode& node) {
-    node.requireKeys({"height", "centre", "size", "resolution", "albedo"});
+HeightBorder readBorder(const JsonNode& node) {
+    const std::string word = node.text();
+    if (word == "clamped") return HeightBorder::kClamped;
+    if (word == "periodic") return HeightBorder::kPeriodic;
+    if (word != "open") node.fail("is none of clamped, periodic and open");
+    return HeightBorder::kOpen;
+}
+
+void readSource(const JsonNode& node, const std::filesystem::path& folder, HeightSource& source) {
+    source.at = node.place();
+    if (node.has("file") == node.has("analytic")) node.fail("has either a \"file\" or an \"analytic\"");
+    for (const char* key : {"rows", "columns"})
+        if (node.has(key) && !node.has("analytic")) node.at(key).fail("is of \"analytic\"; a file has its own");
+    for (const char* key : {"array", "no_data", "fill", "fps"})
+        if (node.has(key) && !node.has("file")) node.at(key).fail("is of a \"file\"");
+    if (node.has("analytic")) {
+        source.analytic = node.at("analytic").text();
+        if (source.analytic.empty()) node.at("analytic").fail("is empty");
+    } else {
+        if (node.at("file").text().empty()) node.at("file").fail("is empty");
+        source.file = folder / node.at("file").text();
+    }
+    if (node.has("rows")) source.rows = node.at("rows").whole(1, kMostHeightSide);
+    if (node.has("columns")) source.columns = node.at("columns").whole(1, kMostHeightSide);
+    if (node.has("array")) source.array = node.at("array").text();
+    if (node.has("cell"))
+        source.cell_rows = source.cell_columns = node.at("cell").number(double(kLeastCell), double(kMostCell));
+    if (node.has("cells")) {  // along x and z, as the vectors of a scene
+        if (node.has("cell")) node.at("cells").fail("stands beside a \"cell\"; one or the other");
+        const std::vector<float> cells = node.at("cells").numbers(2, double(kLeastCell), double(kMostCell));
+        source.cell_columns = double(cells[0]);
+        source.cell_rows = double(cells[1]);
+    }
+    if (node.has("scale")) source.scale = node.at("scale").number(-1e9, 1e9);
+    if (node.has("offset")) source.offset = node.at("offset").number(-1e9, 1e9);
+    if (node.has("border")) source.border = readBorder(node.at("border"));
+    if (node.has("no_data")) source.no_data = node.at("no_data").number(-1e30, 1e30);
+    if (node.has("fill")) source.fill = node.at("fill").number(-double(kMostElevation), double(kMostElevation));
+    if (node.has("fps")) source.fps = node.at("fps").number(1e-3, 1e4);
+}
+
+SceneHeights readHeights(const JsonNode& node, const std::filesystem::path& folder) {
+    node.requireKeys({"file", "analytic", "rows", "columns", "array", "cell", "cells", "scale", "offset", "border",
+                      "no_data", "fill", "fps", "time", "order", "step"});
+    SceneHeights out;
+    readSource(node, folder, out.source);
+    if (node.has("time")) out.seconds = node.at("time").number(0, 1e6);
+    if (node.has("order")) out.order = node.at("order").whole(4, 5);
+    if (node.has("step")) out.step = node.at("step").whole(1, 8);
+    if (out.step & (out.step - 1)) node.at("step").fail("is none of 1, 2, 4 and 8");
+    return out;
+}
+
+SceneGround readGround(const JsonNode& node, const std::filesystem::path& folder) {
+    node.requireKeys({"height", "centre", "size", "resolution", "albedo", "heights", "material"});
     SceneGround out;
     if (node.has("height")) out.height = node.at("height").number(-kFar, kFar);
     if (node.has("centre")) out.centre = node.at("centre").vector(-kFar, kFar);
     if (node.has("size")) out.size = node.at("size").number(1e-3, kFar);
     if (node.has("resolution")) out.resolution = node.at("resolution").whole(2, kMostGroundResolution);
     if (node.has("albedo")) out.albedo = node.at("albedo").vector(0, 1);
+    if (node.has("heights")) out.heights = readHeights(node.at("heights"), folder);
+    for (const char* key : {"size", "resolution"})
+        if (node.has(key) && out.heights) node.at(key).fail("is of a ground without heights");
+    if (node.has("material")) {
+        if (!out.heights) node.at("material").fail("is of a ground with heights");
+        if (node.has("albedo")) node.at("material").fail("stands beside an \"albedo\"; one or the other");
+        out.material = node.at("material").text();
+    }
     return out;
 }
 
@@ -105,12 +168,27 @@ void nameAll(SceneDescription& scene) {
     }
 }
 
+namespace {
+
+// What version 1 did not know. Everyone who stands on the ground needs one.
+void requireVersion(const JsonNode& root, const SceneDescription& scene) {
+    const bool old = root.at("version").whole(1, kSceneVersion) < 2;
+    if (old && scene.ground && scene.ground->heights) root.at("ground").at("heights").fail("needs \"version\": 2");
+    for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
+        for (const SceneCharacter& one : *list) {
+            if (one.on_ground && old) throw InvalidInput(one.at + "/on_ground: needs \"version\": 2");
+            if (one.on_ground && !scene.ground) throw InvalidInput(one.at + "/on_ground: the scene has no ground");
+        }
+}
+
+}  // namespace
+
 SceneDescription parseScene(const std::string& text, const std::string& name, const std::filesystem::path& folder) {
     const nlohmann::json json = parseJson(text, name);
     const JsonNode root(json, name, "");
     root.requireKeys({"version", "characters", "props", "ground", "light", "camera"});
-    if (const int version = root.required("version").whole(0, 1 << 30); version != kSceneVersion)
-        root.at("version").fail("is " + std::to_string(version) + "; this program reads " +
+    if (const int version = root.required("version").whole(0, 1 << 30); version < 1 || version > kSceneVersion)
+        root.at("version").fail("is " + std::to_string(version) + "; this program reads 1 to " +
                                 std::to_string(kSceneVersion));
     SceneDescription scene;
     scene.at = name;
@@ -121,9 +199,10 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
         for (const JsonNode& node : root.at("props").items(kMostSceneCharacters))
             scene.props.push_back(readCharacter(node, folder, false));
     if (scene.characters.empty()) root.fail("has no characters");
-    if (root.has("ground")) scene.ground = readGround(root.at("ground"));
+    if (root.has("ground")) scene.ground = readGround(root.at("ground"), folder);
     if (root.has("light")) scene.light = readLight(root.at("light"), folder);
     if (root.has("camera")) scene.camera = root.at("camera").text();
+    requireVersion(root, scene);
     nameAll(scene);
     return scene;
 }
@@ -140,6 +219,8 @@ std::vector<std::filesystem::path> filesNamedIn(const SceneDescription& scene) {
             if (one.pose) add(one.pose->file);
         }
     add(scene.light.asset);
+    if (scene.ground && scene.ground->heights && scene.ground->heights->source.analytic.empty())
+        for (const std::filesystem::path& file : filesOf(scene.ground->heights->source)) add(file);
     return files;
 }
 

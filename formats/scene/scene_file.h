@@ -6,11 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "formats/height/height_source.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
 
-constexpr int kSceneVersion = 1;
+constexpr int kSceneVersion = 2;  // knows heights and on_ground; version 1 is read, too
 constexpr std::size_t kMostSceneCharacters = 10000;
 constexpr int kMostGroundResolution = 2048;
 
@@ -34,19 +35,29 @@ struct SceneCharacter {
     double seconds = 0;                  // into the clip; the nearest sampled frame
     std::optional<ScenePose> pose = {};  // instead of a clip and a time
     Vec3 position;
+    bool on_ground = false;  // position.y counts from the ground at x and z
     double yaw = 0;
     std::string material;                                         // of all parts; "": what the asset gives each
     std::vector<std::pair<std::string, std::string>> slots = {};  // slot, material; after `material`
     SceneCasts casts = SceneCasts::kWhatItHas;
 };
 
-// A square that faces up.
+// Heights of a ground: where they come from and how finely they are looked at (sh/height/height_visibility.h).
+struct SceneHeights {
+    HeightSource source;
+    double seconds = 0;  // into a sequence or a closed form, where no other time is asked for
+    int order = 5, step = 4;
+};
+
+// A square that faces up, or a height field whose middle is `centre`, with its columns along x and its rows along z.
 struct SceneGround {
-    double height = 0;              // y, metres
-    Vec3 centre;                    // x and z count
-    double size = 4;                // side, metres
-    int resolution = 128;           // vertices a side
-    Vec3 albedo{0.5f, 0.5f, 0.5f};  // linear
+    double height = 0;                         // y, metres
+    Vec3 centre;                               // x and z count
+    double size = 4;                           // side, metres
+    int resolution = 128;                      // vertices a side
+    Vec3 albedo{0.5f, 0.5f, 0.5f};             // linear
+    std::optional<SceneHeights> heights = {};  // then size and resolution are theirs
+    std::string material = {};                 // of the light's asset, for heights; "": Lambertian with the albedo
 };
 
 struct SceneLight {

@@ -74,6 +74,32 @@ void timeMembers(const PosedScene& scene, const SceneFrames& frames, int runs, i
     });
 }
 
+// A field that moves is another one in every run; one that is still is looked at anew.
+FieldCost timeField(PosedScene& scene, const SceneFrames& frames, int runs, int threads) {
+    SceneField& field = *scene.field();
+    FieldCost cost;
+    cost.receivers = field.receiverCount();
+    FrameVertices points = frames.field();
+    const auto all = [&](int some) {
+        const Clock::time_point start = Clock::now();
+        std::vector<double> taken;
+        for (int run = 0; run < runs; ++run) {
+            throwIfInterrupted();
+            field.pose(0.04 * (run + 1));
+            field.lookAgain();
+            const Clock::time_point from = Clock::now();
+            field.evaluate(some, points);
+            taken.push_back(millisecondsSince(from));
+        }
+        cost.frame = millisecondsSince(start) / runs;
+        return median(taken);
+    };
+    cost.one_thread = all(1);
+    cost.all_threads = threads == 1 ? cost.one_thread : all(threads);
+    field.pose({});
+    return cost;
+}
+
 // Casters whose reach a member's vertices are in, mean over the members. Who is in reach of few of them counts whole.
 double meanReached(const PosedScene& scene, const SceneFrames& frames) {
     std::size_t reached = 0;
@@ -201,7 +227,16 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
     timeMembers(scene, frames, runs, threads, cost.members_cast);
     cost.anchors = anchorError(scene, frames, threads);
     cost.reached = meanReached(scene, frames);
-    if (description.ground) {
+    if (scene.field()) {
+        cost.ground_vertices = frames.field().positions.size();
+        cost.ground_cast.receivers = cost.ground_vertices;
+        cost.ground_cast.pairs = cost.ground_cast.receivers * cost.casters;
+        timeThreads(runs, threads, cost.ground_cast, [&](int some) {
+            FrameVertices points = frames.field();
+            scene.field()->castOn(scene.cast(), {}, some, points);
+        });
+        cost.field = timeField(scene, frames, runs, threads);
+    } else if (description.ground) {
         cost.ground_vertices = frames.ground().positions.size();
         cost.ground_cast.receivers = frames.ground().evaluated;
         cost.ground_cast.pairs = cost.ground_cast.receivers * cost.casters;
@@ -316,6 +351,11 @@ nlohmann::ordered_json figuresOf(const SceneCost& cost) {
             {"anchors_largest", cost.anchors.largest},
             {"ground_vertices", cost.ground_vertices},
             {"ground", figuresOf(cost.ground_cast)},
+            {"field", cost.field ? nlohmann::ordered_json{{"receivers", cost.field->receivers},
+                                                          {"one_thread_ms", cost.field->one_thread},
+                                                          {"all_threads_ms", cost.field->all_threads},
+                                                          {"with_heights_ms", cost.field->frame}}
+                                 : nlohmann::ordered_json()},
             {"pose_ms", cost.pose_all},
             {"evaluate_ms", cost.evaluate_members},
             {"shade_ms", cost.shade},
@@ -355,6 +395,12 @@ void printScene(const SceneBench& bench) {
                 bench.scene.casters, bench.threads, bench.context.c_str());
     if (bench.scene.casters > 0) std::printf("%-32s %8.3f ms\n", "pose of one caster", bench.scene.pose);
     printCasts(bench);
+    if (const std::optional<FieldCost>& field = bench.scene.field)
+        std::printf(
+            "%-10s %10zu points, horizons at %zu; visibility %.3f ms, 1 thread, %.3f ms, %d threads; with new "
+            "heights %.3f ms\n",
+            "field", bench.scene.ground_vertices, field->receivers, field->one_thread, field->all_threads,
+            bench.threads, field->frame);
     printFrames(bench);
     printSuns(bench);
 }

@@ -38,6 +38,13 @@ struct SunCost {
     WithSuns frame;        // all of it
 };
 
+// What the heights of a ground cost, milliseconds: horizons and numbers of all points, and the same with the heights of
+// another time, on all threads.
+struct FieldCost {
+    std::size_t receivers = 0;  // of horizons
+    double one_thread = 0, all_threads = 0, frame = 0;
+};
+
 // Milliseconds a frame; all but `pose` on all threads.
 struct SceneCost {
     std::size_t members = 0, casters = 0;
@@ -46,6 +53,7 @@ struct SceneCost {
     AnchorError anchors;              // of at most the first 4 members
     double reached = 0;               // casters that a member has in reach, mean
     std::size_t ground_vertices = 0;  // 0: no ground
+    std::optional<FieldCost> field;   // of a ground with heights
     CastCost ground_cast;             // its receivers are the vertices that are evaluated
     double pose_all = 0, shade = 0;   // members and ground
     double evaluate_members = 0;      // skinning, visibility, and past all others

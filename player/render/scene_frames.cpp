@@ -24,15 +24,28 @@ SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, 
     if (compares()) casts_.resize(values_.size());
     if (truth) attachTruth(*truth);
     sunlight_ = sceneSunlight(scene, looks_);
-    if (!scene.file().ground || sunlight_.suns.empty()) return;
+    if (scene.field()) makeField();
+    if (!scene.file().ground || scene.field() || sunlight_.suns.empty()) return;
     const auto side = std::size_t(scene.file().ground->resolution);
     ground_lobes_.assign(side * side, sunlight_.ground);
+}
+
+void SceneFrames::makeField() {
+    const SceneField& field = *scene_.field();
+    field_triangles_ = fieldTriangles(field.heights().field().grid());
+    if (options_.channel != Channel::kShaded) return;
+    field_look_.emplace(*scene_.file().ground, field.convention(), scene_.lightAsset(), sunlight_.light);
+    field_look_->turnLight(lightRotation());
+    if (sunlight_.suns.empty()) return;
+    sunlight_.ground = sunlight_.lobes.add(fieldLobes(*scene_.file().ground, scene_.lightAsset()));
+    ground_lobes_.assign(field.heights().field().grid().size(), sunlight_.ground);
 }
 
 std::vector<SunCaster> SceneFrames::sunCasters() const {
     std::vector<SunCaster> casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+    if (scene_.field()) casters.push_back({field_.positions, field_triangles_});
     return casters;
 }
 
@@ -69,6 +82,10 @@ void SceneFrames::evaluateMembers() {
 
 void SceneFrames::evaluateGround() {
     if (!scene_.file().ground) return;
+    if (scene_.field()) {
+        scene_.field()->evaluate(threads_, field_);
+        return scene_.field()->castOn(scene_.cast(), {}, threads_, field_);
+    }
     if (!compares()) {
         ground_ = groundVertices(scene_, threads_);
         return;
@@ -78,6 +95,17 @@ void SceneFrames::evaluateGround() {
                    casts_.back());
 }
 
+namespace {
+
+// Of the longer side.
+double groundSize(const PosedScene& scene) {
+    if (!scene.field()) return scene.file().ground ? scene.file().ground->size : 0;
+    const HeightGrid& grid = scene.field()->heights().field().grid();
+    return std::max(double(grid.cell_x) * grid.rows, double(grid.cell_y) * grid.columns);
+}
+
+}  // namespace
+
 FrameView sceneView(const PosedScene& scene, const RenderOptions& options, std::span<const FrameVertices> members) {
     std::vector<Vec3> corners;
     for (const FrameVertices& vertices : members) {
@@ -85,7 +113,7 @@ FrameView sceneView(const PosedScene& scene, const RenderOptions& options, std::
         corners.insert(corners.end(), {box.low, box.high});
     }
     const double radius = std::max<double>(boundsOf(corners).radius(), 1e-3);
-    const double reach = scene.file().ground ? std::max(radius, scene.file().ground->size) : radius;
+    const double reach = std::max(radius, groundSize(scene));
     const Camera camera = cameraOf(scene.file(), options.camera, corners);
     FrameView view;
     clipFromModel(camera, double(options.width) / options.height, reach, view.clip_from_model);
@@ -108,9 +136,8 @@ FrameVertices SceneFrames::trueMember(std::size_t m) const {
     FrameVertices in_model, truth = members_[m];
     skinFrame(member.evaluator, threads_, in_model);  // moments are in the frame of the model
     truth.numbers = truthNumbers(shot, in_model, threads_);
-    if (!compares())
-        castOnNumbers(scene_.cast(), {.except = member.caster}, member.evaluator, receiversOf(truth), threads_,
-                      truth.numbers);
+    truth.indirect.clear();
+    if (!compares()) castOthers(scene_, member, threads_, truth);
     return truth;
 }
 
@@ -144,12 +171,17 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
 
 std::vector<Vec3> SceneFrames::groundValues() const {
     const bool shaded = options_.channel == Channel::kShaded;
+    std::vector<Vec3> values;
+    if (field_look_) {
+        field_look_->shade(field_, view_.eye, threads_, values);
+        return values;
+    }
     if (compares())
         return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
                             scene_.lightRotation(), scene_.file().ground->albedo);
     if (shaded) return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo);
-    std::vector<Vec3> values;
-    for (const float e : groundAmbient(ground_)) values.push_back({e, 0, 0});
+    for (const float e : scene_.field() ? fieldAmbient(scene_.field()->convention(), field_) : groundAmbient(ground_))
+        values.push_back({e, 0, 0});
     return values;
 }
 
@@ -170,7 +202,14 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
                        channelOf(m),
                        {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
     const Channel of_ground = options_.channel == Channel::kShaded ? Channel::kShaded : Channel::kAmbient;
-    if (scene_.file().ground)
+    if (scene_.field())
+        out.push_back({field_triangles_,
+                       field_.positions,
+                       values_.back(),
+                       Sides::kBoth,
+                       of_ground,
+                       {field_.normals, field_.tangents, ground_lobes_}});
+    else if (scene_.file().ground)
         out.push_back({ground_.shown(),
                        ground_.positions,
                        values_.back(),

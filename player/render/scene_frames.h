@@ -44,7 +44,8 @@ public:
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
 
     const std::vector<FrameVertices>& members() const { return members_; }
-    const GroundVertices& ground() const { return ground_; }  // empty without a ground
+    const GroundVertices& ground() const { return ground_; }  // empty without a level ground
+    const FrameVertices& field() const { return field_; }     // empty without a ground with heights
 
 private:
     const PosedScene& scene_;
@@ -53,6 +54,9 @@ private:
     std::vector<std::unique_ptr<SceneLook>> looks_;
     std::vector<FrameVertices> members_;
     GroundVertices ground_;
+    FrameVertices field_;
+    std::vector<std::uint32_t> field_triangles_;
+    std::optional<FieldLook> field_look_;    // where it is shaded
     std::vector<std::vector<float>> casts_;  // of modes that compare: V_c of each member, then of the ground
     FrameView view_;
     std::vector<std::vector<Vec3>> values_;  // of each member, then of the ground
@@ -67,6 +71,7 @@ private:
     std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;
     std::vector<Vec3> memberValues(std::size_t member);
     std::vector<Vec3> groundValues() const;
+    void makeField();
 };
 
 // How the camera sees the scene. `members` have positions in the scene. Of the options it reads size and camera.

@@ -57,7 +57,7 @@ SceneSunlight sceneSunlight(const PosedScene& scene, std::span<const std::unique
     out.suns = sunsOf(*scene.light(), out.light_rotation);
     out.remainder = remainderOf(*scene.light());
     out.light.sh = out.remainder;
-    if (!scene.file().ground) return out;
+    if (!scene.file().ground || scene.field()) return out;
     const BrdfLobe paint{BrdfModel::kLambert, {}, scene.file().ground->albedo};
     out.ground = out.lobes.add({&paint, 1});
     return out;

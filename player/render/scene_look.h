@@ -31,7 +31,7 @@ struct SceneSunlight {
     LobeTable lobes;               // of all materials
     std::vector<Sun> suns;         // in the scene; empty: all light is SH
     std::vector<float> remainder;  // SH of the light without its suns
-    LobeRange ground = 0;          // lobes of the ground, where there is one
+    LobeRange ground = 0;          // lobes of the ground, where there is a level one
     Mat3 light_rotation;
     LightView light;  // what vertices are shaded with: that of the scene, or its remainder
 };

@@ -14,8 +14,10 @@
 #include "player/runtime/cast_product.h"
 #include "player/runtime/cast_shadow.h"
 #include "player/runtime/evaluator.h"
+#include "player/runtime/field_shadow.h"
 #include "player/runtime/joint_chain.h"
 #include "player/runtime/penumbra.h"
+#include "player/runtime/shading.h"
 #include "player/runtime/shading_layout.h"
 #include "player/runtime/shading_set.h"
 #include "player/runtime/sun_map.h"
@@ -86,6 +88,9 @@ void requireFinite(const char* name, std::span<const float> numbers);
 // translation.
 Affine rigidOf(const float* to_scene);
 
+// Returns a row-major rotation [3,3] of the caller. Throws UsageError where it is none.
+Mat3 rotationFrom(const float* rotation);
+
 // Returns the path that `simd` names among those that this processor has, which stand slowest first: AVX2 follows the
 // portable one. Throws Unsupported and UsageError.
 template <class Path>
@@ -131,6 +136,16 @@ struct penumbra_shading {
     penumbra::AssetView view;         // the first asset's model with the materials and lights of all
     std::optional<penumbra::ShadingSet> set;
     penumbra::ShadingLayout layout;  // layout of what a GPU reads
+};
+
+struct penumbra_heights {
+    penumbra::HeightField field;
+    penumbra::HeightVisibility visibility;
+    penumbra::HeightTables above;  // of points above the field
+    penumbra::Vec3 corner;
+    penumbra::CastProduct product;
+    std::shared_ptr<const penumbra::AssetData> asset;  // of the look
+    std::optional<penumbra::VertexShader> look;
 };
 
 struct penumbra_sun_map {

@@ -59,6 +59,8 @@ void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
         if (!set.hasMaterial(set.materialOfSlot()[slot])) set.setMaterial(slot, material);
 }
 
+}  // namespace
+
 Mat3 rotationFrom(const float* rotation) {
     requirePointer(rotation, "rotation");
     Mat3 r;
@@ -70,8 +72,6 @@ Mat3 rotationFrom(const float* rotation) {
     if (!fine) throw UsageError("rotation is not orthonormal with determinant 1");
     return r;
 }
-
-}  // namespace
 
 }  // namespace penumbra
 

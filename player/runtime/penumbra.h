@@ -540,6 +540,73 @@ PENUMBRA_API penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map*
                                                          const float* normals, size_t count, float* visible,
                                                          penumbra_error* error);
 
+/* --- Height fields: ground that moves, shadows itself and characters, and is shaded as characters are --- */
+
+/* A field of rows x columns points, in a frame of a scene with y up: columns go along x, rows along z, heights are
+ * metres along y. Between points it is bilinear. What its points see has numbers of convention D and of the field's
+ * order, PENUMBRA_HEIGHTS_STRIDE to a point, in the frame of the point's normal and tangent. */
+typedef struct penumbra_heights penumbra_heights;
+#define PENUMBRA_HEIGHTS_STRIDE 16
+typedef enum penumbra_height_border {
+    PENUMBRA_BORDER_CLAMPED = 0,  /* beyond the edge its heights go on for ever */
+    PENUMBRA_BORDER_PERIODIC = 1, /* beyond the edge the field begins again */
+    PENUMBRA_BORDER_OPEN = 2,     /* beyond the edge is nothing, and light comes from below the horizontal */
+    PENUMBRA_BORDER_WIDE = 0x7fffffff
+} penumbra_height_border;
+typedef struct penumbra_heights_options {
+    size_t rows, columns; /* points, 1..65536 each, at most 2^26 together */
+    float cell_x, cell_z; /* metres from column to column, from row to row, 1e-4..1e5 */
+    float corner[3];      /* where height 0 of row 0 and column 0 stands */
+    penumbra_height_border border;
+    int order; /* of the visibility, 4 or 5; 0: 5 */
+    int step;  /* points from one place that looks for its horizon to the next: 1, 2, 4 or 8; 0: 4 */
+} penumbra_heights_options;
+
+/* Makes a field of `heights` [rows,columns], which are finite and at most 1e7. */
+PENUMBRA_API penumbra_status penumbra_heights_create(const penumbra_heights_options* options, const float* heights,
+                                                     penumbra_heights** field, penumbra_error* error);
+PENUMBRA_API void penumbra_heights_destroy(penumbra_heights* field);
+/* Replaces the heights of a box, [row_count,column_count]: all of them for an animation, few for an edit. */
+PENUMBRA_API penumbra_status penumbra_heights_set(penumbra_heights* field, size_t first_row, size_t row_count,
+                                                  size_t first_column, size_t column_count, const float* heights,
+                                                  penumbra_error* error);
+/* Looks for the horizons of rows [first, first + count) of all penumbra_heights_update_rows() that see something that
+ * _set changed. Call it for all rows before _get_points. Calls for different rows may run at the same time. */
+PENUMBRA_API size_t penumbra_heights_update_rows(const penumbra_heights* field);
+PENUMBRA_API penumbra_status penumbra_heights_update(penumbra_heights* field, size_t first, size_t count,
+                                                     penumbra_error* error);
+/* Computes rows [first_row, first_row + row_count) of the points: positions, normals and tangents are [rows*columns,3],
+ * numbers [rows*columns,PENUMBRA_HEIGHTS_STRIDE], of the whole field. Any may be NULL. Penumbra scenes then multiply
+ * the numbers by what characters leave visible with penumbra_heights_cast. */
+PENUMBRA_API penumbra_status penumbra_heights_get_points(const penumbra_heights* field, size_t first_row,
+                                                         size_t row_count, float* positions, float* normals,
+                                                         float* tangents, float* numbers, penumbra_error* error);
+/* Multiplies numbers of points [first, first + count) by what the casters of a scene leave visible. Arrays as of
+ * _get_points. */
+PENUMBRA_API penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penumbra_scene* scene,
+                                                   size_t first, size_t count, const float* positions,
+                                                   const float* normals, const float* tangents, float* numbers,
+                                                   penumbra_error* error);
+/* Multiplies the numbers of a character's vertices by what the field leaves visible there, as penumbra_scene_cast does
+ * for casters, and with the same arguments. */
+PENUMBRA_API penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const penumbra_character* character,
+                                                     const float* to_scene, size_t first_vertex, size_t vertex_count,
+                                                     float* numbers, penumbra_error* error);
+/* Writes y of the ground at each place (x, z), [count,2]: where feet stand. */
+PENUMBRA_API penumbra_status penumbra_heights_query(const penumbra_heights* field, const float* places, size_t count,
+                                                    float* heights, penumbra_error* error);
+/* Gives the field a look: material `material` of the asset, or with PENUMBRA_NONE a Lambertian one of `albedo` [3], in
+ * light `light` of the asset, turned by `rotation` [9] (NULL: not). The field keeps what it needs of the asset.
+ * Allocates. */
+PENUMBRA_API penumbra_status penumbra_heights_set_look(penumbra_heights* field, const penumbra_asset* asset,
+                                                       size_t material, const float* albedo, size_t light,
+                                                       const float* rotation, penumbra_error* error);
+/* Writes the radiance of points [first, first + count) towards `eye`, [rows*columns,3]. Vertices are as _get_points has
+ * them. Fails before _set_look. */
+PENUMBRA_API penumbra_status penumbra_heights_shade(const penumbra_heights* field, const float eye[3], size_t first,
+                                                    size_t count, const penumbra_vertices* points, float* radiance,
+                                                    penumbra_error* error);
+
 /* --- For engines that shade on the GPU. penumbra.glsl tells how these come together. --- */
 
 /* Writes the GLSL functions penumbra_ambient(), penumbra_clamp_ambient() and penumbra_shade() for all materials and

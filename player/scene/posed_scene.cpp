@@ -73,13 +73,21 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     light_asset_ = file_.light.asset.empty() ? members_.front()->asset : opened(file_.light.asset);
     light_ = lightOf(file_.light, light_asset_->view);
     light_rotation_ = rotationOf(file_.light);
+    if (file_.ground && file_.ground->heights) {
+        if (way_.mode != CastMode::kProduct) throw UsageError("a ground with heights takes --cast product");
+        field_ = std::make_unique<SceneField>(*file_.ground);
+    }
     pose({});
 }
 
 void PosedScene::pose(std::optional<double> seconds) {
+    if (field_) field_->pose(seconds);
     for (std::size_t m = 0; m < members_.size(); ++m) {
         const std::unique_ptr<SceneMember>& member = members_[m];
         const bool moves = m < file_.characters.size();
+        if (member->file->on_ground)
+            member->to_scene.m[7] = member->file->position.y +
+                                    standingHeight(*member->file, file_.ground, field_ ? &field_->heights() : nullptr);
         if (member->pose) {
             member->evaluator.setPose(member->pose->bones, member->pose->rotations);
         } else {

@@ -7,6 +7,7 @@
 #include "player/frame/open_asset.h"
 #include "player/runtime/cast_shadow.h"
 #include "player/scene/cast_way.h"
+#include "player/scene/scene_field.h"
 
 namespace penumbra {
 
@@ -34,13 +35,15 @@ public:
     PosedScene(const PosedScene&) = delete;  // casters point to members
     PosedScene& operator=(const PosedScene&) = delete;
 
-    // Takes everyone to their times, or all to one time (seconds into their clips). Props stay, and so does who has a
-    // pose of a file.
+    // Takes everyone to their times, or all to one time (seconds into their clips), and so the heights of the ground.
+    // Props stay, and so does who has a pose of a file. Who stands on the ground goes up and down with it.
     void pose(std::optional<double> seconds);
 
     const SceneDescription& file() const { return file_; }
     const std::vector<std::unique_ptr<SceneMember>>& members() const { return members_; }
     const CastShadow& cast() const { return *cast_; }
+    // The heights of the ground, which remember what they have looked at; null where it is level or missing.
+    SceneField* field() const { return field_.get(); }
     const CastWay& castWay() const { return way_; }
     const AssetView& lightAsset() const { return light_asset_->view; }
     const LightView* light() const { return light_; }  // of lightAsset(); null where that has none
@@ -52,6 +55,7 @@ private:
     PoseFiles poses_;
     std::vector<std::unique_ptr<SceneMember>> members_;  // characters, then props
     std::unique_ptr<CastShadow> cast_;
+    std::unique_ptr<SceneField> field_;
     std::shared_ptr<const OpenAsset> light_asset_;
     const LightView* light_ = nullptr;
     Mat3d light_rotation_;

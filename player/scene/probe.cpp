@@ -11,6 +11,8 @@
 #include "player/scene/cast_shader.h"
 #include "player/scene/sphere_cast.h"
 #include "sh/cast/cast_fold.h"
+#include "sh/far/far_kernel.h"
+#include "sh/far/far_tables.h"
 #include "sh/quadrature.h"
 #include "sh/sh_basis.h"
 #include "sh/tangent.h"
@@ -147,6 +149,13 @@ struct ProbeBatch {
     CastReceivers receivers() const {
         return {{positions.data(), count}, {normals.data(), count}, {tangents.data(), count}};
     }
+    // What a ground with heights hides as well.
+    void shadow(const SceneField& field) {
+        std::array<float, kMostReceivers * kFarNumbers> others;
+        field.visibleFrom(receivers(), others);
+        fastestFarPath().compose(productConstants(kFieldOrder), others.data(), nullptr, count, kFarNumbers,
+                                 mirrored.data());
+    }
     void evaluate(const CastShadow& cast, CasterChoice choice) {
         cast.evaluate(receivers(), choice, {mirrored.data(), count * kFarNumbers});
     }
@@ -208,6 +217,7 @@ std::vector<ProbeValue> probe(const PosedScene& scene, std::span<const ProbePoin
         const std::span<ProbeValue> out = std::span(values).subspan(first, count);
         if (scene.castWay().mode == CastMode::kProduct) {
             batch.evaluate(scene.cast(), {});
+            if (scene.field()) batch.shadow(*scene.field());
             for (std::size_t i = 0; i < count; ++i)
                 out[i] = integrals.value(batch.mirrored.data() + i * kFarNumbers, points[first + i], batch.tangents[i]);
         } else {

@@ -56,12 +56,18 @@ void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices
     evaluateIndirect(member.evaluator, threads, vertices.indirect);
 }
 
+void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices) {
+    const CastReceivers receivers{vertices.positions, vertices.normals, vertices.tangents};
+    castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator, receivers, threads, vertices.numbers,
+                  vertices.indirect);
+    if (scene.field())
+        scene.field()->shadow(receivers, member.asset->view.model, threads, vertices.numbers, vertices.indirect);
+}
+
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
     const SceneMember& member = *scene.members()[index];
     ownVertices(member, threads, vertices);
-    castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator,
-                  {vertices.positions, vertices.normals, vertices.tangents}, threads, vertices.numbers,
-                  vertices.indirect);
+    castOthers(scene, member, threads, vertices);
 }
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {

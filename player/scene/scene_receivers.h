@@ -22,6 +22,10 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 // own numbers alone.
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices);
 
+// Multiplies numbers of a member's vertices, which are of its own model, and light that bounces to them, by what all
+// others and a ground with heights leave visible.
+void castOthers(const PosedScene& scene, const SceneMember& member, int threads, FrameVertices& vertices);
+
 // Sizes `vertices`, which may hold those of a frame before. Computes the vertices of a member in the scene, with
 // numbers past its own parts and all other casters. Where nobody casts on it, these are the very numbers that it has
 // alone.

@@ -6,7 +6,7 @@ namespace penumbra {
 
 bool showsGround(const Scene& scene, const ViewState& state) {
     return state.ground && scene.ground_file && scene.ground.version > 0 &&
-           cameraPosition(state.camera).y >= scene.ground_file->height;
+           (scene.field || cameraPosition(state.camera).y >= scene.ground_file->height);
 }
 
 void Backdrop::drawSky(const Scene& scene, const ViewState& state, const FrameView& view) {
@@ -20,8 +20,7 @@ void Backdrop::drawSky(const Scene& scene, const ViewState& state, const FrameVi
 
 namespace {
 
-// The ground is Lambertian.
-BrdfModels modelsOf(const ViewSunlight* suns) { return suns ? 1u << int(BrdfModel::kLambert) : 0; }
+BrdfModels modelsOf(const ViewSunlight* suns) { return suns ? suns->groundModels() : 0; }
 
 const Sunlight* sunlightOf(const ViewSunlight* suns) { return suns ? &suns->sunlight() : nullptr; }
 
@@ -68,7 +67,11 @@ void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView&
     if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
         shownCompare(state) != Compare::kDifference)
         drawSky(scene, state, view);
-    if (showsGround(scene, state)) drawGround(scene, view, suns);
+    if (!showsGround(scene, state)) return;
+    if (!scene.field) return drawGround(scene, view, suns);
+    FrameView plain = view;
+    if (!scene.ground.lit()) plain.display = DisplayTransform();
+    drawPlainGround(scene, plain, suns);
 }
 
 }  // namespace penumbra

@@ -56,7 +56,7 @@ bool hasOthers(const Scene& scene, std::size_t index) {
 bool changesNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
     // Transfer is no visibility that others could take from.
     if (shadows == Shadows::kSelf || scene.characters[index]->asset.transfer) return false;
-    return shadows != Shadows::kBoth || hasOthers(scene, index);
+    return shadows != Shadows::kBoth || scene.field || hasOthers(scene, index);
 }
 
 void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int threads, std::span<float> numbers,
@@ -69,15 +69,27 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
         for (std::size_t first = 0; first < numbers.size(); first += std::size_t(model.stride))
             std::ranges::copy(open, numbers.begin() + std::ptrdiff_t(first));
     }
-    if (shadows == Shadows::kSelf || shadows == Shadows::kNone || !hasOthers(scene, index)) return;
+    if (shadows == Shadows::kSelf || shadows == Shadows::kNone) return;
+    if (!hasOthers(scene, index) && !scene.field) return;
     const FrameVertices& at = character.vertices;
     std::vector<Vec3> positions, normals, tangents;
     const Mat3 turn = character.to_scene.linear();
     for (const Vec3 p : at.positions) positions.push_back(character.to_scene.point(p));
     for (const Vec3 n : at.normals) normals.push_back(turn * n);
     for (const Vec3 t : at.tangents) tangents.push_back(turn * t);
-    castOnNumbers(*scene.cast, {.except = character.caster}, *character.evaluator, {positions, normals, tangents},
-                  threads, numbers, indirect);
+    const CastReceivers receivers{positions, normals, tangents};
+    castOnNumbers(*scene.cast, {.except = character.caster}, *character.evaluator, receivers, threads, numbers,
+                  indirect);
+    if (scene.field) scene.field->shadow(receivers, model, threads, numbers, indirect);
+}
+
+void poseField(Scene& scene, const ViewState& state) {
+    if (!scene.field) return;
+    const std::uint64_t before = scene.field->version();
+    if (scene.field->heights().moves()) scene.field->pose(scene.ground_file->heights->seconds + state.playhead.time);
+    if (scene.field->version() == before) return;
+    ++scene.cast_version;  // everyone sees another one
+    ++scene.pose_version;
 }
 
 namespace {
@@ -87,6 +99,29 @@ std::vector<Vec3> ambientValues(const GroundVertices& ground) {
     std::vector<Vec3> values;
     for (const float e : groundAmbient(ground)) values.push_back({e, 0, 0});
     return values;
+}
+
+// Computes the points of a ground with heights, unless they are there, and what they show.
+void showField(Scene& scene, const ViewState& state, bool cast_anew, bool shadows, const LightView* light,
+               int threads) {
+    ShownGround& ground = scene.ground;
+    if (cast_anew) {
+        scene.field->evaluate(threads, ground.points);
+        if (shadows) scene.field->castOn(*scene.cast, {}, threads, ground.points);
+        ground.vertices.positions = ground.points.positions;
+        ground.vertices.normals = ground.points.normals;
+        ground.vertices.tangents = ground.points.tangents;
+        if (ground.vertices.triangles.empty())
+            ground.vertices.triangles = fieldTriangles(scene.field->heights().field().grid());
+    }
+    ground.values.clear();
+    if (!light) {
+        for (const float e : fieldAmbient(scene.field->convention(), ground.points)) ground.values.push_back({e, 0, 0});
+        return;
+    }
+    FieldLook look(*scene.ground_file, scene.field->convention(), scene.characters.front()->asset, *light);
+    look.turnLight(lightRotation(state));
+    look.shade(ground.points, toFloat(cameraPosition(state.camera)), threads, ground.values);
 }
 
 }  // namespace
@@ -104,16 +139,23 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
                                  suns,
                                  mode,
                                  scene.cast_version,
+                                 scene.field ? scene.field->version() : 0,
                                  lit ? shownLightKey(scene, state) : LightKey(),
-                                 lit ? lightRotation(state) : Mat3()};
+                                 lit ? lightRotation(state) : Mat3(),
+                                 scene.ground_file->material.empty() ? Vec3() : toFloat(cameraPosition(state.camera))};
     if (ground.made == made) return;
     const bool cast_anew = !ground.made || ground.made->shadows != shadows || ground.made->mode != mode ||
-                           ground.made->cast_version != scene.cast_version;
+                           ground.made->cast_version != scene.cast_version ||
+                           ground.made->field_version != made.field_version;
     ground.made = made;
     ++ground.version;
     LightView light;
     if (lit) light = shownLight(scene, state);
-    if (mode != CastMode::kProduct) {
+    if (scene.field) {
+        const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
+        if (suns) light.sh = remainder;
+        showField(scene, state, cast_anew, shadows, lit ? &light : nullptr, threads);
+    } else if (mode != CastMode::kProduct) {
         if (cast_anew) ground.vertices = groundMesh(*scene.ground_file);
         ground.values =
             joinedGround(scene, ground.vertices, mode, lit ? &light : nullptr, lightRotation(state), threads);

@@ -19,6 +19,9 @@ void applyShadows(const Scene& scene, std::size_t character, Shadows shadows, in
 // Tells whether applyShadows() may change numbers of this character.
 bool changesNumbers(const Scene& scene, std::size_t character, Shadows shadows);
 
+// Takes a ground with heights to the moment that is shown.
+void poseField(Scene& scene, const ViewState& state);
+
 // Computes what the ground shows, unless that is there already.
 void updateGround(Scene& scene, const ViewState& state, int threads);
 

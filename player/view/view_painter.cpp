@@ -34,7 +34,8 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 }
 
 // Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
-// bands than their fields have or with a floor, and shadows of others that do not join as a product.
+// bands than their fields have or with a floor, shadows of others that do not join as a product, and those of a ground
+// with heights.
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
@@ -43,7 +44,7 @@ bool ScenePainter::needsValues(const ViewState& state) const {
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value() ||
-           shownCastMode(state) != CastMode::kProduct;
+           shownCastMode(state) != CastMode::kProduct || scene_->field;
 }
 
 const ViewSunlight* ScenePainter::sunsFor(const ViewState& state) const {

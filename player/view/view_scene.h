@@ -9,6 +9,7 @@
 #include "player/frame/orbit_camera.h"
 #include "player/runtime/cast_shadow.h"
 #include "player/scene/cast_shader.h"
+#include "player/scene/scene_field.h"
 #include "player/scene/scene_ground.h"
 #include "player/view/clip_strip.h"
 #include "player/view/error_strip.h"
@@ -116,14 +117,16 @@ struct ShownGround {
     struct Made {
         bool shadows = false, lit = false, suns = false;
         CastMode mode = CastMode::kProduct;
-        std::uint64_t cast_version = 0;
+        std::uint64_t cast_version = 0, field_version = 0;
         LightKey light;
         Mat3 rotation;
+        Vec3 eye;  // of a ground with a material
         bool operator==(const Made&) const = default;
     };
     std::optional<Made> made;  // what the values were made for
     std::uint64_t version = 0;
-    GroundVertices vertices;
+    GroundVertices vertices;  // of a ground with heights: without numbers of its own
+    FrameVertices points;     // of a ground with heights
     std::vector<Vec3> values;
     bool lit() const { return made && made->lit; }  // the values are radiance; otherwise colours
 };
@@ -139,6 +142,7 @@ struct Scene {
     std::uint64_t cast_version = 0;           // grows with every caster that takes another pose or place
     std::uint64_t pose_version = 0;           // grows with everyone who does, caster or not
     std::optional<SceneGround> ground_file;   // none where a scene's file has none
+    std::unique_ptr<SceneField> field;        // the heights of the ground; null where it is level
     ShownGround ground;
     LightBlend blend;               // of the light that is switched
     std::vector<float> dark_light;  // SH of the last light of all characters, 0

@@ -175,6 +175,7 @@ Scene openScene(std::span<const std::filesystem::path> given, int threads) {
     for (const LightView& light : lightsOf(first)) scene.light_names.push_back(light.name);
     scene.file ? placeMembers(scene) : placeCharacters(scene);
     scene.ground_file = scene.file ? scene.file->ground : groundUnder(restBounds(scene));
+    if (scene.ground_file && scene.ground_file->heights) scene.field = std::make_unique<SceneField>(*scene.ground_file);
     makeCasters(scene);
     return scene;
 }

@@ -224,9 +224,15 @@ bool poseInScene(Scene& scene, std::size_t index, const ViewState& state, const 
     const ClipView& clip = character.asset.animation.clips[state.characters[index].clip];
     const bool is_edited = state.score_edit && state.score_edit->character == index;
     const BonePose* const file_pose = state.characters[index].still ? character.file_pose : nullptr;
+    Vec3 place = state.characters[index].moved;
+    if (const SceneCharacter* member = memberOf(scene, index); member && member->on_ground) {
+        SceneCharacter there = *member;
+        there.position += place;
+        place.y += standingHeight(there, scene.ground_file, scene.field ? &scene.field->heights() : nullptr);
+    }
     const bool posed = poseCharacter(character, file_pose, clip, shownPosition(state, contents, index),
                                      is_edited ? state.score_edit : std::nullopt, threads);
-    const bool moved = placeCharacter(character, state.characters[index].moved);
+    const bool moved = placeCharacter(character, place);
     if (posed || moved) {
         takeOver(scene, index);
         ++scene.pose_version;
@@ -250,6 +256,7 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     const ViewContents contents = contentsOf(scene);
     const CastMode mode = shownCastMode(state);
     const Shadows shadows = shadowsOfNumbers(state.shadows, mode);
+    poseField(scene, state);
     for (std::size_t i = 0; i < scene.characters.size(); ++i)
         evaluated |= poseInScene(scene, i, state, contents, needs.threads);
     spent.evaluate += elapsedMilliseconds(start);

@@ -11,6 +11,10 @@ namespace penumbra {
 
 ViewSunlight::ViewSunlight(const Scene& scene) : scene_(&scene), sunlight_(table_), casters_(scene.characters.size()) {
     if (!scene.ground_file) return;
+    if (scene.field) {
+        ground_.assign(kTileShades.size(), table_.add(fieldLobes(*scene.ground_file, scene.characters.front()->asset)));
+        return;
+    }
     for (const float shade : kTileShades) {
         const BrdfLobe paint{BrdfModel::kLambert, {}, scene.ground_file->albedo * shade};
         ground_.push_back(table_.add({&paint, 1}));
@@ -50,6 +54,7 @@ void ViewSunlight::shine(const ViewState& state) {
     std::vector<SunCaster> casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
         casters.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
+    if (scene_->field) casters.push_back({scene_->ground.vertices.positions, scene_->ground.vertices.triangles});
     if (reflected_ != now.light) sunlight_.reflect(shownSky(*scene_, state));
     reflected_ = now.light;
     sunlight_.turnSky(now.rotation);

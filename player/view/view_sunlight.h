@@ -22,8 +22,9 @@ public:
     SunlitSurface surfaceOf(std::size_t character, Vec3 eye, std::span<Vec3> values);
     // Returns the lobes of a character's slots, for ModelPainter.
     std::span<const SlotLobes> slotLobes(std::size_t character) const { return casters_[character].slot_lobes; }
-    // Returns the lobes of ground whose colour is multiplied by one of kTileShades.
+    // Returns the lobes of ground whose colour is multiplied by one of kTileShades; a ground with heights has no tiles.
     LobeRange groundLobes(float shade) const;
+    BrdfModels groundModels() const { return table_.models(ground_); }
 
 private:
     struct Caster {

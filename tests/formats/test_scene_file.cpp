@@ -76,7 +76,7 @@ TEST(SceneFile, RefusesWithThePlace) {
         {"[1, 2", "s.json: not JSON"},
         {"[]", "s.json: /: must be an object"},
         {"{}", "s.json: /: has no \"version\""},
-        {R"({"version": 2, "characters": []})", "s.json: /version: is 2; this program reads 1"},
+        {R"({"version": 3, "characters": []})", "s.json: /version: is 3; this program reads 1 to 2"},
         {R"({"version": "1", "characters": []})", "s.json: /version: must be a whole number"},
         {R"({"version": 1})", "s.json: /: has no characters"},
         {sceneOf(""), "s.json: /: has no characters"},
@@ -123,6 +123,59 @@ TEST(SceneFile, RefusesACrowdThatNobodyCanMean) {
     std::string crowd;
     for (int i = 0; i < 1000000; ++i) crowd += i == 0 ? "{}" : ",{}";
     EXPECT_THAT(problemOf(sceneOf(crowd)), HasSubstr("/characters: has 1000000 elements; at most 10000"));
+}
+
+std::string heightsWith(const std::string& keys) {
+    return R"({"version": 2, "characters": [{"asset": "a.pnb", "on_ground": true}], "ground": {"heights": {)" + keys +
+           "}}}";
+}
+
+TEST(SceneFile, ReadsAGroundWithHeights) {
+    const SceneDescription scene = parsed(R"({"version": 2, "characters": [{"asset": "a.pnb", "on_ground": true}],
+        "ground": {"height": -1, "material": "sand", "heights": {"file": "dem.npz", "array": "elevation",
+        "cells": [30, 20], "scale": 0.1, "offset": -23, "border": "periodic", "no_data": -32768, "fill": 0, "fps": 10,
+        "time": 2, "order": 4, "step": 2}}})");
+    ASSERT_TRUE(scene.ground && scene.ground->heights);
+    const SceneHeights& heights = *scene.ground->heights;
+    EXPECT_EQ(heights.source.file, "/folder/dem.npz");
+    EXPECT_EQ(heights.source.array, "elevation");
+    EXPECT_EQ(heights.source.cell_columns, 30);
+    EXPECT_EQ(heights.source.cell_rows, 20);
+    EXPECT_EQ(heights.source.border, HeightBorder::kPeriodic);
+    EXPECT_EQ(heights.source.no_data, -32768);
+    EXPECT_EQ(heights.source.fill, 0);
+    EXPECT_EQ(heights.seconds, 2);
+    EXPECT_EQ(heights.order, 4);
+    EXPECT_EQ(heights.step, 2);
+    EXPECT_EQ(scene.ground->material, "sand");
+    EXPECT_TRUE(scene.characters[0].on_ground);
+    EXPECT_EQ(filesNamedIn(scene).back(), "/folder/dem.npz");
+    EXPECT_EQ(parsed(heightsWith(R"("analytic": "waves", "rows": 5)")).ground->heights->source.rows, 5);
+}
+
+TEST(SceneFile, RefusesHeightsWithThePlaceOfWhatIsWrong) {
+    for (const auto& [keys, problem] : std::initializer_list<std::pair<const char*, const char*>>{
+             {R"("cell": 1)", "/ground/heights: has either a \"file\" or an \"analytic\""},
+             {R"("file": "a", "analytic": "waves")", "either"},
+             {R"("file": "a", "rows": 4)", "/ground/heights/rows: is of \"analytic\""},
+             {R"("analytic": "waves", "fill": 4)", "/ground/heights/fill: is of a \"file\""},
+             {R"("analytic": "waves", "columns": 65537)", "/ground/heights/columns"},
+             {R"("file": "a", "cell": 0)", "/ground/heights/cell"},
+             {R"("file": "a", "cell": 1, "cells": [1, 1])", "/ground/heights/cells: stands beside"},
+             {R"("file": "a", "border": "torn")", "is none of clamped, periodic and open"},
+             {R"("file": "a", "step": 3)", "is none of 1, 2, 4 and 8"},
+             {R"("file": "a", "order": 6)", "/ground/heights/order"},
+             {R"("file": "a", "hight": 6)", "/ground/heights/hight: unknown key"}})
+        EXPECT_THAT(problemOf(heightsWith(keys)), HasSubstr(problem)) << keys;
+    EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"heights": {"analytic": "waves"}})")),
+                HasSubstr("/ground/heights: needs \"version\": 2"));
+    EXPECT_THAT(problemOf(R"({"version": 2, "characters": [{"asset": "a.pnb", "on_ground": true}]})"),
+                HasSubstr("/characters/0/on_ground: the scene has no ground"));
+    EXPECT_THAT(problemOf(sceneOf(R"({"asset": "a.pnb", "on_ground": 1})")), HasSubstr("must be true or false"));
+    EXPECT_THAT(problemOf(R"({"version": 2, "characters": [{"asset": "a.pnb"}],
+        "ground": {"size": 4, "heights": {"analytic": "waves"}}})"),
+                HasSubstr("/ground/size: is of a ground without"));
+    EXPECT_THAT(problemOf(sceneWith(R"(, "ground": {"material": "clay"})")), HasSubstr("is of a ground with heights"));
 }
 
 }  // namespace

@@ -86,11 +86,36 @@ void writeTables(const fs::path& out) {
     write(scenes / "pose.json",
           R"({"version": 1, "characters": [{"asset": "a.pnb", "pose": {"file": "a.poses.json", "frame": 2}}]}
 )");
+    write(
+        scenes / "heights.json",
+        R"({"version": 2, "characters": [{"asset": "a.pnb", "on_ground": true}], "ground": {"height": -1, "material": "sand", "heights": {"file": "d.npz",
+"array": "elevation", "cells": [30, 20], "scale": 0.1, "offset": 3, "border": "periodic", "no_data": -9, "fill": 0, "fps": 10, "time": 2, "order": 4, "step": 2}}}
+)");
     write(out / "fuzz_bone_poses" / "one.poses.json",
           R"({"format": "penumbra.bone_poses", "version": 1, "joints": ["hip"], "poses": [{"clip": "walk", "time": 0.5,
 "bones": [[1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0]], "rotations": [[0, 0.1, 0]]}]}
 )");
     write(inputs / "frames.csv", "clip,frame,wind\nwave,0,1\nwave,1,2\n\"gust\",0,-3\n");
+}
+
+// Heights as an array, as the header of raw numbers, and as a grey picture of 16 bits.
+void writeHeights(const fs::path& out) {
+    const fs::path heights = out / "fuzz_height_file";
+    std::string header = "{'descr': '<i2', 'fortran_order': False, 'shape': (2, 3), }";
+    header.resize(117, ' ');
+    header += '\n';
+    write(heights / "still.npy",
+          std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + std::string("\0\0\1\0\2\0\3\0\4\0\5\0", 12));
+    write(heights / "bil.hdr",
+          "NROWS 2\nNCOLS 3\nNBITS 16\nNBANDS 1\nBYTEORDER M\nLAYOUT BIL\nPIXELTYPE SIGNEDINT\n"
+          "SKIPBYTES 0\nNODATA -32768\n");
+    constexpr unsigned char kGrey[] = {0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49,
+                                       0x48, 0x44, 0x52, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x02, 0x10, 0x00,
+                                       0x00, 0x00, 0x00, 0xe8, 0x8f, 0xe5, 0x85, 0x00, 0x00, 0x00, 0x12, 0x49, 0x44,
+                                       0x41, 0x54, 0x78, 0x9c, 0x63, 0x60, 0x60, 0x64, 0x64, 0xf8, 0xff, 0x9f, 0x01,
+                                       0x42, 0x01, 0x00, 0x14, 0x1a, 0x04, 0x01, 0xde, 0x89, 0xb4, 0xf8, 0x00, 0x00,
+                                       0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
+    write(heights / "grey.png", std::string(reinterpret_cast<const char*>(kGrey), sizeof kGrey));
 }
 
 void writeImages(const fs::path& out) {
@@ -179,6 +204,7 @@ int main(int argc, char** argv) {
     writeAssets(out);
     writeStageFiles(out);
     writeTables(out);
+    writeHeights(out);
     writeImages(out);
     writeTextures(out);
     writeCaches(out);

@@ -212,6 +212,32 @@ TEST_F(ViewCast, MovesWithThePointer) {
     EXPECT_EQ(scene.ground.values, shadow);
 }
 
+// The window and a picture show the same: numbers past the field, and a ground that moves with who stands on it.
+TEST_F(ViewCast, AGroundWithHeightsMovesAndShadowsAsInPictures) {
+    writeWholeFile(
+        folder / "s.json",
+        std::string(R"({"version": 2, "characters": [{"asset": "tube.pnb", "on_ground": true}], "ground": )") +
+            R"({"heights": {"analytic": "waves:height=0.4,length=2", "rows": 40, "columns": 33, "cell": 0.1}}})");
+    const std::array files = {folder / "s.json"};
+    Scene scene = openScene(files, 1);
+    ViewState state = stateOf(scene);
+    state.smooth = false;
+    update(scene, state);
+    PosedScene posed(readScene(files[0]));
+    EXPECT_EQ(scene.characters[0]->to_scene, posed.members()[0]->to_scene);
+    EXPECT_LT(largestDifference(scene.characters[0]->vertices.numbers, memberVertices(posed, 0, 1).numbers), 1e-5);
+    FrameVertices points;
+    posed.field()->evaluate(1, points);
+    posed.field()->castOn(posed.cast(), {}, 1, points);
+    EXPECT_LT(largestDifference(scene.ground.points.numbers, points.numbers), 1e-5);
+    EXPECT_EQ(scene.ground.values.size(), 40u * 33u);
+    const std::vector<Vec3> before = scene.ground.values;
+    state.playhead.time = 0.7;
+    update(scene, state);
+    EXPECT_NE(scene.ground.values, before);
+    EXPECT_FLOAT_EQ(scene.characters[0]->to_scene.m[7], scene.field->heights().heightAt(0, 0));
+}
+
 TEST_F(ViewCast, TheGroundIsDarkUnderThem) {
     Scene scene = open(kPair, R"(, "ground": {"size": 8, "resolution": 65})");
     ViewState state = stateOf(scene);

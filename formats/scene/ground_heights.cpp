@@ -1,0 +1,71 @@
+#include "formats/scene/ground_heights.h"
+
+namespace penumbra {
+
+namespace {
+
+std::vector<float> heightsAt(const HeightSequence& sequence, double seconds) {
+    std::vector<float> heights(sequence.grid().size());
+    sequence.read(seconds, heights);
+    return heights;
+}
+
+}  // namespace
+
+GroundHeights::GroundHeights(const SceneGround& ground)
+    : ground_(ground),
+      sequence_(ground.heights->source),
+      heights_(heightsAt(sequence_, ground.heights->seconds)),
+      field_(sequence_.grid(), heights_),
+      seconds_(ground.heights->seconds) {}
+
+std::span<const TexelBox> GroundHeights::pose(std::optional<double> seconds) {
+    const double wanted = seconds.value_or(ground_.heights->seconds);
+    if (!sequence_.moves() || wanted == seconds_) return {};
+    seconds_ = wanted;
+    sequence_.read(wanted, heights_);
+    return field_.set(heights_);
+}
+
+Vec3 GroundHeights::point(int row, int column) const {
+    const HeightGrid& grid = field_.grid();
+    const float height = field_.heights()[std::size_t(row) * std::size_t(grid.columns) + std::size_t(column)];
+    return toFloat({double(ground_.centre.x) + (column - 0.5 * (grid.columns - 1)) * double(grid.cell_y),
+                    ground_.height + double(height),
+                    double(ground_.centre.z) + (row - 0.5 * (grid.rows - 1)) * double(grid.cell_x)});
+}
+
+Vec3 GroundHeights::normal(int row, int column) const {
+    const Vec3 n = field_.normal(row, column);  // its x is the scene's z
+    return {n.y, n.z, n.x};
+}
+
+Vec3 GroundHeights::corner() const {
+    const HeightGrid& grid = field_.grid();
+    return toFloat({double(ground_.centre.x) - 0.5 * (grid.columns - 1) * double(grid.cell_y), ground_.height,
+                    double(ground_.centre.z) - 0.5 * (grid.rows - 1) * double(grid.cell_x)});
+}
+
+float GroundHeights::heightAt(float x, float z) const {
+    const Vec3 at = Vec3{x, 0, z} - corner();
+    return float(ground_.height) + field_.at(at.z / field_.grid().cell_x, at.x / field_.grid().cell_y);
+}
+
+std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid) {
+    std::vector<std::uint32_t> out;
+    const auto columns = std::uint32_t(grid.columns);
+    for (std::uint32_t r = 0; r + 1 < std::uint32_t(grid.rows); ++r)
+        for (std::uint32_t c = 0; c + 1 < columns; ++c) {
+            const std::uint32_t a = r * columns + c, b = a + columns;
+            out.insert(out.end(), {a, b, a + 1, a + 1, b, b + 1});
+        }
+    return out;
+}
+
+float standingHeight(const SceneCharacter& one, const std::optional<SceneGround>& ground,
+                     const GroundHeights* heights) {
+    if (!one.on_ground) return 0;
+    return heights ? heights->heightAt(one.position.x, one.position.z) : float(ground->height);
+}
+
+}  // namespace penumbra

@@ -1,0 +1,45 @@
+#pragma once
+// The height field of a scene's ground at a time, and where it lies in the scene: its columns go along x, its rows
+// along z.
+#include "formats/height/height_file.h"
+#include "formats/scene/scene_file.h"
+
+namespace penumbra {
+
+class GroundHeights {
+public:
+    // The ground has heights; the field is that of its own time. Throws what HeightSequence throws.
+    explicit GroundHeights(const SceneGround& ground);
+
+    // Takes the field to a time, by default its own. Returns for each level what changed (HeightField::set).
+    std::span<const TexelBox> pose(std::optional<double> seconds);
+    // Changes the heights of a box by hand, metres above SceneGround::height. A later pose() of a field that moves
+    // undoes that.
+    std::span<const TexelBox> set(const TexelBox& box, std::span<const float> heights) {
+        return field_.set(box, heights);
+    }
+
+    const HeightField& field() const { return field_; }
+    bool moves() const { return sequence_.moves(); }
+    // A point of the field in the scene, its normal, and where height 0 of row 0 and column 0 stands.
+    Vec3 point(int row, int column) const;
+    Vec3 normal(int row, int column) const;
+    Vec3 corner() const;
+    // y of the ground.
+    float heightAt(float x, float z) const;
+
+private:
+    SceneGround ground_;
+    HeightSequence sequence_;
+    std::vector<float> heights_;
+    HeightField field_;
+    double seconds_;
+};
+
+// The mesh of a field: two triangles a square, which face up.
+std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid);
+
+// What "on_ground" adds to a character's y. `heights` is null where the ground is level.
+float standingHeight(const SceneCharacter& one, const std::optional<SceneGround>& ground, const GroundHeights* heights);
+
+}  // namespace penumbra

@@ -1,0 +1,83 @@
+#pragma once
+// A ground with heights: what its points see past itself and past casters, what it hides from characters, and how it
+// looks. It is to a scene what the level ground of scene_ground.h is.
+#include <memory>
+#include <optional>
+
+#include "formats/scene/ground_heights.h"
+#include "player/frame/frame_values.h"
+#include "player/runtime/cast_product.h"
+#include "player/runtime/cast_shadow.h"
+#include "player/runtime/field_shadow.h"
+#include "player/runtime/lambert_material.h"
+#include "player/runtime/shading.h"
+#include "sh/height/height_visibility.h"
+
+namespace penumbra {
+
+constexpr int kFieldStride = 16;  // of the numbers of a point
+
+class SceneField {
+public:
+    // The ground has heights. Throws what GroundHeights throws.
+    explicit SceneField(const SceneGround& ground);
+    SceneField(const SceneField&) = delete;  // `numbers` of others may point here
+
+    // Takes the field to a time, by default its own, or changes a box of it by hand. Only what changed is looked at
+    // again.
+    void pose(std::optional<double> seconds) { wake(heights_.pose(seconds)); }
+    void set(const TexelBox& box, std::span<const float> heights) { wake(heights_.set(box, heights)); }
+
+    // The next evaluate() looks at everything again.
+    void lookAgain() { visibility_.wakeAll(); }
+
+    const GroundHeights& heights() const { return heights_; }
+    Convention convention() const { return visibility_.convention(); }
+    std::size_t receiverCount() const { return visibility_.receiverCount(); }
+    // Grows with every change of the field.
+    std::uint64_t version() const { return version_; }
+
+    // Computes all points, in the scene: where they are, and what they see past the field alone, numbers of
+    // convention() with kFieldStride. Sizes `points`.
+    void evaluate(int threads, FrameVertices& points);
+    // The same numbers past the chosen casters as well.
+    void castOn(const CastShadow& cast, CasterChoice choice, int threads, FrameVertices& points) const;
+    // Multiplies numbers of a model's convention by what the field leaves visible to points on it or above it, which
+    // stand in the scene. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the share of a
+    // white sky that is left.
+    void shadow(const CastReceivers& receivers, const ModelView& model, int threads, std::span<float> numbers,
+                std::span<float> indirect = {}) const;
+    // What the field leaves visible there, mirrored at each horizon: [receivers, kFarNumbers].
+    void visibleFrom(const CastReceivers& receivers, std::span<float> mirrored) const;
+
+private:
+    GroundHeights heights_;
+    HeightVisibility visibility_;
+    HeightTables above_;  // of points above the field
+    CastProduct product_;
+    std::uint64_t version_ = 1;
+
+    void wake(std::span<const TexelBox> changed);
+};
+
+// How a ground with heights looks: its material is one of `asset`, or Lambertian. Throws InvalidInput for a material
+// that is not there.
+class FieldLook {
+public:
+    FieldLook(const SceneGround& ground, const Convention& convention, const AssetView& asset, const LightView& light);
+
+    void turnLight(const Mat3& rotation) { shader_->setLightRotation(rotation); }
+    // The radiance of all points towards `eye`, with negative values as 0. Sizes `radiance`.
+    void shade(const FrameVertices& points, Vec3 eye, int threads, std::vector<Vec3>& radiance) const;
+
+private:
+    std::optional<VertexShader> shader_;
+};
+
+// What suns need of the same material, which is Lambertian where it has no lobes.
+std::vector<BrdfLobe> fieldLobes(const SceneGround& ground, const AssetView& asset);
+
+// E of all points.
+std::vector<float> fieldAmbient(const Convention& convention, const FrameVertices& points);
+
+}  // namespace penumbra

@@ -1,0 +1,141 @@
+#include "sh/height/analytic_heights.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "sh/key_values.h"
+
+namespace penumbra {
+
+namespace {
+
+constexpr double kGravity = 9.81, kRadians = std::numbers::pi / 180;
+
+AnalyticHeights parseOne(std::string_view text) {
+    const std::size_t colon = text.find(':');
+    const std::string_view name = text.substr(0, colon);
+    AnalyticHeights out;
+    if (name == "waves") {
+        out.kind = AnalyticHeights::Kind::kWaves;
+    } else if (name == "dunes") {
+        out = {AnalyticHeights::Kind::kDunes, 1, 8, 0.1, 0, 0, 1, 1};
+    } else if (name == "ripples") {
+        out = {AnalyticHeights::Kind::kRipples, 0.1, 1, 1, 0, 0, 1, 1};
+    } else {
+        throw std::invalid_argument("'" + std::string(name) + "' is none of waves, dunes and ripples");
+    }
+    if (colon == text.npos) return out;
+    for (const KeyValue& item : splitKeyValues(text.substr(colon + 1))) {
+        const auto number = [&](double least, double most) { return parseNumber(item.key, item.value, least, most); };
+        if (item.key == "height")
+            out.height = number(0, 1e6);
+        else if (item.key == "length")
+            out.length = number(1e-3, 1e6);
+        else if (item.key == "speed")
+            out.speed = number(-1e3, 1e3);
+        else if (item.key == "angle")
+            out.angle = number(-360, 360);
+        else if (item.key == "spread" && out.kind == AnalyticHeights::Kind::kWaves)
+            out.spread = number(0, 180);
+        else if (item.key == "count" && out.kind == AnalyticHeights::Kind::kWaves)
+            out.count = int(number(1, 64));
+        else if (item.key == "seed" && out.kind == AnalyticHeights::Kind::kWaves)
+            out.seed = int(number(0, 1e6));
+        else
+            throw std::invalid_argument("'" + std::string(item.key) + "' is no key of " + std::string(name));
+    }
+    return out;
+}
+
+// A number in [0, 1) for each i; van der Corput's sequences, so that few trains are well spread.
+double scattered(int i, int seed) {
+    const double x = (i + 1) * 0.6180339887498949 + seed * 0.7548776662466927;
+    return x - std::floor(x);
+}
+
+// Adds amplitude sin(kx x + ky y + phase) to a row. y advances by one rotation a point, in blocks that start anew.
+void addWave(double kx, double ky, double phase, double amplitude, double x, const HeightGrid& grid, double first_y,
+             float* row) {
+    constexpr int kBlock = 256;
+    const double step_cos = std::cos(ky * double(grid.cell_y)), step_sin = std::sin(ky * double(grid.cell_y));
+    for (int begin = 0; begin < grid.columns; begin += kBlock) {
+        const double start = kx * x + ky * (first_y + begin * double(grid.cell_y)) + phase;
+        double c = amplitude * std::cos(start), s = amplitude * std::sin(start);
+        for (int i = begin; i < std::min(begin + kBlock, grid.columns); ++i) {
+            row[i] += float(s);
+            const double next = s * step_cos + c * step_sin;
+            c = c * step_cos - s * step_sin;
+            s = next;
+        }
+    }
+}
+
+void addWaves(const AnalyticHeights& waves, const HeightGrid& grid, double seconds, double x, double first_y,
+              float* row) {
+    for (int i = 0; i < waves.count; ++i) {
+        const double angle = kRadians * (waves.angle + waves.spread * (2 * scattered(i, waves.seed) - 1)),
+                     length = waves.length * std::exp2(1.5 * (scattered(i, waves.seed + 7) - 0.5)),
+                     k = 2 * std::numbers::pi / length,
+                     phase = 2 * std::numbers::pi * scattered(i, waves.seed + 13) -
+                             std::sqrt(kGravity * k) * waves.speed * seconds;
+        // Longer waves are higher, so that all are as steep.
+        addWave(k * std::sin(angle), k * std::cos(angle), phase,
+                waves.height * (length / waves.length) / std::sqrt(double(waves.count)), x, grid, first_y, row);
+    }
+}
+
+// Rises over four fifths of its length and falls over the last one, both as half a cosine.
+double dune(double u) {
+    u -= std::floor(u);
+    constexpr double kGentle = 0.8;
+    const double part = u < kGentle ? u / kGentle : (1 - u) / (1 - kGentle);
+    return 0.5 - 0.5 * std::cos(std::numbers::pi * part);
+}
+
+}  // namespace
+
+std::vector<AnalyticHeights> parseAnalyticHeights(std::string_view text) {
+    std::vector<AnalyticHeights> out;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find('+', begin), text.size());
+        out.push_back(parseOne(text.substr(begin, end - begin)));
+        begin = end + 1;
+        if (out.size() > 16) throw std::invalid_argument("more than 16 fields are joined by +");
+    }
+    return out;
+}
+
+void analyticHeights(std::span<const AnalyticHeights> fields, const HeightGrid& grid, double seconds, int first_row,
+                     int end_row, std::span<float> heights) {
+    const double first_x = -0.5 * (grid.rows - 1) * double(grid.cell_x),
+                 first_y = -0.5 * (grid.columns - 1) * double(grid.cell_y);
+    for (int r = first_row; r < end_row; ++r) {
+        float* const row = heights.data() + std::size_t(r) * std::size_t(grid.columns);
+        std::fill_n(row, grid.columns, 0.0f);
+        const double x = first_x + r * double(grid.cell_x);
+        for (const AnalyticHeights& field : fields) {
+            if (field.kind == AnalyticHeights::Kind::kWaves) {
+                addWaves(field, grid, seconds, x, first_y, row);
+                continue;
+            }
+            const double s = std::sin(kRadians * field.angle), c = std::cos(kRadians * field.angle);
+            for (int i = 0; i < grid.columns; ++i) {
+                const double y = first_y + i * double(grid.cell_y);
+                if (field.kind == AnalyticHeights::Kind::kRipples) {
+                    const double at = std::hypot(x, y) / field.length;
+                    row[i] += float(field.height / (1 + at) *
+                                    std::cos(2 * std::numbers::pi * (at - seconds * field.speed / field.length)));
+                    continue;
+                }
+                const double along = (x * s + y * c - seconds * field.speed) / field.length,
+                             across = (y * s - x * c) / field.length;
+                const double bend = 0.25 * std::sin(2.1 * across + 1) + 0.12 * std::sin(4.7 * across);
+                const double crest = 0.75 + 0.25 * std::sin(1.3 * across + 0.9 * std::floor(along + bend));
+                row[i] += float(field.height * crest * dune(along + bend));
+            }
+        }
+    }
+}
+
+}  // namespace penumbra

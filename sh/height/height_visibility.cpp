@@ -1,0 +1,319 @@
+#include "sh/height/height_visibility.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "sh/mirrored_product.h"
+#include "sh/sh_rotation.h"
+#include "sh/tangent.h"
+
+namespace penumbra {
+
+namespace {
+
+// Weight that a receiver keeps whose normal differs by d (length): 1 / (1 + kNormalsMatter d^2).
+constexpr float kNormalsMatter = 8;
+
+std::vector<int> evenIndicesOf(int order) { return Convention{BelowHorizon::kMirrored, order}.indices(); }
+
+}  // namespace
+
+HeightTables::HeightTables(const HeightField& field, int order, int mirrored, const HeightPath& path)
+    : order_(order),
+      size_(std::size_t(mirroredCount(mirrored))),
+      path_(&path),
+      taps_(horizonTaps(field)),
+      ambient_(size_) {
+    assert(order >= kLeastHeightOrder && order <= kMostHeightOrder);
+    makeTaps(field);
+    makeMirror(mirrored);
+    ambientWeights({BelowHorizon::kMirrored, mirrored}, ambient_);
+    for (const float w : ambient_) ambient_norm2_ += w * w;
+}
+
+void HeightTables::makeTaps(const HeightField& field) {
+    for (const HorizonTap& tap : taps_.taps) {
+        const HeightLevel& level = field.levels()[std::size_t(tap.level)];
+        const float scale = std::ldexp(1.0f, -tap.level);
+        tap_list_.push_back({tap.row, tap.column, tap.per_metre, scale, 0.5f * scale - 0.5f, float(level.rows - 1),
+                             float(level.columns - 1), level.columns, std::int32_t(level.first)});
+    }
+    for (int a = 0; a < kHorizonAzimuths; ++a)
+        for (int m = 0; m < order_; ++m) {
+            const double phi = horizonAzimuth(a, kHorizonAzimuths), share = 2 * std::numbers::pi / kHorizonAzimuths;
+            turns_.push_back(float(share * std::cos(m * phi)));
+            turns_.push_back(float(share * std::sin(m * phi)));
+        }
+    for (int l = 0; l < order_; ++l)
+        for (int m = 0; m <= l; ++m) {
+            double factorials = 1;
+            for (int k = l - m + 1; k <= l + m; ++k) factorials /= k;
+            norms_.push_back(float((m > 0 ? std::numbers::sqrt2 : 1) *
+                                   std::sqrt((2 * l + 1) / (4 * std::numbers::pi) * factorials)));
+        }
+}
+
+void HeightTables::makeMirror(int mirrored) {
+    const std::size_t n = std::size_t(coefficientCount(order_));
+    const Mat3d quarter{{1, 0, 0, 0, 0, -1, 0, 1, 0}};  // y to z
+    const ShRotationD there = makeShRotation(order_, quarter), back = makeShRotation(order_, transposed(quarter));
+    const std::vector<int> even = evenIndicesOf(mirrored);
+    std::vector<double> one(n), turned(n);
+    std::vector<float> coefficients(std::size_t(coefficientCount(mirrored))), numbers(size_);
+    const auto mirrorOf = [&](std::span<const double> f) {
+        std::ranges::fill(coefficients, 0.0f);
+        for (std::size_t i = 0; i < std::min(f.size(), coefficients.size()); ++i) coefficients[i] = float(f[i]);
+        mirrorAtHorizon(mirrored, coefficients, numbers);
+    };
+    for (std::size_t from = 0; from < n; ++from) {
+        std::ranges::fill(one, 0.0);
+        one[from] = 1;
+        apply(there, one, turned);
+        for (std::size_t to = 0; to < n; ++to)
+            if (std::abs(turned[to]) > 1e-12)
+                quarter_.push_back({std::uint16_t(to), std::uint16_t(from), float(turned[to])});
+        apply(back, one, turned);
+        mirrorOf(turned);
+        for (std::size_t to = 0; to < size_; ++to)
+            if (std::abs(numbers[to]) > 1e-7f) mirror_.push_back({std::uint16_t(to), std::uint16_t(from), numbers[to]});
+    }
+    belowHorizonCoefficients(order_, one);
+    mirrorOf(one);
+    below_ = numbers;
+    const auto by_target = [](const HeightTurn& a, const HeightTurn& b) { return a.to < b.to; };
+    std::ranges::stable_sort(quarter_, by_target);
+    std::ranges::stable_sort(mirror_, by_target);
+    for (int m = 1; m < mirrored; ++m)
+        for (int l = m; l < mirrored; l += 2) {
+            const auto place = [&](int index) { return std::uint16_t(std::ranges::find(even, index) - even.begin()); };
+            pairs_.push_back({std::uint16_t(m), place(shIndex(l, m)), place(shIndex(l, -m))});
+        }
+}
+
+void HeightTables::visibility(const HeightField& field, const HeightPoints& points, std::size_t stride,
+                              std::span<float> out) const {
+    assert(out.size() >= points.count * stride);
+    const HeightGrid& grid = field.grid();
+    const HeightScene scene{field.numbers(),
+                            float(grid.rows),
+                            float(grid.columns),
+                            grid.border == HeightBorder::kPeriodic,
+                            grid.border == HeightBorder::kOpen,
+                            leastHorizon(grid.border),
+                            order_,
+                            kHorizonAzimuths,
+                            tap_list_.data(),
+                            taps_.count,
+                            turns_.data(),
+                            norms_.data()};
+    path_->visibility(scene, points, stride, out.data());
+}
+
+void HeightTables::mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames,
+                          bool on_field, std::size_t stride, std::span<float> out) const {
+    const HeightMirror tables{order_,          int(size_),      quarter_.data(),
+                              mirror_.data(),  quarter_.size(), mirror_.size(),
+                              pairs_.data(),   pairs_.size(),   on_field ? below_.data() : nullptr,
+                              ambient_.data(), ambient_norm2_};
+    path_->mirror(tables, frames, rows.data(), row_stride, rows.size() / row_stride, stride, out.data());
+}
+
+HeightVisibility::HeightVisibility(const HeightField& field, int order, int step, const HeightPath& path)
+    : tables_(field, order, order, path), step_(step), row_size_(order == 4 ? 16 : 32) {
+    const HeightGrid& grid = field.grid();
+    for (const auto& [axis, count] : {std::pair{0, grid.rows}, {1, grid.columns}}) {
+        std::vector<int>& lines = lines_[std::size_t(axis)];
+        for (int at = 0; at < count; at += step) lines.push_back(at);
+        // A periodic field goes on with its first line.
+        if (lines.back() != count - 1 && grid.border != HeightBorder::kPeriodic) lines.push_back(count - 1);
+    }
+    rows_.resize(receiverCount() * row_size_);
+    normals_.resize(receiverCount());
+    awake_.assign(receiverCount(), 1);
+}
+
+void HeightVisibility::wakeAll() { std::ranges::fill(awake_, std::uint8_t(1)); }
+
+std::size_t HeightVisibility::awake() const { return std::size_t(std::ranges::count(awake_, 1)); }
+
+// Wakes receivers in a box of places, which may lie beyond the border.
+void HeightVisibility::wakeBox(const HeightGrid& grid, double row0, double row1, double column0, double column1) {
+    const auto range = [&](std::size_t axis, double low, double high) {
+        const auto begin = lines_[axis].begin();
+        const auto first = std::lower_bound(begin, lines_[axis].end(), int(std::ceil(std::max(low, -1e6))));
+        const auto last = std::upper_bound(first, lines_[axis].end(), int(std::floor(std::min(high, 1e6))));
+        return std::pair(std::size_t(first - begin), std::size_t(last - begin));
+    };
+    const bool wraps = grid.border == HeightBorder::kPeriodic;
+    // The whole field where a box is as wide as that, else the box and its images on either side.
+    const auto shifts = [&](double low, double high, int count) {
+        if (!wraps) return std::pair(0, 0);
+        return std::pair(int(std::ceil((0 - high) / count)), int(std::floor((count - low) / count)));
+    };
+    const auto [r0, r1] = shifts(row0, row1, grid.rows);
+    const auto [c0, c1] = shifts(column0, column1, grid.columns);
+    for (int i = r0; i <= r1; ++i)
+        for (int j = c0; j <= c1; ++j) {
+            const auto [first, end] = range(0, row0 + double(i) * grid.rows, row1 + double(i) * grid.rows);
+            const auto [left, right] = range(1, column0 + double(j) * grid.columns, column1 + double(j) * grid.columns);
+            for (std::size_t r = first; r < end && left < right; ++r)
+                std::fill_n(awake_.begin() + std::ptrdiff_t(r * lines_[1].size() + left), right - left,
+                            std::uint8_t(1));
+        }
+}
+
+void HeightVisibility::wake(const HeightField& field, std::span<const TexelBox> changed) {
+    constexpr double kFar = 1e6;  // beyond a clamped border the edge goes on for ever
+    const HeightGrid& grid = field.grid();
+    if (changed.empty() || changed[0].empty()) return;
+    const bool clamps = grid.border == HeightBorder::kClamped;
+    // Normals and own heights.
+    wakeBox(grid, changed[0].first_row - 1, changed[0].end_row, changed[0].first_column - 1, changed[0].end_column);
+    for (const HorizonTap& tap : tables_.taps().taps) {
+        const TexelBox& box = changed[std::size_t(tap.level)];
+        if (box.empty()) continue;
+        const HeightLevel& level = field.levels()[std::size_t(tap.level)];
+        // Places of level 0 whose bilinear sample has a point of the box, a little more because of rounding.
+        const double scale = std::exp2(tap.level), margin = 0.02;
+        const auto low = [&](int first) { return clamps && first == 0 ? -kFar : (first - 0.5) * scale - 0.5 - margin; };
+        const auto high = [&](int end, int count) {
+            return clamps && end == count ? kFar : (end + 0.5) * scale - 0.5 + margin;
+        };
+        wakeBox(grid, low(box.first_row) - double(tap.row), high(box.end_row, level.rows) - double(tap.row),
+                low(box.first_column) - double(tap.column), high(box.end_column, level.columns) - double(tap.column));
+    }
+}
+
+void HeightVisibility::evaluate(const HeightField& field, std::size_t first, std::size_t end) {
+    constexpr std::size_t kBatch = 64;
+    std::array<float, kBatch> rows, columns, heights;
+    std::array<std::size_t, kBatch> receivers;
+    std::array<float, kBatch * 32> out{};  // padding stays 0
+    std::size_t count = 0;
+    const auto flush = [&] {
+        tables_.visibility(field, {rows.data(), columns.data(), heights.data(), count}, row_size_, out);
+        for (std::size_t i = 0; i < count; ++i)
+            std::copy_n(&out[i * row_size_], row_size_, &rows_[receivers[i] * row_size_]);
+        count = 0;
+    };
+    for (std::size_t r = first; r < end; ++r)
+        for (std::size_t c = 0; c < lines_[1].size(); ++c) {
+            const std::size_t receiver = r * lines_[1].size() + c;
+            if (!awake_[receiver]) continue;
+            awake_[receiver] = 0;
+            const int row = lines_[0][r], column = lines_[1][c];
+            normals_[receiver] = field.normal(row, column);
+            rows[count] = float(row);
+            columns[count] = float(column);
+            heights[count] =
+                field.heights()[std::size_t(row) * std::size_t(field.grid().columns) + std::size_t(column)];
+            receivers[count++] = receiver;
+            if (count == kBatch) flush();
+        }
+    if (count > 0) flush();
+}
+
+void HeightVisibility::around(const HeightGrid& grid, int axis, int at, std::size_t& low, std::size_t& high,
+                              float& share) const {
+    const std::vector<int>& lines = lines_[std::size_t(axis)];
+    low = std::size_t(at / step_);
+    if (low + 1 == lines.size()) {
+        // The last line, or beyond it: a periodic field goes on with its first one.
+        const int gap = (axis == 0 ? grid.rows : grid.columns) - lines[low];
+        high = grid.border == HeightBorder::kPeriodic ? 0 : low;
+        share = float(at - lines[low]) / float(std::max(gap, 1));
+        return;
+    }
+    high = low + 1;
+    share = float(at - lines[low]) / float(lines[high] - lines[low]);
+}
+
+namespace {
+
+constexpr std::size_t kMost = HeightVisibility::kMostPoints;
+
+// Numbers of the points of a row, which the compiler turns into vectors.
+struct RowNumbers {
+    std::array<float, kMost> x, y, z;
+};
+
+// The frames of points of a row; tangents are tangentOf(normal, {1, 0, 0}).
+void framesOf(const HeightField& field, int row, int first, std::span<Vec3> normals, std::span<Vec3> tangents,
+              RowNumbers& n) {
+    const HeightGrid& grid = field.grid();
+    const std::size_t count = normals.size();
+    const bool wraps = grid.border == HeightBorder::kPeriodic;
+    const auto line = [&](int r) {
+        r = wraps ? (r + grid.rows) % grid.rows : std::clamp(r, 0, grid.rows - 1);
+        return field.heights().data() + std::size_t(r) * std::size_t(grid.columns) + std::size_t(first);
+    };
+    const float *const up = line(row - 1), *const here = line(row), *const down = line(row + 1);
+    const bool whole = wraps || (row > 0 && row + 1 < grid.rows);
+    const float per_x = (whole ? 0.5f : 1.0f) / grid.cell_x, per_y = 0.5f / grid.cell_y;
+    std::array<float, kMost> slope_x, slope_y;
+    for (std::size_t i = 0; i < count; ++i) slope_x[i] = (down[i] - up[i]) * per_x;
+    for (std::size_t i = 1; i + 1 < count; ++i) slope_y[i] = (here[i + 1] - here[i - 1]) * per_y;
+    for (const std::size_t i : {std::size_t(0), count - 1}) {  // their neighbours may lie beyond the border
+        const Vec3 normal = field.normal(row, first + int(i));
+        slope_y[i] = -normal.y / normal.z;
+    }
+    std::array<float, kMost> across, per;
+    for (std::size_t i = 0; i < count; ++i) {
+        const float scale = 1 / std::sqrt(1 + slope_x[i] * slope_x[i] + slope_y[i] * slope_y[i]);
+        n.x[i] = -slope_x[i] * scale;
+        n.y[i] = -slope_y[i] * scale;
+        n.z[i] = scale;
+        across[i] = 1 - n.x[i] * n.x[i];
+        per[i] = 1 / std::sqrt(std::max(across[i], 1e-4f));
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        normals[i] = {n.x[i], n.y[i], n.z[i]};
+        tangents[i] = across[i] > 1e-4f ? Vec3{across[i] * per[i], -n.x[i] * n.y[i] * per[i], -n.x[i] * n.z[i] * per[i]}
+                                        : tangentOf(normals[i], {1, 0, 0});
+    }
+}
+
+}  // namespace
+
+void HeightVisibility::numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
+                               std::span<Vec3> tangents, std::size_t stride, std::span<float> numbers) const {
+    assert(normals.size() <= kMostPoints && !normals.empty());
+    const std::size_t count = normals.size(), columns = lines_[1].size();
+    RowNumbers n;
+    framesOf(field, row, first_column, normals, tangents, n);
+    std::size_t r[2];
+    float down;
+    around(field.grid(), 0, row, r[0], r[1], down);
+    std::array<HeightBlend, kMostPoints> blends;
+    std::array<std::array<float, kMostPoints>, 4> weights;
+    std::array<RowNumbers, 4> corner;
+    for (std::size_t p = 0; p < count; ++p) {
+        std::size_t c[2];
+        float right;
+        around(field.grid(), 1, first_column + int(p), c[0], c[1], right);
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::size_t receiver = r[k / 2] * columns + c[k % 2];
+            const Vec3 normal = normals_[receiver];
+            corner[k].x[p] = normal.x, corner[k].y[p] = normal.y, corner[k].z[p] = normal.z;
+            weights[k][p] = (k / 2 ? down : 1 - down) * (k % 2 ? right : 1 - right);
+            blends[p].corners[k] = &rows_[receiver * row_size_];
+        }
+    }
+    std::array<float, kMostPoints> sum{};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t p = 0; p < count; ++p) {
+            const float x = corner[k].x[p] - n.x[p], y = corner[k].y[p] - n.y[p], z = corner[k].z[p] - n.z[p];
+            weights[k][p] /= 1 + kNormalsMatter * (x * x + y * y + z * z);
+            sum[p] += weights[k][p];
+        }
+    for (std::size_t p = 0; p < count; ++p)
+        for (std::size_t k = 0; k < 4; ++k) blends[p].weights[k] = weights[k][p] / sum[p];
+    std::array<float, kMostPoints * 32> rows;
+    tables_.path().blend(blends.data(), count, row_size_, rows.data());
+    tables_.mirror(std::span(rows).first(count * row_size_), row_size_, {normals.data(), tangents.data()}, true, stride,
+                   numbers);
+}
+
+}  // namespace penumbra

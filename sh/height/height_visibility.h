@@ -1,0 +1,96 @@
+#pragma once
+// The visibility of a whole height field, and of points above it, for every frame of an animation.
+//
+// Horizons are looked for at receivers, every `step` points both ways (paper 000, figure 11: visibility is sub-sampled,
+// shading is not). Between them visibility is bilinear, with less weight for receivers whose normal is another one.
+// Every point turns it into its own frame, so that its own slope is never smoothed away.
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sh/height/height_kernel.h"
+#include "sh/height/horizon.h"
+#include "sh/visibility_convention.h"
+
+namespace penumbra {
+
+// Tables of a grid and an order, and what they compute. Everything that is const allocates nothing and may run on any
+// number of threads at once.
+class HeightTables {
+public:
+    // `order` is 4 or 5. Numbers that come out are those of mirrored functions of order `mirrored`.
+    HeightTables(const HeightField& field, int order, int mirrored, const HeightPath& path = fastestHeightPath());
+
+    int order() const { return order_; }
+    std::size_t size() const { return size_; }  // numbers that come out
+    const HeightPath& path() const { return *path_; }
+    // V at points, in the frame of the field: out[p * stride + i], i < order^2.
+    void visibility(const HeightField& field, const HeightPoints& points, std::size_t stride,
+                    std::span<float> out) const;
+    // Turns V into the frame of each point (normals and tangents in the frame of the field) and mirrors it at its
+    // horizon: out[p * stride + i], i < size(). `on_field`: the point lies on the field, which hides all below its
+    // tangent plane. Then that half counts as 1 before it is cut off, so that a level field leaves exactly 1.
+    void mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames, bool on_field,
+                std::size_t stride, std::span<float> out) const;
+    HorizonTaps const& taps() const { return taps_; }
+
+private:
+    int order_;
+    std::size_t size_;
+    const HeightPath* path_;
+    HorizonTaps taps_;
+    std::vector<HeightTap> tap_list_;
+    std::vector<float> turns_, norms_, below_, ambient_;
+    std::vector<HeightTurn> quarter_, mirror_;
+    std::vector<HeightPair> pairs_;
+    float ambient_norm2_ = 0;
+
+    void makeTaps(const HeightField& field);
+    void makeMirror(int mirrored);
+};
+
+class HeightVisibility {
+public:
+    // Numbers are those of convention D of `order` (4 or 5). `step` is 1, 2, 4 or 8. At first all receivers are awake.
+    HeightVisibility(const HeightField& field, int order, int step, const HeightPath& path = fastestHeightPath());
+
+    const HeightTables& tables() const { return tables_; }
+    int step() const { return step_; }
+    Convention convention() const { return {BelowHorizon::kMirrored, tables_.order()}; }
+    std::size_t receiverRows() const { return lines_[0].size(); }
+    std::size_t receiverCount() const { return lines_[0].size() * lines_[1].size(); }
+
+    // Wakes the receivers that look at what HeightField::set() changed. Allocates nothing.
+    void wake(const HeightField& field, std::span<const TexelBox> changed);
+    void wakeAll();
+    std::size_t awake() const;
+    // Looks for the horizons of awake receivers in rows [first, end) of receivers, which then sleep. Different rows may
+    // run at once. Allocates nothing.
+    void evaluate(const HeightField& field, std::size_t first, std::size_t end);
+    // Writes normals and tangents (in the frame of the field) and numbers of points [first_column, first_column +
+    // normals.size()) of a row of the field: numbers[p * stride + i]. At most kMostPoints at once. Allocates nothing.
+    static constexpr std::size_t kMostPoints = 128;
+    void numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals, std::span<Vec3> tangents,
+                 std::size_t stride, std::span<float> numbers) const;
+    // V of a receiver, in the frame of the field.
+    std::span<const float> receiver(std::size_t row, std::size_t column) const {
+        return std::span(rows_).subspan((row * lines_[1].size() + column) * row_size_,
+                                        std::size_t(coefficientCount(tables_.order())));
+    }
+    int lineOf(int axis, std::size_t i) const { return lines_[std::size_t(axis)][i]; }
+
+private:
+    HeightTables tables_;
+    int step_;
+    std::size_t row_size_;                   // numbers of a receiver, padded
+    std::array<std::vector<int>, 2> lines_;  // rows and columns that have receivers
+    std::vector<float> rows_;                // [receivers, row_size_]
+    std::vector<Vec3> normals_;              // [receivers]
+    std::vector<std::uint8_t> awake_;        // [receivers]
+
+    void wakeBox(const HeightGrid& grid, double row0, double row1, double column0, double column1);
+    void around(const HeightGrid& grid, int axis, int at, std::size_t& low, std::size_t& high, float& share) const;
+};
+
+}  // namespace penumbra

@@ -1,0 +1,174 @@
+// Height fields through the C interface: the classes behind it, and refusals.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sh/height/analytic_heights.h"
+#include "sh/height/height_visibility.h"
+#include "tests/capi/packed_asset.h"
+#include "tests/player/count_allocations.h"
+
+namespace penumbra {
+namespace {
+
+using namespace capi_test;
+using ::testing::HasSubstr;
+
+struct FreeHeights {
+    void operator()(penumbra_heights* field) const { penumbra_heights_destroy(field); }
+};
+using Heights = std::unique_ptr<penumbra_heights, FreeHeights>;
+
+constexpr penumbra_heights_options kOptions = {40, 50, 0.1f, 0.2f, {1, 2, 3}, PENUMBRA_BORDER_CLAMPED, 0, 0};
+
+std::vector<float> dunes(double seconds = 0) {
+    std::vector<float> heights(2000);
+    analyticHeights(parseAnalyticHeights("dunes:height=1,length=3"), {40, 50, 0.2f, 0.1f}, seconds, 0, 40, heights);
+    return heights;
+}
+
+Heights make(const std::vector<float>& heights, const penumbra_heights_options& options = kOptions) {
+    penumbra_heights* field = nullptr;
+    penumbra_error error{};
+    EXPECT_EQ(penumbra_heights_create(&options, heights.data(), &field, &error), PENUMBRA_OK) << error.message;
+    return Heights(field);
+}
+
+struct FieldPoints {
+    std::vector<float> positions, normals, tangents, numbers, radiance;
+    explicit FieldPoints(std::size_t count = 2000)
+        : positions(3 * count),
+          normals(3 * count),
+          tangents(3 * count),
+          numbers(PENUMBRA_HEIGHTS_STRIDE * count),
+          radiance(3 * count) {}
+    penumbra_vertices view() const { return {positions.data(), normals.data(), tangents.data(), numbers.data()}; }
+    void read(const penumbra_heights* field) {
+        EXPECT_EQ(penumbra_heights_get_points(field, 0, 40, positions.data(), normals.data(), tangents.data(),
+                                              numbers.data(), nullptr),
+                  PENUMBRA_OK);
+    }
+};
+
+void updateAll(penumbra_heights* field) {
+    EXPECT_EQ(penumbra_heights_update(field, 0, penumbra_heights_update_rows(field), nullptr), PENUMBRA_OK);
+}
+
+TEST(CApiHeights, GiveWhatTheClassesGive) {
+    const Heights field = make(dunes());
+    updateAll(field.get());
+    FieldPoints points;
+    points.read(field.get());
+    const HeightField plain({40, 50, 0.2f, 0.1f}, dunes());
+    HeightVisibility visibility(plain, 5, 4);
+    visibility.evaluate(plain, 0, visibility.receiverRows());
+    std::vector<Vec3> normals(50), tangents(50);
+    std::vector<float> numbers(50 * PENUMBRA_HEIGHTS_STRIDE);
+    for (std::size_t r = 0; r < 40; ++r) {
+        visibility.numbers(plain, int(r), 0, normals, tangents, PENUMBRA_HEIGHTS_STRIDE, numbers);
+        for (std::size_t c = 0; c < 50; ++c) {
+            const std::size_t at = r * 50 + c;
+            EXPECT_FLOAT_EQ(points.positions[3 * at], 1 + 0.1f * float(c));
+            EXPECT_FLOAT_EQ(points.positions[3 * at + 1], 2 + plain.heights()[at]);
+            EXPECT_FLOAT_EQ(points.positions[3 * at + 2], 3 + 0.2f * float(r));
+            EXPECT_EQ(points.normals[3 * at + 1], normals[c].z);
+            for (std::size_t i = 0; i < 15; ++i)
+                EXPECT_EQ(points.numbers[at * PENUMBRA_HEIGHTS_STRIDE + i], numbers[c * PENUMBRA_HEIGHTS_STRIDE + i]);
+        }
+    }
+    const float places[] = {1 + 0.1f * 7, 3 + 0.2f * 9};
+    float height = 0;
+    EXPECT_EQ(penumbra_heights_query(field.get(), places, 1, &height, nullptr), PENUMBRA_OK);
+    EXPECT_NEAR(height, 2 + plain.heights()[9 * 50 + 7], 1e-5);
+}
+
+TEST(CApiHeights, AnEditGivesWhatANewFieldGivesAndAllocatesNothing) {
+    const Heights edited = make(dunes());
+    updateAll(edited.get());
+    std::vector<float> heights = dunes(), box(6, 2.0f);
+    for (std::size_t r = 11; r < 14; ++r)
+        for (std::size_t c = 20; c < 22; ++c) heights[r * 50 + c] = 2;
+    FieldPoints points, expected;
+    points.read(edited.get());
+    const std::size_t before = allocationCount();
+    EXPECT_EQ(penumbra_heights_set(edited.get(), 11, 3, 20, 2, box.data(), nullptr), PENUMBRA_OK);
+    updateAll(edited.get());
+    points.read(edited.get());
+    EXPECT_EQ(allocationCount(), before);
+    const Heights whole = make(heights);
+    updateAll(whole.get());
+    expected.read(whole.get());
+    EXPECT_EQ(points.numbers, expected.numbers);
+}
+
+TEST(CApiHeights, AreShadedAndShadowCharacters) {
+    const std::vector<std::byte> bytes = packed();
+    const Asset asset = open(bytes);
+    const Heights field = make(dunes());
+    updateAll(field.get());
+    FieldPoints points;
+    points.read(field.get());
+    const float eye[3] = {5, 9, 5}, albedo[3] = {0.5f, 0.4f, 0.3f};
+    const penumbra_vertices view = points.view();
+    penumbra_error error{};
+    EXPECT_EQ(penumbra_heights_shade(field.get(), eye, 0, 2000, &view, points.radiance.data(), &error),
+              PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_THAT(error.message, HasSubstr("no look yet"));
+    for (const std::size_t material : {PENUMBRA_NONE, std::size_t(0)}) {
+        EXPECT_EQ(penumbra_heights_set_look(field.get(), asset.get(), material, albedo, 0, nullptr, &error),
+                  PENUMBRA_OK)
+            << error.message;
+        EXPECT_EQ(penumbra_heights_shade(field.get(), eye, 0, 2000, &view, points.radiance.data(), nullptr),
+                  PENUMBRA_OK);
+        float most = 0;
+        for (const float x : points.radiance) most = std::max(most, x);
+        EXPECT_GT(most, 0.01f);
+    }
+    const Character character = capi_test::character(asset);
+    const penumbra_asset_info info = infoOf(asset);
+    Frame frame(info);
+    frame.evaluate(character.get(), info, 1);
+    std::vector<float> shadowed = frame.numbers;
+    const float deep[12] = {1, 0, 0, 3, 0, 1, 0, 2, 0, 0, 1, 5};
+    EXPECT_EQ(
+        penumbra_heights_shadow(field.get(), character.get(), deep, 0, info.vertex_count, shadowed.data(), nullptr),
+        PENUMBRA_OK);
+    EXPECT_NE(shadowed, frame.numbers);
+}
+
+TEST(CApiHeights, RefuseWhatIsWrong) {
+    penumbra_heights* field = nullptr;
+    penumbra_error error{};
+    const auto problem = [&](penumbra_heights_options options, float height) {
+        std::vector<float> heights = dunes();
+        heights[17] = height;
+        EXPECT_EQ(penumbra_heights_create(&options, heights.data(), &field, &error), PENUMBRA_INVALID_ARGUMENT);
+        return std::string(error.message);
+    };
+    EXPECT_THAT(problem(kOptions, std::nanf("")), HasSubstr("heights[17]"));
+    EXPECT_THAT(problem(kOptions, 2e7f), HasSubstr("heights[17]"));
+    penumbra_heights_options wrong = kOptions;
+    wrong.columns = 65537;
+    EXPECT_THAT(problem(wrong, 0), HasSubstr("columns is more than 65536"));
+    wrong = kOptions;
+    wrong.rows = 0;
+    EXPECT_THAT(problem(wrong, 0), HasSubstr("rows is 0"));
+    wrong = kOptions;
+    wrong.cell_x = 0;
+    EXPECT_THAT(problem(wrong, 0), HasSubstr("cell"));
+    wrong = kOptions;
+    wrong.order = 6;
+    EXPECT_THAT(problem(wrong, 0), HasSubstr("order"));
+    wrong = kOptions;
+    wrong.step = 3;
+    EXPECT_THAT(problem(wrong, 0), HasSubstr("step"));
+    EXPECT_EQ(penumbra_heights_create(&kOptions, nullptr, &field, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    const Heights good = make(dunes());
+    const float one = 0;
+    EXPECT_EQ(penumbra_heights_set(good.get(), 40, 1, 0, 1, &one, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_update(good.get(), 0, 1000, nullptr), PENUMBRA_INVALID_ARGUMENT);
+    EXPECT_EQ(penumbra_heights_update_rows(nullptr), 0u);
+    penumbra_heights_destroy(nullptr);
+}
+
+}  // namespace
+}  // namespace penumbra

@@ -1,0 +1,95 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "sh/height/height_field.h"
+#include "tests/sh/height_samples.h"
+
+namespace penumbra {
+namespace {
+
+std::vector<float> levelOf(const HeightField& field, std::size_t l) {
+    const HeightLevel& level = field.levels()[l];
+    const float* const from = field.numbers() + level.first;
+    return {from, from + level.rows * level.columns};
+}
+
+TEST(HeightField, HasTheLargestOfFourAtEveryPointOfALevel) {
+    // 3 x 5, which is no power of two.
+    const std::vector<float> heights = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 14, 13, 12, 11};
+    const HeightField field({3, 5}, heights);
+    ASSERT_EQ(field.levels().size(), 4u);
+    EXPECT_EQ(levelOf(field, 1), (std::vector<float>{7, 9, 10, 15, 13, 11}));
+    EXPECT_EQ(levelOf(field, 2), (std::vector<float>{15, 11}));
+    EXPECT_EQ(levelOf(field, 3), (std::vector<float>{15}));
+}
+
+TEST(HeightField, OfOnePointHasOneLevel) {
+    const HeightField field({1, 1}, std::vector<float>{3});
+    EXPECT_EQ(field.levels().size(), 1u);
+    EXPECT_EQ(field.at(7, -2), 3);
+    EXPECT_EQ(field.normal(0, 0).z, 1);
+}
+
+TEST(HeightField, SetOfABoxGivesTheLevelsOfTheWhole) {
+    std::vector<float> heights = fractalHeights(37, 50, 2, 3);
+    HeightField field({37, 50}, heights);
+    const TexelBox box{10, 21, 19, 25};
+    std::vector<float> bump;
+    for (int r = box.first_row; r < box.end_row; ++r)
+        for (int c = box.first_column; c < box.end_column; ++c)
+            bump.push_back(heights[std::size_t(r * 50 + c)] += float(r % 3) - 1);
+    field.set(box, bump);
+    const HeightField whole({37, 50}, heights);
+    for (std::size_t l = 0; l < whole.levels().size(); ++l) EXPECT_EQ(levelOf(field, l), levelOf(whole, l)) << l;
+}
+
+TEST(HeightField, SetTellsWhatChangedAndNothingElse) {
+    std::vector<float> heights(64 * 64, 0.0f);
+    heights[5 * 64 + 5] = 10;
+    HeightField field({64, 64}, heights);
+    const std::vector<float> low = {1};
+    const std::span<const TexelBox> changed = field.set({6, 6, 7, 7}, low);
+    EXPECT_EQ(changed[0], (TexelBox{6, 6, 7, 7}));
+    EXPECT_EQ(changed[1], (TexelBox{3, 3, 4, 4}));
+    for (std::size_t l = 2; l < changed.size(); ++l) EXPECT_TRUE(changed[l].empty()) << l;  // below the peak beside it
+    EXPECT_TRUE(field.set({6, 6, 7, 7}, low)[0].empty());
+}
+
+TEST(HeightField, IsBilinearAndGoesOnAsItsBorderSays) {
+    const std::vector<float> heights = {0, 1, 2, 10, 11, 12};
+    for (const HeightBorder border : {HeightBorder::kClamped, HeightBorder::kPeriodic}) {
+        const HeightField field({2, 3, 1, 1, border}, heights);
+        EXPECT_FLOAT_EQ(field.at(0.5f, 0.25f), 5.25f);
+        EXPECT_EQ(field.at(0, 2), 2);
+    }
+    const HeightField clamped({2, 3}, heights), periodic({2, 3, 1, 1, HeightBorder::kPeriodic}, heights);
+    EXPECT_EQ(clamped.at(-5, 9), 2);
+    EXPECT_FLOAT_EQ(periodic.at(0, 2.5f), 1);  // between 2 and 0
+    EXPECT_EQ(periodic.at(-1, -3), 10);
+}
+
+TEST(HeightField, NormalsOfAPlaneAreItsOwnUpToTheEdge) {
+    // z = 2 x - y with cells of 0.5 and 0.25.
+    std::vector<float> heights;
+    for (int r = 0; r < 5; ++r)
+        for (int c = 0; c < 4; ++c) heights.push_back(2 * 0.5f * float(r) - 0.25f * float(c));
+    const HeightField field({5, 4, 0.5f, 0.25f}, heights);
+    for (int r = 0; r < 5; ++r)
+        for (int c = 0; c < 4; ++c) {
+            const Vec3 n = field.normal(r, c), expected = normalized(Vec3{-2, 1, 1});
+            EXPECT_NEAR(length(n - expected), 0, 1e-6) << r << " " << c;
+        }
+}
+
+TEST(HeightGrid, NamesTheFieldThatIsOutOfRange) {
+    EXPECT_EQ(findProblem({65536, 1}), "");
+    EXPECT_NE(findProblem({1, 65537}).find("columns is 65537"), std::string::npos);
+    EXPECT_NE(findProblem({0, 1}).find("rows is 0"), std::string::npos);
+    EXPECT_NE(findProblem({65536, 65536}).find("rows times columns"), std::string::npos);
+    EXPECT_NE(findProblem({2, 2, 0}).find("cell (rows)"), std::string::npos);
+    EXPECT_NE(findProblem({2, 2, 1, std::nanf("")}).find("cell (columns)"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace penumbra
