@@ -23,7 +23,7 @@ Image decodeHdr(std::span<const std::byte> bytes, const std::string& name);
 
 std::vector<std::byte> encodePng(const Image& image, float exposure);
 
-bool looksLikePng(std::span<const std::byte> bytes);
+// looksLikePng() is in gray_image.h.
 TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& name);
 
 bool looksLikeJpeg(std::span<const std::byte> bytes);

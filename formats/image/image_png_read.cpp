@@ -71,11 +71,6 @@ void readPixels(PngReader& reader) {
 
 }  // namespace
 
-bool looksLikePng(std::span<const std::byte> bytes) {
-    constexpr unsigned char kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-    return bytes.size() >= 8 && std::memcmp(bytes.data(), kSignature, 8) == 0;
-}
-
 TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& name) {
     PngReader reader;
     reader.bytes = bytes.data();

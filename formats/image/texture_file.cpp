@@ -1,6 +1,7 @@
 #include "formats/image/texture_file.h"
 
 #include "formats/common/errors.h"
+#include "formats/image/gray_image.h"
 #include "formats/image/image_codecs.h"
 
 namespace penumbra {
