@@ -307,6 +307,15 @@ std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfF
     return chosen;
 }
 
+// Checks that the mesh and the convention have what the materials need.
+void checkLooks(const Model& model, std::span<const BrdfFile> materials) {
+    for (const BrdfFile& brdf : materials) {
+        if (brdf.membrane && !model.mesh.two_sided)
+            throw Unsupported("material \"" + brdf.name +
+                              "\": a membrane needs a two-sided bake (visibility --two-sided)");
+    }
+}
+
 // Checks what the reader of the model file promises and what a model made in memory may break.
 void checkModel(const Model& model) {
     std::vector<bool> seen(model.mesh.vertexCount());
@@ -354,6 +363,7 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(model);
+    checkLooks(model, materials);
     const Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
     const AssetPrecision weights =
         options.precision == AssetPrecision::kF32 ? AssetPrecision::kF32 : weightPrecision(model, threads);

@@ -34,7 +34,7 @@ MAY_INCLUDE = {
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/transfer": SH | {"fit/numerics"} | FORMATS,
-    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/visibility"} | FORMATS,
+    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/light", "fit/models", "fit/visibility"} | FORMATS,
     "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
             "fit/transfer", "fit/blockers", "fit/compare"} | FORMATS,
     "pack": SH | {"player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
@@ -50,7 +50,7 @@ MAY_INCLUDE = {
                "player/bench"} | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.
-RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
+RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/other_sides.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
                    "formats/common/errors.h"}
 # Library header -> the files that may name it.
 EDGES = {

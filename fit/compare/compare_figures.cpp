@@ -13,6 +13,7 @@ std::vector<Figure> compareFigures(const Comparison& comparison) {
     if (comparison.sweep) figures.push_back(jointFigure(comparison));
     if (paperConvention(comparison.options, comparison.file_order).order < comparison.file_order)
         figures.push_back(cosineFigure(comparison));
+    if (comparison.lobes) figures.push_back(lobesFigure(comparison));
     figures.push_back(framesFigure(comparison));
     figures.push_back(conventionsFigure(comparison));
     figures.push_back(eigenvaluesFigure(comparison));

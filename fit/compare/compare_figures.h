@@ -6,6 +6,7 @@
 
 #include "fit/compare/compare_grid.h"
 #include "fit/compare/eigenvalue_decay.h"
+#include "fit/compare/lobe_models.h"
 #include "fit/compare/plot_svg.h"
 
 namespace penumbra {
@@ -16,6 +17,7 @@ struct Comparison {
     std::vector<CompareFit> fits;  // the fits of makeGrid()
     std::vector<EigenvalueDecay> inputs, outputs;
     std::optional<JointSweep> sweep;
+    std::optional<LobeComparison> lobes;  // set where the options ask for it
 };
 const CompareFit* findFit(const Comparison& comparison, const FitOptions& options);  // null when it is not in the grid
 
@@ -44,6 +46,8 @@ Figure modelsFigure(const Comparison& comparison);
 Figure conventionsFigure(const Comparison& comparison);
 Figure cosineFigure(const Comparison& comparison);
 Figure framesFigure(const Comparison& comparison);
+// The figure in compare_lobes.cpp.
+Figure lobesFigure(const Comparison& comparison);
 // Figures in compare_motion.cpp: the poses and the visibility themselves.
 Figure jointFigure(const Comparison& comparison);
 Figure eigenvaluesFigure(const Comparison& comparison);

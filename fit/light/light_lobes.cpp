@@ -259,6 +259,22 @@ std::vector<std::size_t> byEnergy(int order, const Lobes& lobes) {
     return sorted;
 }
 
+// Returns the lobes in the given order, with their errors.
+LightLobesFit measured(int order, std::span<const double> sh, double scale, const Lobes& lobes,
+                       std::span<const std::size_t> sorted, const char* mode) {
+    LightLobesFit fit;
+    fit.mode = mode;
+    for (std::size_t d : sorted) {
+        fit.directions.push_back(lobes.directions[d]);
+        for (int l = 0; l < order; ++l)
+            for (std::size_t c = 0; c < 3; ++c) fit.coefficients.push_back(scale * lobes.z[std::size_t(l)].at[c][d]);
+    }
+    const std::vector<double> lobes_sh = lobesToSh(order, fit);
+    fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
+    fit.irradiance_error = irradianceDifference(order, lobes_sh, sh);
+    return fit;
+}
+
 }  // namespace
 
 LobeFit parseLobeFit(std::string_view name) {
@@ -278,23 +294,24 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit
     Lobes lobes = how == LobeFit::kGreedy  ? fitGreedily(bands, count, candidates)
                   : how == LobeFit::kJoint ? fitJointly(bands, count, candidates)
                                            : withBestCoefficients(bands, {fixed.begin(), fixed.end()});
-    LightLobesFit fit;
-    fit.mode = how == LobeFit::kGreedy ? "greedy" : how == LobeFit::kJoint ? "joint" : "fixed";
     // 2. Bring them into a definite form. Fixed lobes keep the order of their table.
     if (how != LobeFit::kFixed) turnTowardsLight(order, lobes);
     std::vector<std::size_t> sorted = byEnergy(order, lobes);
     if (how == LobeFit::kFixed) std::iota(sorted.begin(), sorted.end(), std::size_t(0));
-    for (std::size_t d : sorted) {
-        fit.directions.push_back(lobes.directions[d]);
-        for (int l = 0; l < order; ++l)
-            for (std::size_t c = 0; c < 3; ++c)
-                fit.coefficients.push_back(bands.scale * lobes.z[std::size_t(l)].at[c][d]);
-    }
     // 3. Measure the error.
-    const std::vector<double> lobes_sh = lobesToSh(order, fit);
-    fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
-    fit.irradiance_error = irradianceDifference(order, lobes_sh, sh);
-    return fit;
+    return measured(order, sh, bands.scale, lobes, sorted,
+                    how == LobeFit::kGreedy  ? "greedy"
+                    : how == LobeFit::kJoint ? "joint"
+                                             : "fixed");
+}
+
+LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<const Vec3d> directions) {
+    assert(order >= 1 && order <= kMaxOrder && int(sh.size()) == 3 * coefficientCount(order));
+    const Bands bands = bandsOf(order, sh);
+    const Lobes lobes = withBestCoefficients(bands, refine(bands, directions).directions);
+    std::vector<std::size_t> as_they_are(directions.size());
+    std::iota(as_they_are.begin(), as_they_are.end(), std::size_t(0));
+    return measured(order, sh, bands.scale, lobes, as_they_are, "joint");
 }
 
 double irradianceDifference(int order, std::span<const double> sh, std::span<const double> truth) {

@@ -66,7 +66,7 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
     if (!with_looks) return;
     at = out.data() + 4 * places.materials;
     for (const std::uint16_t material : character.shading->materialOfSlot()) *at++ = float(material);
-    writeLightData(asset.shading(), character.shading->lightTables(), out.subspan(4 * places.light));
+    writeLightData(asset.shading(), *character.shading, out.subspan(4 * places.light));
 }
 
 }  // namespace

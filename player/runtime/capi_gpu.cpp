@@ -78,7 +78,7 @@ penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, 
     return guarded(error, [&] {
         requirePointer(shading, "shading");
         requirePointer(texels, "texels");
-        writeLightData(shading->layout, shading->set->lightTables(), {texels, 4 * shading->layout.lightTexels()});
+        writeLightData(shading->layout, *shading->set, {texels, 4 * shading->layout.lightTexels()});
     });
 }
 

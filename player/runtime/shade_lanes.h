@@ -231,6 +231,16 @@ inline void lightByRotation(const ShadeLight& light, std::size_t channels, const
     }
 }
 
+}  // namespace
+
+}  // namespace penumbra
+
+#include "player/runtime/shade_live_lanes.h"
+
+namespace penumbra {
+
+namespace {
+
 // Joins t of one block with the light, and stores the radiance of its vertices.
 inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t first,
                        std::size_t end, Block& block) {
@@ -240,7 +250,7 @@ inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, c
     else
         lightByRotation(light, material.channels, block.frames, block.t, radiance);
     for (std::size_t lane = 0; lane < kShadeLanes && first + lane < end; ++lane) {
-        Vec3& out = in.radiance[vertexOf(in, first, end, lane)];
+        Vec3& out = in.packed ? in.packed[first + lane - in.packed_first] : in.radiance[vertexOf(in, first, end, lane)];
         out.x = material.color[0] * radiance[0][lane];
         out.y = material.color[1] * radiance[1][lane];
         out.z = material.color[2] * radiance[2][lane];
@@ -254,9 +264,13 @@ inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, c
         for (std::size_t b = 0; b < kBlocks; ++b) {
             gather(in, first + b * kShadeLanes, end, blocks[b].frames);
             gatherNumbers(in, first + b * kShadeLanes, end, blocks[b].v);
-            laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
+            if (material.is_live)
+                liveTransfer(material.live, light.order, blocks[b]);
+            else
+                laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
         }
-        for (std::size_t c = 0; c < material.channels; ++c) transfer(material, light.order, c, blocks);
+        for (std::size_t c = 0; c < material.channels && !material.is_live; ++c)
+            transfer(material, light.order, c, blocks);
         for (std::size_t b = 0; b < kBlocks; ++b)
             shadeBlock(material, light, in, first + b * kShadeLanes, end, blocks[b]);
     }

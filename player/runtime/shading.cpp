@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
+#include <numbers>
 
 #include "sh/sh_rotation.h"
 
@@ -41,6 +43,18 @@ void ambient(const Convention& convention, int stride, std::size_t begin, std::s
         for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * row[i];
         e[v] = sum;
     }
+}
+
+std::vector<float> freeSight(const Convention& convention) {
+    std::vector<float> moments(std::size_t(coefficientCount(convention.order))),
+        numbers(std::size_t(convention.size()));
+    std::vector<double> below(moments.size());
+    belowHorizonCoefficients(convention.order, below);
+    // What is 1 everywhere, less what is 1 below the horizon.
+    for (std::size_t i = 0; i < moments.size(); ++i)
+        moments[i] = float((i == 0 ? std::sqrt(4 * std::numbers::pi) : 0) - below[i]);
+    fromMoments(convention, moments, numbers);
+    return numbers;
 }
 
 Mat3 toLocalFrame(Vec3 normal, Vec3 tangent) { return fromRows(tangent, cross(normal, tangent), normal); }

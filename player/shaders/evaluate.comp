@@ -148,6 +148,21 @@ void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRI
 }
 #endif
 
+#ifdef HAS_MEMBRANES
+// What the vertex of the other side sees, and its frame.
+void numbersOfOtherSide(uint character, int material, out vec4 numbers[PENUMBRA_STRIDE4], out mat3 local_from_model) {
+    uint own_vertex = vertex, own_cluster = cluster;
+    vertex = asset[OTHER_SIDE + vertex];
+    cluster = asset[CLUSTER_OF_VERTEX + vertex];
+    PenumbraSurface s = surfaceOf(character);
+    numbersOf(s, character, numbers);
+    penumbra_other_side(material, numbers);
+    local_from_model = penumbra_local_from_model(s);
+    vertex = own_vertex;
+    cluster = own_cluster;
+}
+#endif
+
 vec3 valueOf(PenumbraSurface s, uint character) {
 #if CHANNEL == CHANNEL_NORMALS
     return s.normal;
@@ -171,7 +186,17 @@ vec3 valueOf(PenumbraSurface s, uint character) {
 #endif
     int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slot]);
     vec3 to_eye = penumbra_to_eye(s, eyeInModel(), local_from_model);
-    return max(penumbra_shade(numbers, to_eye, local_from_model, material), 0.0);
+    vec3 radiance = penumbra_shade(numbers, to_eye, local_from_model, material);
+#ifdef HAS_MEMBRANES
+    if (penumbra_is_membrane(material)) {
+        vec4 other_numbers[PENUMBRA_STRIDE4];
+        mat3 local_of_other;
+        numbersOfOtherSide(character, material, other_numbers, local_of_other);
+        vec3 other = penumbra_shade(other_numbers, vec3(0.0, 0.0, 1.0), local_of_other, material);
+        radiance = penumbra_join_sides(material, radiance, other);
+    }
+#endif
+    return max(radiance, 0.0);
 #endif
 #endif
 }

@@ -28,7 +28,7 @@ const std::vector<BrdfLobe>& twoLobes() {
 
 TEST(LobesAsset, HoldsTheLobes) {
     const std::vector<std::byte> bytes = packedWith(twoLobes(), 0.125);
-    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kAssetVersion);
+    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kSunAssetVersion);
     const AssetView asset = openAsset(bytes);
     const MaterialView& material = asset.materials.at(0);
     EXPECT_EQ(std::vector(material.lobes.begin(), material.lobes.end()), twoLobes());
