@@ -46,13 +46,12 @@ void ambient(const Convention& convention, int stride, std::size_t begin, std::s
 }
 
 std::vector<float> freeSight(const Convention& convention) {
-    std::vector<float> moments(std::size_t(coefficientCount(convention.order))),
-        numbers(std::size_t(convention.size()));
-    std::vector<double> below(moments.size());
+    const auto count = std::size_t(coefficientCount(convention.order));
+    std::vector<double> below(count);
     belowHorizonCoefficients(convention.order, below);
-    // What is 1 everywhere, less what is 1 below the horizon.
-    for (std::size_t i = 0; i < moments.size(); ++i)
-        moments[i] = float((i == 0 ? std::sqrt(4 * std::numbers::pi) : 0) - below[i]);
+    std::vector<float> moments(count), numbers(std::size_t(convention.size()));
+    for (std::size_t i = 0; i < count; ++i) moments[i] = -float(below[i]);
+    moments[0] += 2 * std::sqrt(std::numbers::pi_v<float>);
     fromMoments(convention, moments, numbers);
     return numbers;
 }

@@ -199,8 +199,9 @@ std::string declaredGlsl(const char* type, const char* prefix, int order) {
 std::string liveGlsl(const ShadingLayout& layout, const std::string& type) {
     const MomentForm form = momentForm(layout.convention);
     const int order = form.order;
+    const MirrorLobeSum sum(layout.light_order, order);
     std::vector<SparseTerm> matrix;
-    for (const auto& [i, j] : MirrorLobeSum(layout.light_order, order).entries()) matrix.push_back({i, j, 0});
+    for (const auto& [i, j] : sum.entries()) matrix.push_back({i, j, 0});
     std::string text = "        int live = " + std::to_string(layout.firstLiveTexel()) + " + (int(looks.w) - 1) * " +
                        std::to_string(layout.liveTexels()) + ";\n" + declaredGlsl("float", "b", order) +
                        sparseGlsl(form.terms, "", "b", [&](std::size_t e) { return glslFloat(form.terms[e].value); });

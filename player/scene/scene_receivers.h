@@ -10,9 +10,6 @@ namespace penumbra {
 bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
                    int threads, std::span<float> numbers);
 
-// Returns the numbers of a vertex from which nothing is hidden.
-std::vector<float> freeSight(const Convention& convention);
-
 // Writes the vertices of a member in the scene. Their numbers stay what they are.
 void skinMember(const SceneMember& member, int threads, FrameVertices& vertices);
 // Sizes `vertices`, which may hold those of a frame before. Computes the vertices of a member in the scene, with its
