@@ -47,8 +47,7 @@ TEST(VisibilityLobes, FollowANearVisibility) {
     }
 }
 
-// More lobes leave less. The regression of any of them has an error that is finite, and SH has the least of all that
-// predict visibility where the lobes' axes jump.
+// The character's visibility has so few bands that one lobe has all of it. Every model has errors that are finite.
 TEST(VisibilityLobes, AreComparedWithSh) {
     const synthetic::TemporaryFile file("lobes.vis.h5");
     synthetic::writeCharacter(file.path, {});
@@ -65,7 +64,7 @@ TEST(VisibilityLobes, AreComparedWithSh) {
     ASSERT_EQ(found.models.size(), 4u);
     EXPECT_LE(found.vertices, kLobeVertices);
     EXPECT_TRUE(std::isnan(found.models[1].visibility.mean));
-    EXPECT_LT(found.models[3].fitted, found.models[2].fitted);
+    EXPECT_LT(found.models[2].fitted, 1e-6);
     for (const LobeModel& model : found.models) {
         EXPECT_TRUE(std::isfinite(model.cosine.mean) && model.cosine.mean > 0) << model.name;
         EXPECT_GE(model.cosine.deviation, 0) << model.name;
