@@ -18,6 +18,9 @@ namespace {
 
 constexpr double kInputVariance = 0.9;  // paper 002 and 000
 constexpr double kRidge = 1e-3;         // of the mean variance of an input
+// Weight of the squares of a lobe's coefficients. Without it two lobes come near each other with large coefficients of
+// opposite sign, whose sum no linear model hits (NOTES.md).
+constexpr double kLobeRidge = 1e-2;
 
 // Inputs and numbers of the sampled vertices. F counts frames, V vertices, n numbers of a vertex.
 struct Sample {
@@ -168,14 +171,17 @@ VertexLobes fitVertex(const Sample& sample, std::size_t vertex, int count, const
     std::vector<double> mean(n);
     for (const std::size_t f : train)
         for (std::size_t i = 0; i < n; ++i) mean[i] += sample.visibility(f, vertex * n + i) / double(train.size());
-    const std::vector<Vec3d> axes = fitLobes(sample.order, grey(mean), count, LobeFit::kJoint).directions;
+    const std::vector<Vec3d> axes =
+        fitLobesFrom(sample.order, grey(mean), fitLobes(sample.order, grey(mean), count, LobeFit::kJoint).directions,
+                     kLobeRidge)
+            .directions;
     VertexLobes lobes;
     for (const Vec3d axis : axes) lobes.charts.emplace_back(axis);
     // 2. From there, those of every frame.
     lobes.numbers = Matrix(sample.visibility.rows, axes.size() * each);
     for (std::size_t f = 0; f < sample.visibility.rows; ++f) {
         const std::span<const double> v = sample.visibility.row(f).subspan(vertex * n, n);
-        const LightLobesFit fit = fitLobesFrom(sample.order, grey(v), axes);
+        const LightLobesFit fit = fitLobesFrom(sample.order, grey(v), axes, kLobeRidge);
         double whole = 0;
         for (const double number : v) whole += number * number;
         lobes.error += fit.residual * fit.residual * whole;

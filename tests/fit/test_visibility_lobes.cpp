@@ -38,11 +38,11 @@ TEST(VisibilityLobes, FollowANearVisibility) {
         const LightLobesFit start = fitLobes(4, sh, 2, LobeFit::kJoint);
         std::vector<double> near = sh;
         for (std::size_t i = 0; i < near.size(); ++i) near[i] += 0.01 * std::sin(double(i / 3));
-        const LightLobesFit followed = fitLobesFrom(4, near, start.directions);
+        const LightLobesFit followed = fitLobesFrom(4, near, start.directions, 1e-8);
         EXPECT_LE(followed.residual, start.residual + 0.02);
         for (std::size_t d = 0; d < 2; ++d)
             EXPECT_GT(dot(followed.directions[d], start.directions[d]), 0.9) << test.at("kind");
-        const LightLobesFit same = fitLobesFrom(4, sh, start.directions);
+        const LightLobesFit same = fitLobesFrom(4, sh, start.directions, 1e-8);
         EXPECT_NEAR(same.residual, start.residual, 1e-6);
     }
 }
@@ -64,7 +64,7 @@ TEST(VisibilityLobes, AreComparedWithSh) {
     ASSERT_EQ(found.models.size(), 4u);
     EXPECT_LE(found.vertices, kLobeVertices);
     EXPECT_TRUE(std::isnan(found.models[1].visibility.mean));
-    EXPECT_LT(found.models[2].fitted, 1e-6);
+    EXPECT_LT(found.models[2].fitted, 0.02) << "what the ridge leaves";
     for (const LobeModel& model : found.models) {
         EXPECT_TRUE(std::isfinite(model.cosine.mean) && model.cosine.mean > 0) << model.name;
         EXPECT_GE(model.cosine.deviation, 0) << model.name;
