@@ -175,7 +175,8 @@ Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions, do
 // Searches for better directions from `start`.
 DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start, double ridge = kRidge) {
     return minimiseOverDirections(
-        [&](std::span<const Vec3d> s, std::span<Vec3d> gradient) { return residualOf(bands, s, gradient, ridge); }, start);
+        [&](std::span<const Vec3d> s, std::span<Vec3d> gradient) { return residualOf(bands, s, gradient, ridge); },
+        start);
 }
 
 // Fits one lobe at a time to what the lobes before have left.
