@@ -202,7 +202,7 @@ struct MaterialView {
     std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
-    bool isLive() const { return slices.empty(); }
+    bool isLive() const { return slices.empty() && !lobes.empty(); }
 };
 
 struct LobesView {

@@ -43,7 +43,7 @@ struct BrdfFile {
     std::optional<Membrane> membrane;
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
-    bool isLive() const { return slices.empty(); }
+    bool isLive() const { return slices.empty() && !lobes.empty(); }
 };
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf);
