@@ -9,6 +9,7 @@
 
 #include "bake/bake_verbs.h"
 #include "bake/common/print_json.h"
+#include "bake/visibility/bake_visibility.h"
 #include "formats/asset/asset_file.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
@@ -33,12 +34,23 @@ using Json = nlohmann::ordered_json;
 
 Json describe(const Provenance& provenance) { return Json::parse(toJson(provenance)); }
 
+// Adds the corners of the box around the rest positions. Who places a mesh in a scene asks where its feet are.
+void addRestBox(Json& json, std::span<const Vec3> positions) {
+    if (positions.empty()) return;
+    Vec3 low = positions[0], high = low;
+    for (const Vec3 p : positions)
+        for (int c = 0; c < 3; ++c) low[c] = std::min(low[c], p[c]), high[c] = std::max(high[c], p[c]);
+    json["rest_low"] = {low.x, low.y, low.z};
+    json["rest_high"] = {high.x, high.y, high.z};
+}
+
 Json describe(const Mesh& mesh) {
     Json json{{"vertices", mesh.vertexCount()},
               {"source_vertices", mesh.source_vertex.size()},
               {"triangles", mesh.triangles.size()},
               {"slots", mesh.slots},
               {"rest_diagonal", boxDiagonal(mesh.rest_positions)}};
+    addRestBox(json, mesh.rest_positions);
     if (mesh.two_sided) json["two_sided"] = true;
     return json;
 }
@@ -67,17 +79,9 @@ Json describe(const ShardPlace& shard, const FrameList& frames) {
             {"ranges", rangesText(here, 20)}};
 }
 
-// Returns coefficient 0 where nothing blocks. With y_0 = 1 / sqrt(4 pi), that of visibility is y_0 times the integral
-// of V, 2 pi. The mirrored one is twice that. That of transfer is y_0 times the integral of the cosine, pi.
-double unblockedOf(const std::string& quantity) {
-    const double visibility = std::sqrt(std::numbers::pi);
-    if (quantity == kMirroredVisibility) return 2 * visibility;
-    return quantity == kDiffuseTransfer ? visibility / 2 : visibility;
-}
-
 // Finds the least and the greatest coefficient, and the mean open share of the hemisphere, which for transfer is
-// weighted by the cosine. Reads all
-// frames of some vertices, in the blocks that the file keeps together, or of all vertices.
+// weighted by the cosine. Reads all frames of some vertices, in the blocks that the file keeps together, or of all
+// vertices.
 Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
     constexpr std::size_t kBlock = 64, kSampledBlocks = 16;
     const VisibilityHeader& header = reader.header();
@@ -104,6 +108,16 @@ Json describeCoefficients(const VisibilityReader& reader, bool all_vertices) {
             {"mean_open_share", open / double(frames * read)}};
 }
 
+// Tells where the albedo came from, as the options of the bake say it; null where they do not.
+Json albedoFrom(const Provenance& provenance) {
+    const Json options = Json::parse(provenance.options_json, nullptr, false);
+    if (!options.is_object()) return nullptr;
+    if (const auto from = options.find("albedo_from"); from != options.end()) return *from;
+    const auto albedo = options.find("albedo");
+    if (albedo == options.end()) return nullptr;
+    return albedo->is_string() ? "table " + albedo->get<std::string>() : "one colour";
+}
+
 // Tells what the surface reflects, and the shares of the rays that hit it, as means over all frames.
 Json describeBounces(const VisibilityReader& reader) {
     const VisibilityHeader& header = reader.header();
@@ -117,6 +131,7 @@ Json describeBounces(const VisibilityReader& reader) {
         backs += double(shares[1]) / double(frames);
     }
     return {{"mean_albedo", {albedo.x, albedo.y, albedo.z}},
+            {"albedo_from", albedoFrom(header.provenance)},
             {"transmission", !header.colors.transmission.empty()},
             {"mean_hit_share", hits},
             {"mean_back_share_of_hits", backs}};
@@ -223,7 +238,7 @@ Json describeTransfer(const fs::path& path) {
     Json json{{"model", nameOf(model.kind)},
               {"sh_order", model.order},
               {"mesh", describe(model.mesh)},
-              {"joints", model.joint_names.size()},
+              {"joints", model.skin.jointCount()},
               {"pose", model.pose_size},
               {"angles", model.angles.size()},
               {"inputs", model.inputs()},
@@ -406,12 +421,14 @@ Json describeAsset(const fs::path& path) {
         throw InvalidInput(path.string() + ": " + error.what());
     }
     Json json = Json::object();
-    if (asset.has_mesh)
+    if (asset.has_mesh) {
         json["mesh"] = {{"vertices", asset.mesh.positions.size()},
                         {"source_vertices", asset.mesh.source_vertex.size()},
                         {"triangles", asset.mesh.triangles.size() / 3},
                         {"slots", asset.mesh.slots},
                         {"bytes_per_vertex", double(file.bytes().size()) / double(asset.mesh.positions.size())}};
+        addRestBox(json["mesh"], asset.mesh.positions);
+    }
     json["joints"] = asset.animation.jointCount();
     json["frames"] = asset.animation.times.size();
     json["clips"] = Json::array();

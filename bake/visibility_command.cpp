@@ -83,6 +83,7 @@ void reportPlan(const BakePlan& plan, const BakeOptions& options, Report& report
     report.figures["triangles"] = plan.header.mesh.triangles.size();
     report.figures["rays"] = plan.rays();
     report.figures["uncompressed_bytes"] = plan.bytes(options.precision);
+    if (!plan.albedo_from.empty()) report.figures["albedo_from"] = plan.albedo_from;
 }
 
 // Prints what the readers of point caches noted.
@@ -103,6 +104,16 @@ void printEstimate(const BakeEstimate& estimate, int threads, Report& report) {
         "estimate from a probe of %.1f s: %.0f s on %d threads, %.1f MB, peak memory %.0f MB, journal %.1f MB\n",
         estimate.probe_seconds, estimate.seconds, threads, estimate.bytes * 1e-6, estimate.memory * 1e-6,
         estimate.journal * 1e-6);
+}
+
+// A mesh whose triangles face inwards hides the whole sky from itself, and everything that is made of it is black.
+void warnIfDark(const VisibilityCommand& command, const BakeResult& result) {
+    constexpr double kDark = 0.02;  // figures and animals have 0.4 to 0.8
+    if (result.open_share >= kDark) return;
+    char text[120];
+    std::snprintf(text, sizeof text, ": the mean vertex sees %.1f%% of its sky; do the triangles face inwards?",
+                  100 * result.open_share);
+    reportWarning("penumbra-bake", command.output.string() + text);
 }
 
 void runVisibility(VisibilityCommand& command, const CommonOptions& common, Report& report) {
@@ -133,6 +144,7 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
                     plan.header.frames.frameCount(), plan.header.mesh.vertexCount(), options.rays, plan.rays() * 1e-6,
                     plan.bytes(options.precision) * 1e-6);
         std::printf("clips: %s\n", asJson(plan.header.frames.clip_names).c_str());
+        if (!plan.albedo_from.empty()) std::printf("albedo: %s\n", plan.albedo_from.c_str());
         report.phase("probe");
         printEstimate(estimateBake(plan, options, common.threads), common.threads, report);
         return;
@@ -147,11 +159,13 @@ void runVisibility(VisibilityCommand& command, const CommonOptions& common, Repo
     report.phase("trace and write");
     const BakeResult result = bakeVisibility(plan, options, {command.output, command.resume}, common.threads, style);
     if (!result.note.empty() && !common.quiet) reportWarning("penumbra-bake", result.note);
+    warnIfDark(command, result);
     const double rate = result.rays_traced / result.seconds;
     report.figures["frames_resumed"] = result.frames_kept;
     if (!result.note.empty()) report.figures["journal"] = result.note;
     report.figures["rays_traced"] = result.rays_traced;
     report.figures["rays_per_second"] = rate;
+    report.figures["open_share"] = result.open_share;
     report.figures["bytes"] = result.written_bytes;
     report.figures["peak_rss_megabytes"] = peakMegabytes();
     if (plan.header.hasBounces()) {
@@ -212,7 +226,7 @@ void defineVisibility(CLI::App& app, VisibilityCommand& command) {
         app.add_option("--bounces", command.transfer.bounces, "of transfer: how often light is reflected, 0..16"),
         app.add_option("--albedo", command.albedo,
                        "of transfer with bounces: what the surface reflects, R/G/B (linear, below 1) or FILE.csv of "
-                       "slots or vertices (default: the rig's base colours)"),
+                       "slots or vertices (default: the rig's base colours and textures)"),
         app.add_option("--transmission", command.transmission,
                        "of transfer with bounces and --two-sided: what comes through the sheet, as --albedo")};
     app.add_flag("--two-sided", options.two_sided, "a thin sheet: every vertex has a back with moments of its own");

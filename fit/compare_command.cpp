@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "fit/compare/compare_data.h"
+#include "fit/compare/transfer_picture.h"
 #include "fit/fit_verbs.h"
 #include "formats/common/errors.h"
 #include "formats/common/joined.h"
@@ -17,9 +18,11 @@ namespace {
 
 struct CompareCommand {
     std::string input, output;
-    std::vector<std::string> models, features, clusters, output_variances, conventions, holdout, fields;
-    std::vector<std::string> lobes;
-    int parts = 0;
+    std::vector<std::string> models, features, clusters, output_variances, conventions, holdout, fields, lights;
+    std::vector<std::string> lobes, components;
+    int parts = 0, order = TransferCompareOptions{}.order;
+    bool transfer = false;
+    std::vector<const CLI::Option*> of_visibility, of_transfer;  // options that only one kind of comparison has
 };
 
 // The word of --models for paper 003's lobes, which no model file holds.
@@ -42,10 +45,23 @@ void define(CLI::App& app, CompareCommand& command) {
                       "shares of the visibility's variance to keep [0.8,0.9,0.95,0.99]");
     addNameListOption(app, "--conventions", command.conventions,
                       "conventions, the reference first [A4,D5, at most of the file's order]");
+    for (const char* name : {"--models", "--lobes", "--features", "--parts"})
+        command.of_visibility.push_back(app.get_option(name));
+    app.add_flag("--transfer", command.transfer,
+                 "compare the models of paper 002; a bake of transfer is compared so without it");
+    command.of_transfer = {
+        app.add_option("--components", command.components,
+                       "components of the angles and of the vertices of a reduced model of --transfer; any number of "
+                       "them [15,500 and 8,22]")
+            ->allow_extra_args(false),
+        app.add_option("--order", command.order, "SH bands of --transfer")->check(CLI::Range(1, 8))};
     app.add_option(
         "--fields", command.fields,
         "X.fields.h5 of `penumbra-bake fields`, of the character and of occluders: compare a composed model, "
         "too");
+    app.add_option("--light", command.lights,
+                   "E.light.h5 of `penumbra-fit light`: show it beside its 3 zonal lobes; any number of them")
+        ->allow_extra_args(false);
 }
 
 template <class Kinds>
@@ -134,6 +150,7 @@ CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions
 std::vector<std::filesystem::path> inputsOf(const CompareCommand& command) {
     std::vector<std::filesystem::path> inputs{command.input};
     inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
+    inputs.insert(inputs.end(), command.lights.begin(), command.lights.end());
     return inputs;
 }
 
@@ -201,7 +218,7 @@ bool atReference(const CompareOptions& options, const FitOptions& fit) {
 // Measures everything. The reports of the fits go into `comparison`.
 void measure(const CompareInput& input, const std::vector<FitOptions>& grid, const CommonOptions& common,
              Comparison& comparison, Report& report) {
-    const double steps = double(grid.size()) + 2;
+    const double steps = double(grid.size()) + 3;
     Progress progress(common.quiet ? ProgressStyle::kNone : parseProgressStyle(common.progress), "compare", "steps",
                       steps);
     report.phase("eigenvalues");
@@ -215,10 +232,16 @@ void measure(const CompareInput& input, const std::vector<FitOptions>& grid, con
     }
     report.phase("joint");
     comparison.sweep = findJointSweep(input, character, options);
+    report.phase("feature vectors");
+    comparison.vectors = fitFeatureVectors(input, character, options, comparison.sweep ? &*comparison.sweep : nullptr,
+                                           [&](double share) { progress.update(2 + share); });
+    report.phase("tables of normals");
+    comparison.normals =
+        measureNormalTables(input, character, paperConvention(options, comparison.file_order), options.threads);
     for (const FitOptions& fit : grid) {
         report.phase("fit: " + describe(fit));
         const JointSweep* sweep = comparison.sweep && atReference(options, fit) ? &*comparison.sweep : nullptr;
-        const double done = double(comparison.fits.size()) + 2;
+        const double done = double(comparison.fits.size()) + 3;
         progress.update(done);
         comparison.fits.push_back(runFit(input, fit, sweep, [&](double share) { progress.update(done + share); }));
     }
@@ -234,8 +257,7 @@ void fillReport(const Comparison& comparison, const std::vector<Figure>& figures
     for (const Figure& figure : figures) report.figures["findings"][figure.id] = figure.finding;
 }
 
-void printTable(const Comparison& comparison, const std::vector<Figure>& figures) {
-    const Table table = summaryTable(comparison);
+void printTable(const Table& table, const std::string& finding, const std::vector<Figure>& figures) {
     const auto print = [&](const std::vector<std::string>& row) {
         for (std::size_t c = 0; c < row.size(); ++c)
             std::printf("%*s", c ? int(table.columns[c].size()) + 2 : -28, row[c].c_str());
@@ -243,20 +265,101 @@ void printTable(const Comparison& comparison, const std::vector<Figure>& figures
     };
     print(table.columns);
     for (const auto& row : table.rows) print(row);
-    std::printf("%s\n", modelsFinding(comparison).c_str());
+    std::printf("%s\n", finding.c_str());
     for (const Figure& figure : figures) std::printf("%s: %s\n", figure.title.c_str(), figure.finding.c_str());
+}
+
+TransferCompareOptions transferOptions(const CompareCommand& command, const CommonOptions& common,
+                                       const VisibilityHeader& header) {
+    TransferCompareOptions options;
+    options.order = command.order;
+    options.holdout = command.holdout;
+    options.threads = common.threads;
+    if (!command.components.empty()) options.components.clear();
+    for (const std::string& text : command.components) {
+        unsigned pose = 0, vertices = 0;
+        int length = 0;
+        if (std::sscanf(text.c_str(), "%5u,%5u%n", &pose, &vertices, &length) != 2 ||
+            std::size_t(length) != text.size() || pose < 1 || vertices < 1)
+            throw UsageError("--components must be two numbers of 1 or more, like 8,22, not '" + text + "'");
+        options.components.emplace_back(pose, vertices);
+    }
+    const bool transfer = header.quantity == kDiffuseTransfer;
+    if (transfer && !command.fields.empty())
+        throw UsageError("--fields: " + command.input + " has transfer; a composed model learns visibility");
+    if (!transfer) options.visibility = resolveOptions(command, common, header);
+    return options;
+}
+
+std::string optionsJson(const TransferCompareOptions& options) {
+    nlohmann::ordered_json json;
+    json["transfer"] = true;
+    json["order"] = options.order;
+    for (const auto& [k, m] : options.components) json["components"].push_back({k, m});
+    json["holdout"] = options.holdout;
+    if (!options.visibility.fields.empty()) json["composed"] = true;
+    return json.dump();
+}
+
+void runTransfer(const CompareCommand& command, const OutputFiles& files, const VisibilityReader& reader,
+                 const CommonOptions& common, Report& report) {
+    for (const CLI::Option* option : command.of_visibility)
+        if (option->count() > 0) throw UsageError(option->get_name() + " is of no use to a comparison of transfer");
+    const VisibilityHeader& header = reader.header();
+    const TransferCompareOptions options = transferOptions(command, common, header);
+    checkTransferComparison(header, command.input, options);
+    const std::filesystem::path picture = std::filesystem::path(files.html).replace_extension(".png");
+    if (common.dry_run) {
+        std::printf("would fit L and %zu reduced models, with and without prior; would write %s, %s, %s and %s\n",
+                    options.components.size(), files.html.c_str(), files.json.c_str(), files.csv.c_str(),
+                    picture.c_str());
+        return;
+    }
+    if (common.no_clobber && std::filesystem::exists(picture))
+        throw IoError(picture.string() + ": exists, and --no-clobber was given");
+    const TransferComparison comparison =
+        compareTransferModels(reader, command.input, options, [&](const std::string& phase) { report.phase(phase); });
+    report.phase("write");
+    CompareSource source;
+    source.file = std::filesystem::path(command.input).filename().string();
+    source.vertices = comparison.vertices;
+    source.joints = header.skin->jointCount();
+    source.train_frames = comparison.train_frames;
+    source.held_out_frames = comparison.held_out_frames;
+    for (const std::string& clip : header.frames.clip_names) {
+        const bool held = std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end();
+        (held ? source.held_out_clips : source.train_clips).push_back(clip);
+    }
+    source.provenance = makeProvenance("penumbra-fit compare", optionsJson(options), inputsOf(command));
+    const std::vector<Figure> figures = transferFigures(comparison);
+    writePng(picture, transferPicture(comparison, header.mesh), 1);
+    writeWholeFile(files.json, transferJson(comparison, figures, source));
+    writeWholeFile(files.csv, transferCsv(comparison));
+    writeWholeFile(files.html, transferPage(comparison, figures, source, picture.filename().string()));
+    for (const TransferRun& run : comparison.runs)
+        report.figures["held_out_transfer_error"][run.name + (run.regularised ? "" : " without prior")] =
+            run.held_out.transfer_error;
+    report.figures["findings"]["summary"] = transferFinding(comparison);
+    for (const Figure& figure : figures) report.figures["findings"][figure.id] = figure.finding;
+    if (!common.quiet) printTable(transferSummary(comparison), transferFinding(comparison), figures);
 }
 
 void run(const CompareCommand& command, const CommonOptions& common, Report& report) {
     const OutputFiles files = outputFiles(command.output);
     checkOutputs(files, command, common);
     const VisibilityReader reader(command.input);
+    if (command.transfer || reader.header().quantity == kDiffuseTransfer)
+        return runTransfer(command, files, reader, common, report);
+    for (const CLI::Option* option : command.of_transfer)
+        if (option->count() > 0) throw UsageError(option->get_name() + " needs --transfer");
     const int file_order = reader.header().order;
     Comparison comparison{resolveOptions(command, common, reader.header()), file_order, {}, {}, {}, {}, {}};
     const std::vector<FitOptions> grid = makeGrid(comparison.options, file_order);
     for (const FitOptions& fit : grid) checkFit(reader.header(), command.input, fit);
+    for (const std::string& file : command.lights) comparison.lights.push_back(makeLightPair(readLight(file)));
     if (common.dry_run) {
         for (const FitOptions& fit : grid) std::printf("would fit %s\n", describe(fit).c_str());
+        std::printf("would fit linear, quadratic and cubic feature vectors, with and without a prior\n");
         std::printf("%zu fits; would write %s, %s and %s\n", grid.size(), files.html.c_str(), files.json.c_str(),
                     files.csv.c_str());
         return;
@@ -278,7 +381,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     writeWholeFile(files.csv, compareCsv(comparison));
     writeWholeFile(files.html, comparePage(comparison, figures, source));
     fillReport(comparison, figures, report);
-    if (!common.quiet) printTable(comparison, figures);
+    if (!common.quiet) printTable(summaryTable(comparison), modelsFinding(comparison), figures);
 }
 
 }  // namespace

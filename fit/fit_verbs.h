@@ -8,6 +8,7 @@ Verb visibilityVerb();
 Verb compareVerb();
 Verb predictVerb();
 Verb transferVerb();
+Verb indirectVerb();
 Verb brdfVerb();
 Verb lightVerb();
 Verb blockersVerb();

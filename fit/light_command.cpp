@@ -176,7 +176,7 @@ void describe(const LightFile& light, Report& report, bool quiet) {
 void describeSuns(const LightFile& light, const FactorReport& found, Report& report, bool quiet) {
     nlohmann::ordered_json& suns = report.figures["suns"] = nlohmann::ordered_json::array();
     if (light.suns.empty() && !quiet)
-        std::printf("%s: no sun: no direction dominates this light\n", light.name.c_str());
+        std::printf("%s: no sun: no small part of the sky dominates this light\n", light.name.c_str());
     for (std::size_t i = 0; i < light.suns.size(); ++i) {
         const SunD& sun = light.suns[i];
         const FactorReport::SunReport& how = found.suns[i];

@@ -2,11 +2,14 @@
 #include <cstdio>
 
 #include "formats/common/errors.h"
+#include "formats/common/picture_text.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/blocker_file.h"
+#include "formats/stage/stage_file_kind.h"
 #include "pack/material_section.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
+#include "pack/pack_transfer.h"
 #include "pack/pack_verbs.h"
 
 namespace penumbra {
@@ -18,8 +21,8 @@ namespace fs = std::filesystem;
 struct AssetCommand {
     fs::path model, output, blockers;
     std::vector<fs::path> brdfs, lights;
-    std::string precision;
-    std::optional<double> max_error, max_bytes_per_vertex;
+    std::string precision, albedo;
+    std::optional<double> max_error, max_bytes_per_vertex, bounce_bytes;
     std::vector<std::string> slots;
     bool no_playback = false;
 
@@ -39,7 +42,9 @@ std::string provenanceOf(const AssetCommand& command) {
     if (command.max_error) options["max_error"] = *command.max_error;
     if (command.max_bytes_per_vertex) options["max_bytes_per_vertex"] = *command.max_bytes_per_vertex;
     if (!command.slots.empty()) options["slots"] = command.slots;
+    if (command.bounce_bytes) options["bounce_bytes"] = *command.bounce_bytes;
     if (command.no_playback) options["playback"] = false;
+    if (!command.albedo.empty()) options["albedo"] = command.albedo;
     return toJson(makeProvenance("penumbra-pack asset", options.dump(), command.inputs()));
 }
 
@@ -81,10 +86,37 @@ void reportSizes(const Packed& packed, bool quiet, Report& report) {
                     model, model / vertices, "file", all, all / vertices);
 }
 
+void reportIndirect(const Packed& packed, const IndirectModel& indirect, bool quiet, Report& report) {
+    const AssetView asset = openAsset(packed.bytes);
+    const double vertices = double(asset.mesh.positions.size());
+    double bytes = 0;
+    for (const SizeOf& size : sectionSizes(asset, packed.bytes.size()))
+        if (size.section == kBouncedSection) bytes = double(size.bytes);
+    report.figures["bounced"] = {{"bounces", indirect.bounces},
+                                 {"bytes_per_vertex", bytes / vertices},
+                                 {"packing_error", packed.indirect_error},
+                                 {"components", packed.indirect_components},
+                                 {"model_components", packed.all_indirect_components},
+                                 {"train_share_of_direct", indirect.train_share}};
+    if (!quiet)
+        std::printf(
+            "  light that bounces: %.1f bytes a vertex, %zu of %zu components; error of packing %.2e of the "
+            "signal\n",
+            bytes / vertices, packed.indirect_components, packed.all_indirect_components, packed.indirect_error);
+}
+
 BrdfFile readMaterial(const fs::path& path) {
     BrdfFile brdf = readBrdf(path);
     naming<Unsupported>(path, [&] { checkMaterial(brdf); });
     return brdf;
+}
+
+Vec3 parseAlbedo(const std::string& text) {
+    if (text.empty()) return {0.8f, 0.8f, 0.8f};
+    const std::optional<Vec3> color = parseColor(text);
+    if (!color || std::max({color->x, color->y, color->z}) > 1)
+        throw UsageError("--albedo is R/G/B, linear and within 0..1, not \"" + text + "\"");
+    return *color;
 }
 
 // Refuses two files of one name, which cannot be in one asset. `verb` is the verb of penumbra-fit that makes such
@@ -104,6 +136,40 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
     return std::move(file.blockers);
 }
 
+// Packs a model of paper 002. Without a material it gets one of --albedo.
+void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
+                 Report& report) {
+    if (command.max_error || command.max_bytes_per_vertex || command.no_playback || !command.blockers.empty())
+        throw UsageError("--max-error, --max-bytes-per-vertex, --no-playback and --blockers: " +
+                         command.model.string() + " has transfer of paper 002, whose size is that of its components");
+    const TransferModel model = readTransfer(command.model);
+    TransferPackOptions options;
+    options.slots = slots;
+    if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
+    std::vector<BrdfFile> brdfs;
+    std::vector<LightFile> lights;
+    for (const fs::path& path : command.brdfs) brdfs.push_back(readMaterial(path));
+    for (const fs::path& path : command.lights) lights.push_back(readLight(path));
+    checkNames(brdfs, command.brdfs, "brdf");
+    checkNames(lights, command.lights, "light");
+    if (!command.albedo.empty() && !brdfs.empty()) throw UsageError("--albedo and --brdf: one or the other");
+    if (brdfs.empty()) brdfs.push_back(diffuseMaterial(parseAlbedo(command.albedo)));
+    report.phase("pack");
+    Packed packed;
+    packed.bytes =
+        naming(command.model, [&] { return packTransfer(model, brdfs, lights, options, provenanceOf(command)); });
+    report.figures["precision"] = nameOf(options.precision);
+    report.figures["paper_bytes"] = paperBytes(model);
+    report.figures["paper_mesh_bytes"] = paperMeshBytes(model);
+    if (!common.quiet)
+        std::printf("%s: transfer of paper 002, %zu bytes as the paper counts, %.2f%% of one mesh\n",
+                    command.output.c_str(), paperBytes(model),
+                    100 * double(paperBytes(model)) / double(paperMeshBytes(model)));
+    reportSizes(packed, common.quiet, report);
+    report.phase("write");
+    if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
+}
+
 void runAsset(const AssetCommand& command, const CommonOptions& common, Report& report) {
     PackOptions options;
     if (!command.precision.empty()) options.precision = parsePrecision(command.precision);
@@ -114,9 +180,15 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (options.max_bytes_per_vertex && !(*options.max_bytes_per_vertex > 0))
         throw UsageError("--max-bytes-per-vertex must be above 0, not " +
                          std::to_string(*options.max_bytes_per_vertex));
+    if (command.bounce_bytes && !(*command.bounce_bytes > 0))
+        throw UsageError("--bounce-bytes must be above 0, not " + std::to_string(*command.bounce_bytes));
+    options.indirect_bytes_per_vertex = command.bounce_bytes;
     for (const std::string& text : command.slots) options.slots.push_back(parseSlotChoice(text));
     options.playback = !command.no_playback;
     report.phase("read");
+    if (!command.model.empty() && stageFileKind(command.model) == "penumbra.transfer")
+        return runTransfer(command, options.slots, common, report);
+    if (!command.albedo.empty()) throw UsageError("--albedo needs transfer, X.transfer.h5");
     std::optional<Model> model;
     if (!command.model.empty()) model = readModel(command.model);
     if (command.no_playback && !(model && model->deforming))
@@ -155,6 +227,7 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
             "dropping (training frames)\n",
             command.output.c_str(), nameOf(packed.precision), packed.components, packed.all_components,
             packed.quantization_error, packed.dropped_error);
+    if (model->indirect) reportIndirect(packed, *model->indirect, common.quiet, report);
     reportSizes(packed, common.quiet, report);
     report.phase("write");
     if (!common.dry_run) writeWholeFile(command.output, packed.bytes);
@@ -167,9 +240,9 @@ Verb assetVerb() {
     return {"asset",
             "Pack a model with materials and lights into a run-time asset.",
             [command](CLI::App& app) {
-                app.add_option(
-                    "model", command->model,
-                    "X.model.h5; without it the file holds materials and lights for penumbra-player view to add");
+                app.add_option("model", command->model,
+                               "X.model.h5, or X.transfer.h5 of penumbra-fit transfer; without it the file holds "
+                               "materials and lights for penumbra-player view to add");
                 app.add_option("--brdf", command->brdfs, "M.brdf.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--light", command->lights, "E.light.h5; any number of them")->allow_extra_args(false);
                 app.add_option("--slot", command->slots,
@@ -179,6 +252,8 @@ Verb assetVerb() {
                 app.add_option(
                     "--blockers", command->blockers,
                     "X.blockers.h5 of penumbra-fit blockers: spheres that cast in the place of the character");
+                app.add_option("--albedo", command->albedo,
+                               "R/G/B of the one material of transfer that has no --brdf (default 0.8/0.8/0.8)");
                 app.add_option("-o,--output", command->output, "X.pnb")->required();
                 app.add_option("--precision", command->precision,
                                "of the visibility basis (i8 unless --max-error); alone it keeps every component")
@@ -188,6 +263,9 @@ Verb assetVerb() {
                                "signal: takes the fewest components and the coarsest precision within it");
                 app.add_option("--max-bytes-per-vertex", command->max_bytes_per_vertex,
                                "bound on the visibility model: drops the components that add least to predictions");
+                app.add_option("--bounce-bytes", command->bounce_bytes,
+                               "bytes a vertex that the light that bounces of penumbra-fit indirect may take "
+                               "(default: 60, or as it is with --precision alone)");
                 app.add_flag("--no-playback", command->no_playback,
                              "leave out the frames of a deforming mesh: for engines that move it themselves");
             },

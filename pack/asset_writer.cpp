@@ -129,7 +129,7 @@ std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections
     }
     const auto asset = fbs::CreateAsset(builder, kSkinnedAssetVersion, convention, std::uint8_t(sh_order), made_by,
                                         kPlaceholder, sections.mesh, sections.animation, sections.model, sections.truth,
-                                        materials, lights, slot_material, spheres, joints);
+                                        materials, lights, slot_material, spheres, joints, sections.transfer);
     fbs::FinishAssetBuffer(builder, asset);
     fbs::Asset& finished = *fbs::GetMutableAsset(builder.GetBufferPointer());
     finished.mutate_format_version(std::uint16_t(lowestVersion(finished)));

@@ -85,6 +85,7 @@ struct AssetSections {
     // The number of the material of each slot of the mesh. If this is empty, all slots have the first material.
     std::vector<std::uint16_t> slot_material;
     SphereBlockers blockers;  // empty where there are none
+    Offset<fbs::Transfer> transfer = {};
 };
 std::span<std::byte> finishAsset(FlatBufferBuilder& builder, const AssetSections& sections, int sh_order,
                                  const std::string& provenance);

@@ -4,6 +4,8 @@
 
 #include "formats/common/errors.h"
 #include "pack/check_asset.h"
+#include "pack/check_indirect.h"
+#include "pack/check_transfer.h"
 #include "pack/error_budget.h"
 #include "pack/named_input.h"
 #include "pack/pack_asset.h"
@@ -16,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CheckCommand {
-    fs::path asset, truth, predictions, second_bake, model;
+    fs::path asset, truth, predictions, second_bake, model, bounces;
     std::string quality = "full";
 };
 
@@ -134,6 +136,19 @@ void reportCheck(const CheckResult& result, const AssetView& asset, bool predict
     reportBudget(result, report);
 }
 
+void reportIndirect(const IndirectChecks& checks, const AssetView& asset, Report& report) {
+    std::printf("\nlight that bounces, as a share of direct light: %13s %10s\n", "no bounces", "error");
+    for (const auto& [name, check] : {std::pair("training", &checks.training), {"held out", &checks.held_out}}) {
+        if (check->frames == 0) continue;
+        std::printf("%-9s %6zu frames %38.4f %10.4f\n", name, check->frames, check->without, check->error);
+        report.figures["bounced"][name] = {
+            {"frames", check->frames}, {"share_without", check->without}, {"share_of_direct", check->error}};
+    }
+    std::printf("packing of light that bounces, as stored: %.2e of the signal\n",
+                double(asset.model.indirect->packing_error));
+    report.figures["bounced"]["packing_error"] = asset.model.indirect->packing_error;
+}
+
 // The F32 asset of the model that the checked asset was made of, and its view.
 struct UnpackedModel {
     std::vector<std::byte> bytes;
@@ -150,6 +165,44 @@ UnpackedModel unpackedModel(const fs::path& path, int threads) {
     return result;
 }
 
+// Holds an asset of transfer against a bake of it, or of visibility.
+void runTransferCheck(const CheckCommand& command, const AssetView& asset, const VisibilityReader& truth,
+                      const CommonOptions& common, Report& report) {
+    if (!command.predictions.empty() || !command.second_bake.empty() || !command.model.empty())
+        throw UsageError("--predictions, --second-bake and --model are of no use: " + command.asset.string() +
+                         " has transfer of paper 002");
+    const std::size_t frames = truth.header().frames.frameCount();
+    naming(command.truth, [&] { checkTransferFits(asset, truth.header()); });
+    if (common.dry_run) {
+        std::printf("%zu frames of %zu vertices\n", frames, asset.mesh.positions.size());
+        return;
+    }
+    report.phase("check");
+    Progress progress(parseProgressStyle(common.quiet ? "none" : common.progress), "checking", "frames",
+                      double(std::max<std::size_t>(1, frames)));
+    const TransferCheck check =
+        checkTransfer(asset, truth, common.threads, [&](std::size_t done) { progress.update(double(done)); });
+    std::printf("%-24s %-8s %6s %9s %11s %11s %8s\n", "clip", "", "frames", "relative", "E_transfer", "relative E",
+                "ambient");
+    const auto print = [&](const TransferCheckRow& row) {
+        std::printf("%-24s %-8s %6zu %9s %11.6f %11.4f %8.4f\n", row.name.substr(0, 24).c_str(),
+                    row.held_out ? "held out" : "training", row.frames, orDash(row.errors.relative_error).c_str(),
+                    row.errors.transfer_error, row.errors.relative_transfer_error, row.ambient_error);
+        nlohmann::ordered_json json{{"name", row.name},
+                                    {"held_out", row.held_out},
+                                    {"frames", row.frames},
+                                    {"relative_error", nullptr},
+                                    {"transfer_error", row.errors.transfer_error},
+                                    {"relative_transfer_error", row.errors.relative_transfer_error},
+                                    {"ambient_error", row.ambient_error}};
+        if (!std::isnan(row.errors.relative_error)) json["relative_error"] = row.errors.relative_error;
+        return json;
+    };
+    for (const TransferCheckRow& row : check.clips) report.figures["clips"].push_back(print(row));
+    for (const TransferCheckRow* all : {&check.training, &check.held_out})
+        if (all->frames > 0) report.figures[all->held_out ? "held_out" : "training"] = print(*all);
+}
+
 void runCheck(const CheckCommand& command, const CommonOptions& common, Report& report) {
     report.phase("read");
     const MappedFile file(command.asset);
@@ -159,6 +212,7 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
     std::optional<UnpackedModel> model;
     if (!command.predictions.empty()) predictions.emplace(command.predictions);
     if (!command.second_bake.empty()) second_bake.emplace(command.second_bake);
+    if (asset.transfer) return runTransferCheck(command, asset, truth, common, report);
     if (!asset.has_model) throw InvalidInput(command.asset.string() + ": has no model to check");
     if (truth.header().quantity != "hemisphere_visibility")
         throw InvalidInput(command.truth.string() + ": quantity is " + truth.header().quantity +
@@ -190,35 +244,44 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
                             [&](std::size_t done) { progress.update(double(done)); });
     }
     reportCheck(result, asset, predictions.has_value(), report);
+    if (!command.bounces.empty()) {
+        const VisibilityReader bake(command.bounces);
+        reportIndirect(checkIndirect(asset, bake, command.bounces.string(), common.threads), asset, report);
+    }
 }
 
 }  // namespace
 
 Verb checkVerb() {
     const auto command = std::make_shared<CheckCommand>();
-    return {"check",
-            "Hold the run-time evaluator against baked truth.",
-            [command](CLI::App& app) {
-                app.add_option("asset", command->asset, "X.pnb with a model")->required();
-                app.add_option("truth", command->truth, "TRUTH.vis.h5 of the same mesh")->required();
-                app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
-                app.add_option("--second-bake", command->second_bake,
-                               "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
-                app.add_option("--model", command->model,
-                               "X.model.h5 that the asset was made of, for what packing costs");
-                app.add_option("--quality", command->quality,
-                               "of the far parts of a composed asset: full, or fast as for characters in the distance")
-                    ->check(CLI::IsMember({"full", "fast"}))
-                    ->capture_default_str();
-            },
-            [command] {
-                std::vector<fs::path> inputs{command->asset, command->truth};
-                for (const fs::path& path : {command->predictions, command->second_bake, command->model})
-                    if (!path.empty()) inputs.push_back(path);
-                return inputs;
-            },
-            nullptr,
-            [command](const CommonOptions& common, Report& report) { runCheck(*command, common, report); }};
+    return {
+        "check",
+        "Hold the run-time evaluator against baked truth.",
+        [command](CLI::App& app) {
+            app.add_option("asset", command->asset, "X.pnb with a model")->required();
+            app.add_option("truth", command->truth,
+                           "TRUTH.vis.h5 of the same mesh; of an asset of transfer it may hold transfer")
+                ->required();
+            app.add_option("--predictions", command->predictions, "PRED.vis.h5 of penumbra-fit predict");
+            app.add_option("--second-bake", command->second_bake,
+                           "OTHER.vis.h5: the same frames, or some, baked with another --seed: the bake's noise");
+            app.add_option("--model", command->model, "X.model.h5 that the asset was made of, for what packing costs");
+            app.add_option("--bounces", command->bounces,
+                           "TRANSFER.vis.h5 of penumbra-bake --quantity transfer --bounces N, some of the asset's "
+                           "frames: checks the light that bounces");
+            app.add_option("--quality", command->quality,
+                           "of the far parts of a composed asset: full, or fast as for characters in the distance")
+                ->check(CLI::IsMember({"full", "fast"}))
+                ->capture_default_str();
+        },
+        [command] {
+            std::vector<fs::path> inputs{command->asset, command->truth};
+            for (const fs::path& path : {command->predictions, command->second_bake, command->model, command->bounces})
+                if (!path.empty()) inputs.push_back(path);
+            return inputs;
+        },
+        nullptr,
+        [command](const CommonOptions& common, Report& report) { runCheck(*command, common, report); }};
 }
 
 }  // namespace penumbra

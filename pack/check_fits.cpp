@@ -10,7 +10,7 @@ namespace penumbra {
 namespace {
 
 void checkFits(const AssetView& asset, const VisibilityHeader& header) {
-    if (!asset.has_model) throw InvalidInput("the asset has no model to check");
+    if (!asset.hasCharacter()) throw InvalidInput("the asset has no model to check");
     const MeshView& mesh = asset.mesh;
     if (asset.model.deforming && header.skin) throw InvalidInput("has a skin; the asset's mesh is deforming");
     if (!asset.model.deforming && !header.skin) throw InvalidInput("has no skin; the asset's model needs one");

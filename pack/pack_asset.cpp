@@ -6,11 +6,12 @@
 
 #include "formats/asset/asset_kinds.h"
 #include "formats/common/errors.h"
-#include "formats/common/fp16.h"
 #include "pack/asset_writer.h"
 #include "pack/composition_section.h"
 #include "pack/compress_model.h"
+#include "pack/look_section.h"
 #include "pack/material_section.h"
+#include "pack/pack_indirect.h"
 #include "pack/pack_within.h"
 #include "pack/packing_error.h"
 
@@ -75,16 +76,23 @@ std::size_t unitsOf(const Model& model, const ClusterModel& cluster) {
     return cluster.inputs();
 }
 
-// Precision of the basis, and of the regression's weights and units.
+// Precision of the basis, and of the regression's weights and units. Mean and units have half precision at least,
+// except for those of light that bounces.
 struct Precisions {
     AssetPrecision basis, weights;
+    AssetPrecision coarsest_mean = AssetPrecision::kF16;
+    AssetPrecision coarsest_units = AssetPrecision::kF16;
 };
 
 Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model, const ClusterModel& cluster,
-                                  const std::string& what, std::uint32_t first_vertex, Precisions precisions) {
+                                  std::size_t size, const std::string& what, std::uint32_t first_vertex,
+                                  Precisions precisions) {
     const AssetPrecision precision = precisions.basis;
     const AssetPrecision fine = precision == AssetPrecision::kF32 ? precision : AssetPrecision::kF16;
-    const std::size_t size = std::size_t(model.convention.size()), stride = (size + 3) / 4 * 4;
+    const AssetPrecision of_mean = precision == AssetPrecision::kI8 ? precisions.coarsest_mean : fine;
+    const AssetPrecision of_units =
+        precisions.weights == AssetPrecision::kF16 ? precisions.coarsest_units : precisions.weights;
+    const std::size_t stride = (size + 3) / 4 * 4;
     const std::size_t row = cluster.vertices.size() * stride;
     const auto feature_mean = writeVector<float>(builder, cluster.feature_mean);
     const auto input_basis =
@@ -101,12 +109,12 @@ Offset<fbs::Cluster> writeCluster(FlatBufferBuilder& builder, const Model& model
     const std::size_t width = model.kind == ModelKind::kNeural     ? cluster.inputs() + 1
                               : model.kind == ModelKind::kAdditive ? group_size
                                                                    : 0;
-    const auto hidden = writeNumbers(builder, quantize(cluster.hidden, width, precisions.weights, what + ".hidden"));
+    const auto hidden = writeNumbers(builder, quantize(cluster.hidden, width, of_units, what + ".hidden"));
     const std::vector<std::uint16_t> unit_groups(cluster.unit_group.begin(), cluster.unit_group.end());
     const auto unit_group = writeVector<std::uint16_t>(builder, unit_groups);
     const auto weights = writeNumbers(builder, quantize(cluster.weights, units, precisions.weights, what + ".weights"));
     const auto bias = writeVector<float>(builder, cluster.bias);
-    const auto mean = writeNumbers(builder, quantize(padded(cluster.mean, size, stride), row, fine, what + ".mean"));
+    const auto mean = writeNumbers(builder, quantize(padded(cluster.mean, size, stride), row, of_mean, what + ".mean"));
     const auto basis =
         writeNumbers(builder, quantize(padded(cluster.basis, size, stride), row, precision, what + ".basis"));
     return fbs::CreateCluster(builder, std::uint16_t(cluster.joint), first_vertex,
@@ -125,22 +133,35 @@ Offset<flatbuffers::Vector<Offset<fbs::InputJoint>>> writeInputJoints(FlatBuffer
 }
 
 std::vector<Offset<fbs::Cluster>> writeClusters(FlatBufferBuilder& builder, const Model& model,
-                                                const std::vector<ClusterModel>& clusters, const std::string& what,
-                                                Precisions precisions) {
+                                                const std::vector<ClusterModel>& clusters, std::size_t size,
+                                                const std::string& what, Precisions precisions) {
     std::vector<Offset<fbs::Cluster>> written;
     std::uint32_t next = 0;
     for (const ClusterModel& cluster : clusters) {
-        written.push_back(
-            writeCluster(builder, model, cluster, what + "[" + std::to_string(written.size()) + "]", next, precisions));
+        written.push_back(writeCluster(builder, model, cluster, size, what + "[" + std::to_string(written.size()) + "]",
+                                       next, precisions));
         next += std::uint32_t(cluster.vertices.size());
     }
     return written;
 }
 
+Offset<fbs::Indirect> writeIndirect(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
+                                    double packing_error) {
+    const IndirectModel& indirect = *model.indirect;
+    precisions.coarsest_mean = precisions.coarsest_units = AssetPrecision::kI8;
+    const auto clusters = builder.CreateVector(
+        writeClusters(builder, model, indirect.clusters, kIndirectNumbers, "model.indirect.clusters", precisions));
+    const auto axes = writeVector<float>(builder, std::span(&indirect.axes, 1));
+    const double held_out = std::isfinite(indirect.holdout_share) ? indirect.holdout_share : -1;
+    return fbs::CreateIndirect(builder, std::uint8_t(indirect.bounces), axes, clusters, float(indirect.train_share),
+                               float(held_out), float(packing_error));
+}
+
 Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& model, Precisions precisions,
-                                     double quantization_error) {
+                                     double quantization_error, const PackedIndirect& indirect) {
+    const auto size = std::size_t(model.convention.size());
     const std::vector<Offset<fbs::Cluster>> clusters =
-        writeClusters(builder, model, model.clusters, "model.clusters", precisions);
+        writeClusters(builder, model, model.clusters, size, "model.clusters", precisions);
     const auto convention = builder.CreateString(model.convention.name());
     const auto centers = writeVector<float>(builder, model.joint_centers);
     const auto spreads = writeVector<float>(builder, model.joint_spreads);
@@ -159,11 +180,13 @@ Offset<fbs::Model> writeModelSection(FlatBufferBuilder& builder, const Model& mo
     if (model.composition)
         composition = writeComposition(
             builder, *model.composition, clusterOrder(model),
-            writeClusters(builder, model, model.composition->residual, "model.composition.residual", precisions));
+            writeClusters(builder, model, model.composition->residual, size, "model.composition.residual", precisions));
+    Offset<fbs::Indirect> bounced;
+    if (model.indirect) bounced = writeIndirect(builder, model, {precisions.basis, indirect.weights}, indirect.error);
     return fbs::CreateModel(builder, toStored(model.kind), toStored(model.features), convention,
                             std::uint8_t((model.convention.size() + 3) / 4 * 4), float(model.feature_scale), centers,
                             spreads, cluster_vector, float(quantization_error), model.deforming, input_joints,
-                            pose_mean, pose_basis, composition);
+                            pose_mean, pose_basis, composition, bounced);
 }
 
 // Tells what an asset stores of the frames. An attempt keeps the bones, because comparePacked() needs them.
@@ -192,57 +215,13 @@ AnimationSection animationOf(const Model& model, FramesOf frames) {
     return animation;
 }
 
-Offset<fbs::Lobes> writeLobes(FlatBufferBuilder& builder, const LightLobesFit& lobes) {
-    if (lobes.directions.empty()) return {};
-    std::vector<float> directions;
-    for (Vec3d d : lobes.directions) directions.insert(directions.end(), {float(d.x), float(d.y), float(d.z)});
-    const std::vector<float> z(lobes.coefficients.begin(), lobes.coefficients.end());
-    const auto direction_vector = writeVector<float>(builder, directions);
-    const auto z_vector = writeVector<float>(builder, z);
-    return fbs::CreateLobes(builder, direction_vector, z_vector);
-}
-
-// What a factored light has beside its SH. A light without suns needs no window: nothing is subtracted from it.
-struct LightFactorSection {
-    Offset<flatbuffers::Vector<float>> suns, window;
-    std::uint16_t picture_width = 0;
-    Offset<flatbuffers::Vector<std::uint16_t>> picture;
-};
-
-LightFactorSection writeFactor(FlatBufferBuilder& builder, const LightFile& light) {
-    LightFactorSection section;
-    if (!light.suns.empty()) {
-        std::vector<Sun> suns;
-        for (const SunD& sun : light.suns) suns.push_back(floatSun(sun));
-        section.suns = writeVector<float>(builder, suns);
-        const std::vector<float> window(light.window.begin(), light.window.end());
-        if (!window.empty()) section.window = writeVector<float>(builder, window);
-    }
-    if (light.picture.width > 0) {
-        std::vector<std::uint16_t> halves(light.picture.pixels.size());
-        floatToHalf(light.picture.pixels, halves);
-        section.picture_width = std::uint16_t(light.picture.width);
-        section.picture = writeVector<std::uint16_t>(builder, halves);
-    }
-    return section;
-}
-
-Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile& light) {
-    const std::vector<float> sh(light.sh.begin(), light.sh.end());
-    const auto name = builder.CreateString(light.name);
-    const auto values = writeVector<float>(builder, sh);
-    const auto lobes = writeLobes(builder, light.lobes);
-    const LightFactorSection factor = writeFactor(builder, light);
-    return fbs::CreateLight(builder, name, std::uint8_t(light.order), values, lobes, factor.suns, factor.window,
-                            factor.picture_width, factor.picture);
-}
-
 // What an asset holds beside the model.
 struct Additions {
     std::span<const BrdfFile> materials;
     std::span<const LightFile> lights;
     std::vector<std::uint16_t> slot_material;
     SphereBlockers blockers;
+    PackedIndirect indirect = {};
 };
 
 std::vector<std::byte> packOnce(const Model& model, const Additions& additions, Precisions precisions, double error,
@@ -252,25 +231,12 @@ std::vector<std::byte> packOnce(const Model& model, const Additions& additions, 
     sections.mesh = writeMesh(builder, reorderedMesh(model, clusterOrder(model)));
     sections.slot_material = additions.slot_material;
     sections.animation = writeAnimation(builder, animationOf(model, frames));
-    sections.model = writeModelSection(builder, model, precisions, error);
+    sections.model = writeModelSection(builder, model, precisions, error, additions.indirect);
     for (const BrdfFile& brdf : additions.materials) sections.materials.push_back(writeMaterial(builder, brdf));
     for (const LightFile& light : additions.lights) sections.lights.push_back(writeLightSection(builder, light));
     sections.blockers = additions.blockers;
     const std::span<std::byte> bytes = finishAsset(builder, sections, model.convention.order, provenance);
     return {bytes.begin(), bytes.end()};  // a copy, because the builder's buffer is not 16-byte aligned
-}
-
-void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights) {
-    if (materials.size() > kMaxMaterials)
-        throw InvalidInput(std::to_string(materials.size()) + " materials are given; an asset has " +
-                           std::to_string(kMaxMaterials) + " at most");
-    for (std::size_t i = 0; i < materials.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (materials[i].name == materials[j].name)
-                throw InvalidInput("material \"" + materials[i].name + "\" is given twice");
-    for (std::size_t i = 0; i < lights.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (lights[i].name == lights[j].name) throw InvalidInput("light \"" + lights[i].name + "\" is given twice");
 }
 
 }  // namespace
@@ -293,29 +259,6 @@ std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::spa
 
 namespace {
 
-// Returns the material of each slot: the one that was asked for, or else the first.
-std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
-                                         std::span<const SlotChoice> choices) {
-    if (choices.empty()) return {};
-    const std::vector<std::string_view> slots(mesh.slots.begin(), mesh.slots.end());
-    std::vector<std::string_view> names;
-    for (const BrdfFile& material : materials) names.push_back(material.name);
-    std::vector<std::uint16_t> chosen(slots.size(), 0);
-    for (const SlotChoice& choice : choices)
-        for (const std::size_t slot : findSlots(slots, choice.slot))
-            chosen[slot] = std::uint16_t(findMaterial(names, choice.material));
-    return chosen;
-}
-
-// Checks that the mesh and the convention have what the materials need.
-void checkLooks(const Model& model, std::span<const BrdfFile> materials) {
-    for (const BrdfFile& brdf : materials) {
-        if (brdf.membrane && !model.mesh.two_sided)
-            throw Unsupported("material \"" + brdf.name +
-                              "\": a membrane needs a two-sided bake (visibility --two-sided)");
-    }
-}
-
 // Checks what the reader of the model file promises and what a model made in memory may break.
 void checkModel(const Model& model) {
     std::vector<bool> seen(model.mesh.vertexCount());
@@ -329,12 +272,14 @@ void checkModel(const Model& model) {
             ++count;
         }
     if (count != seen.size()) throw InvalidInput("model.clusters: not every vertex is in a cluster");
-    if (model.composition && !model.composition->residual.empty()) {
-        const std::vector<ClusterModel>& residual = model.composition->residual;
+    const auto checkSame = [&](const std::vector<ClusterModel>& clusters, const std::string& what) {
         const auto same = [](const ClusterModel& a, const ClusterModel& b) { return a.vertices == b.vertices; };
-        if (!std::equal(residual.begin(), residual.end(), model.clusters.begin(), model.clusters.end(), same))
-            throw InvalidInput("model.composition.residual: has not the clusters of the model");
-    }
+        if (!std::equal(clusters.begin(), clusters.end(), model.clusters.begin(), model.clusters.end(), same))
+            throw InvalidInput(what + ": has not the clusters of the model");
+    };
+    if (model.composition && !model.composition->residual.empty())
+        checkSame(model.composition->residual, "model.composition.residual");
+    if (model.indirect) checkSame(model.indirect->clusters, "model.indirect");
     if (model.skin.influences < 1 || model.skin.influences > 255)
         throw InvalidInput("model.skin: " + std::to_string(model.skin.influences) + " influences; 1..255 are possible");
 }
@@ -357,14 +302,28 @@ AssetPrecision weightPrecision(const Model& model, int threads) {
     return error > kFelt ? AssetPrecision::kF32 : AssetPrecision::kF16;
 }
 
+std::optional<double> indirectBound(const PackOptions& options) {
+    const bool as_it_is = options.precision && !options.max_error && !options.max_bytes_per_vertex;
+    if (options.indirect_bytes_per_vertex || as_it_is) return options.indirect_bytes_per_vertex;
+    return kBouncedBytes;
+}
+
 }  // namespace
 
-Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
+Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
-    checkModel(model);
-    checkLooks(model, materials);
-    const Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
+    checkModel(given);
+    checkLooks(given.mesh, materials);
+    Model model = given;
+    Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
+    if (model.indirect)
+        additions.indirect = shrinkIndirect(
+            model, options.precision.value_or(AssetPrecision::kI8), indirectBound(options),
+            [](const Model& attempt, AssetPrecision precision, const PackedIndirect& indirect) {
+                const Additions alone{{}, {}, {}, {}, indirect};
+                return packOnce(attempt, alone, {precision, AssetPrecision::kF32}, 0, FramesOf::kAttempt, "{}");
+            });
     const AssetPrecision weights =
         options.precision == AssetPrecision::kF32 ? AssetPrecision::kF32 : weightPrecision(model, threads);
     const WriteAsset write = [&](const Model& chosen, AssetPrecision precision, std::optional<double> error) {
@@ -375,7 +334,11 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
         return packOnce(chosen, additions, {precision, exact ? precision : weights}, error.value_or(0), frames,
                         provenance);
     };
-    return packWithin(model, options, write, threads);
+    Packed packed = packWithin(model, options, write, threads);
+    packed.indirect_error = additions.indirect.error;
+    packed.indirect_components = additions.indirect.components;
+    packed.all_indirect_components = additions.indirect.all_components;
+    return packed;
 }
 
 }  // namespace penumbra

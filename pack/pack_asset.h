@@ -14,6 +14,8 @@
 
 namespace penumbra {
 
+constexpr double kBouncedBytes = 60;  // a vertex
+
 struct PackOptions {
     // Precision of the visibility basis. I8 keeps the mean and the regressors' input basis in half precision.
     std::optional<AssetPrecision> precision = {};     // unset: I8, or what max_error asks for
@@ -22,6 +24,8 @@ struct PackOptions {
     std::vector<SlotChoice> slots = {};               // slots that are not listed have the first material
     bool playback = true;                             // store the positions of a deforming mesh in every frame
     SphereBlockers blockers = {};                     // none, or those of the model's character (checkCharacter())
+    // Bound on the light that bounces, > 0. Unset: kBouncedBytes, or none where the precision alone is given.
+    std::optional<double> indirect_bytes_per_vertex = {};
 };
 
 struct Packed {
@@ -32,6 +36,9 @@ struct Packed {
     double quantization_error = 0;
     double dropped_error = 0;                        // the part of it that was predicted for the dropped components
     std::size_t components = 0, all_components = 0;  // of all clusters: how many are kept, and how many the model has
+    // The same of light that bounces; zeros without.
+    double indirect_error = 0;
+    std::size_t indirect_components = 0, all_indirect_components = 0;
 };
 
 // Packs a model. A precision alone keeps every component as the model has it. Otherwise components are turned to the
@@ -48,6 +55,7 @@ Packed packAsset(const Model& model, std::span<const BrdfFile> materials, std::s
 std::vector<std::byte> packLibrary(std::span<const BrdfFile> materials, std::span<const LightFile> lights,
                                    const std::string& provenance);
 
+constexpr const char* kBouncedSection = "bounced light";
 struct SizeOf {
     std::string section;
     std::size_t bytes;

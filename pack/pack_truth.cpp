@@ -16,8 +16,8 @@ constexpr std::size_t kLargestTruth = 2000000000;  // FlatBuffers' offsets end a
 
 TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options) {
     const VisibilityHeader& header = reader.header();
-    if (header.quantity != "hemisphere_visibility")
-        throw InvalidInput("quantity is " + header.quantity + "; truth is hemisphere_visibility");
+    if (header.quantity != kHemisphereVisibility && header.quantity != kDiffuseTransfer)
+        throw InvalidInput("quantity is " + header.quantity + "; truth is hemisphere_visibility or diffuse_transfer");
     const std::vector<std::string>& known = header.frames.clip_names;
     for (const std::string& clip : options.clips)
         if (std::find(known.begin(), known.end(), clip) == known.end())
@@ -106,7 +106,8 @@ void packTruth(const VisibilityReader& reader, const TruthPlan& plan, const Trut
     animation.times = frames.time;
     animation.clips = clipsOf(frames, {});
     AssetSections sections;
-    sections.truth = fbs::CreateTruth(builder, std::uint8_t(header.order), fbs::Precision(options.precision), data);
+    sections.truth = fbs::CreateTruth(builder, std::uint8_t(header.order), fbs::Precision(options.precision), data,
+                                      header.quantity == kDiffuseTransfer);
     sections.mesh = writeMesh(builder, meshOf(header));
     sections.animation = writeAnimation(builder, animation);
     writeWholeFile(output, finishAsset(builder, sections, header.order, provenance));

@@ -21,7 +21,7 @@ struct TruthPlan {
 };
 
 // Chooses the frames. Throws UsageError for an unknown clip and for more than the 2 GiB that an asset can hold, and
-// InvalidInput unless the file has hemisphere_visibility.
+// InvalidInput unless the file has hemisphere_visibility or diffuse_transfer.
 TruthPlan planTruth(const VisibilityReader& reader, const TruthOptions& options);
 
 // Writes `output` whole or not at all, and tells `progress` how many frames are done. Throws InvalidInput when a

@@ -67,6 +67,13 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
         sizes.insert(local + 1,
                      {{"residual", visibilityBytes(composition->residual)}, {"fields", composition->byteCount()}});
     }
+    if (const std::optional<IndirectView>& indirect = asset.model.indirect)
+        sizes.push_back({kBouncedSection, visibilityBytes(indirect->clusters) + regressionBytes(indirect->clusters)});
+    if (asset.transfer) {
+        const TransferView& t = *asset.transfer;
+        sizes.push_back({"transfer", t.angles.size_bytes() + t.pose_basis.size_bytes() + bytesOf(t.weights) +
+                                         bytesOf(t.basis) + t.mean.size_bytes()});
+    }
     if (!asset.blockers.spheres.empty()) sizes.push_back({"blockers", asset.blockers.byteCount()});
     if (pictures > 0) sizes.push_back({"light pictures", pictures});
     std::size_t sum = 0;
@@ -78,7 +85,7 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
 std::size_t modelBytes(const AssetView& asset, std::size_t file_size) {
     std::size_t bytes = 0;
     for (const SizeOf& size : sectionSizes(asset, file_size))
-        for (const char* section : {"visibility", "local", "residual", "regression", "names and layout"})
+        for (const char* section : {"visibility", "local", "residual", "regression", "transfer", "names and layout"})
             if (size.section == section) bytes += size.bytes;
     return bytes;
 }

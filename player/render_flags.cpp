@@ -50,6 +50,10 @@ void defineShading(CLI::App& app, RenderCommand& command) {
                        "whether the suns of a factored light cast shadows with edges (penumbra-fit light --factor): "
                        "auto, on or off")
             ->capture_default_str(),
+        app.add_option("--bounces", command.bounces,
+                       "of an asset with light that bounces (penumbra-fit indirect): direct light, indirect light or "
+                       "both")
+            ->capture_default_str(),
         app.add_option("--sun-map", options.sun_map, "texels a side of a sun's shadow map")->capture_default_str(),
         app.add_option("--reflectance", command.reflectance,
                        "what a material is evaluated from: slices, or the paper's operators")
@@ -73,7 +77,7 @@ void definePicture(CLI::App& app, RenderCommand& command) {
         app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)"),
         app.add_option("--camera", options.camera,
                        "yaw=,pitch=,fov= (degrees), distance=,target=X/Y/Z; what is not given is framed"),
-        app.add_option("--channel", command.channel, "shaded, ao, error, clusters, normals or parts")
+        app.add_option("--channel", command.channel, "shaded, ao, error, clusters, normals, parts or ao-bounced")
             ->capture_default_str(),
         app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")
             ->capture_default_str(),
@@ -188,7 +192,7 @@ void defineRender(CLI::App& app, RenderCommand& command) {
                                                 "--background", "--aa",     "--exposure",  "--reflectance",
                                                 "--light-form", "--path",   "--cast",      "--cast-exponential",
                                                 "--compare",    "--truth",  "--error-max", "--suns",
-                                                "--sun-map"};
+                                                "--sun-map",    "--bounces"};
     for (const CLI::Option* option : app.get_options())
         if (std::find(of_scenes.begin(), of_scenes.end(), option->get_name()) == of_scenes.end())
             command.asset_only.push_back(option);
@@ -219,6 +223,7 @@ void parseWords(RenderCommand& command) {
     options.backend = parseGlBackend(command.backend);
     options.shading = {parseReflectance(command.reflectance), parseLightForm(command.light_form)};
     options.suns = parseSuns(command.suns);
+    options.bounces = parseBounces(command.bounces);
     options.light_background = command.background == "light";
     if (!options.light_background) options.background = parseBackground(command.background);
     if (command.lobe_option->count() > 0) options.lobe = command.lobe;
@@ -260,13 +265,13 @@ void parsePanels(RenderCommand& command) {
     for (const SheetPanel panel : panels) {
         if (panel != SheetPanel::kModel && command.truth.empty())
             throw UsageError("--panels truth and error need --truth X.truth.pnb");
-        if ((panel == SheetPanel::kTruth && !comparable) || (panel == SheetPanel::kModel && channel == Channel::kError))
+        if ((panel == SheetPanel::kTruth && !comparable) || (panel == SheetPanel::kModel && needsTruth(channel)))
             throw UsageError("--panels: --channel " + command.channel + " has no truth to show beside the model");
     }
     if (!panels.empty() || command.sheet.file.empty()) return;
-    if (channel != Channel::kError) panels.push_back(SheetPanel::kModel);
+    if (!needsTruth(channel)) panels.push_back(SheetPanel::kModel);
     if (comparable && !command.truth.empty()) panels.push_back(SheetPanel::kTruth);
-    if ((comparable && !command.truth.empty()) || channel == Channel::kError) panels.push_back(SheetPanel::kError);
+    if ((comparable && !command.truth.empty()) || needsTruth(channel)) panels.push_back(SheetPanel::kError);
 }
 
 void checkNames(const RenderCommand& command) {
@@ -306,13 +311,14 @@ void refuseUnused(const RenderCommand& command) {
     if (!command.sheet.file.empty()) refuse(command.overlay, "with --sheet");
     if (command.imageError()) refuse(command.overlay, "where pictures of model and truth are compared");
     if (!command.draws()) refuse(command.picture, "without a picture (-o, --sheet, --flip)");
-    if (channel != Channel::kError && !showsError(command.sheet, channel))
+    if (!needsTruth(channel) && !showsError(command.sheet, channel))
         refuse({command.error_max_option}, "to --channel " + command.channel);
     if (command.output.empty()) refuse({command.source_option}, "without -o");
     if (command.output.empty()) refuse(command.overlay, "without -o");
-    if (!command.truth.empty() && channel != Channel::kError && command.options.source != VisibilitySource::kTruth &&
+    if (!command.truth.empty() && !needsTruth(channel) && command.options.source != VisibilitySource::kTruth &&
         !command.batch)
-        throw UsageError("--truth is of no use without --channel error, --source truth or a sequence");
+        throw UsageError(
+            "--truth is of no use without --channel error or transfer-error, --source truth or a sequence");
 }
 
 }  // namespace

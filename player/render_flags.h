@@ -30,7 +30,7 @@ struct RenderCommand {
     double fail_above = 0, fail_percent = 0;
     std::vector<std::string> panels;
     std::string size, channel = "shaded", source = "model", path = "auto", backend = "auto", background = "transparent";
-    std::string reflectance = "slices", light_form = "auto", suns = "auto";
+    std::string reflectance = "slices", light_form = "auto", suns = "auto", bounces = "both";
     std::size_t lobe = 0;
     // Options that only --channel shaded, pictures, -o, --sheet and --fail-above read.
     std::vector<const CLI::Option*> shading, picture, overlay, sheet_only, gate_only;

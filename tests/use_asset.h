@@ -13,7 +13,7 @@ inline void useAsset(const AssetView& asset) {
         std::vector<float> moments(std::size_t(coefficientCount(asset.truth.order)));
         readTruth(asset, asset.animation.frameCount() - 1, asset.mesh.positions.size() - 1, moments);
     }
-    if (!asset.has_model || asset.animation.frameCount() == 0) return;
+    if (!asset.hasCharacter() || asset.animation.frameCount() == 0) return;
     Evaluator evaluator(asset);
     const std::size_t count = evaluator.vertexCount();
     std::vector<float> numbers(count * std::size_t(asset.model.stride));
@@ -30,6 +30,16 @@ inline void useAsset(const AssetView& asset) {
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
     evaluator.skin(0, count, positions, normals, tangents);
     if (asset.materials.empty() || asset.lights.empty()) return;
+    if (evaluator.transfer()) {
+        ShadingSet set(asset);
+        evaluator.setTransferLight(set.lightTables().sh());
+        evaluator.transfer()->irradiance(0, count, radiance);
+        for (std::size_t m = 0; m < asset.materials.size(); ++m)
+            if (set.hasMaterial(m)) set.setMaterial(m);
+        if (set.hasMaterial(set.materialOfSlot()[0]))
+            set.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+        return;
+    }
     for (const Reflectance reflectance : {Reflectance::kSlices, Reflectance::kOperators})
         for (const LightForm form : {LightForm::kLobes, LightForm::kFixed, LightForm::kRotation}) {
             ShadingSet set(asset, {reflectance, form});

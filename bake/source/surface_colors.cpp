@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "bake/source/base_colors.h"
 #include "formats/common/errors.h"
 #include "formats/common/picture_text.h"
 #include "formats/common/slot_choice.h"
@@ -113,22 +114,7 @@ std::vector<Vec3> tableColors(const std::filesystem::path& path, const Mesh& mes
     return colors;
 }
 
-// --- The source's own colours ---------------------------------------------------------------------------------------
-
-// Returns the base colours of the materials of a rig.
-std::vector<Vec3> baseColors(const BakeSource& source, const Mesh& mesh) {
-    const std::string file = source.filesRead().front().string();
-    if (!source.rig || mesh.slots.empty()) throw UsageError(file + ": has no base colours: give --albedo");
-    std::vector<Vec3> colors;
-    for (const std::uint16_t slot : mesh.slot_of_vertex) {
-        const SlotColor& color = source.rig->slot_colors[slot];
-        const std::string where = file + ": slot '" + mesh.slots[slot] + "'";
-        if (color.textured) throw UsageError(where + " has a texture, which is not read: give --albedo");
-        if (!color.base) throw UsageError(where + " has no base colour: give --albedo");
-        colors.push_back(*color.base);
-    }
-    return colors;
-}
+// --- All sources of colours -----------------------------------------------------------------------------------------
 
 std::vector<Vec3> chosenColors(const ColorChoice& choice, const Mesh& mesh) {
     if (choice.table) return tableColors(*choice.table, mesh);
@@ -150,13 +136,28 @@ std::vector<Vec3> readAlbedo(const std::string& choice, const Mesh& mesh) {
     return colors.albedo;
 }
 
-SurfaceColors surfaceColors(const BakeSource& source, const Mesh& mesh, const TransferOptions& options) {
-    SurfaceColors colors;
-    colors.albedo = options.albedo.any() ? chosenColors(options.albedo, mesh) : baseColors(source, mesh);
-    if (options.transmission.any()) colors.transmission = chosenColors(options.transmission, mesh);
-    if (const std::string problem = findProblem(colors, mesh); !problem.empty())
-        throw UsageError((options.transmission.any() ? "--albedo and --transmission: " : "--albedo: ") + problem);
-    return colors;
+ChosenColors surfaceColors(const BakeSource& source, const Mesh& mesh, const TransferOptions& options) {
+    ChosenColors out;
+    std::string where = options.transmission.any() ? "--albedo and --transmission: " : "--albedo: ", advice;
+    if (options.albedo.any()) {
+        out.colors.albedo = chosenColors(options.albedo, mesh);
+        out.albedo_from = options.albedo.table ? "table " + options.albedo.table->filename().string() : "one colour";
+    } else {
+        const std::string file = source.filesRead().front().string();
+        if (!source.rig || source.rig->part_colors.empty())
+            throw UsageError(file + ": has no base colours: give --albedo");
+        BaseColors base = readBaseColors(*source.rig, file);
+        out.albedo_from = base.textured ? kFromTextures : kFromBaseColors;
+        out.pictures = std::move(base.pictures);
+        out.colors.albedo = base.colors;
+        if (mesh.two_sided) out.colors.albedo.insert(out.colors.albedo.end(), base.colors.begin(), base.colors.end());
+        where = file + ": " + out.albedo_from + ": ";
+        advice = ": give --albedo";
+    }
+    if (options.transmission.any()) out.colors.transmission = chosenColors(options.transmission, mesh);
+    if (const std::string problem = findProblem(out.colors, mesh); !problem.empty())
+        throw UsageError(where + problem + advice);
+    return out;
 }
 
 }  // namespace penumbra

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <functional>
 #include <mutex>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -97,7 +98,20 @@ void traceFrames(const BakePlan& plan, const BakeOptions& options, std::size_t b
     write(*done);
 }
 
+double openShare(const VisibilityHeader& header, const VisibilityFrame& frame) {
+    const std::size_t stride = header.coefficientCount(), vertices = frame.coefficients.size() / stride;
+    double sum = 0;
+    for (std::size_t v = 0; v < vertices; ++v) sum += double(frame.coefficients[v * stride]);
+    return sum / (double(vertices) * unblockedOf(header.quantity));
+}
+
 }  // namespace
+
+double unblockedOf(const std::string& quantity) {
+    const double visibility = std::sqrt(std::numbers::pi);
+    if (quantity == kMirroredVisibility) return 2 * visibility;
+    return quantity == kDiffuseTransfer ? visibility / 2 : visibility;
+}
 
 BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,
                           ProgressStyle progress) {
@@ -109,6 +123,7 @@ BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, cons
     BakeResult result;
     const auto store = [&](const VisibilityFrame& frame) {
         writer.writeFrame(frame);
+        result.open_share += openShare(plan.header, frame) / double(plan.header.frames.frameCount());
         if (!plan.header.hasBounces()) return;
         result.hit_share += double(frame.hit_shares[0]) / double(plan.header.frames.frameCount());
         result.back_share += double(frame.hit_shares[1]) / double(plan.header.frames.frameCount());

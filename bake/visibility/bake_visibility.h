@@ -1,6 +1,7 @@
 #pragma once
 // The stage "bake": it reads a rig or a point cache and writes x.vis.h5, frame by frame in bounded memory.
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "bake/common/bake_options.h"
@@ -18,7 +19,9 @@ struct BakePlan {
     std::vector<std::filesystem::path> files_read;  // all of them, for provenance and depfiles
     double rest_diagonal = 0;                       // of the rest pose in the model frame: the unit of `bias`
     VisibilityHeader header;
-    std::vector<int> source_clip;  // [C] the source's clip of each of header.frames' clips; -1 = at rest
+    std::string albedo_from;                      // surface_colors.h; empty without bounces
+    std::vector<std::filesystem::path> pictures;  // that the albedo was read from
+    std::vector<int> source_clip;                 // [C] the source's clip of each of header.frames' clips; -1 = at rest
     float bias = 1e-4f;
     // With a point cache, a sheet or occluders, rays start by the rules of ray_start.h.
     bool sheet_rules = false;
@@ -47,7 +50,15 @@ struct BakeResult {
     std::string note;             // about the journal; "" when there is nothing to tell
     // With bounces, means over all frames of VisibilityFrame::hit_shares.
     double hit_share = 0, back_share = 0;
+    // Mean over all frames and vertices of how much of the hemisphere is open, of transfer weighted by the cosine.
+    double open_share = 0;
 };
+
+// Returns coefficient 0 of a quantity where nothing blocks. With y_0 = 1 / sqrt(4 pi), that of visibility is y_0 times
+// the integral of V, 2 pi. The mirrored one is twice that. That of transfer is y_0 times the integral of the cosine,
+// pi.
+double unblockedOf(const std::string& quantity);
+
 // Traces and writes. The file holds the same bytes for any number of threads. Throws InvalidInput for a pose with a
 // position that is not finite. Throws Interrupted within a second of a signal and then leaves no output.
 BakeResult bakeVisibility(const BakePlan& plan, const BakeOptions& options, const BakeTarget& target, int threads,

@@ -21,7 +21,7 @@ void addColor(const char* name, const ColorChoice& choice, nlohmann::ordered_jso
 
 // Lists every option that changes the result. Options that are newer than 0.1.0 are listed only where they are used,
 // so that older bakes keep their provenance.
-std::string optionsJson(const BakeOptions& options) {
+std::string optionsJson(const BakeOptions& options, const std::string& albedo_from) {
     nlohmann::ordered_json json;
     json["clips"] = options.clips;
     json["fps"] = options.fps;
@@ -50,6 +50,7 @@ std::string optionsJson(const BakeOptions& options) {
         json["quantity"] = kDiffuseTransfer;
         json["bounces"] = options.transfer->bounces;
         addColor("albedo", options.transfer->albedo, json);
+        if (!albedo_from.empty() && !options.transfer->albedo.any()) json["albedo_from"] = albedo_from;
         addColor("transmission", options.transfer->transmission, json);
     }
     return json.dump();
@@ -122,6 +123,7 @@ std::vector<std::filesystem::path> filesRead(const BakePlan& plan, const BakeOpt
     for (const Occluder& occluder : plan.occluders)
         files.insert(files.end(), occluder.source.filesRead().begin(), occluder.source.filesRead().end());
     if (options.inputs) files.push_back(*options.inputs);
+    files.insert(files.end(), plan.pictures.begin(), plan.pictures.end());
     if (options.transfer)
         for (const ColorChoice& choice : {options.transfer->albedo, options.transfer->transmission})
             if (choice.table) files.push_back(*choice.table);
@@ -147,7 +149,11 @@ void describeTransfer(BakePlan& plan, const TransferOptions& options) {
     VisibilityHeader& header = plan.header;
     header.quantity = kDiffuseTransfer;
     header.bounces = options.bounces;
-    if (options.bounces > 0) header.colors = surfaceColors(plan.source, header.mesh, options);
+    if (options.bounces == 0) return;
+    ChosenColors chosen = surfaceColors(plan.source, header.mesh, options);
+    header.colors = std::move(chosen.colors);
+    plan.albedo_from = std::move(chosen.albedo_from);
+    plan.pictures = std::move(chosen.pictures);
 }
 
 // Refuses options that have no effect: --units, --up and --cache-fps say what a cache does not say itself, but rigs
@@ -190,7 +196,8 @@ BakePlan planBake(const std::vector<std::filesystem::path>& paths, const BakeOpt
     header.local = options.local;
     if (header.local)
         plan.local = makeLocalParts(header.mesh, header.skin, header.local->steps, plan.blockers.triangles.size());
-    header.provenance = makeProvenance("penumbra-bake visibility", optionsJson(options), plan.files_read);
+    header.provenance =
+        makeProvenance("penumbra-bake visibility", optionsJson(options, plan.albedo_from), plan.files_read);
     return plan;
 }
 

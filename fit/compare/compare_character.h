@@ -22,4 +22,11 @@ struct CompareCharacter {
 };
 CompareCharacter prepareCharacter(const CompareInput& input, const CompareOptions& options);
 
+// Cuts the clusters into batches whose numbers go into memory together. Batch b has those from starts[b] to
+// starts[b + 1].
+std::vector<std::size_t> batchStarts(const VertexClusters& clusters, std::size_t bytes_per_vertex);
+
+// Returns the mean rest position of some vertices.
+Vec3 centerOfVertices(const Mesh& mesh, const std::vector<std::uint32_t>& vertices);
+
 }  // namespace penumbra

@@ -43,7 +43,46 @@ Json fitJson(const CompareFit& fit) {
             {"components_per_cluster", fit.components},
             {"bytes_per_vertex", fit.bytes_per_vertex},
             {"fit_seconds", fit.fit_seconds},
-            {"evaluate_milliseconds", fit.evaluate_milliseconds}};
+            {"evaluate_milliseconds", fit.evaluate_milliseconds},
+            {"prior", "cross-validated"},
+            {"held_out_cosine_product_error", number(fit.cosine_product_error)}};
+}
+
+// Returns the same columns for a fit of a feature vector. What is not measured of it is null.
+Json fitJson(const VectorFit& fit, const CompareOptions& options) {
+    const FitOptions reference = referenceFit(options, ModelKind::kLinear, fit.features);
+    return {{"model", std::string(nameOfDegree(fit.degree)) + " feature vector"},
+            {"features", nameOf(fit.features)},
+            {"clusters", fit.clusters},
+            {"input_variance", inputVariance(reference)},
+            {"output_variance", reference.output_variance},
+            {"convention", reference.convention.name()},
+            {"target", "visibility"},
+            {"frame", "local"},
+            {"clamped", "no"},
+            {"train_relative_error", number(fit.train.relative_error)},
+            {"train_rms_v", number(fit.train.rms_v)},
+            {"train_ambient_error", nullptr},
+            {"held_out_relative_error", number(fit.held_out.relative_error)},
+            {"held_out_rms_v", number(fit.held_out.rms_v)},
+            {"held_out_ambient_error", nullptr},
+            {"cross_validated_relative_error", nullptr},
+            {"output_pca_relative_error", nullptr},
+            {"inputs_per_cluster", fit.inputs},
+            {"components_per_cluster", fit.components},
+            {"bytes_per_vertex", fit.bytes_per_vertex},
+            {"fit_seconds", nullptr},
+            {"evaluate_milliseconds", nullptr},
+            {"prior", fit.prior ? "cross-validated" : "none"},
+            {"held_out_cosine_product_error", nullptr}};
+}
+
+// Returns a row for each fit, those of feature vectors last.
+std::vector<Json> fitRows(const Comparison& comparison) {
+    std::vector<Json> rows;
+    for (const CompareFit& fit : comparison.fits) rows.push_back(fitJson(fit));
+    for (const VectorFit& fit : comparison.vectors) rows.push_back(fitJson(fit, comparison.options));
+    return rows;
 }
 
 Json axisJson(const Axis& axis) {
@@ -60,6 +99,53 @@ Json plotJson(const Plot& plot) {
     return json;
 }
 
+void addFigures(const std::vector<Figure>& figures, Json& json) {
+    for (const Figure& figure : figures) {
+        Json entry{{"id", figure.id},
+                   {"title", figure.title},
+                   {"source", figure.source},
+                   {"finding", figure.finding},
+                   {"method", figure.method}};
+        entry["plots"] = Json::array();
+        for (const Plot& plot : figure.plots) entry["plots"].push_back(plotJson(plot));
+        entry["table"] = {{"columns", figure.table.columns}, {"rows", figure.table.rows}};
+        json["figures"].push_back(entry);
+    }
+}
+
+// Appends a row, and sets the header to its names.
+void addRow(const Json& json, std::string& header, std::string& rows) {
+    std::string names, values;
+    for (const auto& [name, value] : json.items()) {
+        names += (names.empty() ? "" : ",") + name;
+        const std::string text = value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
+        // A name such as PCA(8,22) has a comma.
+        values += (values.empty() ? "" : ",") + (text.find(',') == std::string::npos ? text : '"' + text + '"');
+    }
+    header = names + "\n";
+    rows += values + "\n";
+}
+
+Json runJson(const TransferRun& run) {
+    return {{"model", run.name},
+            {"of_paper_002", run.of_paper ? "yes" : "no"},
+            {"prior", run.regularised ? "yes" : "no"},
+            {"alpha", number(run.alpha)},
+            {"bytes", run.bytes},
+            {"megaops", run.megaops},
+            {"fit_seconds", run.fit_seconds},
+            {"pca_seconds", run.pca_seconds},
+            {"frame_milliseconds", run.frame_ms},
+            {"train_transfer_error", number(run.train.transfer_error)},
+            {"held_out_transfer_error", number(run.held_out.transfer_error)},
+            {"train_relative_transfer_error", number(run.train.relative_transfer_error)},
+            {"held_out_relative_transfer_error", number(run.held_out.relative_transfer_error)},
+            {"train_relative_error", number(run.train.relative_error)},
+            {"held_out_relative_error", number(run.held_out.relative_error)},
+            {"train_local_relative_error", number(run.local_train)},
+            {"held_out_local_relative_error", number(run.local_held_out)}};
+}
+
 }  // namespace
 
 std::string compareJson(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source) {
@@ -74,34 +160,39 @@ std::string compareJson(const Comparison& comparison, const std::vector<Figure>&
               {"held_out_frames", source.held_out_frames},
               {"fits", Json::array()},
               {"figures", Json::array()}};
-    for (const CompareFit& fit : comparison.fits) json["fits"].push_back(fitJson(fit));
-    for (const Figure& figure : figures) {
-        Json entry{{"id", figure.id},
-                   {"title", figure.title},
-                   {"source", figure.source},
-                   {"finding", figure.finding},
-                   {"method", figure.method}};
-        entry["plots"] = Json::array();
-        for (const Plot& plot : figure.plots) entry["plots"].push_back(plotJson(plot));
-        entry["table"] = {{"columns", figure.table.columns}, {"rows", figure.table.rows}};
-        json["figures"].push_back(entry);
-    }
+    for (Json& row : fitRows(comparison)) json["fits"].push_back(std::move(row));
+    addFigures(figures, json);
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string compareCsv(const Comparison& comparison) {
     std::string header, rows;
-    for (const CompareFit& fit : comparison.fits) {
-        const Json json = fitJson(fit);
-        std::string names, values;
-        for (const auto& [name, value] : json.items()) {
-            names += (names.empty() ? "" : ",") + name;
-            const std::string text = value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
-            values += (values.empty() ? "" : ",") + text;
-        }
-        header = names + "\n";
-        rows += values + "\n";
-    }
+    for (const Json& row : fitRows(comparison)) addRow(row, header, rows);
+    return header + rows;
+}
+
+std::string transferJson(const TransferComparison& comparison, const std::vector<Figure>& figures,
+                         const CompareSource& source) {
+    Json json{{"schema", "penumbra.compare_transfer"},
+              {"schema_version", kCompareVersion},
+              {"provenance", Json::parse(toJson(source.provenance))},
+              {"order", comparison.options.order},
+              {"vertices", comparison.vertices},
+              {"angles", comparison.angles},
+              {"train_clips", source.train_clips},
+              {"held_out_clips", source.held_out_clips},
+              {"train_frames", comparison.train_frames},
+              {"held_out_frames", comparison.held_out_frames},
+              {"models", Json::array()},
+              {"figures", Json::array()}};
+    for (const TransferRun& run : comparison.runs) json["models"].push_back(runJson(run));
+    addFigures(figures, json);
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string transferCsv(const TransferComparison& comparison) {
+    std::string header, rows;
+    for (const TransferRun& run : comparison.runs) addRow(runJson(run), header, rows);
     return header + rows;
 }
 

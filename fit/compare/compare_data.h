@@ -11,5 +11,9 @@ constexpr int kCompareVersion = 1;
 
 std::string compareJson(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source);
 std::string compareCsv(const Comparison& comparison);
+// The same of a comparison of transfer (schema "penumbra.compare_transfer").
+std::string transferJson(const TransferComparison& comparison, const std::vector<Figure>& figures,
+                         const CompareSource& source);
+std::string transferCsv(const TransferComparison& comparison);
 
 }  // namespace penumbra

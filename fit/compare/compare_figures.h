@@ -6,7 +6,10 @@
 
 #include "fit/compare/compare_grid.h"
 #include "fit/compare/eigenvalue_decay.h"
+#include "fit/compare/feature_vectors.h"
+#include "fit/compare/light_pairs.h"
 #include "fit/compare/lobe_models.h"
+#include "fit/compare/normal_table.h"
 #include "fit/compare/plot_svg.h"
 
 namespace penumbra {
@@ -18,6 +21,9 @@ struct Comparison {
     std::vector<EigenvalueDecay> inputs, outputs;
     std::optional<JointSweep> sweep;
     std::optional<LobeComparison> lobes;  // set where the options ask for it
+    std::vector<VectorFit> vectors = {};
+    std::vector<NormalTable> normals = {};
+    std::vector<LightPair> lights = {};
 };
 const CompareFit* findFit(const Comparison& comparison, const FitOptions& options);  // null when it is not in the grid
 
@@ -33,6 +39,7 @@ struct Figure {
     std::string method;     // what is held fixed and how it was measured
     std::vector<Plot> plots;
     Table table;
+    std::string pictures = {};  // HTML that stands before the plots
 };
 
 // Figures in compare_sweeps.cpp: fits that differ in a number.
@@ -48,6 +55,10 @@ Figure cosineFigure(const Comparison& comparison);
 Figure framesFigure(const Comparison& comparison);
 // The figure in compare_lobes.cpp.
 Figure lobesFigure(const Comparison& comparison);
+// Figures in compare_small.cpp: what paper 000 tells beside its models.
+Figure vectorsFigure(const Comparison& comparison);
+Figure normalTableFigure(const Comparison& comparison);
+Figure lightsFigure(const Comparison& comparison);
 // Figures in compare_motion.cpp: the poses and the visibility themselves.
 Figure jointFigure(const Comparison& comparison);
 Figure eigenvaluesFigure(const Comparison& comparison);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "fit/compare/cosine_product.h"
 #include "fit/visibility/predict.h"
 #include "formats/common/write_file.h"
 
@@ -34,6 +35,12 @@ double evaluationMilliseconds(const Model& model, const PoseTable& poses) {
         times.push_back(1000 * secondsSince(start));
     }
     return median(times);
+}
+
+// Tells whether the fit is one of figure 8 that predicts visibility, and the file has the moments to measure against.
+bool takesCosineProduct(const FitOptions& options, int file_order) {
+    return !options.clamp && options.target == Target::kVisibility && options.frame == Frame::kLocal &&
+           options.convention.below == BelowHorizon::kOpen && options.convention.order < file_order;
 }
 
 }  // namespace
@@ -153,6 +160,8 @@ CompareFit runFit(const CompareInput& input, const FitOptions& options, const Jo
     }
     fit.bytes_per_vertex = (4 * numbers + field_bytes) / double(result.model.mesh.vertexCount());
     fit.evaluate_milliseconds = evaluationMilliseconds(result.model, input.poses);
+    if (takesCosineProduct(options, input.reader.header().order))
+        fit.cosine_product_error = cosineProductError(input, result.model, options.threads);
     if (sweep) fit.turn_ambient = sweepAmbient(input, *sweep, result.model);
     return fit;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Lists the fits that a comparison needs, each once, and measures them.
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ struct CompareFit {
     double bytes_per_vertex = 0;
     double fit_seconds = 0;            // clusters, tangents, reading of the numbers, cross-validation and fit
     std::vector<double> turn_ambient;  // E along the comparison's joint sweep; empty when there is none
+    // The error of the cosine multiplied into predictions (cosine_product.h). Only of the fits of figure 8, else NaN.
+    double cosine_product_error = std::numeric_limits<double>::quiet_NaN();
     double evaluate_milliseconds = 0;  // Predictor::predict() for a frame on one thread, median over frames
 };
 

@@ -54,20 +54,22 @@ Figure jointFigure(const Comparison& comparison) {
     Table table{{"model", "rms distance from the baked points", "least E of the curve", "largest E of the curve"}, {}};
     std::string closest;
     double least = INFINITY;
-    for (const CompareFit& fit : comparison.fits) {
-        const std::vector<double>& y = fit.turn_ambient;
-        if (y.empty()) continue;
-        SeriesStyle style = styleOf(fit.options.model, fit.options.features);
+    const auto add = [&](const std::string& name, SeriesStyle style, const std::vector<double>& y) {
+        if (y.empty()) return;
         style.marks = false;
-        const std::string name = labelOf(fit.options.model, fit.options.features);
         plot.series.push_back({name, style, inDegrees(sweep.angles), y});
         const auto [low, high] = std::minmax_element(y.begin(), y.end());
         const double distance = distanceFromPoints(sweep, y);
         table.rows.push_back({name, fixedNumber(distance, 4), fixedNumber(*low, 3), fixedNumber(*high, 3)});
-        if (distance >= least) continue;
+        if (distance >= least) return;
         least = distance;
         closest = name;
-    }
+    };
+    for (const CompareFit& fit : comparison.fits)
+        add(labelOf(fit.options.model, fit.options.features), styleOf(fit.options.model, fit.options.features),
+            fit.turn_ambient);
+    for (const VectorFit& fit : comparison.vectors)  // the lower degrees are the linear and the quadratic model
+        if (fit.degree == kMostDegree && fit.prior) add(labelOf(fit), styleOf(fit), fit.turn_ambient);
     Figure figure{"joint", "One vertex as one joint turns", "Paper 000, figure 6", "", "", {plot}, table};
     figure.finding = "The angle of " + sweep.joint_name + " alone explains " + percent(sweep.explained) +
                      " of the variance of E at vertex " + std::to_string(sweep.vertex) +

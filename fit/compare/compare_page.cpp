@@ -52,7 +52,7 @@ std::string tableHtml(const Table& table, const std::string& caption) {
 PageSection figureSection(const Figure& figure) {
     std::string html = tag("h2", "", escapeXml(figure.title)) + tag("p", "class=\"source\"", escapeXml(figure.source)) +
                        tag("p", "class=\"finding\"", escapeXml(figure.finding));
-    html += legendHtml(figure.plots);
+    html += figure.pictures + legendHtml(figure.plots);
     std::string plots;
     for (const Plot& plot : figure.plots)
         plots += tag("figure", "", tag("figcaption", "", escapeXml(plot.title)) + plotSvg(plot));
@@ -102,6 +102,55 @@ std::string comparePage(const Comparison& comparison, const std::vector<Figure>&
     page.sections.push_back(summarySection(comparison));
     for (const Figure& figure : figures) page.sections.push_back(figureSection(figure));
     page.sections.push_back({"terms", "Terms", kTerms});
+    page.footer = footerHtml(source);
+    return pageHtml(page);
+}
+
+namespace {
+
+constexpr const char* kTransferTerms = R"html(<h2>Terms</h2>
+<dl class="terms">
+<dt>E_transfer</dt><dd>The squared difference of predicted and baked transfer, integrated over the visible hemisphere
+(paper 002, section 6), mean over vertices and frames. It knows no light.</dd>
+<dt>Relative E_transfer</dt><dd>Root of the summed E_transfer over the same sum of the baked transfer itself.</dd>
+<dt>Relative error</dt><dd>Root of the summed squared difference of the coefficients over the summed squared deviation of
+the baked ones from their mean over training frames. In the model frame that deviation holds what a turn of the body
+changes; in local frames (the normal, and a tangent that the joint of the largest weight carries) it does not. The
+difference is the same in both.</dd>
+<dt>Models of visibility</dt><dd>Their predictions, multiplied by the cosine and integrated, are transfer of the same
+order. The truth follows exactly from baked visibility of one order more.</dd>
+<dt>Held out</dt><dd>Clips that no step of a fit has seen.</dd>
+</dl>
+)html";
+
+}  // namespace
+
+std::string transferPage(const TransferComparison& comparison, const std::vector<Figure>& figures,
+                         const CompareSource& source, const std::string& picture) {
+    Page page;
+    page.title = "Models of transfer compared: " + source.file;
+    page.skip = "Skip to the figures";
+    page.pictures = true;
+    const auto fact = [&](const std::string& name, const std::string& value) {
+        page.facts += tag("dt", "", escapeXml(name)) + tag("dd", "", escapeXml(value));
+    };
+    fact("Character", source.file + ": " + grouped(source.vertices) + " vertices, " +
+                          std::to_string(comparison.angles) + " numbers of the pose");
+    fact("Trained on", std::to_string(source.train_frames) + " frames: " + joined(source.train_clips));
+    fact("Held out", std::to_string(source.held_out_frames) + " frames: " + joined(source.held_out_clips));
+    fact("Transfer", "order " + std::to_string(comparison.options.order));
+    page.facts = tag("dl", "class=\"facts\"", page.facts);
+    page.sections.push_back({"summary", "Summary",
+                             tag("h2", "", "Summary") +
+                                 tag("p", "class=\"finding\"", escapeXml(transferFinding(comparison))) +
+                                 tableHtml(transferSummary(comparison), "Every model, in a common measure")});
+    for (const Figure& figure : figures) {
+        page.sections.push_back(figureSection(figure));
+        if (figure.id == "pictures")
+            page.sections.back().html +=
+                tag("p", "", "<img src=\"" + escapeXml(picture) + "\" alt=\"" + escapeXml(figure.finding) + "\">");
+    }
+    page.sections.push_back({"terms", "Terms", kTransferTerms});
     page.footer = footerHtml(source);
     return pageHtml(page);
 }

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "fit/compare/compare_figures.h"
+#include "fit/compare/compare_transfer.h"
 
 namespace penumbra {
 
@@ -15,6 +16,9 @@ struct CompareSource {
     Provenance provenance;
 };
 
+// The page of a comparison of transfer. `picture` is the name of the picture beside it.
+std::string transferPage(const TransferComparison& comparison, const std::vector<Figure>& figures,
+                         const CompareSource& source, const std::string& picture);
 std::string comparePage(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source);
 
 }  // namespace penumbra

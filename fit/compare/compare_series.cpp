@@ -24,6 +24,19 @@ SeriesStyle styleOf(ModelKind model, FeatureKind features) {
     return {int(at) % kPlotColours, features != FeatureKind::kRelativeBones};
 }
 
+std::string labelOf(const VectorFit& fit) {
+    std::string features = nameOf(fit.features);
+    std::replace(features.begin(), features.end(), '-', ' ');
+    return std::string(nameOfDegree(fit.degree)) + ", " + features;
+}
+
+SeriesStyle styleOf(const VectorFit& fit) {
+    constexpr int kCubicColour = 5;  // that no model has
+    SeriesStyle style = styleOf(fit.degree == 1 ? ModelKind::kLinear : ModelKind::kQuadratic, fit.features);
+    if (fit.degree == kMostDegree) style.colour = kCubicColour;
+    return style;
+}
+
 std::vector<Series> sweepSeries(const Comparison& comparison, const Sweep& sweep, const Measure& measure) {
     std::vector<Series> all;
     for (ModelKind model : comparison.options.models)
@@ -40,6 +53,17 @@ std::vector<Series> sweepSeries(const Comparison& comparison, const Sweep& sweep
             if (!series.x.empty()) all.push_back(std::move(series));
         }
     return all;
+}
+
+Axis errorAxis(const std::vector<Series>& series) {
+    double least = INFINITY, most = 0;
+    for (const Series& s : series)
+        for (double y : s.y)
+            if (std::isfinite(y) && y > 0) {
+                least = std::min(least, y);
+                most = std::max(most, y);
+            }
+    return {"relative error", most > 4 * least, false, {}, {}};
 }
 
 Plot variantPlot(const Comparison& comparison, const std::vector<Variant>& variants) {

@@ -19,6 +19,9 @@ std::string percent(double share);                  // for example "12.3%"
 // Returns the style of a model's series. Each model has a colour; series of angles, the papers' features, are dashed or
 // hollow.
 SeriesStyle styleOf(ModelKind model, FeatureKind features);
+// The same for feature vectors; the linear and the quadratic one have the colours of these models.
+std::string labelOf(const VectorFit& fit);
+SeriesStyle styleOf(const VectorFit& fit);
 
 // Fits that differ in one number; fit i stands at x[i].
 struct Sweep {
@@ -27,6 +30,10 @@ struct Sweep {
 };
 // Returns one series for each model on each of the features.
 std::vector<Series> sweepSeries(const Comparison& comparison, const Sweep& sweep, const Measure& measure);
+
+// The axis of relative errors. It is logarithmic where one model is so far off that the others would lie on one
+// another.
+Axis errorAxis(const std::vector<Series>& series);
 
 // Fits that differ in kind. The plot has a group of bars for each model, and in it a bar for each variant on each of
 // the features.

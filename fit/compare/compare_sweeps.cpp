@@ -8,18 +8,6 @@ namespace penumbra {
 
 namespace {
 
-// The axis is logarithmic where one model is so far off that the others would lie on one another.
-Axis errorAxis(const std::vector<Series>& series) {
-    double least = INFINITY, most = 0;
-    for (const Series& s : series)
-        for (double y : s.y)
-            if (std::isfinite(y) && y > 0) {
-                least = std::min(least, y);
-                most = std::max(most, y);
-            }
-    return {"relative error", most > 4 * least, false, {}, {}};
-}
-
 Table sweepTable(const std::string& varied, const std::vector<Series>& held_out, const std::vector<Series>& train,
                  const std::vector<Series>& bytes) {
     Table table{{"model", varied, "held out", "train", "bytes a vertex"}, {}};

@@ -12,8 +12,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kBatchBytes = std::size_t(128) << 20;  // bytes of numbers in memory at a time
-constexpr std::size_t kStackedComponents = 200;              // of the rows that paper 002 stacks
+constexpr std::size_t kStackedComponents = 200;  // of the rows that paper 002 stacks
 
 template <class T>
 BasicMatrix<T> centredRows(const BasicMatrix<T>& all, std::span<const std::size_t> rows) {
@@ -52,12 +51,6 @@ Matrix poseMatrix(const PoseTable& poses) {
     return pose;
 }
 
-Vec3 centerOf(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
-    Vec3d sum;
-    for (std::uint32_t v : vertices) sum += toDouble(mesh.rest_positions[v]);
-    return toFloat(sum / double(vertices.size()));
-}
-
 // Returns the raw features of a cluster, weighted as the fit weighs them before its input PCA.
 Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character, const FeatureRecipe& recipe,
                     std::size_t cluster) {
@@ -66,28 +59,11 @@ Matrix boneFeatures(const CompareInput& input, const CompareCharacter& character
     for (std::size_t f = 0; f < raw.rows; ++f)
         rawFeatures(recipe, joint, input.poses.bonesOf(f), input.poses.rotationsOf(f), input.poses.poseOf(f),
                     raw.row(f));
-    const Vec3 center = centerOf(input.reader.header().mesh, character.clusters.vertices[cluster]);
+    const Vec3 center = centerOfVertices(input.reader.header().mesh, character.clusters.vertices[cluster]);
     const std::vector<double> weights = featureWeights(recipe, {joint, center}, raw, character.train);
     for (std::size_t f = 0; f < raw.rows; ++f)
         for (std::size_t c = 0; c < raw.columns; ++c) raw(f, c) *= weights[c];
     return raw;
-}
-
-// Returns the end of the batch that starts with cluster `first`: clusters whose numbers go into memory together.
-std::size_t endOfBatch(const VertexClusters& clusters, std::size_t first, std::size_t bytes_per_vertex) {
-    std::size_t bytes = 0, last = first;
-    while (last < clusters.vertices.size() &&
-           (last == first || bytes + clusters.vertices[last].size() * bytes_per_vertex <= kBatchBytes))
-        bytes += clusters.vertices[last++].size() * bytes_per_vertex;
-    return last;
-}
-
-// The clusters of each batch: batch b has those from starts[b] to starts[b + 1].
-std::vector<std::size_t> batchStarts(const VertexClusters& clusters, std::size_t bytes_per_vertex) {
-    std::vector<std::size_t> starts{0};
-    while (starts.back() < clusters.vertices.size())
-        starts.push_back(endOfBatch(clusters, starts.back(), bytes_per_vertex));
-    return starts;
 }
 
 // Stacks numbers [F, vertices n] of some clusters as paper 002 does: row i * train + f has number i of all vertices in

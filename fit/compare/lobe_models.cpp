@@ -23,7 +23,7 @@ constexpr double kRidge = 1e-3;         // of the mean variance of an input
 constexpr double kLobeRidge = 1e-2;
 
 // Inputs and numbers of the sampled vertices. F counts frames, V vertices, n numbers of a vertex.
-struct Sample {
+struct ChosenVertices {
     int order = 0;
     std::size_t vertices = 0;
     Matrix inputs;              // [F, I]
@@ -69,8 +69,8 @@ Matrix readNumbers(const CompareInput& input, const CompareCharacter& character,
     return all;
 }
 
-Sample readSample(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options) {
-    Sample sample;
+ChosenVertices readSample(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options) {
+    ChosenVertices sample;
     sample.order = std::min(4, input.reader.header().order - 1);  // the cosine takes one band more
     const std::size_t all = input.reader.header().mesh.vertexCount(),
                       step = std::max<std::size_t>(1, (all + kLobeVertices - 1) / kLobeVertices);
@@ -165,7 +165,8 @@ struct VertexLobes {
     double error = 0, whole = 0;  // squares of what the lobes leave, and of the visibility
 };
 
-VertexLobes fitVertex(const Sample& sample, std::size_t vertex, int count, const std::vector<std::size_t>& train) {
+VertexLobes fitVertex(const ChosenVertices& sample, std::size_t vertex, int count,
+                      const std::vector<std::size_t>& train) {
     const std::size_t n = std::size_t(coefficientCount(sample.order)), each = 2 + std::size_t(sample.order);
     // 1. The axes of the mean.
     std::vector<double> mean(n);
@@ -208,7 +209,8 @@ void addLobes(const std::vector<LobeChart>& charts, std::span<const double> numb
     }
 }
 
-LobeModel lobeModel(const Sample& sample, const CompareCharacter& character, const CompareOptions& options, int count) {
+LobeModel lobeModel(const ChosenVertices& sample, const CompareCharacter& character, const CompareOptions& options,
+                    int count) {
     const std::size_t n = std::size_t(coefficientCount(sample.order));
     std::vector<VertexLobes> lobes(sample.vertices);
     Matrix predicted(character.held_out.size(), sample.vertices * n);
@@ -230,7 +232,7 @@ LobeModel lobeModel(const Sample& sample, const CompareCharacter& character, con
 
 LobeComparison compareLobes(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options,
                             const std::function<void(double)>& progress) {
-    const Sample sample = readSample(input, character, options);
+    const ChosenVertices sample = readSample(input, character, options);
     LobeComparison comparison{sample.vertices, sample.inputs.columns, sample.order, {}};
     const Matrix plain = regress(sample.inputs, sample.visibility, character),
                  weighted = regress(sample.inputs, sample.cosine, character);

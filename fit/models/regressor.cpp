@@ -22,18 +22,6 @@ float clampedInput(float x, float least, float most) {
     return std::clamp(x, least - margin, most + margin);
 }
 
-// Returns x = input_basis (raw - feature_mean), clamped.
-std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double> raw) {
-    std::vector<float> x;
-    for (std::size_t i = 0; i < cluster.input_min.size(); ++i) {
-        const float* row = cluster.input_basis.data() + i * raw.size();
-        double sum = 0;
-        for (std::size_t c = 0; c < raw.size(); ++c) sum += double(row[c]) * (raw[c] - double(cluster.feature_mean[c]));
-        x.push_back(clampedInput(float(sum), cluster.input_min[i], cluster.input_max[i]));
-    }
-    return x;
-}
-
 // Returns the inputs of all groups, clamped to their ranges, [G, D]. Adds the weighted squares of what was cut off to
 // `out_of_range`.
 std::vector<float> groupInputs(const FeatureRecipe& recipe, const ClusterModel& cluster, std::span<const double> raw,
@@ -89,6 +77,17 @@ std::vector<float> additiveUnits(const ClusterModel& cluster, std::span<const fl
 }
 
 }  // namespace
+
+std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double> raw) {
+    std::vector<float> x;
+    for (std::size_t i = 0; i < cluster.input_min.size(); ++i) {
+        const float* row = cluster.input_basis.data() + i * raw.size();
+        double sum = 0;
+        for (std::size_t c = 0; c < raw.size(); ++c) sum += double(row[c]) * (raw[c] - double(cluster.feature_mean[c]));
+        x.push_back(clampedInput(float(sum), cluster.input_min[i], cluster.input_max[i]));
+    }
+    return x;
+}
 
 RegressionErrors trainRegressor(ModelKind kind, const RegressionProblem& problem, ClusterModel& model) {
     switch (kind) {

@@ -39,6 +39,10 @@ RegressionErrors trainRegressor(ModelKind kind, const RegressionProblem& problem
 // the largest weight are left out.
 void setGroups(const RegressionProblem& problem, ClusterModel& model);
 
+// Returns x = input_basis (raw - feature_mean), kept within its range over training frames, which is widened at both
+// ends by kRangeMargin.
+std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double> raw);
+
 struct ScoredPose {
     std::vector<float> scores;  // [K] predicted scores
     double out_of_range = 0;    // weighted squared distance of this cluster's inputs from their ranges

@@ -52,16 +52,20 @@ TransferSplit splitOf(const FrameList& frames, const std::vector<std::string>& h
     return split;
 }
 
-// Reads the poses of the training frames, keeps the angles that change and names them in the model.
+// Reads all poses, of which the model keeps a copy for playback, and chooses the angles that change over the training
+// frames.
 Matrix readAngles(const VisibilityReader& reader, const std::string& file, const std::vector<std::size_t>& train,
                   TransferModel& model) {
     const auto numbers = std::size_t(reader.header().pose_size);
-    MatrixF poses(train.size(), numbers);
-    for (std::size_t i = 0; i < train.size(); ++i) {
+    for (std::size_t f = 0; f < reader.header().frames.frameCount(); ++f) {
         throwIfInterrupted();
-        const std::vector<float> pose = reader.readPose(train[i]).pose;
-        std::copy(pose.begin(), pose.end(), poses.row(i).begin());
+        const VisibilityFrame frame = reader.readPose(f);
+        model.pose.insert(model.pose.end(), frame.pose.begin(), frame.pose.end());
+        model.bones.insert(model.bones.end(), frame.bones.begin(), frame.bones.end());
     }
+    MatrixF poses(train.size(), numbers);
+    for (std::size_t i = 0; i < train.size(); ++i)
+        std::copy_n(model.pose.begin() + std::ptrdiff_t(train[i] * numbers), numbers, poses.row(i).begin());
     for (std::size_t c = 0; c < numbers; ++c)
         if (asEigen(poses).col(Index(c)).maxCoeff() - asEigen(poses).col(Index(c)).minCoeff() > kLeastRange)
             model.angles.push_back(std::uint32_t(c));
@@ -260,7 +264,8 @@ void describe(const VisibilityHeader& header, const TransferFitOptions& options,
     model.kind = options.model;
     model.mesh = header.mesh;
     model.rest_normals = header.rest_normals;
-    model.joint_names = header.skin->joint_names;
+    model.skin = *header.skin;
+    model.frames = header.frames;
     model.pose_size = header.pose_size;
     model.input_names = header.input_names;
     model.holdout_clips = options.holdout;

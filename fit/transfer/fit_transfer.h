@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/transfer/transfer_error.h"
+#include "formats/stage/transfer_error.h"
 #include "formats/stage/transfer_file.h"
 #include "formats/stage/visibility_file.h"
 

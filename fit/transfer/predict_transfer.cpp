@@ -118,7 +118,7 @@ void checkCharacter(const TransferModel& model, const VisibilityHeader& header, 
     const auto refuse = [&](const char* field) {
         throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
     };
-    if (!header.skin || header.skin->joint_names != model.joint_names) refuse("/skin/joint_names");
+    if (!header.skin || header.skin->joint_names != model.skin.joint_names) refuse("/skin/joint_names");
     if (header.mesh.two_sided != model.mesh.two_sided) refuse("attribute two_sided");
     if (header.mesh.vertexCount() != model.mesh.vertexCount()) refuse("/mesh/rest_positions");
     if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");

@@ -22,30 +22,6 @@ std::size_t blockWidth(const VisibilityHeader& header) {
 
 }  // namespace
 
-CosineProduct::CosineProduct(int order) {
-    // x, y and z are the functions of band 1 over sqrt(3 / 4 pi), in the order -y, z, -x.
-    const double scale = std::sqrt(4 * std::numbers::pi / 3);
-    std::array<std::vector<double>, 3> axes;
-    for (int axis = 0; axis < 3; ++axis) {
-        std::array<double, 4> u{};
-        u[axis == 0 ? 3 : axis == 1 ? 1 : 2] = axis == 2 ? scale : -scale;
-        axes[std::size_t(axis)] = productMatrix(order + 1, u, 2);
-    }
-    const int rows = coefficientCount(order), columns = coefficientCount(order + 1);
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) {
-            const auto at = std::size_t(i * columns + j);
-            const Vec3 value{float(axes[0][at]), float(axes[1][at]), float(axes[2][at])};
-            if (value.x != 0 || value.y != 0 || value.z != 0)
-                entries_.push_back({std::uint16_t(i), std::uint16_t(j), value});
-        }
-}
-
-void CosineProduct::apply(std::span<const float> moments, Vec3 normal, std::span<float> transfer) const {
-    std::fill(transfer.begin(), transfer.end(), 0.0f);
-    for (const Entry& entry : entries_) transfer[entry.i] += dot(entry.value, normal) * moments[entry.j];
-}
-
 TransferSource::TransferSource(const VisibilityReader& reader, int order, std::vector<std::size_t> frames)
     : reader_(reader), order_(order), frames_(std::move(frames)), width_(blockWidth(reader.header())), cosine_(order) {
     if (!isVisibility()) return;

@@ -6,24 +6,9 @@
 
 #include "fit/numerics/leading_components.h"
 #include "formats/stage/visibility_file.h"
+#include "sh/cosine_product.h"
 
 namespace penumbra {
-
-// Turns the moments b of visibility, of order n + 1, into the transfer t_i = integral of V cos y_i of order n. It is
-// exact, because the cosine s.N is an SH function of band 1.
-class CosineProduct {
-public:
-    explicit CosineProduct(int order);  // n
-    // `moments` has (n + 1)^2 numbers, `transfer` n^2.
-    void apply(std::span<const float> moments, Vec3 normal, std::span<float> transfer) const;
-
-private:
-    struct Entry {
-        std::uint16_t i, j;
-        Vec3 value;
-    };
-    std::vector<Entry> entries_;
-};
 
 // The transfer of some frames of a bake of diffuse transfer, or of visibility of one order more.
 class TransferSource {

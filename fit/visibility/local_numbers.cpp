@@ -28,8 +28,7 @@ std::vector<Wanted> wantedVertices(const ClusterNumbersRequest& request) {
     std::vector<Wanted> wanted;
     for (std::size_t c = 0; c < request.vertices_of_cluster.size(); ++c)
         for (std::size_t i = 0; i < request.vertices_of_cluster[c].size(); ++i)
-            wanted.push_back(
-                {request.vertices_of_cluster[c][i], std::uint32_t(c), i * std::size_t(request.convention.size())});
+            wanted.push_back({request.vertices_of_cluster[c][i], std::uint32_t(c), i * request.numbersOfVertex()});
     std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.vertex < b.vertex; });
     return wanted;
 }
@@ -91,6 +90,34 @@ std::vector<Vec3> normalsOf(const PoseTable& poses, const VertexRange& range, st
     return normals;
 }
 
+// Returns the matrix that takes directions from the local frame of a vertex, its normal and its tangent carried by the
+// cluster's joint, to the model frame.
+Mat3 frameOf(const PoseTable& poses, const ClusterNumbersRequest& request, std::uint32_t vertex, Vec3 normal,
+             std::size_t frame) {
+    const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[vertex]];
+    const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
+    return localFrame(normal, carriedTangent(normal, rotation, (*request.frames.rest_tangents)[vertex]));
+}
+
+// Writes the numbers of the indirect transfer of the wanted vertices in one frame.
+void writeFrameIndirect(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
+                        std::size_t frame, std::vector<MatrixF>& out) {
+    const std::vector<Vec3> normals = normalsOf(poses, range, frame);
+    const std::size_t n2 = range.stride / 3;
+    std::array<float, 3 * kIndirectCoefficients> local;
+    for (std::size_t i = 0; i < range.wanted.size(); ++i) {
+        const Wanted& wanted = range.wanted[i];
+        const ShRotation to_model =
+            makeShRotation(kIndirectOrder, frameOf(poses, request, wanted.vertex, normals[i], frame));
+        const std::span<const float> transfer = range.momentsOf(frame, wanted.vertex, range.stride);
+        for (std::size_t c = 0; c < 3; ++c)
+            applyTransposed(to_model, transfer.subspan(c * n2, kIndirectCoefficients),
+                            std::span(local).subspan(c * kIndirectCoefficients, kIndirectCoefficients));
+        toIndirectNumbers(*request.indirect, local,
+                          out[wanted.cluster].row(frame).subspan(wanted.column, kIndirectNumbers));
+    }
+}
+
 // Writes the numbers of the wanted vertices in one frame.
 void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& request, const VertexRange& range,
                        std::size_t frame, std::vector<MatrixF>& out) {
@@ -102,19 +129,15 @@ void writeFrameNumbers(const PoseTable& poses, const ClusterNumbersRequest& requ
     const std::span<float> local = std::span(buffer).first(count);
     for (std::size_t i = 0; i < range.wanted.size(); ++i) {
         const Wanted& wanted = range.wanted[i];
-        // 1. The local frame of the vertex: its normal, and its tangent carried by the cluster's joint.
-        const int joint = request.frames.joint_of_cluster[(*request.frames.cluster_of_vertex)[wanted.vertex]];
-        const Mat3& rotation = poses.rotationsOf(frame)[std::size_t(joint)];
-        const Vec3 tangent = carriedTangent(normals[i], rotation, (*request.frames.rest_tangents)[wanted.vertex]);
-        const ShRotation to_model = makeShRotation(order, localFrame(normals[i], tangent));
+        const ShRotation to_model = makeShRotation(order, frameOf(poses, request, wanted.vertex, normals[i], frame));
         const std::span<float> numbers = out[wanted.cluster].row(frame).subspan(wanted.column, size);
-        // 2. Rotate the moments into it, and convert them to the convention.
+        // 1. Rotate the moments into it, and convert them to the convention.
         applyTransposed(to_model, range.momentsOf(frame, wanted.vertex, count), local);
         if (cosine)
             timesZ(order - 1, local, numbers);
         else
             fromMoments(request.convention, local, numbers);
-        // 3. For comparisons, rotate the numbers back into the model frame.
+        // 2. For comparisons, rotate the numbers back into the model frame.
         if (request.frame == Frame::kGlobal) {
             std::copy(numbers.begin(), numbers.end(), local.begin());
             apply(to_model, local, numbers);
@@ -139,11 +162,12 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
                                         const ClusterNumbersRequest& request) {
     const VisibilityHeader& header = reader.header();
     const bool local = request.occluders == Occluders::kLocalParts;
-    const std::size_t frames = poses.frameCount(),
-                      stride = local ? std::size_t(coefficientCount(header.local->order)) : header.coefficientCount();
+    const std::size_t frames = poses.frameCount(), stride = request.indirect ? header.indirectCount()
+                                                            : local ? std::size_t(coefficientCount(header.local->order))
+                                                                    : header.coefficientCount();
     std::vector<MatrixF> out;
     for (const auto& vertices : request.vertices_of_cluster)
-        out.emplace_back(frames, vertices.size() * std::size_t(request.convention.size()));
+        out.emplace_back(frames, vertices.size() * request.numbersOfVertex());
 
     const std::vector<Wanted> wanted = wantedVertices(request);
     const std::size_t step =
@@ -160,12 +184,16 @@ std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const Po
         range.wanted = {wanted.data() + first, last - first};
         range.moments.resize(frames * (range.end - range.begin) * stride);
         // 2. Read its moments in all frames, and compute the numbers frame by frame.
-        if (local)
+        if (request.indirect)
+            reader.readIndirectVertices(range.begin, range.end, range.moments);
+        else if (local)
             reader.readLocalVertices(range.begin, range.end, range.moments);
         else
             reader.readVertices(range.begin, range.end, range.moments);
         range.part = makePart(header, range.wanted);
-        parallelFor(frames, request.threads, [&](std::size_t f) { writeFrameNumbers(poses, request, range, f, out); });
+        parallelFor(frames, request.threads, [&](std::size_t f) {
+            (request.indirect ? writeFrameIndirect : writeFrameNumbers)(poses, request, range, f, out);
+        });
         if (request.vertices_done) request.vertices_done(last - first);
     }
     return out;

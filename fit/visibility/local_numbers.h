@@ -7,6 +7,7 @@
 #include "fit/clusters/pose_table.h"
 #include "fit/numerics/matrix.h"
 #include "formats/stage/visibility_file.h"
+#include "sh/indirect_numbers.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
@@ -40,9 +41,14 @@ struct ClusterNumbersRequest {
     Target target = Target::kVisibility;
     Frame frame = Frame::kLocal;
     Occluders occluders = Occluders::kAll;
+    // Where it is set, the numbers are those of the indirect transfer (sh/indirect_numbers.h) in these colours, from a
+    // bake with bounces, instead of those of a convention.
+    const ColorAxes* indirect = nullptr;
     int threads = 0;
     // The function is told how many more of the asked vertices are done. It may be empty.
     std::function<void(std::size_t)> vertices_done;
+
+    std::size_t numbersOfVertex() const { return indirect ? kIndirectNumbers : std::size_t(convention.size()); }
 };
 std::vector<MatrixF> readClusterNumbers(const VisibilityReader& reader, const PoseTable& poses,
                                         const ClusterNumbersRequest& request);

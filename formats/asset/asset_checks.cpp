@@ -153,6 +153,7 @@ struct ModelSizes {
     ModelKind kind = ModelKind::kLinear;
     bool bones = false;  // true: a group is another joint; false: numbers of the pose
     std::uint64_t group_size = 0, stride = 0, features = 0, joints = 0, groups = 0;
+    AssetPrecision coarsest_mean = AssetPrecision::kF16;
 };
 
 void setGroups(const fbs::Cluster& stored, const Field& at, const ModelSizes& sizes, ClusterView& cluster) {
@@ -224,7 +225,7 @@ ClusterView clusterOf(const fbs::Cluster& stored, const Field& at, const ModelSi
     const std::uint64_t components = cluster.components(), row = std::uint64_t(cluster.vertex_count) * stride;
     setGroups(stored, at, sizes, cluster);
     setUnits(stored, at, sizes, cluster);
-    cluster.mean = numbersOf(stored.mean(), at / "mean", 1, row, AssetPrecision::kF16);
+    cluster.mean = numbersOf(stored.mean(), at / "mean", 1, row, sizes.coarsest_mean);
     cluster.basis = numbersOf(stored.basis(), at / "basis", components, row, AssetPrecision::kI8);
     return cluster;
 }
@@ -290,12 +291,19 @@ ModelView modelOf(const fbs::Model& stored, const Field& file, const AssetView& 
     setComposition(
         stored, at, asset,
         [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, sizes); }, model);
+    ModelSizes of_indirect = sizes;
+    of_indirect.stride = kIndirectStride;
+    of_indirect.coarsest_mean = AssetPrecision::kI8;
+    setIndirect(
+        stored, at,
+        [&](const fbs::Cluster& cluster, const Field& here) { return clusterOf(cluster, here, of_indirect); }, model);
     return model;
 }
 
 TruthView truthOf(const fbs::Truth& stored, const Field& at, std::size_t vertices, std::size_t frames) {
     TruthView truth;
     truth.order = stored.order();
+    truth.is_transfer = stored.is_transfer();
     checkRange(at / "order", truth.order, 1, kMaxOrder);
     checkRange(at / "precision", std::int64_t(stored.precision()), 0, std::int64_t(AssetPrecision::kF16));
     truth.precision = AssetPrecision(stored.precision());
@@ -324,11 +332,12 @@ AssetView viewOfAsset(const fbs::Asset& stored, const std::string& file) {
     asset.has_mesh = stored.mesh() != nullptr;
     asset.has_model = stored.model() != nullptr;
     asset.has_truth = stored.truth() != nullptr;
-    at.require(asset.has_mesh || !(asset.has_model || asset.has_truth), "mesh is missing");
+    at.require(asset.has_mesh || !(asset.has_model || asset.has_truth || stored.transfer()), "mesh is missing");
     const std::size_t joints = asset.animation.jointCount();
     if (asset.has_mesh) asset.mesh = meshOf(*stored.mesh(), at / "mesh", joints, asset.has_model);
     const std::size_t vertices = asset.mesh.positions.size();
     if (asset.has_model) asset.model = modelOf(*stored.model(), at, asset);
+    if (stored.transfer()) setTransfer(stored, at, asset);
     if (!asset.model.deforming)
         checkCount(at / "animation.bones", asset.animation.bones, asset.animation.frameCount() * std::uint64_t(joints));
     if (stored.animation()) setPlayback(*stored.animation(), at / "animation", asset, asset.animation.playback);

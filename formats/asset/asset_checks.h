@@ -1,5 +1,7 @@
 #pragma once
 // Turns a verified FlatBuffer into a view in which everything is checked. asset_file.cpp and the writer use it.
+#include <flatbuffers/flatbuffers.h>
+
 #include <functional>
 #include <string>
 
@@ -43,8 +45,8 @@ bool usesVersion4(const fbs::Asset& asset);
 
 // Tells the same of version 6, in asset_checks_look.cpp.
 bool usesVersion6(const fbs::Asset& asset);
-// Tells the same of version 7.
-bool usesVersion7(const fbs::Asset& asset);
+// Tells whether there is a live material or a membrane, which version 7 brought.
+bool usesNewLooks(const fbs::Asset& asset);
 // Checks that the mesh and the model have what the materials need of them.
 void checkLooks(const AssetView& asset, const Field& file);
 
@@ -53,8 +55,18 @@ void checkLooks(const AssetView& asset, const Field& file);
 using ReadCluster = std::function<ClusterView(const fbs::Cluster& stored, const Field& at)>;
 void setComposition(const fbs::Model& stored, const Field& at, const AssetView& asset, const ReadCluster& read_cluster,
                     ModelView& model);
+// Reads clusters that must have the joints and vertices of the model's, one for one; or none.
+using StoredClusters = flatbuffers::Vector<flatbuffers::Offset<fbs::Cluster>>;
+std::vector<ClusterView> sameClustersOf(const StoredClusters* stored, const Field& at, const ModelView& model,
+                                        const ReadCluster& read_cluster);
+// The part of it that version 7 brought, in asset_checks_indirect.cpp. `read_cluster` reads rows of kIndirectStride.
+void setIndirect(const fbs::Model& stored, const Field& at, const ReadCluster& read_cluster, ModelView& model);
 // The blockers of the file, which version 5 brought too, in asset_checks_compose.cpp. `at` is the file.
 BlockersView blockersOf(const fbs::Asset& stored, const Field& at, std::size_t joints);
+// The part of it that version 7 brought, in asset_checks_transfer.cpp. Reads the mesh and the animation of `asset`, and
+// sets the transfer and what stands in for the model. `at` is the file.
+void setTransfer(const fbs::Asset& stored, const Field& at, AssetView& asset);
+bool usesVersion7(const fbs::Asset& asset);
 // Returns the lowest version from 3 on that knows all that the verified file has.
 int lowestVersion(const fbs::Asset& asset);
 

@@ -64,24 +64,24 @@ PartFieldView partOf(const fbs::PartField& stored, const Field& at, std::size_t 
     return part;
 }
 
-std::vector<ClusterView> residualOf(const fbs::Composition& stored, const Field& at, const ModelView& model,
-                                    const ReadCluster& read_cluster) {
-    std::vector<ClusterView> residual;
-    if (!stored.residual() || stored.residual()->size() == 0) return residual;
-    const std::size_t clusters = model.clusters.size();
-    checkRange(at, std::int64_t(stored.residual()->size()), std::int64_t(clusters), std::int64_t(clusters));
-    for (const fbs::Cluster* cluster : *stored.residual()) {
-        const Field here = at[residual.size()];
-        const ClusterView& local = model.clusters[residual.size()];
-        checkRange(here / "joint", cluster->joint(), local.joint, local.joint);
-        checkRange(here / "first_vertex", cluster->first_vertex(), local.first_vertex, local.first_vertex);
-        checkRange(here / "vertex_count", cluster->vertex_count(), local.vertex_count, local.vertex_count);
-        residual.push_back(read_cluster(*cluster, here));
-    }
-    return residual;
-}
-
 }  // namespace
+
+std::vector<ClusterView> sameClustersOf(const StoredClusters* stored, const Field& at, const ModelView& model,
+                                        const ReadCluster& read_cluster) {
+    std::vector<ClusterView> clusters;
+    if (!stored || stored->size() == 0) return clusters;
+    const auto count = std::int64_t(model.clusters.size());
+    checkRange(at, std::int64_t(stored->size()), count, count);
+    for (const fbs::Cluster* cluster : *stored) {
+        const Field here = at[clusters.size()];
+        const ClusterView& own = model.clusters[clusters.size()];
+        checkRange(here / "joint", cluster->joint(), own.joint, own.joint);
+        checkRange(here / "first_vertex", cluster->first_vertex(), own.first_vertex, own.first_vertex);
+        checkRange(here / "vertex_count", cluster->vertex_count(), own.vertex_count, own.vertex_count);
+        clusters.push_back(read_cluster(*cluster, here));
+    }
+    return clusters;
+}
 
 void setComposition(const fbs::Model& stored, const Field& model_at, const AssetView& asset,
                     const ReadCluster& read_cluster, ModelView& model) {
@@ -104,7 +104,7 @@ void setComposition(const fbs::Model& stored, const Field& model_at, const Asset
     composition.part_of_vertex = spanOf<std::uint16_t>(composed.part_of_vertex(), at / "part_of_vertex");
     checkCount(at / "part_of_vertex", composition.part_of_vertex, asset.mesh.positions.size());
     checkIndices(at / "part_of_vertex", composition.part_of_vertex, parts);
-    composition.residual = residualOf(composed, at / "residual", model, read_cluster);
+    composition.residual = sameClustersOf(composed.residual(), at / "residual", model, read_cluster);
     model.composition = std::move(composition);
 }
 

@@ -161,7 +161,7 @@ bool usesVersion6(const fbs::Asset& asset) {
     return false;
 }
 
-bool usesVersion7(const fbs::Asset& asset) {
+bool usesNewLooks(const fbs::Asset& asset) {
     if (asset.materials())
         for (const fbs::Material* material : *asset.materials())
             if (!material->slices() || material->membrane() || material->membrane_open()) return true;

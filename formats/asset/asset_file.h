@@ -19,13 +19,14 @@
 #include "sh/brdf/slice_form.h"
 #include "sh/cast/caster_sphere.h"
 #include "sh/far/part_field.h"
+#include "sh/indirect_numbers.h"
 #include "sh/light/dominant_light.h"
 #include "sh/vec3.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 7;              // knows live materials and membranes
+constexpr int kAssetVersion = 7;              // knows transfer, light that bounces, live materials, membranes
 constexpr int kSunAssetVersion = 6;           // knows lobes of materials, and suns and pictures of lights
 constexpr int kComposedAssetVersion = 5;      // knows composed models and sphere blockers
 constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
@@ -159,6 +160,14 @@ struct CompositionView {
     std::size_t byteCount() const;      // of the fields
 };
 
+// Light that bounces; see asset.fbs.
+struct IndirectView {
+    int bounces = 0;
+    ColorAxes axes;
+    std::vector<ClusterView> clusters;  // joints and vertices of the model's clusters, one for one
+    float train_share = 0, holdout_share = -1, packing_error = 0;
+};
+
 struct ModelView {
     Convention convention;
     int stride = 0;
@@ -174,10 +183,27 @@ struct ModelView {
     std::span<const float> pose_mean;          // [E], only for kDihedrals
     NumbersView pose_basis;                    // [P - X, E]
     std::optional<CompositionView> composition;
+    std::optional<IndirectView> indirect;
+};
+
+// A model of paper 002; asset.fbs has the formulas.
+struct TransferView {
+    int order = 0;
+    std::span<const std::uint32_t> angles;  // [A] ascending, < pose_size; at least one
+    std::span<const float> pose_basis;      // [A, k], or empty: k = A
+    NumbersView weights;                    // [n (k + 1), m], at least one output
+    NumbersView basis;                      // [m, V], or empty: m = V
+    std::span<const float> mean;            // [V] with a basis
+    float alpha = 0;
+    bool reduced() const { return basis.count > 0; }
+    std::size_t coefficients() const { return std::size_t(order) * std::size_t(order); }
+    std::size_t inputs() const { return pose_basis.empty() ? angles.size() : pose_basis.size() / angles.size(); }
+    std::size_t outputs() const { return weights.row_length; }
 };
 
 struct TruthView {
     int order = 0;
+    bool is_transfer = false;  // else moments of visibility
     AssetPrecision precision = AssetPrecision::kF32;
     std::span<const std::byte> data;  // [F,V,order^2], V in the bake's order whatever the mesh's order is
 };
@@ -237,6 +263,10 @@ struct BlockersView {
 struct AssetView {
     std::string_view provenance;
     bool has_mesh = false, has_model = false, has_truth = false;
+    // An asset of transfer has no model. Its `model` then says how the transfer of vertices lies in memory: stride, and
+    // clusters that are pieces of the mesh without components.
+    std::optional<TransferView> transfer;
+    bool hasCharacter() const { return has_model || transfer.has_value(); }  // it can be posed and drawn
     MeshView mesh;
     AnimationView animation;
     ModelView model;

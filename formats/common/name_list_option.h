@@ -18,7 +18,8 @@ inline CLI::Option* addNameListOption(CLI::App& app, const std::string& option, 
                 if (names.back().empty()) throw CLI::ValidationError(option, "an empty name in '" + word + "'");
             }
     };
-    return app.add_option_function<std::vector<std::string>>(option, store, help)->allow_extra_args(false);
+    return app.add_option_function<std::vector<std::string>>(option, store, help + "; several with commas between")
+        ->allow_extra_args(false);
 }
 
 }  // namespace penumbra

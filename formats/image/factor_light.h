@@ -19,7 +19,7 @@ struct LightFactorChoice {
 // What was found, a row a sun.
 struct FactorReport {
     struct SunReport {
-        double dominance = 1, share = 1;  // q and c of sh/light/dominant_light.h
+        double dominance = 1, share = 1;  // q and c of sh/light/dominant_light.h; c without what a wide sun loses
         std::size_t flat_pixels = 0;      // of a picture: pixels at the peak (sun_picture.h)
     };
     std::vector<SunReport> suns;
@@ -37,7 +37,8 @@ struct LightSuns {
 // at order 4 a weak one 4 to 10 degrees.
 constexpr int kFactorOrder = 6;
 
-// Suns of a picture. kHandOver takes the direction of a sun from the brightest pixels and its irradiance from SH.
+// Suns of a picture. kHandOver takes the direction of a sun from the brightest pixels and its irradiance from SH. A sun
+// of 15 degrees counts whole, one of 25 or more is none, and between them a part stays in the remainder.
 LightSuns factorLight(const EnvironmentMap& map, const LightFactorChoice& choice, int threads);
 // Suns of analytic lights. kHandOver takes the brightest directional lights, suns and discs of up to kMostSunRadius as
 // they are described. All of a disc's flux goes to its sun.

@@ -1,12 +1,14 @@
 #pragma once
-// Reads and writes picture formats on bytes in memory; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp)
-// has one format. Only image_*.cpp include this. `name` starts the message of every InvalidInput and Unsupported.
+// Reads and writes picture formats on bytes in memory; each source file (image_exr.cpp, image_hdr.cpp, image_png.cpp,
+// image_png_read.cpp, image_jpeg.cpp) has one format. Only image_*.cpp and texture_file.cpp include this. `name` starts
+// the message of every InvalidInput and Unsupported.
 #include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "formats/image/image_file.h"
+#include "formats/image/texture_file.h"
 
 namespace penumbra {
 
@@ -20,5 +22,18 @@ bool looksLikeHdr(std::span<const std::byte> bytes);
 Image decodeHdr(std::span<const std::byte> bytes, const std::string& name);
 
 std::vector<std::byte> encodePng(const Image& image, float exposure);
+
+bool looksLikePng(std::span<const std::byte> bytes);
+TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& name);
+
+bool looksLikeJpeg(std::span<const std::byte> bytes);
+TexturePicture decodeJpeg(std::span<const std::byte> bytes, const std::string& name);
+
+// Throws InvalidInput where a side is out of range, or where the file's bytes can hold only `most_pixels` and it claims
+// more: memory is taken only for what may be there.
+void checkTextureSize(std::uint64_t width, std::uint64_t height, std::uint64_t most_pixels, const std::string& name);
+
+// Returns the bytes of a plain file. Throws IoError.
+std::vector<std::byte> readImageBytes(const std::filesystem::path& path);
 
 }  // namespace penumbra

@@ -14,9 +14,7 @@
 
 namespace penumbra {
 
-namespace {
-
-std::vector<std::byte> readBytes(const std::filesystem::path& path) {
+std::vector<std::byte> readImageBytes(const std::filesystem::path& path) {
     checkReadable(path);
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path.string() + ": cannot read: " + std::strerror(errno));
@@ -30,8 +28,6 @@ std::vector<std::byte> readBytes(const std::filesystem::path& path) {
     if (in.bad()) throw IoError(path.string() + ": cannot read");
     return bytes;
 }
-
-}  // namespace
 
 Image decodeImage(std::span<const std::byte> bytes, const std::string& name) {
     Image image;
@@ -55,7 +51,7 @@ Image decodeImage(std::span<const std::byte> bytes, const std::string& name) {
     return image;
 }
 
-Image readImage(const std::filesystem::path& path) { return decodeImage(readBytes(path), path.string()); }
+Image readImage(const std::filesystem::path& path) { return decodeImage(readImageBytes(path), path.string()); }
 
 void writeExr(const std::filesystem::path& path, const Image& image) { writeWholeFile(path, encodeExr(image)); }
 

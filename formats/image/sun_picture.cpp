@@ -41,14 +41,21 @@ SunDisc measureSun(const EnvironmentMap& map, Vec3d near) {
     });
     SunDisc disc{near, 0, 0};
     if (pixels.empty()) return disc;
-    // 1. The median is the sky around the sun.
+    // 1. The median is the sky around the sun. Where the sun fills more than half of what is looked at, as a window
+    //    may, the median is the sun itself, and the darkest tenth is the sky. If that is the sun, too, we see no end of
+    //    it.
     const auto less = [](const Pixel& a, const Pixel& b) { return a.luminance < b.luminance; };
-    const auto middle = pixels.begin() + std::ptrdiff_t(pixels.size() / 2);
-    std::nth_element(pixels.begin(), middle, pixels.end(), less);
-    const double background = middle->luminance;
+    const auto darkest = [&](std::size_t count) {
+        const auto last = pixels.begin() + std::ptrdiff_t(count);
+        std::nth_element(pixels.begin(), last, pixels.end(), less);
+        return last->luminance;
+    };
     const double brightest = std::max_element(pixels.begin(), pixels.end(), less)->luminance;
+    double background = darkest(pixels.size() / 2);
+    if (background > brightest / 2) background = darkest(pixels.size() / 10);
+    if (background > brightest / 2) disc.radius = kAround;
     const double peak = brightest - background;
-    if (!(peak > 0)) return disc;
+    if (disc.radius > 0 || !(peak > 0)) return disc;
     // 2. Flux and centre of what stands out.
     double flux = 0;
     Vec3d centre;

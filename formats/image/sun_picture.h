@@ -12,10 +12,11 @@ struct SunDisc {
     double radius = 0;            // radians
     std::size_t flat_pixels = 0;  // that have exactly the luminance of the brightest one
 };
-// Measures the sun near a direction. What is within 35 degrees loses its median; e is the flux of the pixels above 5%
-// of the peak that is left. A disc of the peak's radiance with the flux sum e has cos radius = 1 - sum e / (2 pi peak).
-// A picture that was clipped has a peak that is too low: its sun is too large, and many pixels are flat. The radius is
-// 0 where nothing stands out.
+// Measures the sun near a direction. What is within 35 degrees loses its median, or where that is above half of the
+// brightest pixel, the value that a tenth lies below; e is the flux of the pixels above 5% of the peak that is left. A
+// disc of the peak's radiance with the flux sum e has cos radius = 1 - sum e / (2 pi peak). A picture that was clipped
+// has a peak that is too low: its sun is too large, and many pixels are flat. The radius is 35 degrees where that
+// tenth is above half of the brightest pixel, too, and 0 where all is black.
 SunDisc measureSun(const EnvironmentMap& map, Vec3d near);
 constexpr std::size_t kClippedPixels = 4;  // from this many flat pixels on a picture may have been clipped
 

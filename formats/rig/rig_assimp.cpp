@@ -106,14 +106,71 @@ void convertBones(AssimpImport& import, const aiMesh& mesh, SourcePart& part) {
     import.source.skins.push_back(std::move(skin));
 }
 
+// Returns where a picture lies: as the file says, or beside the rig under the same name. Files often hold the path of
+// the machine that wrote them.
+std::filesystem::path findPicture(const std::filesystem::path& rig, std::string name) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    const std::filesystem::path said = rig.parent_path() / name, beside = rig.parent_path() / said.filename();
+    std::error_code error;
+    return std::filesystem::exists(said, error) ? said : beside;
+}
+
+TextureWrap wrapOf(aiTextureMapMode mode) {
+    if (mode == aiTextureMapMode_Mirror) return TextureWrap::kMirror;
+    return mode == aiTextureMapMode_Wrap ? TextureWrap::kRepeat : TextureWrap::kClamp;
+}
+
+// Reads the diffuse texture. Returns the number of the texture coordinates that it takes.
+unsigned readTexture(const AssimpImport& import, const aiMaterial& material, aiTextureType type, MaterialColor& color) {
+    aiString name;
+    unsigned uv_set = 0;
+    aiTextureMapMode modes[2] = {aiTextureMapMode_Wrap, aiTextureMapMode_Wrap};
+    material.GetTexture(type, 0, &name, nullptr, &uv_set, nullptr, nullptr, modes);
+    Texture texture;
+    texture.name = "material '" + textOf(material.GetName()) + "': picture '" + textOf(name) + "'";
+    if (const aiTexture* inside = import.scene->GetEmbeddedTexture(name.C_Str()); inside == nullptr) {
+        texture.file = findPicture(import.source.file, name.C_Str());
+    } else if (inside->mHeight == 0) {  // a whole file, mWidth bytes of it
+        const auto* first = reinterpret_cast<const std::byte*>(inside->pcData);
+        texture.bytes.assign(first, first + inside->mWidth);
+    }
+    color.texture = std::make_shared<const Texture>(std::move(texture));
+    color.wrap_u = wrapOf(modes[0]);
+    color.wrap_v = wrapOf(modes[1]);
+    // A picture stands in place of the colour, except in .x, where the two are multiplied.
+    if (!isExtension(import.source.file, ".x")) color.base = Vec3{1, 1, 1};
+    return uv_set;
+}
+
+// Reads the texture coordinates. assimp's point up in every format that we read.
+void readUv(const AssimpImport& import, const aiMesh& mesh, unsigned uv_set, PartColor& color) {
+    const std::string where = import.source.file.string() + ": mesh '" + textOf(mesh.mName) + "': ";
+    if (uv_set >= AI_MAX_NUMBER_OF_TEXTURECOORDS || mesh.mTextureCoords[uv_set] == nullptr) {
+        color.material.problem = where + "has no texture coordinates for its picture";
+        return;
+    }
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+        const aiVector3D& uv = mesh.mTextureCoords[uv_set][v];
+        if (!(std::abs(uv.x) < kFarthestUv && std::abs(uv.y) < kFarthestUv)) {
+            color.material.problem =
+                where + "the texture coordinates of vertex " + std::to_string(v) + " are out of range";
+            return;
+        }
+        color.uv.push_back({double(uv.x), 1 - double(uv.y)});
+    }
+}
+
 // Reads the diffuse colour of a material. Assimp's stand-in for a material that is missing has none.
-SlotColor colorOf(const aiMaterial& material) {
+PartColor colorOf(const AssimpImport& import, const aiMaterial& material, const aiMesh& mesh) {
     aiColor3D color;
-    SlotColor out;
+    PartColor out;
     if (textOf(material.GetName()) != AI_DEFAULT_MATERIAL_NAME &&
         material.Get(AI_MATKEY_COLOR_DIFFUSE, color) == AI_SUCCESS)
-        out.base = Vec3{color.r, color.g, color.b};
-    out.textured = material.GetTextureCount(aiTextureType_DIFFUSE) > 0;
+        out.material.base = Vec3{color.r, color.g, color.b};
+    for (const aiTextureType type : {aiTextureType_DIFFUSE, aiTextureType_BASE_COLOR}) {
+        if (out.material.texture || material.GetTextureCount(type) == 0) continue;
+        readUv(import, mesh, readTexture(import, material, type, out.material), out);
+    }
     return out;
 }
 
@@ -132,7 +189,7 @@ void convertMesh(AssimpImport& import, int node, const aiMesh& mesh) {
     if (mesh.mMaterialIndex < import.scene->mNumMaterials) {
         const std::string name = textOf(import.scene->mMaterials[mesh.mMaterialIndex]->GetName());
         if (!name.empty()) part.material = name;
-        part.color = colorOf(*import.scene->mMaterials[mesh.mMaterialIndex]);
+        part.color = colorOf(import, *import.scene->mMaterials[mesh.mMaterialIndex], mesh);
     }
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
         const aiVector3D& p = mesh.mVertices[v];
@@ -260,7 +317,7 @@ RigSource readWithAssimp(const std::filesystem::path& path) {
     if (std::filesystem::file_size(path, error) == 0) import.fail("is empty");
     Assimp::Importer importer;
     importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // no stand-ins for files without a mesh
-    import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
+    import.scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_TransformUVCoords);
     if (import.scene == nullptr || import.scene->mRootNode == nullptr)
         import.fail("cannot be read: " +
                     std::string(importer.GetErrorString()).substr(0, 160));  // the error may quote the file

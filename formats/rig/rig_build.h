@@ -23,7 +23,7 @@ struct SourcePart {
     int node = 0;
     int skin = -1;  // -1: the part moves rigidly with its node
     std::string material = kDefaultSlot;
-    SlotColor color;  // of the material
+    PartColor color;
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;    // indices into positions
     int influences = 0;                 // influences of a vertex; 0 without skin
@@ -67,6 +67,8 @@ bool isExtension(const std::filesystem::path& file, const char* extension);
 
 // A rig of more vertices than this is refused before memory is taken for them.
 constexpr std::size_t kMaxSourceVertices = std::size_t(1) << 24;
+// Texture coordinates as large as this are refused: a float that large does not tell which texel it means.
+constexpr double kFarthestUv = 1e6;
 
 // Throw InvalidInput "FILE: WHAT" and "FILE: node 'NAME': WHAT".
 [[noreturn]] void failAtFile(const std::filesystem::path& file, const std::string& what);
@@ -93,7 +95,7 @@ struct SourceVertices {
     std::vector<float> weights;
     std::vector<std::string> slots;  // "NODE/MATERIAL", in the order of first use
     std::vector<std::uint16_t> slot_of_vertex;
-    std::vector<SlotColor> slot_colors;  // [slots]
+    std::vector<ColoredPart> part_colors;
 };
 // Returns the number of the part's "NODE/MATERIAL" in `slots`, and adds it where it is new.
 std::uint16_t slotOf(const RigSource& source, const SourcePart& part, std::vector<std::string>& slots);

@@ -112,12 +112,12 @@ Rig buildRig(RigSource&& source) {
     if (triangles == 0) throw InvalidInput(source.file.string() + ": has no triangles");
     const JointTable table = chooseJoints(source);
     Rig rig;
-    const SourceVertices vertices = gatherVertices(source, table);
+    SourceVertices vertices = gatherVertices(source, table);
     const double diagonal = boxDiagonal(vertices.positions);
     if (!std::isfinite(diagonal) || !(diagonal > 0))
         throw InvalidInput(source.file.string() + ": its vertices are all at one place, or not finite");
     weldVertices(vertices, rig.mesh, rig.skin);
-    rig.slot_colors = vertices.slot_colors;
+    rig.part_colors = std::move(vertices.part_colors);
     if (rig.mesh.triangles.empty()) throw InvalidInput(source.file.string() + ": has no triangle with an area");
     rig.rest_normals = vertexNormals(rig.mesh.triangles, rig.mesh.rest_positions);
     rig.nodes = std::move(source.nodes);

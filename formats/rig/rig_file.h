@@ -12,6 +12,7 @@
 // second mesh are S x POSITION.
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,15 +48,41 @@ struct Node {
     std::optional<std::array<double, 16>> matrix;  // column-major; a node with a matrix is not animated
 };
 
-// The colour of the material of one slot: linear Rec.709, as the file states it.
-struct SlotColor {
-    std::optional<Vec3> base;  // unset: the slot has no material, or the material tells none
-    bool textured = false;     // a picture multiplies the base colour; we do not read it
+enum class TextureWrap : std::uint8_t { kRepeat, kMirror, kClamp };
+
+// A picture that a material names: a PNG or JPEG file. The reader of the rig does not open it.
+struct Texture {
+    std::string name;            // the field that names it, for messages
+    std::filesystem::path file;  // the file that has it; empty where `bytes` has it
+    std::vector<std::byte> bytes;
+};
+
+// The colour of a material: linear Rec.709, as the file states it.
+struct MaterialColor {
+    std::optional<Vec3> base;                // unset: there is no material, or it tells none
+    std::shared_ptr<const Texture> texture;  // multiplies `base`; null: none
+    TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
+    std::string problem;  // a whole message that says why the colour cannot be known; "" when it can
+};
+
+// What the surface of one part of the source looks like: the product of base, texture and tint.
+struct PartColor {
+    MaterialColor material;
+    std::vector<std::array<double, 2>> uv;  // [vertices] v points down; empty without texture
+    std::vector<Vec3> tints;                // [vertices] linear; empty: white
+};
+
+// A part in the rig. Its vertices stand together in Mesh::source_vertex.
+struct ColoredPart {
+    PartColor color;
+    std::uint16_t slot = 0;
+    std::size_t first_vertex = 0, vertices = 0;  // of source_vertex
+    std::vector<Triangle> triangles;             // indices into the part's vertices
 };
 
 struct Rig {
     Mesh mesh;
-    std::vector<SlotColor> slot_colors;  // [mesh.slots]
+    std::vector<ColoredPart> part_colors;
     Skin skin;
     std::vector<Vec3> rest_normals;  // [V], unit
     std::vector<Node> nodes;

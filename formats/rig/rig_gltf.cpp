@@ -216,11 +216,10 @@ void convertPrimitive(Importer& importer, const tinygltf::Node& node, int our_no
     part.node = our_node;
     part.skin = node.skin;
     part.material = materialName(importer.file, primitive.material);
-    if (primitive.material >= 0 && std::size_t(primitive.material) < importer.file.materials.size())
-        part.color = importer.file.materials[std::size_t(primitive.material)].color;
     for (std::size_t v = 0; v < values.count(); ++v)
         part.positions.push_back(toFloat({values.values[3 * v], values.values[3 * v + 1], values.values[3 * v + 2]}));
     part.triangles = readTriangles(importer, primitive, part.positions.size(), where);
+    readPartColor(importer.file, primitive, where, part);
     if (node.skin >= 0) readInfluences(importer, primitive, where, part);
     if (importer.morphs == Morphs::kRead) {
         const std::vector<double>& of_mesh = importer.file.model.meshes[std::size_t(node.mesh)].weights;

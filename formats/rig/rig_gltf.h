@@ -3,7 +3,10 @@
 // scene.
 #include <tiny_gltf.h>
 
+#include <array>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,7 +16,9 @@ namespace penumbra {
 
 struct GltfMaterial {
     std::string name;  // "" where it has none
-    SlotColor color;
+    MaterialColor color;
+    int uv_set = 0;                                        // the TEXCOORD_n that its texture takes
+    std::array<double, 6> uv_transform{1, 0, 0, 0, 1, 0};  // row-major 2x3, from these to the texture's coordinates
 };
 
 struct GltfFile {
@@ -27,6 +32,11 @@ struct GltfFile {
 // EXT_meshopt_compression. Throws IoError, InvalidInput, and Unsupported for required extensions that we do not have.
 GltfFile openGltf(const std::filesystem::path& path);
 
+// Reads the materials of a document whose buffer views are all in `buffer` and inside it.
+std::vector<GltfMaterial> readMaterials(const std::filesystem::path& path, const nlohmann::json& document,
+                                        std::span<const unsigned char> buffer);
+std::string percentDecoded(const std::string& uri);
+
 struct AccessorValues {
     int components = 0;          // numbers of one element
     std::vector<double> values;  // [count, components]; normalised integers are in [-1, 1] already
@@ -37,6 +47,10 @@ struct AccessorValues {
 AccessorValues readAccessor(const GltfFile& file, int accessor, const std::string& what);
 
 struct SourcePart;
+// Reads what a primitive whose positions are already read looks like. Damage goes into the part's problem.
+void readPartColor(const GltfFile& file, const tinygltf::Primitive& primitive, const std::string& where,
+                   SourcePart& part);
+
 // Reads the morph targets of a primitive whose positions are already read. `default_weights` are those of the node or
 // of its mesh. Adds the targets' vertices to `total`, and throws Unsupported where that becomes too large.
 void readMorphTargets(const GltfFile& file, const tinygltf::Primitive& primitive,

@@ -109,18 +109,6 @@ void checkVersionAndExtensions(const Loader& loader, const Json& document) {
     }
 }
 
-std::string percentDecoded(const std::string& uri) {
-    std::string out;
-    for (std::size_t i = 0; i < uri.size(); ++i) {
-        const bool escape = uri[i] == '%' && i + 2 < uri.size() &&
-                            std::isxdigit(static_cast<unsigned char>(uri[i + 1])) &&
-                            std::isxdigit(static_cast<unsigned char>(uri[i + 2]));
-        out += escape ? char(std::stoi(uri.substr(i + 1, 2), nullptr, 16)) : uri[i];
-        if (escape) i += 2;
-    }
-    return out;
-}
-
 Bytes readUri(Loader& loader, const std::string& uri, const std::string& where) {
     if (startsWith(uri, "data:")) {
         Bytes bytes;
@@ -240,24 +228,6 @@ void dropExtensions(Json& objects) {
     }
 }
 
-// Reads the base colour of a material, which is linear and white where the material does not tell it. A damaged one is
-// no reason to refuse the rig, because only bakes of light that bounces need it.
-SlotColor baseColor(const Json& material) try {
-    const Json look = material.value("pbrMetallicRoughness", Json::object());
-    const std::vector<float> factor = look.value("baseColorFactor", std::vector<float>{1, 1, 1, 1});
-    if (factor.size() != 4) return {};
-    return {Vec3{factor[0], factor[1], factor[2]}, look.contains("baseColorTexture")};
-} catch (const Json::exception&) {
-    return {};
-}
-
-std::vector<GltfMaterial> readMaterials(const Json& document) {
-    std::vector<GltfMaterial> materials;
-    for (const Json& material : document.value("materials", Json::array()))
-        materials.push_back({cleanText(material.value("name", "")), baseColor(material)});
-    return materials;
-}
-
 std::string geometryOnly(Json& document) {
     Json kept = Json::object();
     for (const char* key :
@@ -282,6 +252,18 @@ void parseModel(const Loader& loader, const std::string& text, Bytes&& buffer, t
 
 }  // namespace
 
+std::string percentDecoded(const std::string& uri) {
+    std::string out;
+    for (std::size_t i = 0; i < uri.size(); ++i) {
+        const bool escape = uri[i] == '%' && i + 2 < uri.size() &&
+                            std::isxdigit(static_cast<unsigned char>(uri[i + 1])) &&
+                            std::isxdigit(static_cast<unsigned char>(uri[i + 2]));
+        out += escape ? char(std::stoi(uri.substr(i + 1, 2), nullptr, 16)) : uri[i];
+        if (escape) i += 2;
+    }
+    return out;
+}
+
 bool hasOnlyMorphClips(const std::filesystem::path& path) try {
     const Json document = readContainer(Loader{path, {path}}).document;
     for (const Json& node : document.value("nodes", Json::array()))
@@ -305,7 +287,7 @@ GltfFile openGltf(const std::filesystem::path& path) {
         Container container = readContainer(loader);
         checkVersionAndExtensions(loader, container.document);
         Bytes buffer = mergeBuffers(loader, container);
-        file.materials = readMaterials(container.document);
+        file.materials = readMaterials(path, container.document, buffer);
         parseModel(loader, geometryOnly(container.document), std::move(buffer), file.model);
     } catch (const Json::exception& error) {
         loader.fail(std::string("is not valid glTF: ") + error.what());

@@ -111,8 +111,9 @@ SourceVertices gatherVertices(const RigSource& source, const JointTable& table) 
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SourcePart& part = source.parts[p];
         const std::uint32_t first = std::uint32_t(out.positions.size());
-        out.slot_of_vertex.resize(out.positions.size() + part.positions.size(), slotOf(source, part, out.slots));
-        if (out.slot_colors.size() < out.slots.size()) out.slot_colors.push_back(part.color);
+        const std::uint16_t slot = slotOf(source, part, out.slots);
+        out.slot_of_vertex.resize(out.positions.size() + part.positions.size(), slot);
+        out.part_colors.push_back({part.color, slot, first, part.positions.size(), part.triangles});
         for (std::size_t v = 0; v < part.positions.size(); ++v) {
             out.positions.push_back(placedPosition(source, part, table.placement_of_part[p], v));
             influences.push_back(part.skin < 0

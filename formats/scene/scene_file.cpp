@@ -51,7 +51,8 @@ SceneCharacter readCharacter(const JsonNode& node, const std::filesystem::path& 
     if (node.has("pose")) out.pose = readPose(node, folder);
     if (node.has("position")) out.position = node.at("position").vector(-kFar, kFar);
     if (node.has("yaw")) out.yaw = node.at("yaw").number(-1e4, 1e4);
-    if (node.has("scale")) node.at("scale").number(1, 1);
+    if (node.has("scale") && node.at("scale").number(-kFar, kFar) != 1)
+        node.at("scale").fail("is not 1; fields and models hold for one size");
     if (node.has("material")) out.material = node.at("material").text();
     if (node.has("slots"))
         for (const auto& [slot, value] : node.at("slots").members()) out.slots.emplace_back(slot, value.text());

@@ -11,6 +11,7 @@
 #include "formats/stage/model_deforming.h"
 #include "formats/stage/part_fields_stored.h"
 #include "formats/stage/stage_parts.h"
+#include "formats/stage/visibility_file.h"
 
 namespace penumbra {
 
@@ -82,6 +83,20 @@ void writeComposition(hid_t file, const Model& model) {
         writeCluster(file, clusterGroup(c, "/residual"), composition.residual[c], std::size_t(model.convention.size()));
 }
 
+void writeIndirect(hid_t file, const Model& model) {
+    if (!model.indirect) return;
+    const IndirectModel& indirect = *model.indirect;
+    makeGroup(file, "/indirect");
+    writeIntegerAttribute(file, "/indirect", "count", std::int64_t(indirect.clusters.size()));
+    writeIntegerAttribute(file, "/indirect", "bounces", indirect.bounces);
+    writeNumberAttribute(file, "/indirect", "train_share", indirect.train_share);
+    if (std::isfinite(indirect.holdout_share))
+        writeNumberAttribute(file, "/indirect", "holdout_share", indirect.holdout_share);
+    writeFloats(file, "/indirect/color_axes", indirect.axes.m, {3, 3});
+    for (std::size_t c = 0; c < indirect.clusters.size(); ++c)
+        writeCluster(file, clusterGroup(c, "/indirect"), indirect.clusters[c], kIndirectNumbers);
+}
+
 void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
     std::vector<std::string> clips;
     std::vector<std::int64_t> held_out;
@@ -101,7 +116,8 @@ void writeClipErrors(hid_t file, const std::vector<ClipError>& errors) {
 }
 
 void writeModelRoot(hid_t file, const Model& model) {
-    const int version = model.composition     ? kModelVersion
+    const int version = model.indirect        ? kModelVersion
+                        : model.composition   ? kComposedModelVersion
                         : usesVersion3(model) ? kDeformingModelVersion
                                               : kSkinnedModelVersion;
     writeRoot(file, {kModelKind.format, version}, model.convention.order, model.provenance);
@@ -137,6 +153,7 @@ void writeModel(const std::filesystem::path& path, const Model& model) {
     for (std::size_t c = 0; c < model.clusters.size(); ++c)
         writeCluster(file, clusterGroup(c), model.clusters[c], std::size_t(model.convention.size()));
     writeComposition(file, model);
+    writeIndirect(file, model);
     writeClipErrors(file, model.clip_errors);
     closeHdf5(file);
     partial.commit();
@@ -194,10 +211,9 @@ void checkRange(const Hdf5Reader& in, const std::string& dataset, const std::vec
 }
 
 void readGroups(const Hdf5Reader& in, const std::string& name, const Model& model, ClusterModel& cluster) {
-    const hsize_t size = groupInputs(model.features);
     cluster.groups = readIndices(in, name + "/groups", 0,
                                  groupCount(model.features, model.skin.jointCount(), std::size_t(model.pose_size)));
-    const hsize_t groups = cluster.groups.size();
+    const hsize_t groups = cluster.groups.size(), size = groups ? groupInputs(model.features) : 0;
     for (std::size_t g = 0; g < groups; ++g)
         if ((g > 0 && cluster.groups[g] <= cluster.groups[g - 1]) ||
             (model.features == FeatureKind::kRelativeBones && int(cluster.groups[g]) == cluster.joint))
@@ -234,9 +250,9 @@ void readUnits(const Hdf5Reader& in, const std::string& name, const Model& model
     cluster.weights = readExactly(in, name + "/weights", {components, units});
 }
 
-ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const Model& model) {
+// `stride` counts the numbers of a vertex.
+ClusterModel readCluster(const Hdf5Reader& in, const std::string& group, const Model& model, std::size_t stride) {
     ClusterModel cluster;
-    const hsize_t stride = hsize_t(model.convention.size());
     const hsize_t raw = model.kind == ModelKind::kAdditive
                             ? 0
                             : featureCount(model.features, model.skin.jointCount(), std::size_t(model.pose_size));
@@ -282,6 +298,13 @@ void checkPartition(const Hdf5Reader& in, const Model& model) {
                            std::to_string(seen.size()) + " vertices");
 }
 
+// Tells whether two lists have the same clusters: their joints and vertices.
+bool sameClusters(const std::vector<ClusterModel>& a, const std::vector<ClusterModel>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ClusterModel& x, const ClusterModel& y) {
+        return x.joint == y.joint && x.vertices == y.vertices;
+    });
+}
+
 // Reads what makes the model a composed one, if anything does. The residual has the very vertices of the clusters.
 void readComposition(const Hdf5Reader& in, Model& model) {
     if (!exists(in, "/composition")) return;
@@ -304,17 +327,35 @@ void readComposition(const Hdf5Reader& in, Model& model) {
     const auto count =
         std::size_t(readIntegerAttribute(in, "/residual", "count", 0, std::int64_t(model.clusters.size())));
     for (std::size_t c = 0; c < count; ++c)
-        composition.residual.push_back(readCluster(in, clusterGroup(c, "/residual"), model));
+        composition.residual.push_back(
+            readCluster(in, clusterGroup(c, "/residual"), model, std::size_t(model.convention.size())));
     if (hasAttribute(in, "/residual", "worth"))
         composition.residual_worth = readNumberAttribute(in, "/residual", "worth");
     if (!(composition.residual_worth >= 0 && composition.residual_worth <= 1))
         throw InvalidInput(in.name + ": /residual attribute worth: not in 0..1");
-    bool same = count == 0 || count == model.clusters.size();
-    for (std::size_t c = 0; same && c < count; ++c)
-        same = composition.residual[c].vertices == model.clusters[c].vertices &&
-               composition.residual[c].joint == model.clusters[c].joint;
-    if (!same) throw InvalidInput(in.name + ": /residual: its clusters are not those of /clusters");
+    if (count > 0 && !sameClusters(composition.residual, model.clusters))
+        throw InvalidInput(in.name + ": /residual: its clusters are not those of /clusters");
     model.composition = std::move(composition);
+}
+
+void readIndirect(const Hdf5Reader& in, Model& model) {
+    if (!exists(in, "/indirect")) return;
+    IndirectModel indirect;
+    indirect.bounces = int(readIntegerAttribute(in, "/indirect", "bounces", 1, kMostBounces));
+    indirect.train_share = readNumberAttribute(in, "/indirect", "train_share");
+    indirect.holdout_share = hasAttribute(in, "/indirect", "holdout_share")
+                                 ? readNumberAttribute(in, "/indirect", "holdout_share")
+                                 : std::numeric_limits<double>::quiet_NaN();
+    const std::vector<float> axes = readExactly(in, "/indirect/color_axes", {3, 3});
+    std::copy(axes.begin(), axes.end(), indirect.axes.m.begin());
+    const auto clusters = std::int64_t(model.clusters.size());
+    const std::int64_t count = readIntegerAttribute(in, "/indirect", "count", clusters, clusters);
+    for (std::int64_t c = 0; c < count; ++c)
+        indirect.clusters.push_back(
+            readCluster(in, clusterGroup(std::size_t(c), "/indirect"), model, kIndirectNumbers));
+    if (!sameClusters(indirect.clusters, model.clusters))
+        throw InvalidInput(in.name + ": /indirect: its clusters are not those of /clusters");
+    model.indirect = std::move(indirect);
 }
 
 std::vector<ClipError> readClipErrors(const Hdf5Reader& in) {
@@ -352,9 +393,11 @@ Model readModel(const std::filesystem::path& path) {
     const std::int64_t clusters = readIntegerAttribute(in, "/clusters", "count", 1, std::int64_t(vertices));
     model.cluster_of_vertex = readIndices(in, "/model/cluster_of_vertex", vertices, std::size_t(clusters));
     for (std::int64_t c = 0; c < clusters; ++c)
-        model.clusters.push_back(readCluster(in, clusterGroup(std::size_t(c)), model));
+        model.clusters.push_back(
+            readCluster(in, clusterGroup(std::size_t(c)), model, std::size_t(model.convention.size())));
     checkPartition(in, model);
     readComposition(in, model);
+    readIndirect(in, model);
     model.clip_errors = readClipErrors(in);
     return model;
 }

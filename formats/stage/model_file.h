@@ -1,5 +1,5 @@
 #pragma once
-// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 to 4; formats/README.md
+// x.model.h5: visibility as a function of the pose (HDF5, format "penumbra.model", versions 2 to 5; formats/README.md
 // lists every dataset). docs/formulas.md, section 4, derives the models.
 #include <filesystem>
 #include <optional>
@@ -10,11 +10,13 @@
 #include "formats/common/model_kind.h"
 #include "formats/common/part_fields.h"
 #include "formats/common/provenance.h"
+#include "sh/indirect_numbers.h"
 #include "sh/visibility_convention.h"
 
 namespace penumbra {
 
-constexpr int kModelVersion = 4;           // knows composed models
+constexpr int kModelVersion = 5;           // knows light that bounces
+constexpr int kComposedModelVersion = 4;   // knows composed models; written where no light bounces
 constexpr int kDeformingModelVersion = 3;  // knows deforming meshes and inputs; written where nothing is composed
 constexpr int kSkinnedModelVersion = 2;    // written where the model has nothing of version 3
 
@@ -114,6 +116,17 @@ struct Composition {
     double residual_worth = 1;
 };
 
+// The light that reaches a vertex from other surfaces, as a function of the pose: kIndirectNumbers numbers
+// (sh/indirect_numbers.h) of the indirect transfer in the local frame, predicted as visibility is, but not clamped. The
+// clusters have the vertices and joints of Model::clusters, and see all joints.
+struct IndirectModel {
+    int bounces = 3;
+    ColorAxes axes;
+    std::vector<ClusterModel> clusters;
+    // rms of the error of the indirect transfer over rms of the direct transfer; that of held-out clips is NaN if none
+    double train_share = 0, holdout_share = 0;
+};
+
 // A fitted model. A deforming mesh has no skeleton: its vertices are given in every frame. Its joints are near-rigid
 // parts (influences = 1), whose bones are fitted to the vertices (partMotions(), sh/rigid_fit.h), then the input
 // joints. Its normals are those of the front triangles (vertexNormals()).
@@ -147,6 +160,7 @@ struct Model {
     std::vector<std::uint32_t> cluster_of_vertex;  // [V]
     std::vector<ClusterModel> clusters;
     std::optional<Composition> composition;
+    std::optional<IndirectModel> indirect;
     std::vector<ClipError> clip_errors;
     Provenance provenance;
 };

@@ -1,5 +1,6 @@
 #include "formats/stage/transfer_file.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -12,7 +13,7 @@ namespace penumbra {
 
 namespace {
 
-constexpr FileKind kTransferKind{"penumbra.transfer", kTransferVersion};
+constexpr FileKind kTransferKind{"penumbra.transfer", kTransferVersion, kTransferVersion};
 
 }  // namespace
 
@@ -41,7 +42,11 @@ void writeTransfer(const std::filesystem::path& path, const TransferModel& model
     writeNumberAttribute(file, "/", "alpha", model.alpha);
     writeIntegerAttribute(file, "/", "pose_size", model.pose_size);
     writeMesh(file, model.mesh, model.rest_normals);
-    writeStrings(file, "/skin/joint_names", model.joint_names);
+    writeSkin(file, model.skin);
+    const hsize_t frames = model.frames.frameCount();
+    writeFrameList(file, model.frames);
+    writeFloats(file, "/frames/bones", floatsOf(model.bones), {frames, model.skin.jointCount(), 3, 4});
+    writeFloats(file, "/frames/pose", model.pose, {frames, hsize_t(model.pose_size)});
     if (!model.input_names.empty()) writeStrings(file, "/inputs/names", model.input_names);
     if (!model.holdout_clips.empty()) writeStrings(file, "/fit/holdout", model.holdout_clips);
     writeIndices(file, "/transfer/angles", model.angles);
@@ -73,6 +78,15 @@ void readAngles(const Hdf5Reader& in, TransferModel& model) {
         if (model.angles[i] <= model.angles[i - 1]) throw InvalidInput(in.name + ": /transfer/angles: not ascending");
 }
 
+void readFrames(const Hdf5Reader& in, TransferModel& model) {
+    model.frames = readFrameList(in);
+    const hsize_t frames = model.frames.frameCount();
+    const std::vector<float> bones = readExactly(in, "/frames/bones", {frames, model.skin.jointCount(), 3, 4});
+    model.bones.resize(bones.size() / 12);
+    std::copy(bones.begin(), bones.end(), floatsOf(model.bones).begin());
+    model.pose = readExactly(in, "/frames/pose", {frames, hsize_t(model.pose_size)});
+}
+
 // An axis of `dataset` that the others do not give must not be empty.
 void checkNotEmpty(const Hdf5Reader& in, const char* dataset, hsize_t count) {
     if (count == 0) throw InvalidInput(in.name + ": " + dataset + ": empty");
@@ -90,10 +104,11 @@ TransferModel readTransfer(const std::filesystem::path& path) {
         throw InvalidInput(in.name + ": attribute alpha: not a number of 0 or more");
     model.mesh = readMesh(in);
     model.rest_normals = readVectors(in, "/mesh/rest_normals", model.mesh.vertexCount());
-    model.joint_names = readStrings(in, "/skin/joint_names");
+    model.skin = readSkin(in, model.mesh.vertexCount());
     if (exists(in, "/inputs/names")) model.input_names = readStrings(in, "/inputs/names");
     if (exists(in, "/fit/holdout")) model.holdout_clips = readStrings(in, "/fit/holdout");
     readAngles(in, model);
+    readFrames(in, model);
     const hsize_t n = model.coefficients(), a = model.angles.size(), vertices = model.mesh.vertexCount();
     hsize_t k = a, m = vertices;
     if (model.kind == TransferModelKind::kPca) {

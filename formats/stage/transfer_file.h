@@ -1,6 +1,6 @@
 #pragma once
 // x.transfer.h5: diffuse transfer as a linear function of the joint angles (HDF5, format "penumbra.transfer", version
-// 1). These are the models of paper 002, one linear map for each SH coefficient.
+// 2). These are the models of paper 002, one linear map for each SH coefficient.
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace penumbra {
 
-constexpr int kTransferVersion = 1;
+constexpr int kTransferVersion = 2;  // knows the skin and the frames; version 1 had no use but predictions
 
 enum class TransferModelKind { kLinear, kPca };
 constexpr std::array<TransferModelKind, 2> kTransferModelKinds{TransferModelKind::kLinear, TransferModelKind::kPca};
@@ -28,8 +28,11 @@ struct TransferModel {
     TransferModelKind kind = TransferModelKind::kPca;
     Mesh mesh;
     std::vector<Vec3> rest_normals;  // [V]
-    std::vector<std::string> joint_names;
+    Skin skin;
+    FrameList frames;                      // all frames of the bake, training and held out
+    std::vector<Affine> bones;             // [F, J]
     int pose_size = 0;                     // P, the length of a pose
+    std::vector<float> pose;               // [F, P]
     std::vector<std::string> input_names;  // [X] names of the last numbers of the pose
     std::vector<std::uint32_t> angles;     // [A] the numbers of the pose that the model sees, ascending, < P
     std::vector<float> pose_basis;         // [A, k] of pca, else empty: k = A

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "player/bench/bench_characters.h"
 #include "player/draw/draw_frame.h"
@@ -27,6 +28,11 @@ struct Subject {
 
 void evaluateValues(Subject& subject, Evaluator& evaluator, std::size_t frame) {
     subject.shot.frame = frame % subject.asset->animation.frameCount();
+    if (subject.asset->transfer && subject.channel == Channel::kShaded) {
+        evaluator.setFrame(subject.shot.frame);
+        skinFrame(evaluator, subject.threads, subject.vertices);
+        return shadeTransfer(evaluator, *subject.shading, subject.threads, subject.values);
+    }
     evaluateFrame(subject.shot, VisibilitySource::kModel, evaluator, subject.threads, subject.vertices);
     if (subject.channel == Channel::kShaded)
         shadeFrame(*subject.shading, subject.vertices, subject.view.eye, subject.threads, subject.values);
@@ -113,7 +119,7 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
         gl::Finish();
     };
     bench.draw_values = timeRuns(runs, draw_values).median;
-    benchModelPainter(subject, target, value_painter, context->software, runs, bench);
+    if (!subject.asset->transfer) benchModelPainter(subject, target, value_painter, context->software, runs, bench);
     return bench;
 }
 
@@ -121,6 +127,9 @@ GlBench benchGl(Subject& subject, const RenderOptions& options, int runs) {
 
 BenchResult benchAsset(const RenderOptions& asked, const AssetView& asset, int runs, int threads,
                        const std::vector<int>& characters) {
+    if (asset.transfer && !characters.empty())
+        throw UsageError("--characters: " + asset.name +
+                         " has transfer of paper 002; crowds are of models of visibility");
     RenderOptions options = asked;
     options.channel = asset.materials.empty() || asset.lights.empty() ? Channel::kAmbient : Channel::kShaded;
     options.suns = SunChoice::kOff;

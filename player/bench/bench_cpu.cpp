@@ -41,9 +41,16 @@ public:
     }
     void evaluate() { evaluate(threads_); }
     void shade() {
-        if (shading_) shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
+        if (shading_ && asset_->transfer)
+            shadeTransfer(evaluator_, *shading_, threads_, radiance_);
+        else if (shading_)
+            shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
     }
-    bool isLive() const { return shading_ && shading_->isLive(shading_->materialOfSlot()[0]); }
+    bool isLive() const {
+        if (!shading_) return false;
+        const std::size_t material = shading_->materialOfSlot()[0];
+        return shading_->isLive(material) && shading_->hasMaterial(material);
+    }
     // Shades with another exponent than the last time.
     void shadeChanged(std::size_t run) {
         shading_->setParameter(shading_->materialOfSlot()[0], run % 2 == 0 ? 0.9 : 0.2);
@@ -188,10 +195,11 @@ CpuBench benchCpu(const Shot& shot, ShadingSet* shading, Vec3 eye, int runs, int
         stages.skin();
         stages.evaluate();
     });
+    const bool lit = shot.asset->transfer && shading;  // shading needs no transfer
     bench.frame = timeRuns(runs, [&](std::size_t run) {
         stages.pose(run);
         stages.skin();
-        stages.evaluate();
+        if (!lit) stages.evaluate();
         stages.shade();
     });
     if (shading) bench.switching = timeSwitching(*shading, runs, [&](std::size_t) { stages.shade(); });

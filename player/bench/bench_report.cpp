@@ -71,6 +71,7 @@ void printGl(const GlBench& gl) {
         printRate(what.c_str(), f.time);
     }
     printRate("GL draw CPU's values", {gl.draw_values, 0});
+    if (gl.draw_model == 0) return;  // an asset that the CPU alone evaluates
     printRate("GL evaluate and draw", {gl.draw_model, 0});
     std::printf("%-32s %8.0f ms with upload and shader compilation\n", "GL the first time", gl.first_frame);
     printSwitching("GL draw, switched", gl.switching);
@@ -114,7 +115,7 @@ void printBench(const BenchResult& r) {
                     r.suns);
     printGl(r.gl);
     printCharacters(r.characters);
-    printGpuTable(r);
+    if (r.gl.draw_model > 0) printGpuTable(r);
     std::printf("the asset's frames are out of the training range by %.4f on average, at most %.4f\n",
                 r.cpu.out_of_range_mean, r.cpu.out_of_range_max);
 }

@@ -1,6 +1,7 @@
 #include "player/bench/bench_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -67,10 +68,52 @@ void timeMembers(const PosedScene& scene, const SceneFrames& frames, int runs, i
     timeThreads(runs, threads, cost, [&](int some) {
         for (std::size_t m = 0; m < frames.members().size(); ++m) {
             const FrameVertices& vertices = frames.members()[m];
-            castOn(scene.cast(), {.except = scene.members()[m]->caster},
-                   {vertices.positions, vertices.normals, vertices.tangents}, some, mirrored);
+            castOnCharacter(scene.cast(), {.except = scene.members()[m]->caster}, scene.members()[m]->evaluator,
+                            {vertices.positions, vertices.normals, vertices.tangents}, some, mirrored);
         }
     });
+}
+
+// Casters whose reach a member's vertices are in, mean over the members. Who is in reach of few of them counts whole.
+double meanReached(const PosedScene& scene, const SceneFrames& frames) {
+    std::size_t reached = 0;
+    std::vector<float> mirrored;
+    for (std::size_t m = 0; m < frames.members().size(); ++m) {
+        const FrameVertices& vertices = frames.members()[m];
+        const CasterSphere around = sphereAround(vertices.positions);
+        for (std::size_t c = 0; c < scene.cast().casterCount(); ++c)
+            reached += c != scene.members()[m]->caster && scene.cast().reaches(c, around) ? 1 : 0;
+    }
+    return double(reached) / double(frames.members().size());
+}
+
+AnchorError anchorError(const PosedScene& scene, const SceneFrames& frames, int threads) {
+    constexpr std::size_t kMostMembers = 4;
+    std::array<float, kFarNumbers> weights;
+    ambientWeights(Convention{BelowHorizon::kMirrored, kFieldOrder}, weights);
+    AnchorError error;
+    std::vector<float> anchored, each;
+    std::size_t count = 0;
+    for (std::size_t m = 0; m < std::min(kMostMembers, frames.members().size()); ++m) {
+        const FrameVertices& vertices = frames.members()[m];
+        const CastReceivers receivers{vertices.positions, vertices.normals, vertices.tangents};
+        const CasterChoice others{.except = scene.members()[m]->caster};
+        castOnCharacter(scene.cast(), others, scene.members()[m]->evaluator, receivers, threads, anchored);
+        castOn(scene.cast(), others, receivers, threads, each);
+        for (std::size_t first = 0; first < each.size(); first += kFarNumbers, ++count) {
+            double e = 0, off = 0;
+            for (std::size_t i = 0; i < kFarNumbers; ++i) {
+                e += double(weights[i]) * double(each[first + i]);
+                off += double(weights[i]) * (double(anchored[first + i]) - double(each[first + i]));
+            }
+            error.rms += off * off;
+            error.largest = std::max(error.largest, std::abs(off));
+            error.hidden += 1 - e;
+        }
+    }
+    error.rms = std::sqrt(error.rms / double(count));
+    error.hidden /= double(count);
+    return error;
 }
 
 // All of a frame; without a drawing as far as it can be done.
@@ -156,6 +199,8 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
     runs = std::max(1, runs / int(cost.members));
     cost.pose = timePose(scene, std::max(10, runs));
     timeMembers(scene, frames, runs, threads, cost.members_cast);
+    cost.anchors = anchorError(scene, frames, threads);
+    cost.reached = meanReached(scene, frames);
     if (description.ground) {
         cost.ground_vertices = frames.ground().positions.size();
         cost.ground_cast.receivers = frames.ground().evaluated;
@@ -202,6 +247,13 @@ void printCasts(const SceneBench& bench) {
         if (cost->ground_vertices > 0)
             printCast(nameOf(bench, *cost).c_str(), cost->ground_cast, cost->ground_vertices);
     std::printf("a pair is a vertex and a caster, in reach or not; members are past everyone but themselves\n");
+    std::printf("%-10s %10s %10s %13s %12s %10s\n", "anchors", "in reach", "ms a pair", "E hidden", "off, rms",
+                "largest");
+    for (const SceneCost* cost : allOf(bench))
+        std::printf("%-10s %10.1f %10.3f %13.4f %12.5f %10.4f\n", nameOf(bench, *cost).c_str(), cost->reached,
+                    cost->members_cast.one_thread / std::max(1.0, cost->reached * double(cost->members)),
+                    cost->anchors.hidden, cost->anchors.rms, cost->anchors.largest);
+    std::printf("in reach are casters of a member; off is E against that of every vertex for itself\n");
 }
 
 void printFrames(const SceneBench& bench) {
@@ -259,6 +311,9 @@ nlohmann::ordered_json figuresOf(const SceneCost& cost) {
             {"casters", cost.casters},
             {"pose_caster_ms", cost.pose},
             {"members_cast", figuresOf(cost.members_cast)},
+            {"in_reach", cost.reached},
+            {"anchors_rms", cost.anchors.rms},
+            {"anchors_largest", cost.anchors.largest},
             {"ground_vertices", cost.ground_vertices},
             {"ground", figuresOf(cost.ground_cast)},
             {"pose_ms", cost.pose_all},

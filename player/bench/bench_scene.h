@@ -18,6 +18,12 @@ struct CastCost {
     double nanosecondsOfPair() const { return 1e6 * one_thread / double(pairs); }  // on one thread
 };
 
+// What anchors (CastShadow::evaluateRun()) make of E past the casters, against every vertex for itself.
+struct AnchorError {
+    double rms = 0, largest = 0;
+    double hidden = 0;  // mean of 1 - E
+};
+
 // Medians in milliseconds, with suns and with all of the light as SH.
 struct WithSuns {
     double with = 0, without = 0;
@@ -37,6 +43,8 @@ struct SceneCost {
     std::size_t members = 0, casters = 0;
     double pose = 0;                  // taking over the pose of one caster
     CastCost members_cast;            // all vertices, each past everyone but its own character
+    AnchorError anchors;              // of at most the first 4 members
+    double reached = 0;               // casters that a member has in reach, mean
     std::size_t ground_vertices = 0;  // 0: no ground
     CastCost ground_cast;             // its receivers are the vertices that are evaluated
     double pose_all = 0, shade = 0;   // members and ground

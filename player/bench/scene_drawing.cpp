@@ -12,7 +12,8 @@ SceneDrawing::SceneDrawing(const PosedScene& scene, const SceneFrames& frames, c
         suns_->turnSky(frames.lightRotation());
     }
     for (const SceneMesh& mesh : frames.meshes())
-        painters_.emplace_back(mesh.triangles, options.channel, mesh.sides == Sides::kBoth ? Sides::kSeen : mesh.sides,
+        painters_.emplace_back(mesh.triangles, options.channel,
+                               mesh.sides == Sides::kBoth && !mesh.is_ground ? Sides::kSeen : mesh.sides,
                                suns_ ? frames.lobes().models(mesh.surface.lobes) : 0);
 }
 
@@ -26,6 +27,7 @@ void SceneDrawing::drawMeshes() {
     target_.begin();
     const std::vector<SceneMesh> meshes = frames_->meshes();
     for (std::size_t i = 0; i < meshes.size(); ++i) {
+        if (meshes[i].is_ground) painters_[i].setTriangles(meshes[i].triangles);
         painters_[i].upload(meshes[i].positions, meshes[i].values, meshes[i].surface);
         painters_[i].draw(view, suns_ ? &*suns_ : nullptr);
     }

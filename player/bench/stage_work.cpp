@@ -54,12 +54,33 @@ void addDeformation(const AssetView& asset, StageWork& work) {
     work.written += asset.mesh.pointCount() * 2 * sizeof(Vec3);
 }
 
+// Counts TransferEvaluator::setPose(): the inputs, the scores of all coefficients, and those of a light.
+StageWork transferPoseWork(const TransferView& transfer) {
+    StageWork work;
+    const std::size_t maps = transfer.reduced() ? transfer.weights.count : 0;
+    work.read = transfer.angles.size_bytes() + transfer.pose_basis.size_bytes() + maps * kFloat;
+    work.written = transfer.reduced() ? transfer.coefficients() * transfer.outputs() * kFloat : kFloat;
+    work.flop = 2 * double(transfer.pose_basis.size() + maps);
+    return work;
+}
+
+// Counts TransferEvaluator::transfer().
+StageWork transferWork(const TransferView& transfer, std::size_t vertices) {
+    StageWork work;
+    work.read = ((transfer.reduced() ? transfer.basis.count : transfer.weights.count) + transfer.mean.size()) * kFloat;
+    work.written = vertices * transfer.coefficients() * kFloat;
+    const std::size_t terms = transfer.reduced() ? transfer.outputs() : transfer.inputs() + 1;
+    work.flop = 2 * double(vertices * transfer.coefficients() * terms);
+    return work;
+}
+
 }  // namespace
 
 StageWork poseWork(const AssetView& asset) {
     const ModelView& model = asset.model;
     const std::size_t joints = asset.animation.jointCount();
     StageWork work;
+    if (asset.transfer) return transferPoseWork(*asset.transfer);
     work.read = joints * sizeof(Affine);
     if (model.deforming) addDeformation(asset, work);
     int features_of = -1;
@@ -127,6 +148,7 @@ StageWork farWork(const AssetView& asset) {
 StageWork evaluateWork(const AssetView& asset) {
     const ModelView& model = asset.model;
     StageWork work;
+    if (asset.transfer) return transferWork(*asset.transfer, asset.mesh.positions.size());
     for (const ClusterView& cluster : model.clusters) {
         work.read += storedBytes(cluster.mean) + storedBytes(cluster.basis) + cluster.components() * kFloat;
         work.written += cluster.mean.count * kFloat;
@@ -182,6 +204,13 @@ StageWork shadeWork(const ShadingSet& shading) {
     const ModelView& model = shading.asset().model;
     StageWork work;
     const std::size_t vertices = shading.asset().mesh.positions.size();
+    if (const auto& transfer = shading.asset().transfer) {  // the light multiplied in first
+        const std::size_t terms = transfer->reduced() ? transfer->outputs() : transfer->inputs() + 1;
+        work.read = vertices * (transfer->reduced() ? terms + 1 : 3 * terms) * kFloat;
+        work.written = vertices * sizeof(Vec3);
+        work.flop = double(vertices) * (6 * double(terms) + 6);
+        return work;
+    }
     work.read = vertices * (3 * sizeof(Vec3) + std::size_t(model.convention.size()) * kFloat);
     work.written = vertices * sizeof(Vec3);
     for (std::size_t slot = 0; slot < shading.slotCount(); ++slot) {

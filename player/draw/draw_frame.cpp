@@ -60,6 +60,13 @@ void ValuePainter::upload(std::span<const Vec3> positions, std::span<const Vec3>
     outward_ = allOutward(surfaces_, positions);
 }
 
+void ValuePainter::setTriangles(std::span<const std::uint32_t> triangles) {
+    assert(sides_ != Sides::kSeen);
+    gl::BindVertexArray(vertex_array_.id());
+    replaceBuffer(GL_ELEMENT_ARRAY_BUFFER, triangles_, std::as_bytes(triangles));
+    index_count_ = GLsizei(triangles.size());
+}
+
 void ValuePainter::draw(const FrameView& view, const Sunlight* suns) const {
     assert(!sunlight_ || suns);
     gl::BindVertexArray(vertex_array_.id());

@@ -34,6 +34,8 @@ public:
     // The two halves of draw().
     void upload(std::span<const Vec3> positions, std::span<const Vec3> values, const SunlitSurface& surface = {});
     void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
+    // Draws other triangles of the same vertices from now on. Not for kSeen.
+    void setTriangles(std::span<const std::uint32_t> triangles);
 
 private:
     GlObject program_, vertex_array_, positions_, values_, triangles_;

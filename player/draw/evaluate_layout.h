@@ -9,7 +9,7 @@ namespace penumbra {
 // Places in 32-bit words from the start of the buffer. The asset's arrays lie one after another as in the file, and
 // each begins at a multiple of 16 bytes. Two arrays are made for the shader: cluster_of_vertex (a word a vertex), and
 // clusters, of kClusterWords words each: first vertex, vertices, components, first score, mean, basis, and the
-// AssetPrecision of both. The clusters of a residual follow those of the model.
+// AssetPrecision of both. The clusters of a residual follow those of the model, and then those of light that bounces.
 struct AssetPlaces {
     std::uint32_t positions = 0, normals = 0, tangents = 0, skin_joints = 0, skin_weights = 0, slots = 0;
     std::uint32_t cluster_of_vertex = 0, clusters = 0;
@@ -30,10 +30,14 @@ struct FarPlaces {
 // scene, 3x4; the next has whether its numbers are given (1) or the model's (0), and which caster it is (-1: none).
 // Then follow the rows of the bones' 3x4 skinning matrices; rows of the clusters' rotations, whose fourth number is
 // unused; the scores of all clusters, which for an i8 basis are multiplied by the component's scale, those of residuals
-// after all others; the parts (writePosedPart()) of a composed asset that the GPU evaluates; the material of every
-// slot; and ShadingLayout::lightTexels() of the light.
+// and then of light that bounces after all others; the parts (writePosedPart()) of a composed asset that the GPU
+// evaluates; the material of every slot; the SlotLobes of every slot, which are read where suns shine; and
+// ShadingLayout::lightTexels() of the light.
 struct PosePlaces {
-    std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, light = 0, size = 0;
+    std::size_t bones = 4, rotations = 0, scores = 0, parts = 0, materials = 0, lobes = 0, light = 0, size = 0;
 };
+
+// Of what evaluate.comp writes for a vertex, in vec4: position and value, and where suns shine the surface, too.
+constexpr std::size_t kEvaluatedQuads = 2, kSunlitQuads = 4;
 
 }  // namespace penumbra

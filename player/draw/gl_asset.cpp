@@ -54,6 +54,27 @@ std::vector<const ClusterView*> clustersOf(const ModelView& model, bool composed
     return clusters;
 }
 
+// Adds the rows of light that bounces to the table of clusters. Their means are decoded into `means`, which must live
+// until the arrays are uploaded.
+void addIndirectRows(const IndirectView& indirect, ArrayList& arrays, std::vector<std::vector<float>>& means,
+                     std::uint32_t first_score, std::vector<std::uint32_t>& table) {
+    for (const ClusterView& cluster : indirect.clusters) {
+        std::vector<float>& mean = means.emplace_back(cluster.mean.count);
+        decode(cluster.mean, mean);
+        const auto components = std::uint32_t(cluster.components());
+        table.insert(table.end(), {cluster.first_vertex, cluster.vertex_count, components, first_score,
+                                   arrays.place(std::span<const float>(mean)), placeNumbers(arrays, cluster.basis),
+                                   std::uint32_t(AssetPrecision::kF32), std::uint32_t(cluster.basis.precision)});
+        first_score += components;
+    }
+}
+
+std::size_t scoreCount(std::span<const ClusterView* const> clusters) {
+    std::size_t scores = 0;
+    for (const ClusterView* cluster : clusters) scores += cluster->components();
+    return scores;
+}
+
 std::optional<AssetPrecision> sharedPrecision(std::span<const ClusterView* const> clusters,
                                               NumbersView ClusterView::*array) {
     std::optional<AssetPrecision> shared;
@@ -129,8 +150,14 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
     const std::vector<const ClusterView*> clusters = clustersOf(model, composed);
     recipe_.mean = sharedPrecision(clusters, &ClusterView::mean);
     recipe_.basis = sharedPrecision(clusters, &ClusterView::basis);
-    const std::vector<std::uint32_t> cluster_of_vertex = clusterOfVertex(*asset_),
-                                     table = clusterTable(clusters, arrays);
+    const std::vector<std::uint32_t> cluster_of_vertex = clusterOfVertex(*asset_);
+    std::vector<std::uint32_t> table = clusterTable(clusters, arrays);
+    std::vector<std::vector<float>> means;  // of light that bounces, until they are uploaded
+    if (model.indirect) {
+        recipe_.first_indirect = clusters.size();
+        recipe_.bounced_ambient = bouncedAmbientWeights(model.indirect->axes);
+        addIndirectRows(*model.indirect, arrays, means, std::uint32_t(scoreCount(clusters)), table);
+    }
     FarWords words;  // until they are uploaded
     if (composed) {
         words = makeFarWords(evaluator->farTables(), evaluator->farLayout());
@@ -149,7 +176,7 @@ void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading
     places.skin_weights = arrays.place(mesh.skin_weights);
     places.slots = arrays.place(mesh.slot_of_vertex);
     places.cluster_of_vertex = arrays.place(std::span(cluster_of_vertex));
-    places.clusters = arrays.place(std::span(table));
+    places.clusters = arrays.place(std::span<const std::uint32_t>(table));
     if (asset_->model.composition) places.part_of_vertex = arrays.place(asset_->model.composition->part_of_vertex);
     if (shading) places.other_side = arrays.place(shading->otherSides());
     arrays_ = arrays.upload();
@@ -165,24 +192,28 @@ void GlAsset::uploadMaterials(const ShadingSet& shading) {
 
 void GlAsset::placePose() {
     const auto texels = [](std::size_t numbers) { return (numbers + 3) / 4; };
-    std::size_t scores = 0;
-    for (const ClusterView* cluster : clustersOf(asset_->model, evaluatesFar())) scores += cluster->components();
+    std::size_t scores = scoreCount(clustersOf(asset_->model, evaluatesFar()));
+    if (asset_->model.indirect)
+        for (const ClusterView& cluster : asset_->model.indirect->clusters) scores += cluster.components();
     PosePlaces& pose = recipe_.pose;
     pose.rotations = pose.bones + 3 * asset_->animation.jointCount();
     pose.scores = pose.rotations + 3 * asset_->model.clusters.size();
     pose.parts = pose.scores + texels(scores);
     pose.materials = pose.parts + (recipe_.far ? kPosedPartRows * recipe_.far->part_count : 0);
-    pose.light = pose.materials + texels(std::max<std::size_t>(1, asset_->mesh.slots.size()));
+    const std::size_t slots = std::max<std::size_t>(1, asset_->mesh.slots.size());
+    pose.lobes = pose.materials + texels(slots);
+    pose.light = pose.lobes + slots;
     pose.size = pose.light + (shading_ ? shading_->lightTexels() : 0);
 }
 
-const GlAsset::Program& GlAsset::evaluateProgram(Channel channel, bool casts) {
-    const auto [found, is_new] = evaluate_.try_emplace({channel, casts});
+const GlAsset::Program& GlAsset::evaluateProgram(Channel channel, bool casts, bool sunlit) {
+    const auto [found, is_new] = evaluate_.try_emplace({channel, casts, sunlit});
     Program& made = found->second;
     if (!is_new) return made;
     ShaderRecipe recipe = recipe_;
     recipe.channel = channel;
     recipe.casts = casts;
+    recipe.sunlit = sunlit;
     if (channel == Channel::kShaded) recipe.shading = &shading();
     made.program = makeComputeProgram(evaluateSource(recipe));
     made.eye = gl::GetUniformLocation(made.program.id(), "eye");
@@ -208,12 +239,13 @@ const GlAsset::Program& madeOnce(std::optional<GlAsset::Program>& made, std::str
 const GlAsset::Program& GlAsset::anchorProgram() { return madeOnce(anchor_, anchorSource, recipe_); }
 const GlAsset::Program& GlAsset::receiverProgram() { return madeOnce(receiver_, receiverSource, recipe_); }
 
-const GlAsset::Program& GlAsset::drawProgram(Channel channel) {
-    const auto [found, is_new] = draw_.try_emplace(channel);
+const GlAsset::Program& GlAsset::drawProgram(Channel channel, BrdfModels sunlit) {
+    const auto [found, is_new] = draw_.try_emplace({channel, sunlit});
     Program& made = found->second;
     if (!is_new) return made;
-    made.program = makeProgram(evaluatedVertexSource(channel), channelFragmentSource(channel, 0));
+    made.program = makeProgram(evaluatedVertexSource(channel, sunlit), channelFragmentSource(channel, sunlit));
     made.view = viewUniforms(made.program);
+    if (sunlit) made.sunlight = sunlightUniforms(made.program);
     made.vertex_count = gl::GetUniformLocation(made.program.id(), "vertex_count");
     return made;
 }

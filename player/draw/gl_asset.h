@@ -4,6 +4,7 @@
 
 #include "player/draw/draw_frame.h"
 #include "player/draw/shader_source.h"
+#include "player/draw/sunlight.h"
 #include "player/gl/gl_objects.h"
 #include "player/runtime/evaluator.h"
 
@@ -33,10 +34,12 @@ public:
         GlObject program;
         GLint eye = -1, vertex_count = -1;
         ViewUniforms view;
+        SunlightUniforms sunlight;
     };
     // Programs are compiled when they are first asked for. The painter's shaders define the bindings.
-    const Program& evaluateProgram(Channel channel, bool casts = false);
-    const Program& drawProgram(Channel channel);
+    const Program& evaluateProgram(Channel channel, bool casts, bool sunlit);
+    // `sunlit` has the models of all lobes that suns shine on; 0: they do not.
+    const Program& drawProgram(Channel channel, BrdfModels sunlit);
     const Program& anchorProgram();
     const Program& receiverProgram();
     // Bind the asset's arrays and materials for evaluating, or its triangles for drawing.
@@ -51,8 +54,8 @@ private:
     GlObject arrays_, vertex_array_, triangles_;
     TextureBuffer materials_;
     std::size_t bytes_ = 0;
-    std::map<std::pair<Channel, bool>, Program> evaluate_;  // with and without casts
-    std::map<Channel, Program> draw_;
+    std::map<std::tuple<Channel, bool, bool>, Program> evaluate_;  // with and without casts, and suns
+    std::map<std::pair<Channel, BrdfModels>, Program> draw_;
     std::optional<Program> anchor_, receiver_;
 
     void placePose();

@@ -9,6 +9,7 @@ namespace penumbra {
 
 namespace {
 
+constexpr BrdfModels kPaint = 1u << int(BrdfModel::kLambert);
 constexpr GLuint kGroundReceivers = 3, kGroundCasts = 4, kGroundEvaluated = 5;
 
 GlObject makeReceivers(const GroundMesh& mesh) {
@@ -22,18 +23,22 @@ GlObject makeReceivers(const GroundMesh& mesh) {
 
 }  // namespace
 
-GlGround::GlGround(const GroundMesh& mesh, Channel channel)
+GlGround::GlGround(const GroundMesh& mesh, Channel channel, std::optional<SlotLobes> lobes)
     : vertices_(mesh.positions.size()),
       index_count_(GLsizei(mesh.triangles.size())),
+      lobes_(lobes),
       receivers_(makeReceivers(mesh)),
-      evaluate_(makeComputeProgram(groundSource())),
+      evaluate_(makeComputeProgram(groundSource(lobes.has_value()))),
       vertex_array_(makeVertexArray()),
-      draw_(makeProgram(evaluatedVertexSource(channel), channelFragmentSource(channel, 0))),
-      evaluated_(makeTextureStorage(GL_RGBA32F, vertices_ * 2 * 4 * sizeof(float))),
+      draw_(makeProgram(evaluatedVertexSource(channel, lobes ? kPaint : 0),
+                        channelFragmentSource(channel, lobes ? kPaint : 0))),
+      evaluated_(
+          makeTextureStorage(GL_RGBA32F, vertices_ * (lobes ? kSunlitQuads : kEvaluatedQuads) * 4 * sizeof(float))),
       weights_(gl::GetUniformLocation(evaluate_.id(), "weights")),
       receiver_count_(gl::GetUniformLocation(evaluate_.id(), "receiver_count")),
       vertex_count_(gl::GetUniformLocation(draw_.id(), "vertex_count")),
-      view_(viewUniforms(draw_)) {
+      view_(viewUniforms(draw_)),
+      sunlight_(sunlightUniforms(draw_)) {
     const std::size_t bytes = vertices_ * kCastQuads * 4 * sizeof(float);
     checkStorageBlock("the ground", bytes);
     casts_ = makeStorage(bytes);
@@ -54,13 +59,16 @@ void GlGround::evaluate(GlCast& cast, std::span<const Vec3> weights) {
         for (int c = 0; c < 3; ++c) quads[4 * i + std::size_t(c)] = weights[i][c];
     gl::Uniform4fv(weights_, GLsizei(kMirroredCast), quads.data());
     gl::Uniform1ui(receiver_count_, GLuint(vertices_));
+    if (lobes_) gl::Uniform3f(gl::GetUniformLocation(evaluate_.id(), "lobes"), lobes_->first, lobes_->count, 0);
     gl::DispatchCompute(GLuint((vertices_ + kWorkGroup - 1) / kWorkGroup), 1, 1);
     gl::MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     checkGl("casting on the ground");
 }
 
-void GlGround::draw(const FrameView& view) const {
+void GlGround::draw(const FrameView& view, const Sunlight* suns) const {
+    assert(!lobes_ || suns);
     setView(draw_, view_, view);
+    if (lobes_) suns->bind(sunlight_, view);
     gl::Uniform1i(vertex_count_, GLint(vertices_));
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());

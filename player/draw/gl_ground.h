@@ -13,20 +13,23 @@ struct GroundMesh {
 
 class GlGround {
 public:
-    // `channel` is shaded or ambient.
-    GlGround(const GroundMesh& mesh, Channel channel);
+    // `channel` is shaded or ambient. Suns shine on it where it has lobes, which are Lambertian.
+    GlGround(const GroundMesh& mesh, Channel channel, std::optional<SlotLobes> lobes = {});
 
     // Computes what each vertex shows: the sum of weight times number over the 21 numbers that `cast` leaves visible.
     void evaluate(GlCast& cast, std::span<const Vec3> weights);
-    void draw(const FrameView& view) const;
+    // `suns` are not null where they shine.
+    void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
 
 private:
     std::size_t vertices_;
     GLsizei index_count_;
+    std::optional<SlotLobes> lobes_;
     GlObject receivers_, casts_, evaluate_, vertex_array_, triangles_, draw_;
     TextureBuffer evaluated_;
     GLint weights_, receiver_count_, vertex_count_;
     ViewUniforms view_;
+    SunlightUniforms sunlight_;
 };
 
 }  // namespace penumbra

@@ -16,12 +16,17 @@ ModelPainter::ModelPainter(std::shared_ptr<GlAsset> asset, std::size_t capacity)
     : asset_(std::move(asset)), capacity_(capacity), poses_(4 * capacity * asset_->pose().size) {
     if (capacity > kMaxGroups || asset_->vertexCount() / kWorkGroup >= kMaxGroups)
         throw Unsupported("too many characters or vertices for one dispatch; use --path cpu");
+    makeRoom();
+}
+
+void ModelPainter::makeRoom() {
     checkStorageBlock("what is drawn of all characters", evaluatedBytes());
     evaluated_ = makeTextureStorage(GL_RGBA32F, evaluatedBytes());
 }
 
-// Counts position and value of every vertex, a vec4 each.
-std::size_t ModelPainter::evaluatedBytes() const { return capacity_ * asset_->vertexCount() * 8 * sizeof(float); }
+std::size_t ModelPainter::evaluatedBytes() const {
+    return capacity_ * asset_->vertexCount() * quads_ * 4 * sizeof(float);
+}
 
 std::size_t ModelPainter::anchorBytes() const { return capacity_ * asset_->anchorValues() * 4 * sizeof(float); }
 
@@ -55,6 +60,11 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
         const std::vector<ClusterView>& residual = asset.view().model.composition->residual;
         for (std::size_t c = 0; c < residual.size(); ++c)
             write(character.evaluator->residualScores(c), residual[c].basis.scale);
+    }
+    if (const std::optional<IndirectView>& indirect = asset.view().model.indirect)
+        for (std::size_t c = 0; c < clusters.size(); ++c)
+            write(character.evaluator->indirectScores(c), indirect->clusters[c].basis.scale);
+    if (asset.evaluatesFar()) {
         at = out.data() + 4 * places.parts;
         std::uint32_t words = asset.fieldWords();
         for (const PosedPart& part : character.evaluator->posedParts()) {
@@ -66,6 +76,9 @@ void writePose(const GlAsset& asset, const PosedCharacter& character, bool with_
     if (!with_looks) return;
     at = out.data() + 4 * places.materials;
     for (const std::uint16_t material : character.shading->materialOfSlot()) *at++ = float(material);
+    at = out.data() + 4 * places.lobes;
+    for (const SlotLobes& lobes : character.lobes)
+        for (const float x : {lobes.first, lobes.count, lobes.mirror, 0.0f}) *at++ = x;
     writeLightData(asset.shading(), *character.shading, out.subspan(4 * places.light));
 }
 
@@ -171,6 +184,12 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     channel_ = channel;
     count_ = characters.size();
     if (count_ == 0) return;
+    sunlit_ = !characters.front().lobes.empty();
+    assert(std::ranges::all_of(characters, [&](const PosedCharacter& c) { return c.lobes.empty() != sunlit_; }));
+    if (sunlit_ && quads_ < kSunlitQuads) {
+        quads_ = kSunlitQuads;
+        makeRoom();
+    }
     uploadPoses(characters);
     uploadVertices(characters);
     uploadNumbers(characters);
@@ -180,7 +199,7 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     bind();
     if (showsVisibility(channel) && asset_->evaluatesFar()) evaluateAnchors();
     if (casts) gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kCastsBinding, casts_->id());
-    const GlAsset::Program& program = asset_->evaluateProgram(channel, casts);
+    const GlAsset::Program& program = asset_->evaluateProgram(channel, casts, sunlit_);
     gl::UseProgram(program.program.id());
     gl::Uniform3f(program.eye, eye.x, eye.y, eye.z);
     dispatch(program, asset_->vertexCount());
@@ -189,10 +208,12 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     checkGl("evaluating");
 }
 
-void ModelPainter::draw(const FrameView& view) const {
+void ModelPainter::draw(const FrameView& view, const Sunlight* suns) const {
     if (count_ == 0) return;
-    const GlAsset::Program& program = asset_->drawProgram(channel_);
+    assert(!sunlit_ || suns);
+    const GlAsset::Program& program = asset_->drawProgram(channel_, sunlit_ ? suns->models() : 0);
     setView(program.program, program.view, view);
+    if (sunlit_) suns->bind(program.sunlight, view);
     gl::Uniform1i(program.vertex_count, GLint(asset_->vertexCount()));
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());

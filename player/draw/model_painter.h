@@ -18,6 +18,9 @@ struct PosedCharacter {
     std::span<const float> numbers = {};
     std::span<const float> true_ambient = {};  // [V], only for kError
     std::size_t caster = kNobody;              // which of GlCast's it is
+    // Of every slot; empty: no suns shine on it. Either all characters have them or none. Only for kShaded, and then
+    // `shading` has its suns on.
+    std::span<const SlotLobes> lobes = {};
 };
 
 // The place of a character that is not turned.
@@ -31,8 +34,9 @@ public:
     // Uploads the characters and evaluates them for the channel, as seen from `eye` (in the scene). Their numbers are
     // multiplied by what others leave visible, unless `cast` is null.
     void evaluate(Channel channel, std::span<const PosedCharacter> characters, Vec3 eye, GlCast* cast = nullptr);
-    // Draws what was evaluated last, any number of times. `view` is the view of the scene.
-    void draw(const FrameView& view) const;
+    // Draws what was evaluated last, any number of times. `view` is the view of the scene. `suns` are not null where
+    // they shine, and stand in the scene.
+    void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
 
     std::size_t bytes() const;  // bytes of GL memory besides the asset's
 
@@ -40,7 +44,9 @@ private:
     std::shared_ptr<GlAsset> asset_;
     std::size_t capacity_, count_ = 0;
     Channel channel_ = Channel::kShaded;
-    bool has_numbers_ = false;  // some character has given numbers
+    bool has_numbers_ = false;             // some character has given numbers
+    bool sunlit_ = false;                  // what was evaluated
+    std::size_t quads_ = kEvaluatedQuads;  // of a vertex, that evaluated_ has room for
     UploadRing poses_;
     std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
     std::optional<GlObject> anchors_;                              // values of a composed asset's anchors
@@ -48,6 +54,7 @@ private:
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;
+    void makeRoom();
     std::size_t anchorBytes() const;
     void evaluateAnchors();
     void uploadPoses(std::span<const PosedCharacter> characters);

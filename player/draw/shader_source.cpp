@@ -5,6 +5,7 @@
 #include "player/runtime/brdf_glsl.h"
 #include "player/runtime/cast_glsl.h"
 #include "player/runtime/far_glsl.h"
+#include "player/runtime/sh_glsl.h"
 #include "player/runtime/shading_glsl.h"
 #include "player_shaders.h"
 
@@ -18,9 +19,11 @@ std::string define(const std::string& name, std::size_t value) {
 
 std::string preamble(Channel channel) {
     std::string text = "#version 430 core\n";
-    const char* names[] = {"SHADED", "AO", "ERROR", "CLUSTERS", "NORMALS", "PARTS"};  // in the order of Channel
+    const char* names[] = {"SHADED",  "AO",    "ERROR",     "CLUSTERS",
+                           "NORMALS", "PARTS", "BOUNCED_AO"};  // in the order of Channel
     for (std::size_t i = 0; i < std::size(names); ++i) text += define(std::string("CHANNEL_") + names[i], i);
-    return text + define("CHANNEL", std::size_t(channel));
+    // Both kinds of error are a number that becomes a colour.
+    return text + define("CHANNEL", std::size_t(channel == Channel::kTransferError ? Channel::kError : channel));
 }
 
 // Centroid interpolation takes values at a covered point, so that silhouettes are not extrapolated beyond the
@@ -39,7 +42,7 @@ std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
            define("CLUSTER_WORDS", kClusterWords) + define("POSE_BONES", pose.bones) +
            define("POSE_ROTATIONS", pose.rotations) + define("POSE_SCORES", pose.scores) +
            define("POSE_PARTS", pose.parts) + define("POSE_MATERIALS", pose.materials) +
-           define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
+           define("POSE_LOBES", pose.lobes) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
 }
 
 // Writes the precision of an array: a number, or the place in the cluster's table that has it.
@@ -65,12 +68,18 @@ std::string castPreamble() {
     return "#version 430 core\n" + define("WORK_GROUP", kWorkGroup) + define("CAST_QUADS", kCastQuads);
 }
 
-}  // namespace
-
 const std::string kSunlit = "#define SUNLIT\n";
 
+// Whether suns shine on what is evaluated, and how much of it there is.
+std::string evaluatedQuads(bool sunlit) {
+    return (sunlit ? kSunlit : "") + define("EVALUATED_QUADS", sunlit ? kSunlitQuads : kEvaluatedQuads);
+}
+
+}  // namespace
+
 bool showsVisibility(Channel channel) {
-    return channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError;
+    return channel == Channel::kShaded || channel == Channel::kAmbient || channel == Channel::kError ||
+           channel == Channel::kBouncedAmbient;
 }
 
 std::string receiverSource(const ShaderRecipe& recipe) {
@@ -87,7 +96,7 @@ std::string castSource(bool parts, bool spheres) {
            (spheres ? "#define HAS_SPHERES\n" : "") + text;
 }
 
-std::string groundSource() { return castPreamble() + kShaderGroundComp; }
+std::string groundSource(bool sunlit) { return castPreamble() + evaluatedQuads(sunlit) + kShaderGroundComp; }
 
 std::string anchorSource(const ShaderRecipe& recipe) {
     ShaderRecipe anchors = recipe;
@@ -101,6 +110,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
                           define("PENUMBRA_STRIDE4", std::size_t(recipe.stride) / 4) +
                           places(recipe.asset, recipe.pose) + precisionOf("MEAN", recipe.mean, 6) +
                           precisionOf("BASIS", recipe.basis, 7);
+    defines += evaluatedQuads(recipe.sunlit);
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
     if (recipe.deforming) defines += "#define DEFORMING\n";
     if (recipe.channel == Channel::kShaded && recipe.shading->membranes) defines += "#define HAS_MEMBRANES\n";
@@ -109,11 +119,18 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
         defines += farPlaces(*recipe.far) + define("CLUSTER_COUNT", recipe.clusters);
         if (recipe.residual) defines += "#define HAS_RESIDUAL\n";
     }
+    if (recipe.first_indirect && (recipe.channel == Channel::kShaded || recipe.channel == Channel::kBouncedAmbient)) {
+        const Vec3 w = recipe.bounced_ambient;
+        defines += "#define BOUNCES\n" + define("FIRST_INDIRECT", *recipe.first_indirect) +
+                   "#define BOUNCED_AMBIENT vec3(" + glslFloat(w.x) + ", " + glslFloat(w.y) + ", " + glslFloat(w.z) +
+                   ")\n";
+    }
     if (recipe.casts) defines += "#define CAST\n" + define("CAST_QUADS", kCastQuads);
     std::string generated;
     if (showsVisibility(recipe.channel)) generated = ambientGlsl(recipe.convention);
     if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(recipe.convention);
     if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
+    if (recipe.sunlit) generated += sightGlsl(recipe.convention);
     // penumbra.glsl goes after the functions that the text has generated and the buffers that its macros name.
     std::string text = kShaderEvaluateComp;
     insertAt(text, "GENERATED_BY_SHADING_GLSL",
@@ -125,8 +142,8 @@ std::string valueVertexSource(Channel channel, BrdfModels sunlit) {
     return preamble(channel) + interpolation(channel) + (sunlit ? kSunlit : "") + kShaderValueVert;
 }
 
-std::string evaluatedVertexSource(Channel channel) {
-    return preamble(channel) + interpolation(channel) + kShaderEvaluatedVert;
+std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit) {
+    return preamble(channel) + interpolation(channel) + evaluatedQuads(sunlit != 0) + kShaderEvaluatedVert;
 }
 
 std::string skyVertexSource() { return preamble(Channel::kShaded) + kShaderSkyVert; }
@@ -138,6 +155,7 @@ std::string skyFragmentSource() {
 std::string channelFragmentSource(Channel channel, BrdfModels sunlit) {
     std::string suns;
     if (sunlit) suns = kSunlit + brdfGlsl(sunlit) + sunGlsl() + kShaderSkyGlsl + kShaderSunlightGlsl;
+    if (sunlit == 1u << int(BrdfModel::kLambert)) suns.insert(0, "#define SUN_LAMBERT\n");
     if (sunlit >> int(BrdfModel::kMirror) & 1) suns.insert(0, "#define SUN_MIRRORS\n");
     return preamble(channel) + interpolation(channel) + suns + kShaderDisplayGlsl + kShaderChannelFrag;
 }

@@ -26,7 +26,11 @@ struct ShaderRecipe {
     bool residual = false;              // the asset has one
     std::optional<FarPlaces> far = {};  // of a composed asset that the GPU evaluates
     std::string far_functions = {};     // farGlsl()
-    bool casts = false;                 // numbers are multiplied by what GlCast has written
+    // Where the asset has light that bounces: its first row in the cluster table, and the weights of its ambient term.
+    std::optional<std::size_t> first_indirect = {};
+    Vec3 bounced_ambient = {};
+    bool casts = false;   // numbers are multiplied by what GlCast has written
+    bool sunlit = false;  // surfaces are written for the fragments that suns shine on; only for kShaded
 };
 
 bool showsVisibility(Channel channel);
@@ -40,10 +44,10 @@ std::string anchorSource(const ShaderRecipe& recipe);
 std::string receiverSource(const ShaderRecipe& recipe);
 // Return the shader that casts, for a scene with such casters, and that of the ground.
 std::string castSource(bool parts, bool spheres);
-std::string groundSource();
+std::string groundSource(bool sunlit);
 // Suns shine on a surface of materials with these models (shaders/sunlight.glsl); 0: they do not.
 std::string valueVertexSource(Channel channel, BrdfModels sunlit);
-std::string evaluatedVertexSource(Channel channel);
+std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit);
 std::string channelFragmentSource(Channel channel, BrdfModels sunlit);
 // A light behind everything, as SkyPainter draws it.
 std::string skyVertexSource();

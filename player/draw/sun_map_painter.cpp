@@ -1,6 +1,7 @@
 #include "player/draw/sun_map_painter.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -13,16 +14,22 @@ namespace penumbra {
 namespace {
 
 constexpr std::size_t kFrameFloats = 16;
-constexpr int kSunBlock = 8;          // texels a side of a block, and blocks a side of a block of blocks
+constexpr int kSunBlock = 8;          // texels a side of a block
+constexpr int kSunLevels = 5;         // of blocks of twice the side of those before
 constexpr int kBlocksWorkGroup = 8;   // invocations a side, as sun_blocks.comp has it
 constexpr GLuint kBlocksBinding = 0;  // of storage blocks, while they are made
 
-int blocksAcross(int side) { return (side + kSunBlock - 1) / kSunBlock; }
-
-int blocksOf(int size) {
-    const int fine = blocksAcross(size), coarse = blocksAcross(fine);
-    return fine * fine + coarse * coarse;
+// Blocks of texels a side, a power of two, so that every level has half the side of the one before.
+int blockSide(int size) {
+    return int(std::bit_ceil(unsigned(std::max((size + kSunBlock - 1) / kSunBlock, 1 << kSunLevels))));
 }
+
+// In the numbers of a sun come the blocks with what is around them, of levels 1 to kSunLevels, then the blocks alone.
+int reachedFirst(int side, int level) { return (side * side - (side >> (level - 1)) * (side >> (level - 1))) / 3; }
+int ownFirst(int side, int level) {
+    return reachedFirst(side, kSunLevels + 1) + 4 * ((side * side - (side >> level) * (side >> level)) / 3);
+}
+int blocksOf(int size) { return ownFirst(blockSide(size), kSunLevels + 1); }
 
 std::string blocksSource(bool from_texels) {
     return "#version 430 core\n#define SUN_BLOCK " + std::to_string(kSunBlock) + "\n" +
@@ -77,12 +84,13 @@ std::string sunGlsl() {
     return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("BIAS", kSunBias) + sunDefine("SLOPE_BIAS", kSunSlopeBias) +
            sunDefine("LEAST_COSINE", kSunLeastCosine) + sunDefine("BOX", kSunBox) + sunDefine("CELLS", kSunCells) +
            sunDefine("SEARCH_CELLS", kSunSearchCells) + sunDefine("PASSES", kSunPasses) +
-           sunDefine("BLOCK", kSunBlock) + kShaderSunGlsl;
+           sunDefine("BLOCK", kSunBlock) + sunDefine("LEVELS", kSunLevels) + kShaderSunGlsl;
 }
 
 SunUniforms sunUniforms(const GlObject& program) {
     return {gl::GetUniformLocation(program.id(), "sun_depths"), gl::GetUniformLocation(program.id(), "sun_blocks"),
-            gl::GetUniformLocation(program.id(), "sun_frames")};
+            gl::GetUniformLocation(program.id(), "sun_frames"), gl::GetUniformLocation(program.id(), "sun_block_side"),
+            gl::GetUniformLocation(program.id(), "sun_block_count")};
 }
 
 SunMapPainter::SunMapPainter(int suns, int size)
@@ -170,21 +178,24 @@ void SunMapPainter::drawMeshes() const {
 }
 
 void SunMapPainter::finish(int sun) const {
-    const int fine = blocksAcross(size_), coarse = blocksAcross(fine), first = sun * blocksOf(size_);
+    const int side = blockSide(size_), first = sun * blocksOf(size_);
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_2D_ARRAY, depths_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kBlocksBinding, blocks_.buffer.id());
     gl::UseProgram(texel_blocks_.id());
     gl::Uniform1i(gl::GetUniformLocation(texel_blocks_.id(), "sun"), sun);
-    reduce(texel_blocks_, {0, size_}, {first, fine});
+    reduce(texel_blocks_, {0, size_}, {first + ownFirst(side, 0), side}, 0);
     gl::UseProgram(block_blocks_.id());
-    reduce(block_blocks_, {first, fine}, {first + fine * fine, coarse});
+    for (int level = 1; level <= kSunLevels; ++level)
+        reduce(block_blocks_, {first + ownFirst(side, level - 1), side >> (level - 1)},
+               {first + ownFirst(side, level), side >> level}, first + reachedFirst(side, level));
 }
 
-void SunMapPainter::reduce(const GlObject& program, Square from, Square to) {
+void SunMapPainter::reduce(const GlObject& program, Square from, Square to, int reached_first) {
     gl::Uniform1i(gl::GetUniformLocation(program.id(), "read_first"), from.first);
     gl::Uniform1i(gl::GetUniformLocation(program.id(), "read_side"), from.side);
-    gl::Uniform1i(gl::GetUniformLocation(program.id(), "write_first"), to.first);
+    gl::Uniform1i(gl::GetUniformLocation(program.id(), "own_first"), to.first);
+    gl::Uniform1i(gl::GetUniformLocation(program.id(), "reached_first"), reached_first);
     gl::Uniform1i(gl::GetUniformLocation(program.id(), "write_side"), to.side);
     const auto groups = GLuint((to.side + kBlocksWorkGroup - 1) / kBlocksWorkGroup);
     gl::DispatchCompute(groups, groups, 1);
@@ -198,6 +209,8 @@ void SunMapPainter::bind(const SunUniforms& at, GLuint unit) const {
     gl::ActiveTexture(GL_TEXTURE0 + unit + 1);
     gl::BindTexture(GL_TEXTURE_BUFFER, blocks_.texture.id());
     gl::Uniform1i(at.blocks, GLint(unit) + 1);
+    gl::Uniform1i(at.block_side, blockSide(size_));
+    gl::Uniform1i(at.block_count, blocksOf(size_));
     gl::Uniform4fv(at.frames, GLsizei(frames_.size() / 4), frames_.data());
     gl::ActiveTexture(GL_TEXTURE0);
 }

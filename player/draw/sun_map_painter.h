@@ -9,12 +9,12 @@
 
 namespace penumbra {
 
-// GLSL of float sunVisibility(int sun, vec3 position, vec3 normal), without a #version.
+// GLSL of float sunVisibility(int sun, vec3 position, vec3 normal) and its two halves, without a #version.
 std::string sunGlsl();
 
 // The places of what sunGlsl() reads in a program; -1 where it does not use them.
 struct SunUniforms {
-    GLint depths = -1, blocks = -1, frames = -1;
+    GLint depths = -1, blocks = -1, frames = -1, block_side = -1, block_count = -1;
 };
 SunUniforms sunUniforms(const GlObject& program);
 
@@ -50,12 +50,12 @@ private:
     };
     void upload(Mesh& mesh, const SunCaster& caster);
     void drawMeshes() const;
-    static void reduce(const GlObject& program, Square from, Square to);
+    static void reduce(const GlObject& program, Square from, Square to, int reached_first);
 
     int suns_, size_;
     GlObject depths_, framebuffer_, program_;
     GlObject texel_blocks_, block_blocks_;  // programs
-    TextureBuffer blocks_;                  // [suns, fine^2 + coarse^2, 2]
+    TextureBuffer blocks_;                  // [suns, blocks, 2], as sun_blocks.comp has them
     GLint frame_at_;
     std::vector<Mesh> meshes_;
     std::vector<std::uint32_t> finite_triangles_;  // scratch

@@ -37,6 +37,7 @@ public:
     // Takes what mirrors reflect, turned by `rotation` in the scene.
     void reflect(const SkyPicture& sky);
     void turnSky(const Mat3& rotation) { rotation_ = rotation; }
+    BrdfModels models() const { return lobes_->models(); }  // of all lobes
     // Gives suns, maps, lobes and the sky to the program in use.
     void bind(const SunlightUniforms& at, const FrameView& view) const;
 

@@ -23,6 +23,9 @@ std::vector<float> truthNumbers(const Shot& shot, const FrameVertices& vertices,
     const ModelView& model = shot.asset->model;
     std::vector<float> numbers(vertices.positions.size() * std::size_t(model.stride));
     overVertices(vertices.positions.size(), threads, [&](std::size_t begin, std::size_t end) {
+        if (shot.asset->transfer)
+            return transferFromTruth(*shot.truth, shot.truth_frame, model.convention.order, model.stride, begin, end,
+                                     vertices.normals, numbers);
         numbersFromTruth(*shot.truth, shot.truth_frame, model.convention, model.stride, begin, end,
                          shot.asset->mesh.shading_point, vertices.normals, vertices.tangents, numbers);
     });
@@ -45,6 +48,13 @@ void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& ver
                 [&](std::size_t cluster) { evaluator.evaluateCluster(cluster, vertices.numbers); });
 }
 
+void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect) {
+    if (!evaluator.hasIndirect()) return indirect.clear();
+    indirect.resize(evaluator.vertexCount() * kIndirectStride);
+    parallelFor(evaluator.clusterCount(), threads,
+                [&](std::size_t cluster) { evaluator.evaluateIndirect(cluster, indirect); });
+}
+
 void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
                    FrameVertices& vertices) {
     evaluator.setFrame(shot.frame);
@@ -53,19 +63,31 @@ void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluat
         evaluateNumbers(evaluator, threads, vertices);
     else
         vertices.numbers = truthNumbers(shot, vertices, threads);
+    evaluateIndirect(evaluator, threads, vertices.indirect);
 }
 
 std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers, int threads) {
     const ModelView& model = shot.asset->model;
     std::vector<float> e(numbers.size() / std::size_t(model.stride));
-    overVertices(e.size(), threads, [&](std::size_t begin, std::size_t end) {
-        ambient(model.convention, model.stride, begin, end, numbers, e);
-    });
+    overVertices(e.size(), threads,
+                 [&](std::size_t begin, std::size_t end) { ambient(*shot.asset, begin, end, numbers, e); });
     return e;
 }
 
 std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads) {
     return ambientOf(shot, truthNumbers(shot, vertices, threads), threads);
+}
+
+void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance) {
+    radiance.resize(evaluator.vertexCount());
+    evaluator.setTransferLight(shading.lightTables().sh());
+    overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
+        const std::span<Vec3> piece = std::span(radiance).subspan(begin, end - begin);
+        evaluator.transfer()->irradiance(begin, end, piece);
+        for (Vec3& v : piece)
+            for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
+    });
+    shading.reflect(0, radiance.size(), radiance);
 }
 
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
@@ -74,7 +96,7 @@ void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 e
     const std::span<const std::uint32_t> order = shading.shadingOrder();
     overVertices(radiance.size(), threads, [&](std::size_t begin, std::size_t end) {
         shading.shade(begin, end, vertices.positions, vertices.normals, vertices.tangents, vertices.numbers, eye,
-                      radiance);
+                      radiance, vertices.indirect);
         for (std::size_t at = begin; at < end; ++at) {
             Vec3& v = radiance[order.empty() ? at : order[at]];
             for (int c = 0; c < 3; ++c) v[c] = std::max(v[c], 0.0f);
@@ -116,7 +138,9 @@ std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const Shading
         for (std::size_t v = 0; v < values.size(); ++v) values[v].x = float(part[v]);
         return values;
     }
-    const std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
+    std::vector<float> e = ambientOf(shot, vertices.numbers, threads);
+    if (channel == Channel::kBouncedAmbient)
+        addBouncedAmbient(shot.asset->model.indirect->axes, 0, e.size(), vertices.indirect, e);
     for (std::size_t v = 0; v < values.size(); ++v)
         values[v].x = channel == Channel::kError ? std::abs(e[v] - true_ambient[v]) : e[v];
     return values;

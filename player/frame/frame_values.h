@@ -12,6 +12,7 @@ namespace penumbra {
 struct FrameVertices {
     std::vector<Vec3> positions, normals, tangents;  // [V]
     std::vector<float> numbers;                      // [V, stride], of the model or of the truth
+    std::vector<float> indirect;                     // [V, kIndirectStride], of the model; empty where no light bounces
 };
 
 // Poses the evaluator for the shot's frame, then skins and evaluates. Sizes `vertices`. `threads` as in
@@ -19,9 +20,11 @@ struct FrameVertices {
 void evaluateFrame(const Shot& shot, VisibilitySource source, Evaluator& evaluator, int threads,
                    FrameVertices& vertices);
 
-// Its two halves, for an evaluator that has its pose: skinning, and the model's numbers.
+// Its parts, for an evaluator that has its pose: skinning, the model's numbers, and its light that bounces, which is
+// empty where the asset has none.
 void skinFrame(const Evaluator& evaluator, int threads, FrameVertices& vertices);
 void evaluateNumbers(const Evaluator& evaluator, int threads, FrameVertices& vertices);
+void evaluateIndirect(const Evaluator& evaluator, int threads, std::vector<float>& indirect);
 
 // Returns the baked truth as numbers of the model's convention, in the local frames of `vertices`. shot.truth must be
 // set.
@@ -32,6 +35,10 @@ std::vector<float> ambientOf(const Shot& shot, const std::vector<float>& numbers
 // Returns E of the baked truth in this frame. shot.truth must be set.
 std::vector<float> trueAmbient(const Shot& shot, const FrameVertices& vertices, int threads);
 
+// Shades the model of an asset of transfer under the light that is on, without its numbers: the light is multiplied in
+// first (TransferEvaluator). Negative values are 0. Sizes `radiance`.
+void shadeTransfer(Evaluator& evaluator, const ShadingSet& shading, int threads, std::vector<Vec3>& radiance);
+
 // Computes the radiance of every vertex towards `eye`, with negative values as 0. Sizes `radiance`.
 void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 eye, int threads,
                 std::vector<Vec3>& radiance);
@@ -41,6 +48,7 @@ void shadeFrame(const ShadingSet& shading, const FrameVertices& vertices, Vec3 e
 std::vector<Vec3> channelValues(const Shot& shot, Channel channel, const ShadingSet* shading,
                                 const FrameVertices& vertices, const std::vector<float>& true_ambient, Vec3 eye,
                                 int threads);
+// The channel kTransferError is not among these (transfer_error.h).
 
 // Returns the cluster of every vertex, or of one.
 std::vector<std::uint32_t> clusterOfVertex(const AssetView& asset);

@@ -10,6 +10,12 @@ LobeRange LobeTable::add(std::span<const BrdfLobe> lobes) {
     return LobeRange(at - lobes_.begin()) | LobeRange(lobes.size()) << 24;
 }
 
+BrdfModels LobeTable::models() const {
+    BrdfModels models = 1u << int(BrdfModel::kLambert);
+    for (const BrdfLobe& lobe : lobes_) models |= 1u << int(lobe.model);
+    return models;
+}
+
 BrdfModels LobeTable::models(std::span<const LobeRange> of_vertices) const {
     BrdfModels models = 1u << int(BrdfModel::kLambert);
     for (const LobeRange range : of_vertices)
@@ -19,6 +25,17 @@ BrdfModels LobeTable::models(std::span<const LobeRange> of_vertices) const {
 
 bool LobeTable::isMirror(LobeRange range) const {
     return range >> 24 > 0 && lobes_[range & 0xffffff].model == BrdfModel::kMirror;
+}
+
+SlotLobes LobeTable::slotLobes(LobeRange range) const {
+    return {float(range & 0xffffff), float(range >> 24), isMirror(range) ? 1.0f : 0.0f};
+}
+
+std::vector<SlotLobes> LobeTable::addSlots(const ShadingSet& shading) {
+    std::vector<SlotLobes> of_slot;
+    for (const std::uint16_t material : shading.materialOfSlot())
+        of_slot.push_back(slotLobes(add(shading.lobesOf(material))));
+    return of_slot;
 }
 
 std::vector<LobeRange> LobeTable::add(const ShadingSet& shading) {

@@ -12,7 +12,9 @@ void PosedFrame::pose(std::size_t frame, std::optional<std::size_t> truth_frame)
     has_truth_ = truth_frame.has_value();
     evaluator_.setFrame(frame);
     skinFrame(evaluator_, threads_, vertices_);
+    evaluateIndirect(evaluator_, threads_, vertices_.indirect);
     for (Source& source : sources_) source.known = source.ambient_known = false;
+    transfer_errors_.clear();
 }
 
 const FrameVertices& PosedFrame::vertices(VisibilitySource source) {
@@ -43,6 +45,19 @@ const std::vector<float>& PosedFrame::ambient(VisibilitySource source) {
         wanted.ambient_known = true;
     }
     return wanted.ambient;
+}
+
+const std::vector<float>& PosedFrame::transferError() {
+    if (!transfer_errors_.empty()) return transfer_errors_;
+    if (!transfer_error_) transfer_error_.emplace(*shot_.asset, *shot_.truth);
+    transfer_errors_ = transfer_error_->of(shot_, vertices(VisibilitySource::kModel), threads_);
+    return transfer_errors_;
+}
+
+std::vector<Vec3> PosedFrame::transferRadiance(const ShadingSet& shading) {
+    std::vector<Vec3> radiance;
+    shadeTransfer(evaluator_, shading, threads_, radiance);
+    return radiance;
 }
 
 }  // namespace penumbra

@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-#include "player/frame/frame_values.h"
+#include "player/frame/transfer_error.h"
 
 namespace penumbra {
 
@@ -25,6 +25,11 @@ public:
     const FrameVertices& vertices(VisibilitySource source);
     // Returns these numbers alone, valid until the next pose().
     std::span<const float> numbers(VisibilitySource source);
+    // Returns E_transfer of every vertex, valid until the next pose(). Only where hasTruth().
+    const std::vector<float>& transferError();
+    // Returns the radiance of the model of an asset of transfer.
+    std::vector<Vec3> transferRadiance(const ShadingSet& shading);
+    const FrameVertices& skinned() const { return vertices_; }  // whatever its numbers are
     // Returns E of every vertex.
     const std::vector<float>& ambient(VisibilitySource source);
 
@@ -41,6 +46,8 @@ private:
         bool known = false, ambient_known = false;
     };
     std::array<Source, 2> sources_;  // indexed by VisibilitySource
+    std::optional<TransferError> transfer_error_;
+    std::vector<float> transfer_errors_;  // empty while they are not known
 };
 
 }  // namespace penumbra

@@ -38,14 +38,15 @@ std::string findProblem(const RenderOptions& options) {
     return "";
 }
 
-constexpr std::array<std::string_view, 6> kChannels = {"shaded", "ao", "error", "clusters", "normals", "parts"};
+constexpr std::array<std::string_view, 8> kChannels = {"shaded",  "ao",    "error",      "clusters",
+                                                       "normals", "parts", "ao-bounced", "transfer-error"};
 
 std::string_view nameOf(Channel channel) { return kChannels[std::size_t(channel)]; }
 
 Channel parseChannel(std::string_view word) {
     for (std::size_t i = 0; i < kChannels.size(); ++i)
         if (word == kChannels[i]) return Channel(i);
-    throw wrongWord("--channel", "shaded, ao, error, clusters, normals or parts", word);
+    throw wrongWord("--channel", "shaded, ao, error, clusters, normals, parts, ao-bounced or transfer-error", word);
 }
 
 VisibilitySource parseSource(std::string_view word) {
@@ -59,6 +60,13 @@ std::optional<EvaluationPath> parsePath(std::string_view word) {
     if (word == "cpu") return EvaluationPath::kCpu;
     if (word == "glsl") return EvaluationPath::kGlsl;
     throw wrongWord("--path", "auto, cpu or glsl", word);
+}
+
+Bounces parseBounces(std::string_view word) {
+    if (word == "both") return Bounces::kBoth;
+    if (word == "direct") return Bounces::kDirect;
+    if (word == "indirect") return Bounces::kIndirect;
+    throw wrongWord("--bounces", "both, direct or indirect", word);
 }
 
 SunChoice parseSuns(std::string_view word) {

@@ -8,6 +8,7 @@
 
 #include "player/frame/channel.h"
 #include "player/gl/gl_context.h"
+#include "player/runtime/indirect_light.h"
 #include "player/runtime/shading.h"
 #include "player/runtime/sun_frame.h"
 #include "sh/vec3.h"
@@ -41,10 +42,11 @@ struct RenderOptions {
     std::vector<std::string> slots;
     ShadingChoice shading;
     SunChoice suns = SunChoice::kAuto;
-    int sun_map = kSunMapSize;      // texels a side of a sun's shadow map
-    std::string light_rotation;     // sh/light/light_rotation.h
-    int width = 512, height = 512;  // pixels, 1..16384
-    std::string camera;             // sh/camera.h
+    Bounces bounces = Bounces::kBoth;  // of an asset that has light that bounces
+    int sun_map = kSunMapSize;         // texels a side of a sun's shadow map
+    std::string light_rotation;        // sh/light/light_rotation.h
+    int width = 512, height = 512;     // pixels, 1..16384
+    std::string camera;                // sh/camera.h
     Channel channel = Channel::kShaded;
     VisibilitySource source = VisibilitySource::kModel;
     std::optional<EvaluationPath> path;  // unset: cpu on software GL, glsl on a GPU
@@ -68,6 +70,7 @@ std::string findProblem(const RenderOptions& options);
 VisibilitySource parseSource(std::string_view word);             // model | truth
 std::optional<EvaluationPath> parsePath(std::string_view word);  // auto | cpu | glsl
 SunChoice parseSuns(std::string_view word);                      // auto | on | off
+Bounces parseBounces(std::string_view word);                     // both | direct | indirect
 Reflectance parseReflectance(std::string_view word);             // slices | operators
 LightForm parseLightForm(std::string_view word);                 // auto | lobes | fixed | rotation
 std::string_view nameOf(Reflectance reflectance);                // slices | operators

@@ -7,6 +7,7 @@
 #include "formats/common/errors.h"
 #include "formats/common/find_by_name.h"
 #include "formats/common/slot_choice.h"
+#include "player/frame/transfer_error.h"
 #include "player/frame/truth_frames.h"
 #include "sh/light/light_rotation.h"
 
@@ -58,12 +59,30 @@ bool wantsSuns(SunChoice choice, const AssetView& asset, const Shot& shot) {
     if (light.suns.empty())
         lacking = "the light \"" + std::string(light.name) + "\" has none (penumbra-fit light --factor)";
     if (shot.shading.light_form != LightForm::kRotation) lacking = "they need --light-form rotation";
+    if (asset.transfer) lacking = "transfer of paper 002 takes all of the light as SH";
     for (const std::size_t m : shot.material_of_slot)
         if (lacking.empty() && asset.materials[m].lobes.empty())
             lacking = "the material \"" + std::string(asset.materials[m].name) +
                       "\" has no lobes; fit it again with penumbra-fit brdf";
     if (!lacking.empty() && choice == SunChoice::kOn) throw UsageError("--suns on: " + lacking);
     return lacking.empty();
+}
+
+void requireIndirect(const AssetView& asset, const std::string& option) {
+    if (!asset.model.indirect)
+        throw UsageError(option + ": " + asset.name + " has no light that bounces (penumbra-fit indirect)");
+}
+
+// Transfer has the light of all directions summed up, so that nothing but diffuse materials can be made of it.
+void requireDiffuse(const AssetView& asset, const Shot& shot) {
+    if (shot.shading.light_form != LightForm::kRotation)
+        throw UsageError("--light-form: " + asset.name + " has transfer of paper 002, which takes the light exactly");
+    if (shot.shading.reflectance != Reflectance::kSlices)
+        throw UsageError("--reflectance operators: " + asset.name + " has transfer of paper 002, which is diffuse");
+    for (const std::size_t m : shot.material_of_slot)
+        if (!isLambert(asset.materials[m]))
+            throw UsageError(asset.name + ": has transfer of paper 002, which is diffuse, and the material \"" +
+                             std::string(asset.materials[m].name) + "\" is not lambert");
 }
 
 void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& shot) {
@@ -78,6 +97,7 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
                   findByName(asset.materials, options.brdf, "--brdf"));
     for (const std::string& assignment : options.slots) assignMaterial(asset, assignment, shot);
     shot.light = findByName(asset.lights, options.light, "--light");
+    if (asset.transfer) requireDiffuse(asset, shot);
     for (const std::size_t material : shot.material_of_slot)
         if (!hasReflectance(asset.materials[material], shot.shading.reflectance))
             throw UsageError("--reflectance operators: the asset's material \"" +
@@ -86,7 +106,10 @@ void resolveShading(const RenderOptions& options, const AssetView& asset, Shot& 
     if (!hasForm(asset.lights[shot.light], shot.shading.light_form))
         throw UsageError("--light-form lobes: the asset's light \"" + std::string(asset.lights[shot.light].name) +
                          "\" has none; fit it with penumbra-fit light --lobes");
-    shot.suns = wantsSuns(options.suns, asset, shot);
+    shot.bounces = options.bounces;
+    if (shot.bounces == Bounces::kIndirect) requireIndirect(asset, "--bounces indirect");
+    // The whole light bounces, so that pictures of indirect light alone have no suns as such.
+    shot.suns = shot.bounces != Bounces::kIndirect && wantsSuns(options.suns, asset, shot);
     try {
         const Mat3d rotation = parseLightRotation(options.light_rotation);
         for (std::size_t i = 0; i < 9; ++i) shot.light_rotation.m[i] = float(rotation.m[i]);
@@ -117,6 +140,15 @@ void resolveOverlays(const RenderOptions& options, const AssetView& asset, Shot&
             shot.boxes.push_back(findPart(asset, word, "--boxes"));
 }
 
+// What an asset of transfer has not.
+void checkForTransfer(const RenderOptions& options, const AssetView& asset) {
+    if (!asset.transfer) return;
+    const std::string what = asset.name + " has transfer of paper 002";
+    if (options.channel == Channel::kClusters) throw UsageError("--channel clusters: " + what + ", which has none");
+    if (options.lobe) throw UsageError("--lobe: " + what + ", which is no visibility");
+    if (options.path == EvaluationPath::kGlsl) throw UsageError("--path glsl: " + what + ", which the CPU evaluates");
+}
+
 }  // namespace
 
 void requireFrames(const AssetView& asset) {
@@ -127,11 +159,13 @@ void requireFrames(const AssetView& asset) {
 }
 
 Shot resolveLook(const RenderOptions& options, const AssetView& asset, const AssetView* truth) {
-    if (!asset.has_mesh || !asset.has_model)
+    if (!asset.has_mesh || !asset.hasCharacter())
         throw InvalidInput(asset.name + ": holds no model; make one with penumbra-pack asset");
-    const bool needs_truth = options.channel == Channel::kError || options.source == VisibilitySource::kTruth;
+    const bool needs_truth = needsTruth(options.channel) || options.source == VisibilitySource::kTruth;
     if (needs_truth && !truth)
-        throw UsageError("--channel error and --source truth need --truth X.truth.pnb (penumbra-pack truth makes it)");
+        throw UsageError(
+            "--channel error, --channel transfer-error and --source truth need --truth X.truth.pnb (penumbra-pack "
+            "truth makes it)");
     Shot shot;
     shot.asset = &asset;
     checkSome(asset, asset.animation.clips, "clip");
@@ -140,6 +174,10 @@ Shot resolveLook(const RenderOptions& options, const AssetView& asset, const Ass
     shot.truth = truth;
     if (options.channel == Channel::kShaded) resolveShading(options, asset, shot);
     if (options.channel == Channel::kParts) checkComposed(asset, "--channel parts");
+    if (options.channel == Channel::kBouncedAmbient) requireIndirect(asset, "--channel ao-bounced");
+    if (options.channel == Channel::kTransferError && !hasTransferOf(asset, *truth))
+        throw InvalidInput(truth->name + ": SH order 1 is too low for E_transfer");
+    checkForTransfer(options, asset);
     resolveOverlays(options, asset, shot);
     return shot;
 }
@@ -161,6 +199,7 @@ ShadingSet shadingOf(const Shot& shot) {
         set.setMaterial(slot, shot.material_of_slot[slot]);
     set.setLight(shot.light);
     set.setSuns(shot.suns);
+    set.setBounces(shot.bounces);
     set.setLightRotation(shot.light_rotation);
     return set;
 }

@@ -15,7 +15,8 @@ struct Shot {
     // Only for Channel::kShaded:
     bool shaded = false;
     ShadingChoice shading;
-    bool suns = false;                          // those of the light shine as such
+    bool suns = false;  // those of the light shine as such
+    Bounces bounces = Bounces::kBoth;
     std::vector<std::size_t> material_of_slot;  // as many as ShadingSet has
     std::size_t light = 0;
     Mat3 light_rotation;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "player/frame/truth_frames.h"
 
@@ -42,6 +43,8 @@ TruthMean truthMean(PosedFrame& frame) {
         }
     }
     mean.from_truth = frames > 0;
+    if (!mean.from_truth && shot.asset->transfer)
+        throw InvalidInput(shot.truth->name + ": has no frame of a training clip, whose mean relative errors need");
     if (!mean.from_truth) return {storedMean(*shot.asset), false};
     for (double& number : mean.numbers) number /= frames;
     return mean;
@@ -54,6 +57,7 @@ void ErrorSums::add(const ErrorSums& other) {
     ambient_max = std::max(ambient_max, other.ambient_max);
     squares += other.squares;
     variation += other.variation;
+    transfer += other.transfer;
 }
 
 double ErrorSums::rmsV() const { return std::sqrt(squares / double(vertices) / (4 * std::numbers::pi)); }
@@ -70,6 +74,11 @@ ErrorSums errorsOf(PosedFrame& frame, const TruthMean* mean) {
         const double difference = std::abs(double(e[v]) - e_truth[v]);
         sums.ambient += difference;
         sums.ambient_max = std::max(sums.ambient_max, difference);
+    }
+    sums.transfer = std::numeric_limits<double>::quiet_NaN();
+    if (hasTransferOf(*frame.shot().asset, *frame.shot().truth)) {
+        sums.transfer = 0;
+        for (const float error : frame.transferError()) sums.transfer += double(error);
     }
     const std::span<const float> model = frame.numbers(VisibilitySource::kModel);
     const std::span<const float> truth = frame.numbers(VisibilitySource::kTruth);

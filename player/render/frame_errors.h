@@ -24,10 +24,12 @@ struct ErrorSums {
     double ambient_max = 0;  // largest term of that sum
     double squares = 0;      // sum |y' - y|^2
     double variation = 0;    // sum |y - mean y|^2; NaN without a mean
+    double transfer = 0;     // sum E_transfer (player/frame/transfer_error.h); NaN where the truth has one band alone
 
     void add(const ErrorSums& other);
     double ambientMean() const { return ambient / double(vertices); }
-    double rmsV() const;           // sqrt(squares / vertices / 4 pi)
+    double transferMean() const { return transfer / double(vertices); }
+    double rmsV() const;           // sqrt(squares / vertices / 4 pi); of transfer the rms of T instead
     double relativeError() const;  // sqrt(squares / variation); NaN or infinity where there is nothing to divide by
 };
 

@@ -24,7 +24,8 @@ constexpr std::array<FigureName, kFigures.size()> kNames = {{{"ambient-mean", "a
                                                              {"relative", "relative_error"},
                                                              {"image-rmse", "image_rmse"},
                                                              {"flip", "flip"},
-                                                             {"out-of-range", "out_of_range"}}};
+                                                             {"out-of-range", "out_of_range"},
+                                                             {"transfer", "transfer_error"}}};
 
 Figure parseFigure(const std::string& option, std::string_view word) {
     std::string known;
@@ -54,6 +55,8 @@ double figureOf(const ErrorSums& errors, const ImageError& image, double out_of_
             return image.rmse();
         case Figure::kFlip:
             return image.flip();
+        case Figure::kTransfer:
+            return errors.transferMean();
         default:
             return out_of_range;
     }

@@ -18,11 +18,11 @@ struct FrameRecord {
     std::filesystem::path file{};       // of the picture, or empty
 };
 
-enum class Figure { kAmbientMean, kAmbientMax, kRmsV, kRelative, kImageRmse, kFlip, kOutOfRange };
-constexpr std::array<Figure, 7> kFigures = {Figure::kAmbientMean, Figure::kAmbientMax, Figure::kRmsV,
+enum class Figure { kAmbientMean, kAmbientMax, kRmsV, kRelative, kImageRmse, kFlip, kOutOfRange, kTransfer };
+constexpr std::array<Figure, 8> kFigures = {Figure::kAmbientMean, Figure::kAmbientMax, Figure::kRmsV,
                                             Figure::kRelative,    Figure::kImageRmse,  Figure::kFlip,
-                                            Figure::kOutOfRange};
-// Reads "ambient-mean", "ambient-max", "rms-v", "relative", "image-rmse", "flip" or "out-of-range". Throws
+                                            Figure::kOutOfRange,  Figure::kTransfer};
+// Reads "ambient-mean", "ambient-max", "rms-v", "relative", "image-rmse", "flip", "out-of-range" or "transfer". Throws
 // UsageError, which names `option`, for other words.
 Figure parseFigure(const std::string& option, std::string_view word);
 std::string_view nameOf(Figure figure);

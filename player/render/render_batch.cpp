@@ -19,9 +19,7 @@ Framing parseFraming(std::string_view word) {
 
 namespace {
 
-bool showsTruth(const Panel& panel) {
-    return panel.channel == Channel::kError || panel.source == VisibilitySource::kTruth;
-}
+bool showsTruth(const Panel& panel) { return needsTruth(panel.channel) || panel.source == VisibilitySource::kTruth; }
 
 }  // namespace
 

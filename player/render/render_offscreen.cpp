@@ -19,17 +19,33 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
       path_(options.path.value_or(context_->software ? EvaluationPath::kCpu : EvaluationPath::kGlsl)),
       target_(options.width, options.height, options.samples) {
     if (look.shaded) shading_.emplace(shadingOf(look));
+    if (look.asset->transfer) path_ = EvaluationPath::kCpu;
     if (!look.suns) return;
-    path_ = EvaluationPath::kCpu;
     lobes_ = lobe_table_.add(*shading_);
+    slot_lobes_ = lobe_table_.addSlots(*shading_);
     sunlight_.emplace(lobe_table_, options.sun_map);
     sunlight_->reflect(skyPicture(asset_->lights[shading_->light()]));
     sunlight_->turnSky(shading_->lightRotation());
 }
 
-void OffscreenRenderer::shineOn(const FrameVertices& vertices) {
-    const SunCaster body{vertices.positions, asset_->mesh.triangles};
+void OffscreenRenderer::shineOn(std::span<const Vec3> positions) {
+    const SunCaster body{positions, asset_->mesh.triangles};
     sunlight_->shine(shading_->suns(), {&body, 1});
+}
+
+// Returns what the picture shows of every vertex.
+std::vector<Vec3> OffscreenRenderer::valuesOf(const Panel& panel, PosedFrame& frame, Vec3 eye) {
+    if (panel.channel == Channel::kTransferError) {
+        std::vector<Vec3> values;
+        for (const float error : frame.transferError()) values.push_back({error, 0, 0});
+        return values;
+    }
+    if (asset_->transfer && panel.channel == Channel::kShaded && panel.source == VisibilitySource::kModel)
+        return frame.transferRadiance(*shading_);
+    const std::vector<float>& truth =
+        panel.channel == Channel::kError ? frame.ambient(VisibilitySource::kTruth) : kNoTruth;
+    return channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr, frame.vertices(panel.source),
+                         truth, eye, frame.threads());
 }
 
 void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view) {
@@ -40,15 +56,12 @@ void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const 
                  .emplace(panel.channel, ValuePainter(asset_->mesh, panel.channel, Sides::kBoth,
                                                       sunlit ? lobe_table_.models(lobes_) : 0))
                  .first;
-    const std::vector<float>& truth =
-        panel.channel == Channel::kError ? frame.ambient(VisibilitySource::kTruth) : kNoTruth;
-    const FrameVertices& vertices = frame.vertices(panel.source);
-    std::vector<Vec3> values = channelValues(frame.shot(), panel.channel, shading_ ? &*shading_ : nullptr, vertices,
-                                             truth, view.eye, frame.threads());
+    std::vector<Vec3> values = valuesOf(panel, frame, view.eye);
+    const FrameVertices& vertices = sunlit ? frame.vertices(panel.source) : frame.skinned();
     std::vector<float> sight;
     if (sunlit) {
         sight = takeMirrorsOut(asset_->model, vertices, view.eye, frame.threads(), lobe_table_, lobes_, values);
-        shineOn(vertices);
+        shineOn(vertices.positions);
     }
     at->second.upload(vertices.positions, values, {vertices.normals, vertices.tangents, lobes_, sight});
     target_.begin();
@@ -63,9 +76,14 @@ void OffscreenRenderer::drawModel(const Panel& panel, PosedFrame& frame, const F
     if (panel.source == VisibilitySource::kTruth || gl_asset_->needsNumbers())
         character.numbers = frame.numbers(panel.source);
     if (panel.channel == Channel::kError) character.true_ambient = frame.ambient(VisibilitySource::kTruth);
+    const bool sunlit = panel.channel == Channel::kShaded && sunlight_;
+    if (sunlit) {
+        character.lobes = slot_lobes_;
+        shineOn(frame.positions());
+    }
     model_painter_->evaluate(panel.channel, {&character, 1}, view.eye);
     target_.begin();
-    model_painter_->draw(view);
+    model_painter_->draw(view, sunlit ? &*sunlight_ : nullptr);
 }
 
 void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, const FrameView& frame_view) {
@@ -87,7 +105,7 @@ void OffscreenRenderer::drawOverlays(const Panel& panel, PosedFrame& frame, cons
 }
 
 void OffscreenRenderer::drawCharacter(const Panel& panel, PosedFrame& frame, const FrameView& view) {
-    if (path_ == EvaluationPath::kCpu)
+    if (path_ == EvaluationPath::kCpu || panel.channel == Channel::kTransferError)
         drawValues(panel, frame, view);
     else
         drawModel(panel, frame, view);

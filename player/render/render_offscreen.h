@@ -44,15 +44,17 @@ private:
     std::optional<ShadingSet> shading_;
     std::map<Channel, ValuePainter> value_painters_;
     LobeTable lobe_table_;
-    std::vector<LobeRange> lobes_;      // of every vertex
-    std::optional<Sunlight> sunlight_;  // where the look has suns
+    std::vector<LobeRange> lobes_;       // of every vertex
+    std::vector<SlotLobes> slot_lobes_;  // of every slot
+    std::optional<Sunlight> sunlight_;   // where the look has suns
     std::shared_ptr<GlAsset> gl_asset_;
     std::optional<ModelPainter> model_painter_;
     OverlayPainter overlays_;
     std::optional<SkyPainter> sky_;
     float exposure_ = 1;
 
-    void shineOn(const FrameVertices& vertices);  // draws the shadow maps
+    void shineOn(std::span<const Vec3> positions);  // draws the shadow maps
+    std::vector<Vec3> valuesOf(const Panel& panel, PosedFrame& frame, Vec3 eye);
     void drawValues(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawModel(const Panel& panel, PosedFrame& frame, const FrameView& view);
     void drawCharacter(const Panel& panel, PosedFrame& frame, const FrameView& view);

@@ -21,15 +21,17 @@ SheetPanel parseSheetPanel(std::string_view word) {
 std::vector<Panel> picturesOf(const SheetOptions& sheet, Channel channel) {
     std::vector<Panel> pictures;
     for (const SheetPanel panel : sheet.panels)
-        pictures.push_back(panel == SheetPanel::kError   ? Panel{Channel::kError, VisibilitySource::kModel}
-                           : panel == SheetPanel::kTruth ? Panel{channel, VisibilitySource::kTruth}
-                                                         : Panel{channel, VisibilitySource::kModel});
+        pictures.push_back(
+            panel == SheetPanel::kError
+                ? Panel{channel == Channel::kTransferError ? channel : Channel::kError, VisibilitySource::kModel}
+            : panel == SheetPanel::kTruth ? Panel{channel, VisibilitySource::kTruth}
+                                          : Panel{channel, VisibilitySource::kModel});
     return pictures;
 }
 
 bool showsError(const SheetOptions& sheet, Channel channel) {
     for (const Panel& picture : picturesOf(sheet, channel))
-        if (picture.channel == Channel::kError) return true;
+        if (needsTruth(picture.channel)) return true;
     return false;
 }
 

@@ -23,28 +23,10 @@ SceneFrames::SceneFrames(const PosedScene& scene, const RenderOptions& options, 
     values_.resize(looks_.size() + (scene.file().ground ? 1 : 0));
     if (compares()) casts_.resize(values_.size());
     if (truth) attachTruth(*truth);
-    if (wantsSuns()) makeSunlight();
-}
-
-// Suns shine on everyone or on nobody, so that all have the same light.
-bool SceneFrames::wantsSuns() const {
-    return !looks_.empty() && std::ranges::all_of(looks_, [](const auto& look) { return look->shot.suns; });
-}
-
-void SceneFrames::makeSunlight() {
-    for (const std::unique_ptr<SceneLook>& look : looks_) look->lobes = lobe_table_.add(*look->shading);
-    suns_ = sunsOf(*scene_.light(), lightRotation());
-    remainder_ = remainderOf(*scene_.light());
-    if (!scene_.file().ground) return;
-    const BrdfLobe paint{BrdfModel::kLambert, {}, scene_.file().ground->albedo};
-    const auto side = std::size_t(scene_.file().ground->resolution);
-    ground_lobes_.assign(side * side, lobe_table_.add({&paint, 1}));
-}
-
-LightView SceneFrames::softLight() const {
-    LightView light = *scene_.light();
-    if (!suns_.empty()) light.sh = remainder_;
-    return light;
+    sunlight_ = sceneSunlight(scene, looks_);
+    if (!scene.file().ground || sunlight_.suns.empty()) return;
+    const auto side = std::size_t(scene.file().ground->resolution);
+    ground_lobes_.assign(side * side, sunlight_.ground);
 }
 
 std::vector<SunCaster> SceneFrames::sunCasters() const {
@@ -127,7 +109,7 @@ FrameVertices SceneFrames::trueMember(std::size_t m) const {
     skinFrame(member.evaluator, threads_, in_model);  // moments are in the frame of the model
     truth.numbers = truthNumbers(shot, in_model, threads_);
     if (!compares())
-        castOnNumbers(scene_.cast(), {.except = member.caster}, receiversOf(truth), looks_[m]->view.model, threads_,
+        castOnNumbers(scene_.cast(), {.except = member.caster}, member.evaluator, receiversOf(truth), threads_,
                       truth.numbers);
     return truth;
 }
@@ -141,7 +123,10 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
     SceneLook& look = *looks_[m];
     std::vector<Vec3> values;
     if (options_.channel != Channel::kShaded) {
-        for (const float e : memberAmbient(m, members_[m])) values.push_back({e, 0, 0});
+        std::vector<float> ambient = memberAmbient(m, members_[m]);
+        if (options_.channel == Channel::kBouncedAmbient)
+            addBouncedAmbient(look.view.model.indirect->axes, 0, ambient.size(), members_[m].indirect, ambient);
+        for (const float e : ambient) values.push_back({e, 0, 0});
         if (channelOf(m) != Channel::kError) return values;
         const std::vector<float> truth = memberAmbient(m, trueMember(m));
         for (std::size_t v = 0; v < truth.size(); ++v) values[v].x = std::abs(values[v].x - truth[v]);
@@ -151,8 +136,9 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
         look.cast_shader->shade(members_[m], casts_[m], view_.eye, threads_, values);
     else
         shadeFrame(*look.shading, members_[m], view_.eye, threads_, values);
-    if (!suns_.empty())
-        sight_[m] = takeMirrorsOut(look.view.model, members_[m], view_.eye, threads_, lobe_table_, look.lobes, values);
+    if (!suns().empty())
+        sight_[m] =
+            takeMirrorsOut(look.view.model, members_[m], view_.eye, threads_, sunlight_.lobes, look.lobes, values);
     return values;
 }
 
@@ -161,7 +147,7 @@ std::vector<Vec3> SceneFrames::groundValues() const {
     if (compares())
         return groundInMode(scene_.castWay().mode, casts_.back(), shaded ? scene_.light() : nullptr,
                             scene_.lightRotation(), scene_.file().ground->albedo);
-    if (shaded) return groundRadiance(ground_, softLight(), scene_.lightRotation(), scene_.file().ground->albedo);
+    if (shaded) return groundRadiance(ground_, sunlight_.light, scene_.lightRotation(), scene_.file().ground->albedo);
     std::vector<Vec3> values;
     for (const float e : groundAmbient(ground_)) values.push_back({e, 0, 0});
     return values;
@@ -185,12 +171,13 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
                        {members_[m].normals, members_[m].tangents, looks_[m]->lobes, sight_[m]}});
     const Channel of_ground = options_.channel == Channel::kShaded ? Channel::kShaded : Channel::kAmbient;
     if (scene_.file().ground)
-        out.push_back({ground_.triangles,
+        out.push_back({ground_.shown(),
                        ground_.positions,
                        values_.back(),
                        Sides::kBoth,
                        of_ground,
-                       {ground_.normals, ground_.tangents, ground_lobes_}});
+                       {ground_.normals, ground_.tangents, ground_lobes_},
+                       true});
     return out;
 }
 

@@ -19,6 +19,7 @@ struct SceneMesh {
     Sides sides = Sides::kBoth;
     Channel channel = Channel::kShaded;  // that the values are of
     SunlitSurface surface = {};          // where suns shine
+    bool is_ground = false;              // whose triangles are others in every frame
 };
 
 class SceneFrames {
@@ -37,10 +38,10 @@ public:
     std::vector<SceneMesh> meshes() const;
     const FrameView& view() const { return view_; }
     // What suns need: themselves, who casts, and the lobes of all materials. No suns: all light is SH.
-    std::span<const Sun> suns() const { return suns_; }
+    std::span<const Sun> suns() const { return sunlight_.suns; }
     std::vector<SunCaster> sunCasters() const;
-    const LobeTable& lobes() const { return lobe_table_; }
-    const Mat3& lightRotation() const { return looks_.front()->shot.light_rotation; }
+    const LobeTable& lobes() const { return sunlight_.lobes; }
+    const Mat3& lightRotation() const { return sunlight_.light_rotation; }
 
     const std::vector<FrameVertices>& members() const { return members_; }
     const GroundVertices& ground() const { return ground_; }  // empty without a ground
@@ -55,9 +56,7 @@ private:
     std::vector<std::vector<float>> casts_;  // of modes that compare: V_c of each member, then of the ground
     FrameView view_;
     std::vector<std::vector<Vec3>> values_;  // of each member, then of the ground
-    LobeTable lobe_table_;
-    std::vector<Sun> suns_;
-    std::vector<float> remainder_;           // SH of the light without its suns
+    SceneSunlight sunlight_;
     std::vector<LobeRange> ground_lobes_;    // of every vertex
     std::vector<std::vector<float>> sight_;  // of each member's mirrors
 
@@ -68,9 +67,6 @@ private:
     std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;
     std::vector<Vec3> memberValues(std::size_t member);
     std::vector<Vec3> groundValues() const;
-    bool wantsSuns() const;
-    void makeSunlight();
-    LightView softLight() const;
 };
 
 // How the camera sees the scene. `members` have positions in the scene. Of the options it reads size and camera.

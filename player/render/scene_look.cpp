@@ -1,6 +1,9 @@
 #include "player/render/scene_look.h"
 
+#include <algorithm>
+
 #include "formats/common/errors.h"
+#include "player/scene/scene_suns.h"
 
 namespace penumbra {
 
@@ -16,6 +19,9 @@ Shot lookOf(const PosedScene& scene, const SceneMember& member, const RenderOpti
     RenderOptions look;
     look.channel = options.channel == Channel::kError ? Channel::kAmbient : options.channel;
     look.shading = options.shading;
+    if (options.suns == SunChoice::kOn && scene.castWay().mode != CastMode::kProduct)
+        throw UsageError("--suns on: they need --cast product");
+    look.bounces = options.bounces;
     look.suns = scene.castWay().mode == CastMode::kProduct ? options.suns : SunChoice::kOff;
     look.brdf = member.file->material;
     for (const auto& [slot, material] : member.file->slots) look.slots.push_back(slot + "=" + material);
@@ -37,6 +43,24 @@ SceneLook::SceneLook(const PosedScene& scene, const SceneMember& member, const R
         shading.emplace(shadingOf(shot));
     else
         cast_shader.emplace(scene.castWay().mode, shot);
+}
+
+SceneSunlight sceneSunlight(const PosedScene& scene, std::span<const std::unique_ptr<SceneLook>> looks) {
+    SceneSunlight out;
+    if (scene.light()) out.light = *scene.light();
+    if (!looks.empty()) out.light_rotation = looks.front()->shot.light_rotation;
+    if (looks.empty() || !std::ranges::all_of(looks, [](const auto& look) { return look->shot.suns; })) return out;
+    for (const std::unique_ptr<SceneLook>& look : looks) {
+        look->lobes = out.lobes.add(*look->shading);
+        look->slot_lobes = out.lobes.addSlots(*look->shading);
+    }
+    out.suns = sunsOf(*scene.light(), out.light_rotation);
+    out.remainder = remainderOf(*scene.light());
+    out.light.sh = out.remainder;
+    if (!scene.file().ground) return out;
+    const BrdfLobe paint{BrdfModel::kLambert, {}, scene.file().ground->albedo};
+    out.ground = out.lobes.add({&paint, 1});
+    return out;
 }
 
 void requireLight(const PosedScene& scene, Channel channel) {

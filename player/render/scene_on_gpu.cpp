@@ -10,11 +10,12 @@ namespace penumbra {
 namespace {
 
 // Returns the weight of each number of a ground vertex in what it shows.
-std::vector<Vec3> shownWeights(const PosedScene& scene, const GroundVertices& ground, Channel channel) {
+std::vector<Vec3> shownWeights(const PosedScene& scene, const LightView& light, const GroundVertices& ground,
+                               Channel channel) {
     std::vector<Vec3> out;
     if (channel == Channel::kShaded) {
         const Vec3d reflected = toDouble(scene.file().ground->albedo) * (1 / std::numbers::pi);
-        for (const Vec3d& w : groundWeights(ground, *scene.light(), scene.lightRotation()))
+        for (const Vec3d& w : groundWeights(ground, light, scene.lightRotation()))
             out.push_back(toFloat(reflected * w));
         return out;
     }
@@ -38,6 +39,7 @@ SceneOnGpu::SceneOnGpu(const PosedScene& scene, const RenderOptions& options, in
         if (member->caster == kNobody) continue;
         casters_.push_back({&member->evaluator, *casterKindOf(*member->file, member->evaluator), member->to_scene});
     }
+    sunlight_ = sceneSunlight(scene, looks_);
     cast_.emplace(casters_);
     makeGroups();
     if (scene.file().ground) makeGround();
@@ -60,8 +62,11 @@ void SceneOnGpu::makeGroups() {
 
 void SceneOnGpu::makeGround() {
     const GroundVertices ground = groundVertices(*scene_.file().ground, CastShadow({}), threads_);
-    ground_weights_ = shownWeights(scene_, ground, options_.channel);
-    ground_.emplace(GroundMesh{ground.positions, ground.normals, ground.tangents, ground.triangles}, options_.channel);
+    ground_weights_ = shownWeights(scene_, sunlight_.light, ground, options_.channel);
+    std::optional<SlotLobes> lobes;
+    if (!sunlight_.suns.empty()) lobes = sunlight_.lobes.slotLobes(sunlight_.ground);
+    ground_.emplace(GroundMesh{ground.positions, ground.normals, ground.tangents, ground.triangles}, options_.channel,
+                    lobes);
 }
 
 void SceneOnGpu::evaluate(Group& group) {
@@ -73,6 +78,7 @@ void SceneOnGpu::evaluate(Group& group) {
         posed.to_scene = member.to_scene;
         posed.caster = member.caster;
         if (looks_[m]->shading) posed.shading = &*looks_[m]->shading;
+        posed.lobes = looks_[m]->slot_lobes;
         if (!group.asset->needsNumbers()) continue;
         evaluateNumbers(member.evaluator, threads_, members_[m]);
         posed.numbers = members_[m].numbers;
@@ -89,9 +95,16 @@ void SceneOnGpu::evaluate() {
     cast_->release();
 }
 
-void SceneOnGpu::draw(const FrameView& view) const {
-    for (const Group& group : groups_) group.painter->draw(view);
-    if (ground_) ground_->draw(view);
+std::vector<SunCaster> SceneOnGpu::sunCasters() const {
+    std::vector<SunCaster> casters;
+    for (std::size_t m = 0; m < members_.size(); ++m)
+        casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+    return casters;
+}
+
+void SceneOnGpu::draw(const FrameView& view, const Sunlight* suns) const {
+    for (const Group& group : groups_) group.painter->draw(view, suns);
+    if (ground_) ground_->draw(view, suns);
 }
 
 }  // namespace penumbra

@@ -20,8 +20,13 @@ public:
 
     // Uploads the poses, casts, evaluates and shades.
     void evaluate();
-    // Draws what was evaluated last, as `view` of the scene.
-    void draw(const FrameView& view) const;
+    // Draws what was evaluated last, as `view` of the scene. `suns` are not null where suns() shine.
+    void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
+    // What suns need, as SceneFrames has it.
+    std::span<const Sun> suns() const { return sunlight_.suns; }
+    std::vector<SunCaster> sunCasters() const;
+    const LobeTable& lobes() const { return sunlight_.lobes; }
+    const Mat3& lightRotation() const { return sunlight_.light_rotation; }
     const FrameView& view() const { return view_; }  // by the options' camera
 
 private:
@@ -36,7 +41,8 @@ private:
     RenderOptions options_;
     int threads_;
     std::vector<std::unique_ptr<SceneLook>> looks_;  // of each member
-    std::vector<FrameVertices> members_;             // for the camera, and the numbers that an asset needs
+    SceneSunlight sunlight_;
+    std::vector<FrameVertices> members_;  // for the camera, suns, and the numbers that an asset needs
     std::vector<Group> groups_;
     std::vector<GlCaster> casters_;
     std::optional<GlCast> cast_;

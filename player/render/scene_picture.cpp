@@ -11,19 +11,24 @@ namespace penumbra {
 
 namespace {
 
+// Draws the maps of the suns of frames; nothing where there are none. `frames` outlives the result.
+std::optional<Sunlight> sunlightOf(const PosedScene& scene, const RenderOptions& options, const auto& frames) {
+    std::optional<Sunlight> suns;
+    if (frames.suns().empty()) return suns;
+    suns.emplace(frames.lobes(), options.sun_map);
+    suns->reflect(skyPicture(*scene.light()));
+    suns->turnSky(frames.lightRotation());
+    suns->shine(frames.suns(), frames.sunCasters());
+    return suns;
+}
+
 FrameView drawValues(const PosedScene& scene, const RenderOptions& options, int threads, const AssetView* truth,
                      const OffscreenTarget& target) {
     SceneFrames frames(scene, options, threads, truth);
     frames.evaluateMembers();
     frames.evaluateGround();
     frames.shade();
-    std::optional<Sunlight> suns;
-    if (!frames.suns().empty()) {
-        suns.emplace(frames.lobes(), options.sun_map);
-        suns->reflect(skyPicture(*scene.light()));
-        suns->turnSky(frames.lightRotation());
-        suns->shine(frames.suns(), frames.sunCasters());
-    }
+    const std::optional<Sunlight> suns = sunlightOf(scene, options, frames);
     target.begin();
     for (const SceneMesh& mesh : frames.meshes()) {
         ValuePainter painter(mesh.triangles, mesh.channel, mesh.sides,
@@ -37,8 +42,9 @@ FrameView drawValues(const PosedScene& scene, const RenderOptions& options, int 
 FrameView drawOnGpu(const PosedScene& scene, const RenderOptions& options, int threads, const OffscreenTarget& target) {
     SceneOnGpu gpu(scene, options, threads);
     gpu.evaluate();
+    const std::optional<Sunlight> suns = sunlightOf(scene, options, gpu);
     target.begin();
-    gpu.draw(gpu.view());
+    gpu.draw(gpu.view(), suns ? &*suns : nullptr);
     return gpu.view();
 }
 
@@ -52,11 +58,9 @@ Image drawSky(const PosedScene& scene, const FrameView& view, const OffscreenTar
     return target.read();
 }
 
-// Tells whether the GPU can evaluate the picture. It has the default way of casting and no suns.
+// Tells whether the GPU can evaluate the picture. It has the default way of casting.
 bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
-    const bool suns =
-        options.channel == Channel::kShaded && options.suns != SunChoice::kOff && !scene.light()->suns.empty();
-    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct && !suns;
+    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
 }
 
 }  // namespace

@@ -73,6 +73,7 @@ void finishOpening(const std::shared_ptr<AssetData>& data, std::span<const std::
                    penumbra_asset** asset) {
     data->view = openAsset(bytes, name);
     if (data->view.has_model) data->convention = data->view.model.convention.name();
+    if (data->view.transfer) data->convention = "T" + std::to_string(data->view.transfer->order);
     if (data->view.model.deforming) findPoints(*data);
     *asset = new penumbra_asset{data};
 }
@@ -207,7 +208,7 @@ penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_as
     if (!asset || !info) return PENUMBRA_INVALID_ARGUMENT;
     const AssetView& view = asset->data->view;
     *info = {};
-    info->has_model = view.has_model;
+    info->has_model = view.hasCharacter();
     info->deforming = view.model.deforming;
     info->two_sided = view.mesh.two_sided;
     info->has_playback = view.model.deforming && !view.animation.playback.positions.empty();
@@ -217,7 +218,7 @@ penumbra_status penumbra_asset_get_info(const penumbra_asset* asset, penumbra_as
     fillJoints(view.animation, *info);
     info->clip_count = view.animation.clips.size();
     info->frame_count = view.animation.frameCount();
-    if (view.has_model) {
+    if (view.hasCharacter()) {
         fillModel(view.model, view.animation, *info);
         info->convention = asset->data->convention.c_str();
     }

@@ -89,7 +89,7 @@ penumbra_status penumbra_character_create(const penumbra_asset* asset, penumbra_
     return guarded(error, [&] {
         requirePointer(asset, "asset");
         requirePointer(character, "character");
-        if (!asset->data->view.has_model) throw Unsupported(asset->data->view.name + ": has no model");
+        if (!asset->data->view.hasCharacter()) throw Unsupported(asset->data->view.name + ": has no model");
         *character = new penumbra_character{asset->data,
                                             asset->data->restPose(),
                                             std::vector<Affine>(asset->data->view.animation.jointCount()),
@@ -262,10 +262,10 @@ penumbra_status penumbra_character_ambient(const penumbra_character* character, 
         requirePointer(numbers, "numbers");
         requirePointer(ambient_out, "ambient");
         const std::size_t vertices = character->evaluator.vertexCount();
-        const ModelView& model = character->asset->view.model;
+        const AssetView& asset = character->asset->view;
         requireRange("vertices", first_vertex, vertex_count, vertices);
-        ambient(model.convention, model.stride, first_vertex, first_vertex + vertex_count,
-                {numbers, vertices * std::size_t(model.stride)}, {ambient_out, vertices});
+        ambient(asset, first_vertex, first_vertex + vertex_count, {numbers, vertices * std::size_t(asset.model.stride)},
+                {ambient_out, vertices});
     });
 }
 

@@ -23,6 +23,12 @@ void copyGlsl(const std::string& glsl, char* text, size_t capacity, size_t* leng
     std::memcpy(text, glsl.c_str(), glsl.size() + 1);
 }
 
+// Transfer is evaluated by the CPU alone.
+void requireShader(const penumbra_shading* shading) {
+    requirePointer(shading, "shading");
+    if (shading->view.transfer) throw Unsupported(shading->view.name + ": there is no shader for transfer");
+}
+
 bool hasFields(const penumbra_asset& asset) { return asset.data->view.has_model && asset.data->view.model.composition; }
 const CompositionView& compositionOf(const penumbra_asset& asset) { return *asset.data->view.model.composition; }
 
@@ -45,7 +51,7 @@ using namespace penumbra;
 penumbra_status penumbra_shading_get_glsl(const penumbra_shading* shading, char* text, size_t capacity, size_t* length,
                                           penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(shading, "shading");
+        requireShader(shading);
         requirePointer(length, "length");
         const ModelView& model = shading->view.model;
         const std::string glsl = "// Convention " + model.convention.name() + ", light order " +
@@ -67,7 +73,7 @@ size_t penumbra_shading_gpu_light_texels(const penumbra_shading* shading) {
 penumbra_status penumbra_shading_get_gpu_materials(const penumbra_shading* shading, float* texels,
                                                    penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(shading, "shading");
+        requireShader(shading);
         requirePointer(texels, "texels");
         const std::vector<float> data = materialData(shading->layout, *shading->set);
         std::copy(data.begin(), data.end(), texels);
@@ -76,7 +82,7 @@ penumbra_status penumbra_shading_get_gpu_materials(const penumbra_shading* shadi
 
 penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels, penumbra_error* error) {
     return guarded(error, [&] {
-        requirePointer(shading, "shading");
+        requireShader(shading);
         requirePointer(texels, "texels");
         writeLightData(shading->layout, *shading->set, {texels, 4 * shading->layout.lightTexels()});
     });

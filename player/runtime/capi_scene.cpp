@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "player/runtime/capi_handles.h"
+#include "player/runtime/cast_on_cluster.h"
 #include "player/runtime/shading.h"
 #include "sh/sh_basis.h"
 #include "sh/tangent.h"
@@ -205,24 +206,28 @@ penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, 
         requirePointer(character, "character");
         requirePointer(numbers, "numbers");
         requireCaster(*scene, except);
+        if (character->asset->view.transfer)
+            throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
         const Evaluator& evaluator = character->evaluator;
         requireRange("vertices", first_vertex, vertex_count, evaluator.vertexCount());
         const ModelView& model = character->asset->view.model;
         const Affine placed = rigidOf(to_scene);
         const Mat3 turn = placed.linear();
-        CastBatch batch;
-        for (std::size_t first = 0; first < vertex_count; first += kMostReceivers) {
-            const std::size_t n = std::min(kMostReceivers, vertex_count - first), begin = first_vertex + first;
-            evaluator.skin(begin, {batch.positions.data(), n}, {batch.normals.data(), n}, {batch.tangents.data(), n});
-            for (std::size_t i = 0; i < n; ++i) {
-                batch.positions[i] = placed.point(batch.positions[i]);
-                batch.normals[i] = turn * batch.normals[i];
-                batch.tangents[i] = turn * batch.tangents[i];
-            }
-            if (batch.evaluate(*scene->cast, allBut(except), n) == 0) continue;
-            const auto stride = std::size_t(model.stride);
-            character->product({numbers + begin * stride, n * stride}, stride,
-                               {batch.mirrored.data(), n * kFarNumbers});
+        const auto at = [&](std::size_t v) {
+            Receiver vertex;
+            evaluator.skin(v, {&vertex.position, 1}, {&vertex.normal, 1}, {&vertex.tangent, 1});
+            return Receiver{placed.point(vertex.position), turn * vertex.normal, turn * vertex.tangent};
+        };
+        thread_local std::vector<float> mirrored;
+        const std::size_t stride = std::size_t(model.stride), last_vertex = first_vertex + vertex_count;
+        for (std::size_t c = 0; c < model.clusters.size(); ++c) {
+            const std::size_t first = model.clusters[c].first_vertex;
+            const std::size_t begin = std::max(first, first_vertex),
+                              end = std::min(first + model.clusters[c].vertex_count, last_vertex);
+            if (begin >= end) continue;
+            mirrored.resize((end - begin) * kFarNumbers);
+            if (castOnCluster(*scene->cast, allBut(except), evaluator, c, begin, end, at, mirrored) == 0) continue;
+            character->product({numbers + begin * stride, (end - begin) * stride}, stride, mirrored);
         }
     });
 }

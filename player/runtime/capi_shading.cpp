@@ -61,7 +61,9 @@ void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
     if (light == lights) throw Unsupported("no light has lobes");
     while (material < materials && !set.hasMaterial(material)) ++material;
     if (material == materials)
-        throw Unsupported("no material can be on: material 0" + std::string(lackOf(set.asset(), 0)));
+        throw Unsupported(set.asset().transfer
+                              ? std::string("transfer is diffuse, and no material is lambert")
+                              : "no material can be on: material 0" + std::string(lackOf(set.asset(), 0)));
     set.setLight(light);
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
         if (!set.hasMaterial(set.materialOfSlot()[slot])) set.setMaterial(slot, material);
@@ -108,14 +110,16 @@ penumbra_status penumbra_shading_create(const penumbra_asset* asset, const penum
         for (std::size_t i = 0; i < more_count; ++i) addAsset(more[i], *made);
         addCallerLight(chosen.caller_light_order, *made);
         AssetView& view = made->view;
-        if (!view.has_model) throw Unsupported(view.name + ": has no model");
+        if (!view.hasCharacter()) throw Unsupported(view.name + ": has no model");
         if (view.materials.empty()) throw Unsupported(view.name + ": there is no material");
         if (view.materials.size() > 65535) throw Unsupported("there are more than 65535 materials");
         if (view.lights.empty()) throw Unsupported(view.name + ": there is no light");
         view.slot_material.resize(std::max<std::size_t>(1, view.mesh.slots.size()));
+        if (view.transfer && choice != ShadingChoice())
+            throw Unsupported(view.name + ": transfer is diffuse, and takes the light exactly (PENUMBRA_ROTATION)");
         made->set.emplace(view, choice);
         chooseUsable(*made->set, view.materials.size(), view.lights.size());
-        made->layout = shadingLayout(*made->set);
+        if (!view.transfer) made->layout = shadingLayout(*made->set);
         *shading = made.release();
     });
 }
@@ -212,20 +216,5 @@ penumbra_status penumbra_shading_set_light_rotation(penumbra_shading* shading, c
 
 penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first, size_t count,
                                        const penumbra_vertices* vertices, float* radiance, penumbra_error* error) {
-    return guarded(error, [&] {
-        requirePointer(shading, "shading");
-        requirePointer(eye, "eye");
-        requirePointer(vertices, "vertices");
-        requirePointer(vertices->positions, "vertices->positions");
-        requirePointer(vertices->normals, "vertices->normals");
-        requirePointer(vertices->tangents, "vertices->tangents");
-        requirePointer(vertices->numbers, "vertices->numbers");
-        requirePointer(radiance, "radiance");
-        const std::size_t n = shading->view.mesh.positions.size();
-        requireRange("vertices", first, count, n);
-        shading->set->shade(first, first + count, vectors(vertices->positions, n), vectors(vertices->normals, n),
-                            vectors(vertices->tangents, n),
-                            {vertices->numbers, n * std::size_t(shading->view.model.stride)}, {eye[0], eye[1], eye[2]},
-                            vectors(radiance, n));
-    });
+    return penumbra_shading_shade_bounced(shading, eye, first, count, vertices, nullptr, radiance, error);
 }

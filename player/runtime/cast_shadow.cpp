@@ -41,6 +41,13 @@ bool countsNowhere(float part, float distance, float least) {
     return distance > 0 && part * part < 4 * least * (distance * distance - part * part);
 }
 
+void leaveFree(std::span<float> rows) {
+    std::ranges::fill(rows, 0.0f);
+    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers) rows[first] = 2 * float(std::sqrt(M_PI));
+}
+
+}  // namespace
+
 CasterSphere sphereAround(std::span<const Vec3> points) {
     Vec3 low = points.front(), high = low;
     for (const Vec3 p : points)
@@ -52,8 +59,6 @@ CasterSphere sphereAround(std::span<const Vec3> points) {
     for (const Vec3 p : points) sphere.radius = std::max(sphere.radius, length(p - sphere.centre));
     return sphere;
 }
-
-}  // namespace
 
 std::optional<CasterKind> casterKindOf(const Evaluator& evaluator) {
     if (evaluator.composed()) return CasterKind::kFields;
@@ -139,30 +144,39 @@ void CastShadow::pose(std::size_t index, std::span<const Affine> bones, const Af
     });
 }
 
-void CastShadow::findParts(Vec3 centre, float radius, CasterChoice choice, Found& found) const {
+float CastShadow::leastOf(const Caster& caster) const {
+    return caster.tables ? constants_->blocked[0] : kSphereFade.least;
+}
+
+bool CastShadow::reaches(std::size_t index, const CasterSphere& points) const {
+    const Caster& caster = casters_[index];
+    const float distance = length(caster.centre - points.centre) - points.radius - caster.radius;
+    return !caster.hidden && !countsNowhere(caster.largest_part, distance, leastOf(caster));
+}
+
+void CastShadow::findParts(const CasterSphere& points, CasterChoice choice, Found& found) const {
     found.parts.clear();
     found.spheres.clear();
     for (std::size_t c = 0; c < casters_.size(); ++c) {
         const Caster& caster = casters_[c];
-        if (caster.hidden || !choice.has(c)) continue;
-        const float least = caster.tables ? constants_->blocked[0] : kSphereFade.least;
-        const auto counts = [&](Vec3 at, float reach, float size) {
-            return !countsNowhere(size, length(at - centre) - radius - reach, least);
+        if (!choice.has(c) || !reaches(c, points)) continue;
+        const float least = leastOf(caster);
+        const auto counts = [&](Vec3 at, float size) {
+            return !countsNowhere(size, length(at - points.centre) - points.radius, least);
         };
-        if (!counts(caster.centre, caster.radius, caster.largest_part)) continue;
         for (std::size_t p = 0; p < caster.pose.posed.size(); ++p)
-            if (const PosedPart& part = caster.pose.posed[p]; counts(part.centre, 0, part.radius))
+            if (const PosedPart& part = caster.pose.posed[p]; counts(part.centre, part.radius))
                 found.parts.push_back(std::uint16_t(caster.first_part + p));
         for (std::size_t s = 0; s < caster.blockers.spheres.size(); ++s)
-            if (const CasterSphere& sphere = spheres_[caster.first_part + s]; counts(sphere.centre, 0, sphere.radius))
+            if (const CasterSphere& sphere = spheres_[caster.first_part + s]; counts(sphere.centre, sphere.radius))
                 found.spheres.push_back(sphere);
     }
 }
 
 void CastShadow::castFields(const CastReceivers& receivers, std::span<const std::uint16_t> parts,
-                            std::span<float> rows) const {
+                            const FarAnchors& anchors, std::span<float> rows) const {
     fastestFarPath().far(
-        *constants_, {tables_.data(), posed_.data(), parts.data(), parts.size()}, {},
+        *constants_, {tables_.data(), posed_.data(), parts.data(), parts.size()}, anchors,
         {receivers.positions.data(), receivers.normals.data(), receivers.tangents.data(), receivers.positions.size()},
         rows.data());
 }
@@ -178,8 +192,18 @@ void CastShadow::castSpheres(const CastReceivers& receivers, const Found& found,
     std::array<float, kMostReceivers * kFarNumbers> by_spheres;
     const std::span<float> factor = std::span(by_spheres).first(rows.size());
     mirrorSpheres(receivers, found, factor);
-    fastestFarPath().compose(productConstants(kFieldOrder), factor.data(), nullptr, receivers.positions.size(),
+    multiplyBySpheres(factor, rows);
+}
+
+void CastShadow::multiplyBySpheres(std::span<const float> by_spheres, std::span<float> rows) const {
+    fastestFarPath().compose(productConstants(kFieldOrder), by_spheres.data(), nullptr, rows.size() / kFarNumbers,
                              kFarNumbers, rows.data());
+}
+
+// Bands ring, and a crowd rings most. E stays in [0, 1].
+void CastShadow::finish(std::span<float> rows) const {
+    for (std::size_t first = 0; first < rows.size(); first += kFarNumbers)
+        clampAmbient(ambient_weights_, ambient_norm2_, rows.subspan(first, kFarNumbers));
 }
 
 std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const {
@@ -191,20 +215,16 @@ std::size_t CastShadow::evaluate(const CastReceivers& receivers, CasterChoice ch
         const std::size_t n = std::min(kMostReceivers, count - first);
         const CastReceivers block{receivers.positions.subspan(first, n), receivers.normals.subspan(first, n),
                                   receivers.tangents.subspan(first, n)};
-        const CasterSphere around = sphereAround(block.positions);
-        findParts(around.centre, around.radius, choice, found);
+        findParts(sphereAround(block.positions), choice, found);
         const std::span<float> rows = out.subspan(first * kFarNumbers, n * kFarNumbers);
         if (found.parts.empty() && found.spheres.empty()) {
-            std::ranges::fill(rows, 0.0f);
-            for (std::size_t r = 0; r < n; ++r) rows[r * kFarNumbers] = 2 * float(std::sqrt(M_PI));
+            leaveFree(rows);
             continue;
         }
         seen += n;
-        if (!found.parts.empty()) castFields(block, found.parts, rows);
+        if (!found.parts.empty()) castFields(block, found.parts, {}, rows);
         if (!found.spheres.empty()) castSpheres(block, found, rows);
-        // Bands ring, and a crowd rings most. E stays in [0, 1].
-        for (std::size_t r = 0; r < n; ++r)
-            clampAmbient(ambient_weights_, ambient_norm2_, rows.subspan(r * kFarNumbers, kFarNumbers));
+        finish(rows);
     }
     return seen;
 }

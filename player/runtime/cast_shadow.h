@@ -22,6 +22,17 @@ struct CastReceivers {
     std::span<const Vec3> positions, normals, tangents;  // [count]
 };
 
+// A sphere around all points, of which there is at least one.
+CasterSphere sphereAround(std::span<const Vec3> points);
+
+// Vertices of a character that share anchors (player/runtime/far_anchors.h).
+struct CastRun {
+    CastReceivers vertices, anchors;  // the anchors' tangents are not read
+    const std::uint16_t* anchor;      // [vertices, kAnchorsOfReceiver], index into `anchors`
+    const float* weight;              // [vertices, kAnchorsOfReceiver]
+    float spacing;                    // of the anchors
+};
+
 constexpr std::size_t kNobody = std::size_t(-1);
 // Which casters count: all but one, or one alone.
 struct CasterChoice {
@@ -50,6 +61,8 @@ public:
     // comparison.
     void setExponential(const CastExponential& exponential) { exponential_ = exponential; }
     const CastExponential& exponential() const { return exponential_; }
+    // Returns whether a caster that is not hidden may count anywhere in a sphere.
+    bool reaches(std::size_t caster, const CasterSphere& points) const;
     // Returns whether a chosen caster that is not hidden casts by fields.
     bool castsFields(CasterChoice choice) const;
     // Returns the spheres of the chosen casters that are not hidden, in the scene.
@@ -61,6 +74,9 @@ public:
     // many receivers see any caster; the rows of the others are those of free sight. E of every row is in [0, 1]. A
     // thread keeps room for the parts and spheres in reach, so that nothing is allocated once it has seen as many.
     std::size_t evaluate(const CastReceivers& receivers, CasterChoice choice, std::span<float> out) const;
+    // The same for vertices of a character, but parts and spheres that are far and hide little are summed at the
+    // anchors alone. docs/scene.md has the error.
+    std::size_t evaluateRun(const CastRun& run, CasterChoice choice, std::span<float> out) const;
 
 private:
     struct Caster {
@@ -89,9 +105,14 @@ private:
 
     void bound(Caster& caster, std::size_t parts, const auto& sphereOf);
     void poseSpheres(Caster& caster);
-    void findParts(Vec3 centre, float radius, CasterChoice choice, Found& found) const;
-    void castFields(const CastReceivers& receivers, std::span<const std::uint16_t> parts, std::span<float> rows) const;
+    float leastOf(const Caster& caster) const;  // share of the sphere below which nothing of it counts
+    void findParts(const CasterSphere& points, CasterChoice choice, Found& found) const;
+    void castFields(const CastReceivers& receivers, std::span<const std::uint16_t> parts, const FarAnchors& anchors,
+                    std::span<float> rows) const;
     void castSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const;
+    void multiplyBySpheres(std::span<const float> by_spheres, std::span<float> rows) const;
+    void sumFields(const CastRun& run, std::span<const std::uint16_t> parts, std::span<float> values) const;
+    void finish(std::span<float> rows) const;
     void mirrorSpheres(const CastReceivers& receivers, const Found& found, std::span<float> rows) const;
 };
 

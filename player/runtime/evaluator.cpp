@@ -17,6 +17,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <string_view>
 
 #include "sh/far/floor_factor.h"
 #include "sh/tangent.h"
@@ -33,9 +34,20 @@ bool hasBytes(const ClusterView& cluster) { return cluster.basis.precision == As
 std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& asset) {
     const auto decoded = std::make_shared<Decoded>();
     Decoded& d = *decoded;
+    d.absolute.resize(asset.animation.jointCount());
+    if (asset.transfer) return decoded;
     for (const ClusterView& cluster : asset.model.clusters) d.clusters.push_back(&cluster);
+    d.first_residual = d.clusters.size();
     if (asset.model.composition)
         for (const ClusterView& cluster : asset.model.composition->residual) d.clusters.push_back(&cluster);
+    d.first_indirect = d.clusters.size();
+    if (asset.model.indirect)
+        for (const ClusterView& cluster : asset.model.indirect->clusters) {
+            d.clusters.push_back(&cluster);
+            const std::size_t begin = d.indirect_mean.size();
+            d.indirect_mean.resize(begin + cluster.mean.count);
+            penumbra::decode(cluster.mean, std::span(d.indirect_mean).subspan(begin));
+        }
     for (const ClusterView* cluster : d.clusters) {
         const ModelEvaluator& model = d.models.emplace_back(asset.model, *cluster);
         d.first_score.push_back(d.scores);
@@ -53,7 +65,6 @@ std::shared_ptr<const Evaluator::Decoded> Evaluator::decode(const AssetView& ass
     ambientWeights(asset.model.convention,
                    std::span(d.ambient_weights).first(std::size_t(asset.model.convention.size())));
     for (float weight : d.ambient_weights) d.ambient_norm2 += weight * weight;
-    d.absolute.resize(asset.animation.jointCount());
     for (const InputJointView& input : asset.model.input_joints)
         d.absolute[std::size_t(input.joint)] = input.absolute();
     if (asset.model.deforming) d.deformation = std::make_unique<Deformation>(asset);
@@ -80,8 +91,14 @@ Evaluator::Composed::Composed(const AssetView& asset)
     }
 }
 
+const FarLayout& Evaluator::castLayout() const {
+    std::call_once(decoded_->cast_once, [&] { decoded_->cast = makeCastLayout(*asset_); });
+    return decoded_->cast;
+}
+
 Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(asset)), path_(evaluatorPaths().back()) {
-    assert(asset.has_model);
+    assert(asset.hasCharacter());
+    if (asset.transfer) transfer_.emplace(asset);
     scratch_.resize(decoded_->scratch);
     bones_.resize(asset.animation.jointCount());
     bone_rotations_.resize(bones_.size());
@@ -108,6 +125,12 @@ Evaluator::Evaluator(const AssetView& asset) : asset_(&asset), decoded_(decode(a
     if (asset.model.features == FeatureKind::kDihedrals) pose_.resize(asset.animation.pose_size);
     deformation_scratch_ = decoded_->deformation->scratch();
     decoded_->deformation->normals(points_, deformation_scratch_, point_normals_);
+}
+
+void Evaluator::usePath(const EvaluatorPath& path) {
+    path_ = path;
+    const std::vector<TransferPath> paths = transferPaths();
+    if (transfer_) transfer_->usePath(std::string_view(path.name) == paths.front().name ? paths.front() : paths.back());
 }
 
 // Computes M_c^-1 M_j centre_j - centre_j in units of feature_scale and R_c^T R_j - I, for every joint j but c
@@ -144,6 +167,10 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
     assert(bones.size() == bones_.size() && (!angles || pose.size() == asset_->animation.pose_size));
     std::copy(bones.begin(), bones.end(), bones_.begin());
     for (std::size_t j = 0; j < bones.size(); ++j) bone_rotations_[j] = nearestRotation(bones[j].linear());
+    if (transfer_) {
+        for (Mat3& rotation : rotations_) rotation = bone_rotations_[0];
+        return transfer_->setPose(pose);
+    }
     int features_of = -1;  // the joint whose features are in features_
     // Neighbouring clusters often share a joint, so its features are computed once for all of them.
     double out_of_range = 0;
@@ -155,7 +182,8 @@ void Evaluator::setPose(std::span<const Affine> bones, std::span<const float> po
         const std::span<const float> seen = angles ? pose : std::span<const float>(features_);
         regress(c, seen, out_of_range);
         double ignored = 0;  // the range of a composed model is that of its local features
-        if (c + clusterCount() < decoded_->clusters.size()) regress(c + clusterCount(), seen, ignored);
+        if (decoded_->first_indirect > decoded_->first_residual) regress(decoded_->first_residual + c, seen, ignored);
+        if (hasIndirect()) regress(decoded_->first_indirect + c, seen, ignored);
     }
     out_of_range_ = std::sqrt(out_of_range / double(vertexCount()));
     if (composed()) far_pose_.set(decoded_->composed->far, bones_);
@@ -196,14 +224,21 @@ void Evaluator::setScores(std::size_t cluster, std::span<const float> scores) {
                                   std::span(pair_weights_).subspan(first, (scores.size() + 1) / 2));
 }
 
-std::span<const float> Evaluator::scores(std::size_t cluster) const {
-    return std::span(scores_).subspan(decoded_->first_score[cluster], asset_->model.clusters[cluster].components());
+std::span<const float> Evaluator::scoresOf(std::size_t index) const {
+    if (transfer_) return {};
+    return std::span(scores_).subspan(decoded_->first_score[index], decoded_->clusters[index]->components());
 }
 
+std::span<const float> Evaluator::scores(std::size_t cluster) const { return scoresOf(cluster); }
+
 std::span<const float> Evaluator::residualScores(std::size_t cluster) const {
-    const std::size_t index = cluster + clusterCount();
-    if (index >= decoded_->clusters.size()) return {};
-    return std::span(scores_).subspan(decoded_->first_score[index], decoded_->clusters[index]->components());
+    if (decoded_->first_indirect == decoded_->first_residual) return {};
+    return scoresOf(decoded_->first_residual + cluster);
+}
+
+std::span<const float> Evaluator::indirectScores(std::size_t cluster) const {
+    if (!hasIndirect()) return {};
+    return scoresOf(decoded_->first_indirect + cluster);
 }
 
 const Mat3& Evaluator::clusterRotation(std::size_t cluster) const { return rotations_[cluster]; }
@@ -235,6 +270,8 @@ void Evaluator::evaluateCluster(std::size_t cluster, std::span<float> numbers) c
     const ClusterView& view = asset_->model.clusters[cluster];
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(numbers.size() == vertexCount() * stride);
+    if (transfer_)
+        return transfer_->transfer(view.first_vertex, view.first_vertex + view.vertex_count, stride, numbers);
     if (composed()) {
         evaluateFar(cluster, far_);
         return composeCluster(cluster, far_, numbers);
@@ -303,11 +340,24 @@ void Evaluator::evaluateRun(const FarRun& run, std::size_t cluster, std::span<fl
     }
 }
 
+namespace {
+
+constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};  // these clamp nothing
+
+}  // namespace
+
+void Evaluator::evaluateIndirect(std::size_t cluster, std::span<float> indirect) const {
+    assert(hasIndirect() && indirect.size() == vertexCount() * kIndirectStride);
+    const std::size_t index = decoded_->first_indirect + cluster,
+                      first = asset_->model.clusters[cluster].first_vertex * kIndirectStride;
+    combine(index, decoded_->indirect_mean.data() + first, false, {kNoWeights.data(), kIndirectStride, 1},
+            indirect.data() + first);
+}
+
 void Evaluator::evaluateLocal(std::size_t cluster, std::span<float> numbers) const {
     const ClusterView& view = asset_->model.clusters[cluster];
     const std::size_t stride = std::size_t(asset_->model.stride);
     assert(numbers.size() == vertexCount() * stride);
-    constexpr std::array<float, coefficientCount(kMaxOrder)> kNoWeights{};  // these clamp nothing
     combine(cluster, view.mean.data, view.mean.precision == AssetPrecision::kF16, {kNoWeights.data(), stride, 1},
             numbers.data() + view.first_vertex * stride);
 }
@@ -327,7 +377,7 @@ void Evaluator::composeCluster(std::size_t cluster, std::span<const float> far, 
     // 3. The components of the residual.
     const AmbientClamp clamp{decoded_->ambient_weights.data(), stride, decoded_->ambient_norm2};
     if (mean)
-        combine(cluster + clusterCount(), out, false, clamp, out);
+        combine(decoded_->first_residual + cluster, out, false, clamp, out);
     else
         path_.clamp(clamp, out, view.vertex_count);
 }
@@ -362,7 +412,7 @@ Receiver Evaluator::skinned(std::size_t vertex, std::size_t cluster) const {
         out.position = blend.point(mesh.positions[vertex]);
         out.normal = normalized(cofactor(blend.linear()) * mesh.normals[vertex]);
     }
-    out.tangent = tangentOf(out.normal, rotations_[cluster] * mesh.tangents[vertex]);
+    out.tangent = tangentOf(out.normal, mesh.tangents.empty() ? Vec3{} : rotations_[cluster] * mesh.tangents[vertex]);
     return out;
 }
 

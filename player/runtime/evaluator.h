@@ -4,6 +4,8 @@
 // run at the same time.
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,20 +14,21 @@
 #include "player/runtime/deformation.h"
 #include "player/runtime/far_anchors.h"
 #include "player/runtime/model_evaluator.h"
+#include "player/runtime/transfer_evaluator.h"
 #include "sh/far/far_tables.h"
 
 namespace penumbra {
 
 class Evaluator {
 public:
-    // `asset` (with has_model) and the bytes behind it must outlive the evaluator. The constructor decodes the models
-    // and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own, share
-    // that.
+    // `asset` (with hasCharacter()) and the bytes behind it must outlive the evaluator. The constructor decodes the
+    // models and lays out a basis of bytes as combine.h wants it. Copies of an evaluator, each with a pose of its own,
+    // share that.
     explicit Evaluator(const AssetView& asset);
 
     const AssetView& asset() const { return *asset_; }
     // Replaces the fastest path of this processor, which is the default. Tests go through all of evaluatorPaths().
-    void usePath(const EvaluatorPath& path) { path_ = path; }
+    void usePath(const EvaluatorPath& path);
     std::size_t vertexCount() const { return asset_->mesh.positions.size(); }
     std::size_t clusterCount() const { return asset_->model.clusters.size(); }
 
@@ -47,6 +50,8 @@ public:
     std::span<const float> scores(std::size_t cluster) const;  // [K]
     // The same of the residual of a composed asset; empty where it has none.
     std::span<const float> residualScores(std::size_t cluster) const;
+    // The same of the light that bounces; empty where the asset has none.
+    std::span<const float> indirectScores(std::size_t cluster) const;
     // Replaces scores until the next pose, so that one can look at what a component does. `scores` may be scores()
     // itself.
     void setScores(std::size_t cluster, std::span<const float> scores);
@@ -61,6 +66,11 @@ public:
     // floats. For a composed asset it skins them on the way, since the far parts are seen from where they are now.
     void evaluateCluster(std::size_t cluster, std::span<float> numbers) const;
 
+    // The evaluator of an asset of transfer, with the pose that was set last; null of any other. Its numbers are the
+    // transfer, which evaluateCluster() writes. setTransferLight() is TransferEvaluator::setLight().
+    const TransferEvaluator* transfer() const { return transfer_ ? &*transfer_ : nullptr; }
+    void setTransferLight(std::span<const Vec3> sh) { transfer_->setLight(sh); }
+
     // The two halves of that for a composed asset, which otherwise must not be asked for. evaluateFar() writes what the
     // far parts leave visible at the cluster's vertices (farVisibility(), sh/far/far_visibility.h): far[v * kFarNumbers
     // + i] of all vertices. composeCluster() multiplies it by the local visibility and adds the residual.
@@ -71,10 +81,17 @@ public:
     // Writes the local visibility alone, which composeCluster() begins with, as evaluateCluster() does; not clamped.
     void evaluateLocal(std::size_t cluster, std::span<float> numbers) const;
     void composeCluster(std::size_t cluster, std::span<const float> far, std::span<float> numbers) const;
+    // Writes the light that bounces, indirect[v * kIndirectStride + i] for the cluster's vertices
+    // (sh/indirect_numbers.h). `indirect` is the array of all vertices. Only where the asset has it.
+    bool hasIndirect() const { return asset_->model.indirect.has_value(); }
+    void evaluateIndirect(std::size_t cluster, std::span<float> indirect) const;
+
     // The fields of a composed asset, and its parts in this pose.
     const FarTables& farTables() const { return decoded_->composed->far; }
     const FarLayout& farLayout() const { return decoded_->composed->layouts[std::size_t(quality_)]; }
     std::span<const PosedPart> posedParts() const { return far_pose_.posed; }
+    // The anchors at which others cast on this character. They are laid out when they are first asked for.
+    const FarLayout& castLayout() const;
 
     // Writes skinned positions, unit normals and unit tangents of vertices [begin, end); each output array is [V].
     // For a deforming asset these are its given positions and the normals of its triangles (sh/vertex_normals.h).
@@ -94,7 +111,8 @@ private:
 
         Composed(const AssetView& asset);
     };
-    // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model.
+    // Made of the asset once; copies of the evaluator share it. The clusters of a residual follow those of the model,
+    // and then those of light that bounces.
     struct Decoded {
         std::vector<const ClusterView*> clusters;  // [cluster]
         std::vector<ModelEvaluator> models;        // [cluster]
@@ -104,9 +122,13 @@ private:
         std::vector<std::int8_t> pairs;  // bytes of all clusters with a basis of bytes, in the layout of combine.h
         std::vector<std::size_t> first_pair_byte, first_pair_weight;  // [cluster]
         std::size_t scores = 0, pair_weights = 0, scratch = 0;
-        std::vector<bool> absolute;                // [J], true for joints that stand for a number
-        std::unique_ptr<Deformation> deformation;  // only for a deforming asset
-        std::unique_ptr<Composed> composed;        // only for a composed asset
+        std::size_t first_residual = 0, first_indirect = 0;  // clusters; beyond the last where there are none
+        std::vector<float> indirect_mean;                    // [V, kIndirectStride], or empty
+        std::vector<bool> absolute;                          // [J], true for joints that stand for a number
+        std::unique_ptr<Deformation> deformation;            // only for a deforming asset
+        std::unique_ptr<Composed> composed;                  // only for a composed asset
+        mutable std::once_flag cast_once;
+        mutable FarLayout cast;
     };
     const AssetView* asset_;
     std::shared_ptr<const Decoded> decoded_;
@@ -122,6 +144,7 @@ private:
     std::vector<float> units_;                 // [cluster], unit of its pair weights
     EvaluatorPath path_;
     FarQuality quality_ = FarQuality::kFull;
+    std::optional<TransferEvaluator> transfer_;  // only for an asset of transfer
     // Only for a composed asset; else empty.
     FarPose far_pose_;
     // Calls on different clusters write different places of these.
@@ -138,6 +161,7 @@ private:
     void combine(std::size_t cluster, const void* mean, bool half_mean, const AmbientClamp& clamp, float* out) const;
     void evaluateRun(const FarRun& run, std::size_t cluster, std::span<float> far) const;
     Receiver skinned(std::size_t vertex, std::size_t cluster) const;
+    std::span<const float> scoresOf(std::size_t index) const;
     static std::shared_ptr<const Decoded> decode(const AssetView& asset);
 };
 

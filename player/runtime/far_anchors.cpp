@@ -27,10 +27,12 @@ namespace {
 struct AnchorCount {
     std::size_t vertices_of_anchor, coarse;
 };
-constexpr AnchorCount kAnchorCount[] = {{12, 800}, {28, 450}};
+constexpr AnchorCount kAnchorCount[] = {{12, 800}, {28, 450}}, kCastAnchorCount = {12, 800};
 constexpr std::size_t kVerticesOfCoarseAnchor = 4;
 // A part with no more vertices has no anchors, nor one that sees no more far parts.
 constexpr std::size_t kFewVertices = 64, kFewParts = 3;
+// A larger cluster has no anchors for casts: choosing them takes time that grows with the square of its vertices.
+constexpr std::uint32_t kMostVertices = 50000;
 // The difference of opposite normals counts as this share of the part's diagonal.
 constexpr float kNormalShare = 0.4f;
 // Of the weights: larger ones spread them more evenly and follow linear functions less.
@@ -56,9 +58,8 @@ std::uint32_t placeOnCurve(Vec3 point, const BoundingBox& box) {
     return place;
 }
 
-std::vector<std::uint32_t> sortedReceivers(const AssetView& asset) {
+std::vector<std::uint32_t> sortedReceivers(const AssetView& asset, std::span<const std::uint16_t> part_of) {
     const BoundingBox box = boundsOf(asset.mesh.positions);
-    const std::span<const std::uint16_t> part_of = asset.model.composition->part_of_vertex;
     using Key = std::tuple<std::uint16_t, std::uint32_t, std::uint32_t>;
     std::vector<std::uint32_t> receivers;
     for (const ClusterView& cluster : asset.model.clusters) {
@@ -202,6 +203,7 @@ Nearest nearestAnchors(const PartAnchors& part, const Place& place) {
 void addAnchors(const MeshView& mesh, const PartAnchors& part, std::size_t part_count, FarRun& run, FarLayout& layout) {
     run.first_anchor = std::uint32_t(layout.anchors.size());
     std::map<std::size_t, std::uint16_t> place;
+    float distances = 0;
     for (std::uint32_t r = run.first; r < run.first + run.count; ++r) {
         const Nearest nearest = nearestAnchors(part, placeOf(mesh, layout.receivers[r], part.normal_scale));
         for (std::size_t i = 0; i < kAnchorsOfReceiver; ++i) {
@@ -209,39 +211,27 @@ void addAnchors(const MeshView& mesh, const PartAnchors& part, std::size_t part_
             if (fresh) layout.anchors.push_back(part.vertices[nearest.anchor[i]]);
             layout.anchor[r * kAnchorsOfReceiver + i] = found->second;
             layout.weight[r * kAnchorsOfReceiver + i] = nearest.weight[i];
+            distances += length(mesh.positions[layout.receivers[r]] - part.places[nearest.anchor[i]].position);
         }
     }
+    run.spacing = distances / float(run.count * kAnchorsOfReceiver);
     run.anchor_count = std::uint32_t(place.size());
     run.first_value = layout.values;
     layout.values += run.anchor_count * anchorStride(part_count);
 }
 
-}  // namespace
-
-FarTables makeFarTables(const CompositionView& composition, int order) {
-    FarFields fields;
-    for (const PartFieldView& part : composition.parts) {
-        fields.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
-        fields.joints.push_back(part.field.joint);
-    }
-    fields.floor = composition.floor;
-    auto far = farParts(composition.steps, composition.parts.size(), composition.local_steps);
-    return {std::move(fields), std::move(far), order};
-}
-
-FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts, FarQuality quality) {
-    const std::span<const std::uint16_t> part_of = asset.model.composition->part_of_vertex;
+// Lays out the vertices of an asset. Parts that are wanted have anchors.
+FarLayout layOut(const AssetView& asset, std::span<const std::uint16_t> part_of,
+                 const std::vector<std::size_t>& part_counts, const std::vector<bool>& wanted,
+                 const AnchorCount& wanted_count) {
     FarLayout layout;
-    layout.receivers = sortedReceivers(asset);
+    layout.receivers = sortedReceivers(asset, part_of);
     layout.anchor.resize(layout.receivers.size() * kAnchorsOfReceiver);
     layout.weight.resize(layout.anchor.size());
     // 1. Anchors of every part, whatever its clusters are.
     std::vector<std::vector<std::uint32_t>> vertices(part_counts.size());
     for (std::uint32_t v = 0; v < part_of.size(); ++v) vertices[part_of[v]].push_back(v);
-    std::vector<bool> wanted;
-    for (const std::size_t count : part_counts) wanted.push_back(count > kFewParts && count <= kMostAnchorParts);
-    const std::vector<PartAnchors> anchors =
-        chooseAnchors(asset.mesh, vertices, wanted, kAnchorCount[std::size_t(quality)]);
+    const std::vector<PartAnchors> anchors = chooseAnchors(asset.mesh, vertices, wanted, wanted_count);
     // 2. Runs.
     for (const ClusterView& cluster : asset.model.clusters) {
         layout.first_run.push_back(std::uint32_t(layout.runs.size()));
@@ -259,6 +249,38 @@ FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& 
     }
     layout.first_run.push_back(std::uint32_t(layout.runs.size()));
     return layout;
+}
+
+}  // namespace
+
+FarTables makeFarTables(const CompositionView& composition, int order) {
+    FarFields fields;
+    for (const PartFieldView& part : composition.parts) {
+        fields.tables.push_back(makeFieldTable(part.field, part.bytes, composition.fade));
+        fields.joints.push_back(part.field.joint);
+    }
+    fields.floor = composition.floor;
+    auto far = farParts(composition.steps, composition.parts.size(), composition.local_steps);
+    return {std::move(fields), std::move(far), order};
+}
+
+FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts, FarQuality quality) {
+    std::vector<bool> wanted;
+    for (const std::size_t count : part_counts) wanted.push_back(count > kFewParts && count <= kMostAnchorParts);
+    return layOut(asset, asset.model.composition->part_of_vertex, part_counts, wanted,
+                  kAnchorCount[std::size_t(quality)]);
+}
+
+FarLayout makeCastLayout(const AssetView& asset) {
+    const std::size_t clusters = asset.model.clusters.size();
+    std::vector<std::uint16_t> cluster_of(asset.mesh.positions.size());
+    std::vector<bool> wanted;
+    for (std::size_t c = 0; c < clusters; ++c) {
+        const ClusterView& cluster = asset.model.clusters[c];
+        std::fill_n(cluster_of.begin() + cluster.first_vertex, cluster.vertex_count, std::uint16_t(c));
+        wanted.push_back(cluster.vertex_count <= kMostVertices);
+    }
+    return layOut(asset, cluster_of, std::vector<std::size_t>(clusters), wanted, kCastAnchorCount);
 }
 
 }  // namespace penumbra

@@ -15,6 +15,7 @@ struct FarRun {
     std::uint32_t first = 0, count = 0;                // in FarLayout::receivers
     std::uint32_t first_anchor = 0, anchor_count = 0;  // in FarLayout::anchors; 0: the part has no anchors
     std::size_t first_value = 0;                       // where the values of its anchors begin
+    float spacing = 0;                                 // mean distance of a vertex from its anchors, at rest
 };
 
 // Runs of one cluster use anchors of other clusters too, so that no seam shows where two of them meet. They evaluate
@@ -34,5 +35,9 @@ FarTables makeFarTables(const CompositionView& composition, int order);
 
 // `part_counts` tells how many far parts the vertices of each part see.
 FarLayout makeFarLayout(const AssetView& asset, const std::vector<std::size_t>& part_counts, FarQuality quality);
+
+// The anchors of any asset with a model, at which others cast on it (CastShadow). There is one run for each cluster.
+// `part` is the cluster, and there is no room for values.
+FarLayout makeCastLayout(const AssetView& asset);
 
 }  // namespace penumbra

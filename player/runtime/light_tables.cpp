@@ -64,6 +64,7 @@ std::vector<TurnTerm> quarterTurn(int order) {
 LightTables::LightTables(const LightView& light, LightForm form) : order_(light.order), form_(form) {
     assert(hasForm(light, form));
     basisRecurrence(basis_a_, basis_b_);
+    setWhole(light.sh);
     if (form == LightForm::kRotation) {
         for (std::size_t i = 0; i < light.sh.size(); i += 3)
             original_.push_back({light.sh[i], light.sh[i + 1], light.sh[i + 2]});
@@ -80,7 +81,20 @@ LightTables::LightTables(const LightView& light, LightForm form) : order_(light.
     }
 }
 
+void LightTables::setWhole(std::span<const float> sh) {
+    for (std::size_t i = 0; i < whole_.size(); ++i)
+        whole_[i] = 3 * i < sh.size() ? Vec3{sh[3 * i], sh[3 * i + 1], sh[3 * i + 2]} : Vec3{};
+    whole_original_ = whole_;
+}
+
 void LightTables::setRotation(const Mat3& rotation) {
+    std::array<float, kIndirectCoefficients> channel, turned;
+    const ShRotation turn_whole = makeShRotation(kIndirectOrder, rotation);
+    for (int c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < channel.size(); ++i) channel[i] = whole_original_[i][c];
+        apply(turn_whole, std::span<const float>(channel), std::span<float>(turned));
+        for (std::size_t i = 0; i < channel.size(); ++i) whole_[i][c] = turned[i];
+    }
     if (form_ != LightForm::kRotation) {
         for (std::size_t d = 0; d < original_.size(); ++d) lobes_.directions[d] = rotation * original_[d];
         return;
@@ -109,6 +123,7 @@ void LightTables::setCoefficients(std::span<const float> sh, double seconds) {
     for (std::size_t i = 0; i < original_.size(); ++i)
         original_[i] = 3 * i < sh.size() ? Vec3{sh[3 * i], sh[3 * i + 1], sh[3 * i + 2]} : Vec3{};
     sh_ = original_;
+    setWhole(sh);
     window_.clear();
     sun_count_ = 0;
     if (factor_) findSuns(seconds);
@@ -120,6 +135,7 @@ void LightTables::setLight(const LightView& light) {
         original_[i] =
             3 * i < light.sh.size() ? Vec3{light.sh[3 * i], light.sh[3 * i + 1], light.sh[3 * i + 2]} : Vec3{};
     sh_ = original_;
+    setWhole(light.sh);
     sun_count_ = light.suns.size();
     std::copy(light.suns.begin(), light.suns.end(), suns_.begin());
     turned_suns_ = suns_;

@@ -57,11 +57,14 @@ public:
     const LightLobes& lobes() const { return lobes_; }   // turned; only for kLobes and kFixed
     const std::vector<Vec3>& sh() const { return sh_; }  // turned; only for kRotation
     ShadeLight view() const;
+    // The whole light in bands 0..2, its suns too, turned: what surfaces reflect to one another. Every form has it.
+    std::span<const Vec3, kIndirectCoefficients> whole() const { return whole_; }
 
 private:
     int order_;
     LightForm form_;
     LightLobes lobes_;
+    std::array<Vec3, kIndirectCoefficients> whole_{}, whole_original_{};
     std::vector<Vec3> sh_, original_;  // original_: coefficients of kRotation, axes of the other forms
     std::vector<TurnTerm> turns_;
     std::vector<float> basis_a_, basis_b_;
@@ -73,6 +76,7 @@ private:
     SunFilter filter_;
 
     void findSuns(double seconds);
+    void setWhole(std::span<const float> sh);
 };
 
 }  // namespace penumbra

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "player/runtime/light_tables.h"
 
@@ -30,8 +31,13 @@ std::vector<SparseTerm> gramTerms(int order, const Convention& convention) {
 
 MomentForm momentForm(const Convention& convention) {
     const bool mirrored = convention.below == BelowHorizon::kMirrored;
-    MomentForm form{mirrored ? std::min(convention.order + 1, kMaxOrder) : convention.order, {}, {}};
+    MomentForm form{mirrored ? std::min(convention.order + 1, kMaxOrder) : convention.order, {}, {}, {}};
     form.offset.resize(std::size_t(coefficientCount(form.order)));
+    std::vector<double> below(form.offset.size());
+    belowHorizonCoefficients(form.order, below);
+    const double root = std::sqrt(4 * std::numbers::pi);
+    for (int l = 0; l < form.order; ++l)
+        form.sky.push_back(float(root * ((l == 0 ? root : 0) - below[std::size_t(shIndex(l, 0))])));
     if (mirrored) {
         form.terms = gramTerms(form.order, convention);
         return form;
@@ -39,8 +45,6 @@ MomentForm momentForm(const Convention& convention) {
     for (int i = 0; i < coefficientCount(form.order); ++i)
         form.terms.push_back({std::uint16_t(i), std::uint16_t(i), 1});
     if (convention.below == BelowHorizon::kBlocked) return form;
-    std::vector<double> below(form.offset.size());
-    belowHorizonCoefficients(form.order, below);
     for (std::size_t i = 0; i < below.size(); ++i) form.offset[i] = -float(below[i]);
     return form;
 }
@@ -58,6 +62,7 @@ LiveLobe::LiveLobe(const Convention& convention, int light_order, const BrdfLobe
     for (const auto& [i, j] : sum_.entries()) matrix_.push_back({i, j, 0});
     moments_.resize(sum_.momentCount());
     values_.resize(matrix_.size());
+    albedo_.resize(moment_form_.sky.size());
     set(lobe);
 }
 
@@ -65,6 +70,8 @@ void LiveLobe::set(const BrdfLobe& lobe) {
     mirrorLobeMoments(lobe.model, double(lobe.parameters[0]), moments_);
     sum_.evaluate(moments_, values_);
     for (std::size_t e = 0; e < matrix_.size(); ++e) matrix_[e].value = float(values_[e]);
+    // Row 0 of M has the bands of m = 0 alone, in their order.
+    for (std::size_t l = 0; l < albedo_.size(); ++l) albedo_[l] = moment_form_.sky[l] * matrix_[l].value;
 }
 
 ShadeLive LiveLobe::view() const {
@@ -77,7 +84,8 @@ ShadeLive LiveLobe::view() const {
             turn_back_.data(),
             turn_back_.size(),
             matrix_.data(),
-            matrix_.size()};
+            matrix_.size(),
+            albedo_.data()};
 }
 
 }  // namespace penumbra

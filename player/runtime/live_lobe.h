@@ -17,6 +17,7 @@ struct MomentForm {
     int order = 0;
     std::vector<SparseTerm> terms;  // by (to, from); from is a position among the numbers
     std::vector<float> offset;      // [order^2]
+    std::vector<float> sky;         // [order] sqrt(4 pi) b_l0 of a vertex from which nothing is hidden
 };
 MomentForm momentForm(const Convention& convention);
 
@@ -36,6 +37,7 @@ private:
     std::vector<SparseTerm> turn_, turn_back_, matrix_;
     MirrorLobeSum sum_;
     std::vector<double> moments_, values_;
+    std::vector<float> albedo_;
 };
 
 }  // namespace penumbra

@@ -146,9 +146,14 @@ MaterialTables::MaterialTables(const Convention& convention, int light_order, co
             slices ? sliceProduct(convention, light_order, material.slice_order, used)
                    : operatorProduct(convention, light_order, material, c, used);
         if (c == 0) rows_ = groupRows(convention, entries);
-        for (std::size_t r = 0; r < rows_.rows.size(); ++r)
+        for (std::size_t r = 0; r < rows_.rows.size(); ++r) {
+            if (rows_.rows[r].i == 0 && rows_.rows[r].j == 0) {
+                albedo_first_ = products_[c].size();
+                albedo_terms_ = rows_.rows[r].terms;
+            }
             for (std::size_t at = rows_.first[r]; at < rows_.first[r] + rows_.rows[r].terms; ++at)
                 products_[c].push_back({entries[at].k, entries[at].value});
+        }
     }
 }
 
@@ -164,6 +169,8 @@ ShadeMaterial MaterialTables::view() const {
     view.rows = rows_.rows.data();
     view.mirrored_rows = rows_.mirrored;
     view.row_count = rows_.rows.size();
+    view.albedo_first = albedo_first_;
+    view.albedo_terms = albedo_terms_;
     for (int c = 0; c < 3; ++c) view.color[c] = color_[c];
     view.is_live = live_.has_value();
     if (live_) view.live = live_->view();

@@ -59,7 +59,8 @@ private:
     Vec3 color_;
     std::vector<ViewTerm> views_[3];
     ProductRows rows_;
-    std::optional<LiveLobe> live_;          // set for a live material, which has no terms
+    std::optional<LiveLobe> live_;                     // set for a live material, which has no terms
+    std::size_t albedo_first_ = 0, albedo_terms_ = 0;  // of the row (0, 0)
     std::vector<ProductTerm> products_[3];  // products_: for slices only the first is filled, as the channels share it
 };
 

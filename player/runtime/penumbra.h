@@ -85,7 +85,7 @@ PENUMBRA_API void penumbra_asset_close(penumbra_asset* asset);
 /* Tells what is in the file. Counts and pointers are 0 and NULL where it holds no such thing (a file may have only
  * materials or lights). */
 typedef struct penumbra_asset_info {
-    int has_model;          /* 1: a character can be made */
+    int has_model;          /* 1: a character can be made, of visibility or of transfer (convention "T6", ...) */
     const char* provenance; /* JSON: tool, version, options, hashes of the inputs */
 
     size_t vertex_count, source_vertex_count, triangle_count; /* V, R, T */
@@ -115,7 +115,7 @@ typedef struct penumbra_asset_info {
     size_t rotation_count; /* numbers of a pose in rotation vectors, 3J (of a rig with inputs 3 for each joint of its
                               own, then the inputs); 0 where the model reads matrices only */
 
-    const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2) */
+    const char* convention;   /* of the visibility, "D5", "A4", ... (docs/formulas.md section 2); "T6": transfer */
     size_t number_count;      /* numbers a vertex */
     size_t stride;            /* floats a vertex in arrays of numbers: number_count padded to a multiple of 4 */
     size_t cluster_count;     /* C */
@@ -311,6 +311,26 @@ PENUMBRA_API penumbra_status penumbra_character_skin(const penumbra_character* c
 PENUMBRA_API penumbra_status penumbra_character_ambient(const penumbra_character* character, size_t first_vertex,
                                                         size_t vertex_count, const float* numbers, float* ambient,
                                                         penumbra_error* error);
+
+/* Light that bounces: what reaches a vertex by reflection from the rest of the character, with the albedo of the bake
+ * (penumbra-fit indirect). Number of bounces of the asset; 0: it has no such light. */
+PENUMBRA_API int penumbra_asset_bounces(const penumbra_asset* asset);
+/* Numbers of a vertex in arrays of light that bounces. */
+#define PENUMBRA_BOUNCED_STRIDE 12
+/* Computes the light that bounces to the vertices of clusters [first, first + count), for
+ * penumbra_shading_shade_bounced. `bounced` [V, PENUMBRA_BOUNCED_STRIDE] is the array of all vertices. Fails with
+ * PENUMBRA_UNSUPPORTED where the asset has none. */
+PENUMBRA_API penumbra_status penumbra_character_evaluate_bounced(const penumbra_character* character,
+                                                                 size_t first_cluster, size_t cluster_count,
+                                                                 float* bounced, penumbra_error* error);
+/* Computes the ambient term with light that bounces of vertices [first, first + count), under a light of radiance 1
+ * from everywhere: from 0 to 1, and never below that of penumbra_character_ambient by more than rounding where surfaces
+ * reflect. `ambient` is [V]. */
+PENUMBRA_API penumbra_status penumbra_character_ambient_bounced(const penumbra_character* character,
+                                                                size_t first_vertex, size_t vertex_count,
+                                                                const float* numbers, const float* bounced,
+                                                                float* ambient, penumbra_error* error);
+
 /* Gives a GPU the scores of all clusters [score_count] and the rotation of each [C,3,3] (rows). NULL: not wanted. */
 PENUMBRA_API penumbra_status penumbra_character_get_scores(const penumbra_character* character, float* scores,
                                                            float* rotations);
@@ -358,7 +378,10 @@ PENUMBRA_API penumbra_status penumbra_scene_probe(const penumbra_scene* scene, s
                                                   penumbra_error* error);
 /* Multiplies the visibility of vertices [first, first + count) of a character, which penumbra_character_evaluate has
  * written into `numbers` [V, stride], by what all casters but `except` leave visible: its own caster, unless that is
- * PENUMBRA_NONE. The character may be of any asset. Numbers stay bit for bit the same where no caster is in reach. */
+ * PENUMBRA_NONE. The character may be of any asset. Numbers stay bit for bit the same where no caster is in reach.
+ * Casters that are not near are looked up at anchors, which all vertices of a cluster share, so that large ranges cost
+ * less a vertex than small ones. Allocates for the first range of a thread, for a larger one, and for the first call on
+ * an asset. */
 PENUMBRA_API penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except,
                                                  const penumbra_character* character, const float* to_scene,
                                                  size_t first_vertex, size_t vertex_count, float* numbers,
@@ -488,6 +511,21 @@ typedef struct penumbra_vertices {
 PENUMBRA_API penumbra_status penumbra_shading_shade(const penumbra_shading* shading, const float eye[3], size_t first,
                                                     size_t count, const penumbra_vertices* vertices, float* radiance,
                                                     penumbra_error* error);
+/* What radiance has: all light, that of the environment alone, or that which bounces alone. */
+typedef enum penumbra_bounces {
+    PENUMBRA_ALL_LIGHT = 0,
+    PENUMBRA_DIRECT_LIGHT = 1,
+    PENUMBRA_BOUNCED_LIGHT = 2
+} penumbra_bounces;
+/* Chooses it; all light at first. Takes no time. */
+PENUMBRA_API penumbra_status penumbra_shading_set_bounces(penumbra_shading* shading, penumbra_bounces bounces,
+                                                          penumbra_error* error);
+/* Does what penumbra_shading_shade does, with the light that bounces besides. `bounced` is that of
+ * penumbra_character_evaluate_bounced; NULL: there is none. It takes the whole light, while suns are on too. */
+PENUMBRA_API penumbra_status penumbra_shading_shade_bounced(const penumbra_shading* shading, const float eye[3],
+                                                            size_t first, size_t count,
+                                                            const penumbra_vertices* vertices, const float* bounced,
+                                                            float* radiance, penumbra_error* error);
 /* Adds to the radiance what the suns that are on send to `eye`: the sum of visibility, irradiance, BRDF and cosine.
  * `visible` is [sun_count, V], the share of each sun, from 0 to 1, that reaches a vertex past everything, the character
  * itself included: from the engine's shadow maps, or from a penumbra_sun_map. Vertices are those of

@@ -11,6 +11,10 @@
 // The light is one of
 //   lobes:    sum_d sum_l g_dl sum_m t_lm y_lm(Q a_d), for light = sum_d sum_l g_dl sum_m y_lm(a_d) y_lm
 //   rotation: l . (R(Q)^T t), with Q = Z(a) Y(b) Z(c) and Y(b) = X(-90) Z(b) X(90): three turns about z, two fixed ones
+//
+// Light that bounces (docs/formulas.md, section 15) adds E_ind / pi (a - t_u) / (1 - E), with a = 4 pi sum_k B_00k f_k
+// the albedo towards the eye, t_u = sqrt(4 pi) t_0 what it is under the visible part of a white sky, and E_ind the
+// light of this kernel's own indirect numbers.
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -63,6 +67,7 @@ struct ShadeLive {
     std::size_t turn_back_terms;
     const SparseTerm* matrix;  // moments to t, in the mirror frame
     std::size_t matrix_terms;
+    const float* albedo;  // [order] the albedo towards the eye, as a Legendre series in the eye's cosine
 };
 
 // Raw pointers make sure that files compiled for one processor call nothing inline from the standard library.
@@ -73,9 +78,10 @@ struct ShadeMaterial {
     std::size_t view_terms[3];
     const ProductRow* rows;  // rows with a mirror come first
     std::size_t mirrored_rows, row_count;
-    const ProductTerm* products[3];  // for every channel; all point to the same ones for slices
-    float color[3];                  // factors on the radiance: the material's colour when it has one channel
-    bool is_live;                    // `live` is all that counts besides channels, which are 1, and colour
+    const ProductTerm* products[3];          // for every channel; all point to the same ones for slices
+    std::size_t albedo_first, albedo_terms;  // the terms of the row (0, 0) among them
+    float color[3];                          // factors on the radiance: the material's colour when it has one channel
+    bool is_live;                            // `live` is all that counts besides channels, which are 1, and colour
     ShadeLive live;
 };
 
@@ -92,6 +98,11 @@ struct ShadeLight {
     const float *basis_a, *basis_b;
 };
 
+// The light as what bounces meets it, in the model frame: a constant, three numbers of band 1 as a vector, six of band
+// 2 as the symmetric matrix xx, yy, zz, xy, xz, yz, each times the first colour axis, and then the constant times the
+// second and the third one (makeBouncedLight()).
+constexpr std::size_t kBouncedLight = 12;
+
 struct ShadeInput {
     const Vec3 *positions = nullptr, *normals = nullptr, *tangents = nullptr;
     const float* numbers = nullptr;
@@ -101,6 +112,11 @@ struct ShadeInput {
     const std::uint32_t* order = nullptr;  // the n-th vertex to shade; null: n itself
     Vec3* packed = nullptr;                // set: the radiance of the n-th goes to packed[n - packed_first]
     std::size_t packed_first = 0;
+    // Of light that bounces; null: none. [V, kIndirectStride], [kBouncedLight], and the weights of E [size].
+    const float* indirect = nullptr;
+    const Vec3* bounced = nullptr;
+    const float* ambient = nullptr;
+    bool direct = true;  // false: the light that bounces alone
 };
 
 struct ShadePath {

@@ -16,6 +16,7 @@
 // processor can end up in the other's path. Vectors go by reference: passing 32-byte vectors by value has no fixed
 // ABI without AVX.
 #include "player/runtime/shade_kernel.h"
+#include "sh/indirect_numbers.h"
 
 namespace penumbra {
 
@@ -89,6 +90,7 @@ inline void gatherNumbers(const ShadeInput& in, std::size_t first, std::size_t e
 struct Block {
     LaneFrames frames;
     Lanes v[kMaxOrder * kMaxOrder], view_basis[kMaxOrder * kMaxOrder], t[3][kMaxOrder * kMaxOrder];
+    Lanes hidden[3];  // a - t_u of a colour channel, not below 0; only where light bounces
 };
 // The tables are walked for several blocks at once: the sums of one block fill the gaps in which those of another
 // wait. Without AVX2 there are too few registers for that.
@@ -105,8 +107,25 @@ inline void productSum(int terms, const Lanes (*f)[kBlocks], const ProductTerm*&
         for (int b = 0; b < kBlocks; ++b) s[b] += term->value * f[term->k][b];
 }
 
+inline void raiseTo(float least, Lanes& x) { x = x > least ? x : x * 0.0f + least; }
+
+// Computes what the material sends to the eye of the light that comes from where the sky is hidden, as if it were
+// white.
+inline void hiddenAlbedo(const ShadeMaterial& material, std::size_t channel, const Lanes (*f)[kBlocks], Block* blocks) {
+    constexpr float kFourPi = 12.5663706f, kRootFourPi = 3.54490770f;
+    Lanes s[kBlocks];
+    for (int b = 0; b < kBlocks; ++b) s[b] = blocks[b].v[0] * 0.0f;
+    const ProductTerm* term = material.products[channel] + material.albedo_first;
+    for (const ProductTerm* end = term + material.albedo_terms; term < end; ++term)
+        for (int b = 0; b < kBlocks; ++b) s[b] += term->value * f[term->k][b];
+    for (int b = 0; b < kBlocks; ++b) {
+        blocks[b].hidden[channel] = kFourPi * s[b] - kRootFourPi * blocks[b].t[channel][0];
+        raiseTo(0, blocks[b].hidden[channel]);
+    }
+}
+
 // Computes t of one colour channel.
-inline void transfer(const ShadeMaterial& material, int light_order, std::size_t channel, Block* blocks) {
+inline void transfer(const ShadeMaterial& material, int light_order, bool bounces, std::size_t channel, Block* blocks) {
     Lanes f[kMaxOrder * kMaxOrder][kBlocks], s[kBlocks];
     // 1. View terms give f. They are sorted by k, so that a sum stays in registers.
     const ViewTerm* view = material.views[channel];
@@ -135,6 +154,8 @@ inline void transfer(const ShadeMaterial& material, int light_order, std::size_t
         productSum(row.terms, f, term, s);
         for (int b = 0; b < kBlocks; ++b) blocks[b].t[channel][row.i] += blocks[b].v[row.j] * s[b];
     }
+    // 3. What the sky does not reach.
+    if (bounces) hiddenAlbedo(material, channel, f, blocks);
 }
 
 // Adds g_c * (sum over m of t y(axis in the local frame)) to radiance_c for every axis and band.
@@ -231,6 +252,61 @@ inline void lightByRotation(const ShadeLight& light, std::size_t channels, const
     }
 }
 
+// Turns the indirect numbers of a block into the model frame, as bounced light has its coefficients: the factors of
+// band 1 are those of -y, z, -x, and those of band 2 make a quadratic form of the direction.
+inline void turnIndirect(const LaneFrames& q, const Lanes* n, Lanes* out) {
+    constexpr float kXy = 0.546274215f, kZz = 0.315391565f;  // sqrt(15 / 16 pi), sqrt(5 / 16 pi)
+    const Lanes vx = -n[3], vy = -n[1], vz = n[2];
+    const Lanes xx = kXy * n[8] - kZz * n[6], yy = -kXy * n[8] - kZz * n[6], zz = 2 * kZz * n[6];
+    const Lanes xy = kXy * n[4], yz = -kXy * n[5], xz = -kXy * n[7];
+    const Lanes* const rows[3][3] = {{&q.tangent.x, &q.tangent.y, &q.tangent.z},
+                                     {&q.bitangent.x, &q.bitangent.y, &q.bitangent.z},
+                                     {&q.normal.x, &q.normal.y, &q.normal.z}};
+    Lanes half[3][3];  // M Q
+    out[0] = n[0];
+    for (int i = 0; i < 3; ++i) {
+        const Lanes &t = *rows[0][i], &b = *rows[1][i], &z = *rows[2][i];
+        out[1 + i] = vx * t + vy * b + vz * z;
+        half[0][i] = xx * t + xy * b + xz * z;
+        half[1][i] = xy * t + yy * b + yz * z;
+        half[2][i] = xz * t + yz * b + zz * z;
+    }
+    constexpr int kPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    for (int p = 0; p < 6; ++p) {
+        const int i = kPairs[p][0], j = kPairs[p][1];
+        out[4 + p] = *rows[0][i] * half[0][j] + *rows[1][i] * half[1][j] + *rows[2][i] * half[2][j];
+    }
+    out[10] = n[9];
+    out[11] = n[10];
+}
+
+// Adds the light that bounces to the radiance of one block, before the colour of the material.
+inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std::size_t first, std::size_t end,
+                       const Block& block, Lanes* radiance) {
+    constexpr float kPi = 3.14159265f, kLeastHidden = 0.01f;  // below it the light fades out
+    Lanes n[kIndirectNumbers], turned[kBouncedLight], light[3] = {};
+    for (std::size_t lane = 0; lane < kShadeLanes; ++lane) {
+        const float* numbers = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
+        for (std::size_t i = 0; i < kIndirectNumbers; ++i) n[i][lane] = numbers[i];
+    }
+    LaneFrames own = block.frames;
+    if (material.is_live) gather(in, first, end, own);  // the block has the mirror frame
+    turnIndirect(own, n, turned);
+    for (std::size_t i = 0; i < kBouncedLight; ++i) {
+        light[0] += in.bounced[i].x * turned[i];
+        light[1] += in.bounced[i].y * turned[i];
+        light[2] += in.bounced[i].z * turned[i];
+    }
+    Lanes hidden = block.v[0] * 0.0f + 1.0f;
+    for (int j = 0; j < in.size; ++j) hidden -= in.ambient[j] * block.v[j];
+    raiseTo(kLeastHidden, hidden);
+    const Lanes scale = 1 / (kPi * hidden);
+    for (std::size_t c = 0; c < 3; ++c) {
+        raiseTo(0, light[c]);
+        radiance[c] += light[c] * block.hidden[material.channels == 3 ? c : 0] * scale;
+    }
+}
+
 }  // namespace
 
 }  // namespace penumbra
@@ -245,10 +321,11 @@ namespace {
 inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t first,
                        std::size_t end, Block& block) {
     Lanes radiance[3] = {};
-    if (light.lobes)
+    if (in.direct && light.lobes)
         lightByLobes(light, material.channels, block.frames, block.t, radiance);
-    else
+    else if (in.direct)
         lightByRotation(light, material.channels, block.frames, block.t, radiance);
+    if (in.indirect) addBounced(material, in, first, end, block, radiance);
     for (std::size_t lane = 0; lane < kShadeLanes && first + lane < end; ++lane) {
         Vec3& out = in.packed ? in.packed[first + lane - in.packed_first] : in.radiance[vertexOf(in, first, end, lane)];
         out.x = material.color[0] * radiance[0][lane];
@@ -264,13 +341,12 @@ inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, c
         for (std::size_t b = 0; b < kBlocks; ++b) {
             gather(in, first + b * kShadeLanes, end, blocks[b].frames);
             gatherNumbers(in, first + b * kShadeLanes, end, blocks[b].v);
-            if (material.is_live)
-                liveTransfer(material.live, light.order, blocks[b]);
-            else
-                laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
+            if (material.is_live) liveTransfer(material.live, light.order, blocks[b]);
+            if (material.is_live && in.indirect) liveHiddenAlbedo(material.live, blocks[b]);
+            if (!material.is_live) laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
         }
         for (std::size_t c = 0; c < material.channels && !material.is_live; ++c)
-            transfer(material, light.order, c, blocks);
+            transfer(material, light.order, in.indirect, c, blocks);
         for (std::size_t b = 0; b < kBlocks; ++b)
             shadeBlock(material, light, in, first + b * kShadeLanes, end, blocks[b]);
     }

@@ -1,4 +1,4 @@
-// Shades lobes about the mirror direction of the view (docs/formulas.md, "A lobe that changes"). This is a part of
+// Shades lobes about the mirror direction of the view (docs/formulas.md, section 16). This is a part of
 // shade_lanes.h, which includes it and has the rules for such sources.
 //
 // Problem: the lobe may change in every frame, so nothing of it may be tabulated by view.
@@ -77,6 +77,23 @@ inline void liveTransfer(const ShadeLive& live, int light_order, Block& block) {
     clear(light_order * light_order, any, block.t[0]);
     addSparse(live.matrix, live.matrix_terms, moments, block.t[0]);
     turnToMirror(turns, block.frames);
+}
+
+// Computes a - t_u as hiddenAlbedo() does. A sky that nothing hides is zonal: the turn by theta multiplies its band l
+// by P_l(cos theta).
+inline void liveHiddenAlbedo(const ShadeLive& live, Block& block) {
+    constexpr float kRootFourPi = 3.54490770f;
+    const Lanes& z = block.frames.view.z;
+    const Lanes cosine = z < 0 ? -z : z;
+    Lanes before = z * 0.0f + 1.0f, p = cosine, albedo = live.albedo[0] * before;
+    for (int l = 1; l < live.order; ++l) {
+        albedo += live.albedo[l] * p;
+        const Lanes next = (float(2 * l + 1) * cosine * p - float(l) * before) / float(l + 1);
+        before = p;
+        p = next;
+    }
+    block.hidden[0] = albedo - kRootFourPi * block.t[0][0];
+    raiseTo(0, block.hidden[0]);
 }
 
 }  // namespace

@@ -5,7 +5,10 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "player/runtime/transfer_evaluator.h"
+#include "sh/cosine_product.h"
 #include "sh/sh_rotation.h"
 
 namespace penumbra {
@@ -31,11 +34,10 @@ void VertexShader::shade(std::size_t begin, std::size_t end, std::span<const Vec
     path_.shade(material_.view(), light_.view(), input, begin, end);
 }
 
-void ambient(const Convention& convention, int stride, std::size_t begin, std::size_t end,
-             std::span<const float> numbers, std::span<float> e) {
-    std::array<float, coefficientCount(kMaxOrder)> buffer;
-    const std::span<float> weights = std::span(buffer).first(std::size_t(convention.size()));
-    ambientWeights(convention, weights);
+namespace {
+
+void sumWeighted(std::span<const float> weights, int stride, std::size_t begin, std::size_t end,
+                 std::span<const float> numbers, std::span<float> e) {
     assert(end <= e.size() && numbers.size() == e.size() * std::size_t(stride));
     for (std::size_t v = begin; v < end; ++v) {
         const float* row = numbers.data() + v * std::size_t(stride);
@@ -43,6 +45,26 @@ void ambient(const Convention& convention, int stride, std::size_t begin, std::s
         for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * row[i];
         e[v] = sum;
     }
+}
+
+}  // namespace
+
+void ambient(const Convention& convention, int stride, std::size_t begin, std::size_t end,
+             std::span<const float> numbers, std::span<float> e) {
+    std::array<float, coefficientCount(kMaxOrder)> buffer;
+    const std::span<float> weights = std::span(buffer).first(std::size_t(convention.size()));
+    ambientWeights(convention, weights);
+    sumWeighted(weights, stride, begin, end, numbers, e);
+}
+
+void ambient(const AssetView& asset, std::size_t begin, std::size_t end, std::span<const float> numbers,
+             std::span<float> e) {
+    const ModelView& model = asset.model;
+    if (!asset.transfer) return ambient(model.convention, model.stride, begin, end, numbers, e);
+    std::array<float, coefficientCount(kMaxOrder)> buffer;
+    const std::span<float> weights = std::span(buffer).first(asset.transfer->coefficients());
+    transferAmbientWeights(weights);
+    sumWeighted(weights, model.stride, begin, end, numbers, e);
 }
 
 std::vector<float> freeSight(const Convention& convention) {
@@ -79,6 +101,24 @@ void numbersFromTruth(const AssetView& truth, std::size_t frame, const Conventio
         const std::span<float> row = numbers.subspan(v * std::size_t(stride), std::size_t(stride));
         numbersFromMoments(convention, moments, normals[v], tangents[v], row.first(size));
         std::fill(row.begin() + std::ptrdiff_t(size), row.end(), 0.0f);
+    }
+}
+
+void transferFromTruth(const AssetView& truth, std::size_t frame, int order, int stride, std::size_t begin,
+                       std::size_t end, std::span<const Vec3> normals, std::span<float> numbers) {
+    std::array<float, coefficientCount(kMaxOrder)> buffer;
+    const std::span<float> stored = std::span(buffer).first(std::size_t(coefficientCount(truth.truth.order)));
+    const auto n = std::size_t(coefficientCount(order));
+    const std::optional<CosineProduct> cosine =
+        truth.truth.is_transfer ? std::nullopt : std::optional<CosineProduct>(order);
+    for (std::size_t v = begin; v < end; ++v) {
+        readTruth(truth, frame, v, stored);
+        const std::span<float> row = numbers.subspan(v * std::size_t(stride), std::size_t(stride));
+        if (cosine)
+            cosine->apply(stored, normals[v], row.first(n));
+        else
+            std::copy_n(stored.begin(), n, row.begin());
+        std::fill(row.begin() + std::ptrdiff_t(n), row.end(), 0.0f);
     }
 }
 

@@ -49,12 +49,21 @@ private:
 void ambient(const Convention& convention, int stride, std::size_t begin, std::size_t end,
              std::span<const float> numbers, std::span<float> e);
 
+// The same of an asset's numbers. Those of an asset of transfer are its transfer.
+void ambient(const AssetView& asset, std::size_t begin, std::size_t end, std::span<const float> numbers,
+             std::span<float> e);
+
 // Turns the true moments (model frame) of frame `frame` of `truth` into numbers of `convention` (order <= the
 // truth's) in the local frames of the model's vertices [begin, end). shading_point is the model's and < the truth's
 // V. Arrays are [V], numbers [V * stride]; padding is set to 0.
 void numbersFromTruth(const AssetView& truth, std::size_t frame, const Convention& convention, int stride,
                       std::size_t begin, std::size_t end, std::span<const std::uint32_t> shading_point,
                       std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<float> numbers);
+
+// Copies the true transfer of frame `frame` of `truth` as numbers of an asset of transfer of order n, [V * stride]; of
+// moments of visibility, whose order is n + 1 or more, it makes transfer. Padding is set to 0.
+void transferFromTruth(const AssetView& truth, std::size_t frame, int order, int stride, std::size_t begin,
+                       std::size_t end, std::span<const Vec3> normals, std::span<float> numbers);
 
 // Turns moments (model frame, at least convention.order^2) of one vertex into numbers in the frame (normal, tangent).
 void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,

@@ -33,6 +33,17 @@ std::string ambientGlsl(const Convention& convention) {
     return ambient + ";\n}\n" + clamp + "}\n";
 }
 
+std::string sightGlsl(const Convention& convention) {
+    const bool mirrored = convention.below == BelowHorizon::kMirrored;
+    std::string sum;
+    std::size_t number = 0;
+    for (int l = 0; l < convention.order; ++l)
+        for (int m = -l; m <= l; m += mirrored ? 2 : 1)
+            sum += "\n        + y" + std::to_string(shIndex(l, m)) + " * " + numberGlsl(number++);
+    return "float penumbra_sight(vec4 numbers[PENUMBRA_STRIDE4], vec3 direction) {\n" +
+           basisGlsl(convention.order, mirrored, "y", "direction") + "    return 0.0" + sum + ";\n}\n";
+}
+
 namespace {
 
 // Gives the text of an entry of the material, whose texel is fetched into a variable before its first use.
@@ -85,7 +96,9 @@ std::string productGlsl(const ShadingLayout& layout, const std::string& type, En
                    (slices ? glslFloat(entry.value) : reader.entry(layout.views.size() + p, fetches)) + " * " +
                    name("f", entry.k);
         }
-        text += "    s = " + sum + ";\n    " + name("t", row.i) + " += " + numberGlsl(row.j) + " * s;\n";
+        text += "    s = " + sum + ";\n";
+        if (layout.bounces && row.i == 0 && row.j == 0) text += "    albedo = " + type + "(12.566370614) * s;\n";
+        text += "    " + name("t", row.i) + " += " + numberGlsl(row.j) + " * s;\n";
         if (r < grouped.mirrored)
             text += "    " + name("t", row.mirror_i) + " += " + numberGlsl(row.mirror_j) + " * s;\n";
     }
@@ -194,6 +207,19 @@ std::string declaredGlsl(const char* type, const char* prefix, int order) {
     return text;
 }
 
+// Writes the albedo of a live material towards the eye, as liveHiddenAlbedo() of shade_live_lanes.h has it.
+std::string liveAlbedoGlsl(const MomentForm& form, const std::string& type) {
+    std::string text = "    float legendre0 = 1.0, legendre1 = cos_q1;\n", sum;
+    for (int l = 2; l < form.order; ++l)
+        text += "    float " + name("legendre", std::size_t(l)) + " = " + glslFloat((2 * l - 1) / double(l)) +
+                " * cos_q1 * " + name("legendre", std::size_t(l - 1)) + " - " + glslFloat((l - 1) / double(l)) + " * " +
+                name("legendre", std::size_t(l - 2)) + ";\n";
+    for (std::size_t l = 0; l < form.sky.size(); ++l)
+        sum += (l == 0 ? "" : " + ") + glslFloat(double(form.sky[l])) + " * " + name("m", l / 4) + "." + "xyzw"[l % 4] +
+               " * " + name("legendre", l);
+    return text + "    albedo = " + type + "(" + sum + ");\n";
+}
+
 // Writes t of a live material, and turns local_from_model into the mirror frame, as liveTransfer() of
 // shade_live_lanes.h does it.
 std::string liveGlsl(const ShadingLayout& layout, const std::string& type) {
@@ -219,6 +245,7 @@ std::string liveGlsl(const ShadingLayout& layout, const std::string& type) {
     text += sparseGlsl(matrix, "g", "t", [&](std::size_t e) {
         return (type == "float" ? "" : type + "(1.0) * ") + name("m", e / 4) + "." + "xyzw"[e % 4];
     });
+    if (layout.bounces) text += liveAlbedoGlsl(form, type);
     return text + R"(    local_from_model = mat3(cos_q1 * cos_p1, -sin_p1, sin_q1 * cos_p1, cos_q1 * sin_p1, cos_p1,
                             sin_q1 * sin_p1, -sin_q1, 0.0, cos_q1) * local_from_model;
 )";
@@ -242,6 +269,26 @@ std::string membraneGlsl(const ShadingLayout& layout) {
            ".rgb * own + " + texel(1) + ".rgb * other;\n}\n";
 }
 
+// Writes the light that bounces to a vertex, before its material: turnIndirect() and addBounced() of shade_lanes.h.
+std::string bouncedGlsl(const ShadingLayout& layout) {
+    const auto light = [&](std::size_t i) {
+        return "PENUMBRA_LIGHT(" + std::to_string(layout.directTexels() + i) + ").rgb";
+    };
+    const char* const factors[kBouncedLight] = {"n[0].x",  "v.x",     "v.y",     "v.z",     "m[0][0]", "m[1][1]",
+                                                "m[2][2]", "m[1][0]", "m[2][0]", "m[2][1]", "n[2].y",  "n[2].z"};
+    std::string text = R"(
+// Returns the light that reaches a vertex from other surfaces. n: its indirect numbers, 12 with one that is not read.
+vec3 penumbra_bounced(vec4 n[3], mat3 local_from_model) {
+    vec3 v = vec3(-n[0].w, -n[0].y, n[0].z) * local_from_model;
+    float xy = 0.546274215 * n[1].x, yz = -0.546274215 * n[1].y, xz = -0.546274215 * n[1].w;
+    float square = 0.546274215 * n[2].x, height = 0.315391565 * n[1].z;
+    mat3 m = mat3(square - height, xy, xz, xy, -square - height, yz, xz, yz, 2.0 * height);
+    m = transpose(local_from_model) * m * local_from_model;
+    return max(vec3(0.0))";
+    for (std::size_t i = 0; i < kBouncedLight; ++i) text += std::string("\n        + ") + factors[i] + " * " + light(i);
+    return text + ", vec3(0.0));\n}\n";
+}
+
 }  // namespace
 
 std::string shadingGlsl(const ShadingLayout& layout) {
@@ -251,18 +298,34 @@ std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string views = viewGlsl(layout, type, reader);
     const std::string products = productGlsl(layout, type, reader);
     const bool rotation = layout.choice.light_form == LightForm::kRotation;
-    const std::string table = basisGlsl(layout.view_order, true, "e", "to_eye") + views + products;
     // Where every material is live, there is no table to read.
-    const std::string transfer = layout.live_count == 0 ? table
+    const std::string table = basisGlsl(layout.view_order, true, "e", "to_eye") + views + products,
+                      transfer = layout.live_count == 0 ? table
                                  : layout.views.empty() ? "    {\n" + liveGlsl(layout, type) + "    }\n"
                                                         : "    if (looks.w > 0.0) {\n" + liveGlsl(layout, type) +
                                                               "    } else {\n" + table + "    }\n";
-    return (layout.membranes ? membraneGlsl(layout) : "") +
+    const std::string arguments = "vec3 to_eye, mat3 local_from_model, int material) {\n",
+                      body = "    material *= " + std::to_string(layout.materialTexels()) +
+                             ";\n    vec4 looks = PENUMBRA_MATERIAL(material);\n" +
+                             declaredGlsl(type.c_str(), "t", layout.light_order) + transfer +
+                             "    vec3 radiance = vec3(0.0);\n" +
+                             (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)),
+                      end = "    return looks.rgb * radiance;\n}\n",
+                      membranes = layout.membranes ? membraneGlsl(layout) : "";
+    if (!layout.bounces)
+        return membranes + "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], " + arguments + body + end;
+    return membranes + bouncedGlsl(layout) +
+           "vec3 penumbra_shade_bounced(vec4 numbers[PENUMBRA_STRIDE4], vec4 indirect[3], " + arguments + "    " +
+           type + " albedo = " + type + "(0.0);\n    mat3 local_frame = local_from_model;\n" + body +
+           "    vec3 hidden = max(vec3(albedo) - 3.54490770 * vec3(t0), vec3(0.0));\n"
+           "    radiance *= 1.0 - PENUMBRA_LIGHT(" +
+           std::to_string(layout.directTexels() + kBouncedLight) +
+           ").x;\n    radiance += penumbra_bounced(indirect, local_frame) * hidden / (3.14159265 * max(1.0 - "
+           "penumbra_ambient(numbers), 0.01));\n" +
+           end +
            "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {\n"
-           "    material *= " +
-           std::to_string(layout.materialTexels()) + ";\n    vec4 looks = PENUMBRA_MATERIAL(material);\n" +
-           declaredGlsl(type.c_str(), "t", layout.light_order) + transfer + "    vec3 radiance = vec3(0.0);\n" +
-           (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)) + "    return looks.rgb * radiance;\n}\n";
+           "    vec4 none[3] = vec4[3](vec4(0.0), vec4(0.0), vec4(0.0));\n"
+           "    return penumbra_shade_bounced(numbers, none, to_eye, local_from_model, material);\n}\n";
 }
 
 }  // namespace penumbra

@@ -14,7 +14,7 @@ std::size_t ShadingLayout::materialTexels() const {
     return 1 + (channels == 3 ? entryCount() : (entryCount() + 3) / 4) + (membranes ? 2 : 0);
 }
 
-std::size_t ShadingLayout::firstLiveTexel() const {
+std::size_t ShadingLayout::directTexels() const {
     const auto order = std::size_t(light_order), lobes = std::size_t(lobe_count);
     return 1 + (choice.light_form == LightForm::kRotation ? order * order : lobes + lobes * order);
 }
@@ -65,6 +65,7 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
     ShadingLayout layout;
     layout.convention = asset.model.convention;
     layout.choice = set.choice();
+    layout.bounces = asset.model.indirect.has_value();
     addLights(set, layout);
     int slice_order = 1;
     for (std::size_t m = 0; m < asset.materials.size(); ++m) {
@@ -141,11 +142,17 @@ std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& s
 
 namespace {
 
-void writeLight(const ShadingLayout& layout, const LightTables& light, std::span<float> out) {
+void writeLight(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
+    const LightTables& light = set.lightTables();
     assert(light.form() == layout.choice.light_form);
     const auto put = [&](std::size_t texel, Vec3 v) {
         for (int c = 0; c < 3; ++c) out[4 * texel + std::size_t(c)] = v[c];
     };
+    if (layout.bounces) {
+        const std::size_t first = layout.directTexels();
+        for (std::size_t i = 0; set.showsBounces() && i < kBouncedLight; ++i) put(first + i, set.bouncedLight()[i]);
+        out[4 * (first + kBouncedLight)] = set.bounces() == Bounces::kIndirect ? 1.0f : 0.0f;
+    }
     if (light.form() == LightForm::kRotation) {
         for (std::size_t i = 0; i < light.sh().size(); ++i) put(1 + i, light.sh()[i]);
         return;
@@ -165,7 +172,7 @@ void writeLight(const ShadingLayout& layout, const LightTables& light, std::span
 void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
     assert(out.size() == 4 * layout.lightTexels());
     std::fill(out.begin(), out.end(), 0.0f);
-    writeLight(layout, set.lightTables(), out.first(4 * layout.firstLiveTexel()));
+    writeLight(layout, set, out.first(4 * layout.firstLiveTexel()));
     float* at = out.data() + 4 * layout.firstLiveTexel();
     for (std::size_t m = 0; m < set.asset().materials.size(); ++m) {
         if (!set.isLive(m) || !set.hasMaterial(m)) continue;

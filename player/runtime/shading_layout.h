@@ -11,10 +11,11 @@ namespace penumbra {
 struct ShadingLayout {
     Convention convention;
     ShadingChoice choice;
-    int channels = 1;     // 3 when any material has 3
-    int view_order = 1;   // highest order of the materials
-    int light_order = 1;  // highest order of the lights
-    int lobe_count = 0;   // most lobes of a light; 0 with LightForm::kRotation
+    int channels = 1;      // 3 when any material has 3
+    int view_order = 1;    // highest order of the materials
+    int light_order = 1;   // highest order of the lights
+    int lobe_count = 0;    // most lobes of a light; 0 with LightForm::kRotation
+    bool bounces = false;  // the asset has light that bounces
 
     // f_k = sum over e of A_ke y_e(omega_o), sorted by (k, e).
     struct View {
@@ -37,9 +38,11 @@ struct ShadingLayout {
     // more: rho, whose alpha is 1 for a membrane and 2 for one whose other side sees freely; and tau.
     std::size_t materialTexels() const;
     // Number of vec4 of the uniform block "Light": the lobe count, then axes and [lobe, band] weights, or SH
-    // coefficients; then M of the live materials, which changes as often.
+    // coefficients. Where light bounces, kBouncedLight more follow, and one that has 1 to show no direct light. M of
+    // the live materials comes last, which changes as often.
     std::size_t lightTexels() const { return firstLiveTexel() + live_count * liveTexels(); }
-    std::size_t firstLiveTexel() const;
+    std::size_t directTexels() const;
+    std::size_t firstLiveTexel() const { return directTexels() + (bounces ? kBouncedLight + 1 : 0); }
 };
 
 // Makes the layout for all materials and lights that the set can switch on.

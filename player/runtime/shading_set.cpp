@@ -13,8 +13,12 @@ namespace penumbra {
 
 ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
     : asset_(&asset), choice_(choice), path_(shadePaths().back()) {
-    assert(asset.has_model && !asset.materials.empty() && !asset.lights.empty());
+    assert(asset.hasCharacter() && (!asset.transfer || choice.light_form == LightForm::kRotation) &&
+           !asset.materials.empty() && !asset.lights.empty());
     makeTables();
+    ambient_weights_.resize(std::size_t(asset.model.convention.size()));
+    ambientWeights(asset.model.convention, ambient_weights_);
+    if (asset.model.indirect) bounced_ = makeBouncedLight(asset.model.indirect->axes, lights_[light_].whole());
     material_of_slot_ = asset.slot_material;
     material_of_slot_.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     sortVertices();
@@ -35,6 +39,7 @@ void ShadingSet::makeTables() {
         live_lobes_.push_back(material.isLive()   ? material.lobes.front()
                               : material.membrane ? BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}
                                                   : BrdfLobe{});
+        if (asset_->transfer) continue;  // it reads the lobe alone
         if (!hasReflectance(material, choice_.reflectance)) continue;
         if (material.membrane && !asset_->mesh.two_sided) continue;
         for (const int order : orders_)
@@ -67,7 +72,14 @@ void ShadingSet::findOtherSides() {
         other_order_.push_back(other_side_[order_.empty() ? n : order_[n]]);
 }
 
-bool ShadingSet::hasMaterial(std::size_t material) const { return !tables_[material].empty(); }
+bool isLambert(const MaterialView& material) {
+    return material.lobes.size() == 1 && material.lobes[0].model == BrdfModel::kLambert && material.lobe_error == 0 &&
+           !material.membrane;
+}
+
+bool ShadingSet::hasMaterial(std::size_t material) const {
+    return asset_->transfer ? isLambert(asset_->materials[material]) : !tables_[material].empty();
+}
 
 bool ShadingSet::hasLight(std::size_t light) const { return lights_[light].form() == choice_.light_form; }
 
@@ -130,25 +142,34 @@ void ShadingSet::factorLive(std::size_t light, int count, double time_constant) 
 void ShadingSet::setLightRotation(const Mat3& rotation) {
     rotation_ = rotation;
     lights_[light_].setRotation(rotation);
+    if (asset_->model.indirect) bounced_ = makeBouncedLight(asset_->model.indirect->axes, lights_[light_].whole());
     ++light_version_;
 }
 
 void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions,
                        std::span<const Vec3> normals, std::span<const Vec3> tangents, std::span<const float> numbers,
-                       Vec3 eye, std::span<Vec3> radiance) const {
+                       Vec3 eye, std::span<Vec3> radiance, std::span<const float> indirect) const {
+    if (asset_->transfer) return shadeTransfer(begin, end, numbers, radiance);
     const ModelView& model = asset_->model;
+    assert(indirect.empty() || indirect.size() == radiance.size() * kIndirectStride);
     assert(begin <= end && end <= radiance.size() && positions.size() == radiance.size() &&
            normals.size() == radiance.size() && tangents.size() == radiance.size() &&
            numbers.size() == radiance.size() * std::size_t(model.stride));
-    const ShadeInput input{positions.data(),
-                           normals.data(),
-                           tangents.data(),
-                           numbers.data(),
-                           model.stride,
-                           model.convention.size(),
-                           eye,
-                           radiance.data(),
-                           order_.empty() ? nullptr : order_.data()};
+    ShadeInput input{positions.data(),
+                     normals.data(),
+                     tangents.data(),
+                     numbers.data(),
+                     model.stride,
+                     model.convention.size(),
+                     eye,
+                     radiance.data(),
+                     order_.empty() ? nullptr : order_.data()};
+    if (showsBounces() && !indirect.empty()) {
+        input.indirect = indirect.data();
+        input.bounced = bounced_.data();
+        input.ambient = ambient_weights_.data();
+    }
+    input.direct = bounces_ != Bounces::kIndirect;
     const ShadeLight light = lights_[light_].view();
     // The range may cover several slots; each gets a call with its own material.
     for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {
@@ -182,6 +203,33 @@ void ShadingSet::shadeMembrane(std::size_t slot, const ShadeInput& input, std::s
             Vec3& radiance = input.radiance[order_.empty() ? n : order_[n]];
             radiance = membrane.rho * radiance + membrane.tau * through[n - first];
         }
+    }
+}
+
+void ShadingSet::shadeTransfer(std::size_t begin, std::size_t end, std::span<const float> numbers,
+                               std::span<Vec3> radiance) const {
+    const auto stride = std::size_t(asset_->model.stride);
+    assert(begin <= end && end <= radiance.size() && numbers.size() == radiance.size() * stride);
+    const std::span<const Vec3> light = lights_[light_].sh();
+    const std::size_t n = std::min(light.size(), asset_->transfer->coefficients());
+    for (std::size_t at = begin; at < end; ++at) {
+        const std::size_t v = order_.empty() ? at : order_[at];
+        Vec3 sum;
+        for (std::size_t c = 0; c < n; ++c) sum += light[c] * numbers[v * stride + c];
+        radiance[v] = sum;
+    }
+    reflect(begin, end, radiance);
+}
+
+void ShadingSet::reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const {
+    std::size_t slot = 0;
+    for (std::size_t at = begin; at < end; ++at) {
+        while (at >= first_of_slot_[slot + 1]) ++slot;
+        // An asset may give a slot a material that cannot be on; it stays black.
+        const MaterialView& material = asset_->materials[material_of_slot_[slot]];
+        const Vec3 albedo = isLambert(material) ? material.lobes[0].color : Vec3{};
+        Vec3& value = light[order_.empty() ? at : order_[at]];
+        for (int c = 0; c < 3; ++c) value[c] *= albedo[c] * float(std::numbers::inv_pi);
     }
 }
 

@@ -1,19 +1,25 @@
 #pragma once
 // Holds the materials and lights of an asset, made ready when it is opened, and tells which of them are on. Every
 // change afterwards is a few stores (a turned light: one SH rotation); it allocates nothing and makes no table anew.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "player/runtime/indirect_light.h"
 #include "player/runtime/shading.h"
 
 namespace penumbra {
 
+// Tells whether a material is exactly one Lambert lobe.
+bool isLambert(const MaterialView& material);
+
 class ShadingSet {
 public:
-    // `asset` has a model, materials and lights, and outlives the set. At first asset.slot_material and light 0 are
-    // on.
+    // `asset` has a character, materials and lights, and outlives the set. Transfer is diffuse: of an asset of transfer
+    // only Lambert materials can be on (isLambert()), and only LightForm::kRotation. At first asset.slot_material and
+    // light 0 are on.
     explicit ShadingSet(const AssetView& asset, const ShadingChoice& choice = {});
 
     const AssetView& asset() const { return *asset_; }
@@ -64,6 +70,11 @@ public:
     std::span<const Sun> suns() const { return lights_[light_].suns(); }  // of the light that is on, turned
     // Turns the light by `rotation` in the model frame, L'(s) = L(rotation^T s), from how the asset has it.
     void setLightRotation(const Mat3& rotation);
+    // What vertices show of light that bounces. It takes the whole light, suns or not.
+    void setBounces(Bounces bounces) { bounces_ = bounces; }
+    Bounces bounces() const { return bounces_; }
+    bool showsBounces() const { return asset_->model.indirect && bounces_ != Bounces::kDirect; }
+    std::span<const Vec3, kBouncedLight> bouncedLight() const { return bounced_; }  // of the light that is on, turned
     // These grow with every change of materials or of light. What was uploaded for an older version is stale.
     std::uint64_t materialVersion() const { return material_version_; }
     std::uint64_t lightVersion() const { return light_version_; }
@@ -71,10 +82,15 @@ public:
     // Replaces the fastest path of this processor, which is the default. Tests go through all of shadePaths().
     void usePath(const ShadePath& path) { path_ = path; }
     // Computes the radiance towards `eye` of those vertices that stand at [begin, end) of shadingOrder(). Pieces that
-    // cover [0, V) together shade every vertex once. Everything else is as in VertexShader::shade().
+    // cover [0, V) together shade every vertex once. `indirect` is [V, kIndirectStride] of
+    // Evaluator::evaluateIndirect() where showsBounces(), or empty: no light bounces. Everything else is as in
+    // VertexShader::shade().
     void shade(std::size_t begin, std::size_t end, std::span<const Vec3> positions, std::span<const Vec3> normals,
-               std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye,
-               std::span<Vec3> radiance) const;
+               std::span<const Vec3> tangents, std::span<const float> numbers, Vec3 eye, std::span<Vec3> radiance,
+               std::span<const float> indirect = {}) const;
+    // Turns light that reached vertices (l . t, of those that shade() would shade) into what an asset of transfer sends
+    // to any eye: albedo / pi times it.
+    void reflect(std::size_t begin, std::size_t end, std::span<Vec3> light) const;
     // Adds what suns() add to the radiance of these vertices: sum over suns of visible E f(omega_i, omega_o) cos.
     // `visible` is [suns, V], the share of each sun that reaches a vertex past everything, its own body included.
     // Materials without lobes send nothing back. Everything else is as in shade().
@@ -105,11 +121,16 @@ private:
     std::vector<float> free_sight_;
     std::size_t light_ = 0;
     bool suns_on_ = false;
+    Bounces bounces_ = Bounces::kBoth;
+    std::array<Vec3, kBouncedLight> bounced_{};
+    std::vector<float> ambient_weights_;
     Mat3 rotation_;
     std::uint64_t material_version_ = 1, light_version_ = 1;
     ShadePath path_;
 
     void makeTables();
+    void shadeTransfer(std::size_t begin, std::size_t end, std::span<const float> numbers,
+                       std::span<Vec3> radiance) const;
     void sortVertices();
     void findOtherSides();
     void shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const;

@@ -1,8 +1,10 @@
 #include "player/scene/cast_on.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "formats/common/parallel_for.h"
+#include "player/runtime/cast_on_cluster.h"
 
 namespace penumbra {
 
@@ -23,9 +25,23 @@ std::size_t castOn(const CastShadow& cast, CasterChoice choice, const CastReceiv
                                      receivers.tangents.subspan(first, n)},
                                     choice, std::span(mirrored).subspan(first * kFarNumbers, n * kFarNumbers));
     });
-    std::size_t all = 0;
-    for (const std::size_t n : seen) all += n;
-    return all;
+    return std::accumulate(seen.begin(), seen.end(), std::size_t(0));
+}
+
+std::size_t castOnCharacter(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                            const CastReceivers& vertices, int threads, std::vector<float>& mirrored) {
+    mirrored.resize(vertices.positions.size() * kFarNumbers);
+    const std::vector<ClusterView>& clusters = character.asset().model.clusters;
+    std::vector<std::size_t> seen(clusters.size());
+    parallelFor(clusters.size(), threads, [&](std::size_t c) {
+        const std::size_t begin = clusters[c].first_vertex, end = begin + clusters[c].vertex_count;
+        const auto at = [&](std::size_t v) {
+            return Receiver{vertices.positions[v], vertices.normals[v], vertices.tangents[v]};
+        };
+        seen[c] = castOnCluster(cast, choice, character, c, begin, end, at,
+                                std::span(mirrored).subspan(begin * kFarNumbers, (end - begin) * kFarNumbers));
+    });
+    return std::accumulate(seen.begin(), seen.end(), std::size_t(0));
 }
 
 }  // namespace penumbra

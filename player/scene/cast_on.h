@@ -8,4 +8,8 @@ namespace penumbra {
 std::size_t castOn(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, int threads,
                    std::vector<float>& mirrored);
 
+// The same for all vertices of a character, with anchors (castOnCluster()). `vertices` are in the scene.
+std::size_t castOnCharacter(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                            const CastReceivers& vertices, int threads, std::vector<float>& mirrored);
+
 }  // namespace penumbra

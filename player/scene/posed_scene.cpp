@@ -27,12 +27,25 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
         if (!asset) asset = std::make_shared<const OpenAsset>(path);
         return asset;
     };
+    // An asset that cannot be read says who wants it.
+    const auto openedAt = [&](const SceneCharacter& one) {
+        try {
+            return opened(one.asset);
+        } catch (const IoError& error) {
+            throw IoError(one.at + "/asset: " + error.what());
+        } catch (const InvalidInput& error) {
+            throw InvalidInput(one.at + "/asset: " + error.what());
+        }
+    };
     std::map<const OpenAsset*, const Evaluator*> decoded;
     std::vector<const Evaluator*> casters;
     std::vector<CasterKind> kinds;
     for (const std::vector<SceneCharacter>* list : {&file_.characters, &file_.props})
         for (const SceneCharacter& one : *list) {
-            std::shared_ptr<const OpenAsset> asset = opened(one.asset);
+            std::shared_ptr<const OpenAsset> asset = openedAt(one);
+            if (asset->view.transfer)
+                throw InvalidInput(one.at + "/asset: " + one.asset.string() +
+                                   " has transfer of paper 002, on which nothing casts");
             if (!asset->view.has_model) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no model");
             if (!one.material.empty() || !one.slots.empty()) (void)materialsOf(one, asset->view);
             const Evaluator*& first = decoded[asset.get()];

@@ -26,6 +26,9 @@ namespace {
 constexpr std::uint32_t kBlock = 4;  // squares a side
 // rms of V over the sphere: how far the middle may be from its corners' mean, and the corners from one another.
 constexpr float kMiddleOff = 0.003f, kCornersApart = 0.15f;
+// rms of the corners' a - b - c + d, up to which a fan about the middle may show a smooth block. The fan is a 16th of
+// it off at most.
+constexpr float kMostTwist = 0.012f;
 
 using Row = std::span<const float, kFarNumbers>;
 
@@ -43,6 +46,7 @@ public:
         std::vector<std::uint32_t> lines;
         for (std::uint32_t i = 0; i + 1 < ground.side; i += kBlock) lines.push_back(i);
         lines.push_back(ground.side - 1);
+        blocks_a_side_ = lines.size() - 1;
         for (std::size_t i = 0; i + 1 < lines.size(); ++i)
             for (std::size_t j = 0; j + 1 < lines.size(); ++j)
                 blocks_.push_back({{lines[i], lines[j]}, {lines[i + 1], lines[j + 1]}});
@@ -57,7 +61,9 @@ public:
         evaluate();
         std::vector<const Block*> smooth;
         for (const Block& block : blocks_) {
-            if (isSmooth(block)) {
+            const bool is_smooth = isSmooth(block);
+            coarse_.push_back(is_smooth && isFlat(block));
+            if (is_smooth) {
                 smooth.push_back(&block);
                 continue;
             }
@@ -66,13 +72,16 @@ public:
         }
         evaluate();
         for (const Block* block : smooth) interpolate(*block);
+        for (std::size_t b = 0; b < blocks_.size(); ++b) coarse_[b] ? addFan(b) : addSquares(blocks_[b]);
     }
 
 private:
     const CastShadow& cast_;
     GroundVertices& ground_;
     int threads_;
-    std::vector<Block> blocks_;
+    std::size_t blocks_a_side_ = 0;
+    std::vector<Block> blocks_;          // row by row
+    std::vector<bool> coarse_;           // of a block: a fan shows it
     std::vector<bool> done_;             // a vertex is evaluated, or about to be
     std::vector<std::uint32_t> wanted_;  // vertices
 
@@ -123,6 +132,50 @@ private:
             if (apart(first, other) > kCornersApart) return false;
         const std::array<float, kFarNumbers> expected = between(block, block.middle(0), block.middle(1));
         return apart(expected, row(block.middle(0), block.middle(1))) <= kMiddleOff;
+    }
+
+    bool isFlat(const Block& block) const {
+        const Row a = row(block.low[0], block.low[1]), b = row(block.low[0], block.high[1]),
+                  c = row(block.high[0], block.low[1]), d = row(block.high[0], block.high[1]);
+        std::array<float, kFarNumbers> ad, bc;
+        for (std::size_t n = 0; n < kFarNumbers; ++n) {
+            ad[n] = a[n] + d[n];
+            bc[n] = b[n] + c[n];
+        }
+        return block.high[0] - block.low[0] > 1 && block.high[1] - block.low[1] > 1 && apart(ad, bc) <= kMostTwist;
+    }
+
+    void addSquares(const Block& block) {
+        for (std::uint32_t i = block.low[0]; i < block.high[0]; ++i)
+            for (std::uint32_t j = block.low[1]; j < block.high[1]; ++j) {
+                const std::uint32_t a = vertex(i, j), b = vertex(i + 1, j);
+                ground_.drawn.insert(ground_.drawn.end(), {a, a + 1, b, b, a + 1, b + 1});
+            }
+    }
+
+    // A fan about the middle. Beside a block that is no fan it has all vertices of their edge, so that nothing cracks.
+    void addFan(std::size_t index) {
+        const Block& block = blocks_[index];
+        const std::uint32_t middle = vertex(block.middle(0), block.middle(1));
+        const std::size_t i = index / blocks_a_side_, j = index % blocks_a_side_, last = blocks_a_side_ - 1;
+        const bool fine[4] = {i > 0 && !coarse_[index - blocks_a_side_], j < last && !coarse_[index + 1],
+                              i < last && !coarse_[index + blocks_a_side_], j > 0 && !coarse_[index - 1]};
+        const std::uint32_t corner[4][2] = {{block.low[0], block.low[1]},
+                                            {block.low[0], block.high[1]},
+                                            {block.high[0], block.high[1]},
+                                            {block.high[0], block.low[1]}};
+        const std::uint32_t stride[2] = {1, ground_.side},
+                            squares[2] = {block.high[1] - block.low[1], block.high[0] - block.low[0]};
+        for (std::size_t side = 0; side < 4; ++side) {
+            const std::uint32_t from = vertex(corner[side][0], corner[side][1]),
+                                to = vertex(corner[(side + 1) % 4][0], corner[(side + 1) % 4][1]);
+            const std::uint32_t step = stride[side % 2] * (fine[side] ? 1 : squares[side % 2]);
+            for (std::uint32_t at = from; at != to;) {
+                const std::uint32_t next = to > from ? at + step : at - step;
+                ground_.drawn.insert(ground_.drawn.end(), {middle, at, next});
+                at = next;
+            }
+        }
     }
 
     void interpolate(const Block& block) {

@@ -12,6 +12,9 @@ struct GroundVertices {
     std::vector<Vec3> positions, normals, tangents;  // [side^2]; all have one local frame
     std::vector<float> mirrored;                     // [side^2, kFarNumbers] in it, past all casters
     std::vector<std::uint32_t> triangles;
+    // Fewer triangles, which look the same: where the numbers are interpolated, 4 of a block. Empty: there are none.
+    std::vector<std::uint32_t> drawn;
+    std::span<const std::uint32_t> shown() const { return drawn.empty() ? triangles : drawn; }
     std::size_t evaluated = 0;  // vertices; the others lie between evaluated ones
 };
 // Returns the vertices of a ground that nobody casts on yet, with room for their numbers.

@@ -4,22 +4,27 @@
 
 #include "formats/common/parallel_for.h"
 #include "player/runtime/cast_product.h"
+#include "player/runtime/indirect_light.h"
 #include "player/scene/cast_on.h"
 
 namespace penumbra {
 
-bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
-                   int threads, std::span<float> numbers) {
+bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                   const CastReceivers& vertices, int threads, std::span<float> numbers, std::span<float> indirect) {
     thread_local std::vector<float> mirrored;  // a megabyte, which is not to be mapped anew in every frame
-    if (castOn(cast, choice, receivers, threads, mirrored) == 0) return false;
+    if (castOnCharacter(cast, choice, character, vertices, threads, mirrored) == 0) return false;
     constexpr std::size_t kPiece = 512;  // vertices that a thread takes at once
+    const ModelView& model = character.asset().model;
     const CastProduct product(model.convention);
     const std::span<const float> others(mirrored);  // other threads have a `mirrored` of their own
-    const std::size_t count = receivers.positions.size(), stride = std::size_t(model.stride);
+    const std::size_t count = vertices.positions.size(), stride = std::size_t(model.stride);
     parallelFor((count + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
         const std::size_t first = piece * kPiece, n = std::min(kPiece, count - first);
         product(numbers.subspan(first * stride, n * stride), stride,
                 others.subspan(first * kFarNumbers, n * kFarNumbers));
+        if (!indirect.empty())
+            castOnIndirect(others.subspan(first * kFarNumbers, n * kFarNumbers),
+                           indirect.subspan(first * kIndirectStride, n * kIndirectStride));
     });
     return true;
 }
@@ -35,13 +40,15 @@ void skinMember(const SceneMember& member, int threads, FrameVertices& vertices)
 void ownVertices(const SceneMember& member, int threads, FrameVertices& vertices) {
     skinMember(member, threads, vertices);
     evaluateNumbers(member.evaluator, threads, vertices);
+    evaluateIndirect(member.evaluator, threads, vertices.indirect);
 }
 
 void memberVertices(const PosedScene& scene, std::size_t index, int threads, FrameVertices& vertices) {
     const SceneMember& member = *scene.members()[index];
     ownVertices(member, threads, vertices);
-    castOnNumbers(scene.cast(), {.except = member.caster}, {vertices.positions, vertices.normals, vertices.tangents},
-                  member.asset->view.model, threads, vertices.numbers);
+    castOnNumbers(scene.cast(), {.except = member.caster}, member.evaluator,
+                  {vertices.positions, vertices.normals, vertices.tangents}, threads, vertices.numbers,
+                  vertices.indirect);
 }
 
 FrameVertices memberVertices(const PosedScene& scene, std::size_t index, int threads) {

@@ -5,10 +5,13 @@
 
 namespace penumbra {
 
-// Multiplies numbers of the model's convention [receivers, stride] by what the chosen casters leave visible. Returns
-// whether any of the receivers sees one; without, the numbers stay the very ones that they were.
-bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const CastReceivers& receivers, const ModelView& model,
-                   int threads, std::span<float> numbers);
+// Multiplies numbers of all vertices of a character, in the convention of its model [V, stride], by what the chosen
+// casters leave visible. `vertices` are in the scene. Returns whether any of them sees one; without, the numbers stay
+// the very ones that they were. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the
+// share of a white sky that is left (docs/formulas.md, section 15).
+bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator& character,
+                   const CastReceivers& vertices, int threads, std::span<float> numbers,
+                   std::span<float> indirect = {});
 
 // Writes the vertices of a member in the scene. Their numbers stay what they are.
 void skinMember(const SceneMember& member, int threads, FrameVertices& vertices);

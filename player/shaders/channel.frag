@@ -29,7 +29,7 @@ vec3 numberColor(int number) {
 }
 
 void main() {
-#if CHANNEL == CHANNEL_AO
+#if CHANNEL == CHANNEL_AO || CHANNEL == CHANNEL_BOUNCED_AO
     vec3 rgb = vec3(max(value.x, 0.0));
 #elif CHANNEL == CHANNEL_ERROR
     vec3 rgb = linearFromSrgb(viridis(clamp(value.x / error_max, 0.0, 1.0)));

@@ -39,6 +39,7 @@ uniform uint vertex_count;
 uint vertex, cluster;  // of this invocation
 uint table_row;        // of the cluster table: of the model's cluster, or of the residual's
 uint pose_begin;       // of its character
+float cast_share = 1.0;  // of a white sky that others leave visible: light that bounces has as much
 
 uint clusterWord(uint i) { return asset[CLUSTERS + table_row * CLUSTER_WORDS + i]; }
 
@@ -136,31 +137,73 @@ void ownNumbers(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STR
     penumbra_clamp_ambient(numbers);
 }
 
+#ifdef BOUNCES
+// Computes the light that bounces to the vertex: 12 numbers, in three vec4.
+void indirectNumbers(out vec4 n[3]) {
+    table_row = FIRST_INDIRECT + cluster;
+    uint at = 3u * (vertex - clusterWord(0u)), row = 3u * clusterWord(1u), score = 4u * (pose_begin + POSE_SCORES);
+    for (uint q = 0u; q < 3u; ++q) n[q] = quadOf(clusterWord(4u), at + q, clusterWord(6u));
+    for (uint k = 0u; k < clusterWord(2u); ++k)
+        for (uint q = 0u; q < 3u; ++q)
+            n[q] += pose_numbers[score + clusterWord(3u) + k] * quadOf(clusterWord(5u), k * row + at + q, clusterWord(7u));
+    for (uint q = 0u; q < 3u; ++q) n[q] *= cast_share;
+}
+#endif
+
 void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
     ownNumbers(s, character, numbers);
 #ifdef CAST
+    cast_share = 1.0;
     uint first = CAST_QUADS * (character * vertex_count + vertex);
     if (casts[first + 5u].y == 0.0) return;
     float mirrored[21];
     for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
     penumbra_cast_numbers(numbers, mirrored);
+    cast_share = penumbra_cast_ambient(mirrored);
 #endif
 }
 #endif
 
+uint slotOfVertex() {
+#ifdef HAS_SLOTS
+    return halfWord(SLOTS, vertex);
+#else
+    return 0u;
+#endif
+}
+
+#ifdef SUNLIT
+float surface_sight = 0.0;  // V at the mirrored direction, of mirrors
+#endif
+
+#if CHANNEL == CHANNEL_SHADED
+// Shades a side of the surface, the one that `vertex` is on.
+vec3 shadeSide(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
+#ifdef BOUNCES
+    vec4 n[3];
+    indirectNumbers(n);
+    return penumbra_shade_bounced(numbers, n, to_eye, local_from_model, material);
+#else
+    return penumbra_shade(numbers, to_eye, local_from_model, material);
+#endif
+}
+
 #ifdef HAS_MEMBRANES
-// What the vertex of the other side sees, and its frame.
-void numbersOfOtherSide(uint character, int material, out vec4 numbers[PENUMBRA_STRIDE4], out mat3 local_from_model) {
+// Shades the other side, seen from straight above it.
+vec3 shadeOtherSide(uint character, int material) {
     uint own_vertex = vertex, own_cluster = cluster;
     vertex = asset[OTHER_SIDE + vertex];
     cluster = asset[CLUSTER_OF_VERTEX + vertex];
     PenumbraSurface s = surfaceOf(character);
+    vec4 numbers[PENUMBRA_STRIDE4];
     numbersOf(s, character, numbers);
     penumbra_other_side(material, numbers);
-    local_from_model = penumbra_local_from_model(s);
+    vec3 radiance = shadeSide(numbers, vec3(0.0, 0.0, 1.0), penumbra_local_from_model(s), material);
     vertex = own_vertex;
     cluster = own_cluster;
+    return radiance;
 }
+#endif
 #endif
 
 vec3 valueOf(PenumbraSurface s, uint character) {
@@ -175,28 +218,30 @@ vec3 valueOf(PenumbraSurface s, uint character) {
     numbersOf(s, character, numbers);
 #if CHANNEL == CHANNEL_AO
     return vec3(penumbra_ambient(numbers));
+#elif CHANNEL == CHANNEL_BOUNCED_AO
+    vec4 n[3];
+    indirectNumbers(n);
+    return vec3(clamp(penumbra_ambient(numbers) + dot(BOUNCED_AMBIENT, vec3(n[0].x, n[2].yz)), 0.0, 1.0));
 #elif CHANNEL == CHANNEL_ERROR
     return vec3(abs(penumbra_ambient(numbers) - true_ambient[character * vertex_count + vertex]));
 #else
     mat3 local_from_model = penumbra_local_from_model(s);
-#ifdef HAS_SLOTS
-    uint slot = halfWord(SLOTS, vertex);
-#else
-    uint slot = 0u;
-#endif
-    int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slot]);
+    int material = int(pose_numbers[4u * (pose_begin + POSE_MATERIALS) + slotOfVertex()]);
     vec3 to_eye = penumbra_to_eye(s, eyeInModel(), local_from_model);
-    vec3 radiance = penumbra_shade(numbers, to_eye, local_from_model, material);
-#ifdef HAS_MEMBRANES
-    if (penumbra_is_membrane(material)) {
-        vec4 other_numbers[PENUMBRA_STRIDE4];
-        mat3 local_of_other;
-        numbersOfOtherSide(character, material, other_numbers, local_of_other);
-        vec3 other = penumbra_shade(other_numbers, vec3(0.0, 0.0, 1.0), local_of_other, material);
-        radiance = penumbra_join_sides(material, radiance, other);
+#ifdef SUNLIT
+    // Fragments reflect the light's picture in mirrors, which SH blur.
+    if (pose[pose_begin + POSE_LOBES + slotOfVertex()].z > 0.0) {
+        surface_sight = clamp(penumbra_sight(numbers, vec3(-to_eye.xy, to_eye.z)), 0.0, 1.0);
+        return vec3(0.0);
     }
 #endif
+    vec3 radiance = shadeSide(numbers, to_eye, local_from_model, material);
+#ifdef HAS_MEMBRANES
+    if (penumbra_is_membrane(material))
+        radiance = penumbra_join_sides(material, radiance, shadeOtherSide(character, material));
+#endif
     return max(radiance, 0.0);
+#endif
 #endif
 #endif
 }
@@ -228,8 +273,15 @@ void main() {
     receivers[3u * at + 1u] = vec4(inScene(vec4(s.normal, 0.0)), 0.0);
     receivers[3u * at + 2u] = vec4(inScene(vec4(s.tangent, 0.0)), 0.0);
 #else
-    evaluated[2u * at] = vec4(position, 1.0);
-    evaluated[2u * at + 1u] = vec4(valueOf(s, character), 0.0);
+    vec4 value = vec4(valueOf(s, character), 0.0);
+#ifdef SUNLIT
+    value.w = surface_sight;
+    vec4 lobes = pose[pose_begin + POSE_LOBES + slotOfVertex()];
+    evaluated[EVALUATED_QUADS * at + 2u] = vec4(inScene(vec4(s.normal, 0.0)), lobes.x);
+    evaluated[EVALUATED_QUADS * at + 3u] = vec4(inScene(vec4(s.tangent, 0.0)), lobes.y);
+#endif
+    evaluated[EVALUATED_QUADS * at] = vec4(position, 1.0);
+    evaluated[EVALUATED_QUADS * at + 1u] = value;
 #endif
 }
 #endif

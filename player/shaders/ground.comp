@@ -8,12 +8,19 @@ layout(std430, binding = 5) writeonly buffer Evaluated { vec4 evaluated[]; };  /
 
 uniform uint receiver_count;
 uniform vec4 weights[21];  // radiance by each number, and 0
+#ifdef SUNLIT
+uniform vec3 lobes;  // of all vertices: the first, and their number; 0
+#endif
 
 void main() {
     uint r = gl_GlobalInvocationID.x;
     if (r >= receiver_count) return;
     vec4 value = vec4(0.0);
     for (uint i = 0u; i < 21u; ++i) value += weights[i] * casts[CAST_QUADS * r + i / 4u][i % 4u];
-    evaluated[2u * r] = vec4(receivers[3u * r].xyz, 1.0);
-    evaluated[2u * r + 1u] = max(value, 0.0);
+    evaluated[EVALUATED_QUADS * r] = vec4(receivers[3u * r].xyz, 1.0);
+    evaluated[EVALUATED_QUADS * r + 1u] = max(value, 0.0);
+#ifdef SUNLIT
+    evaluated[EVALUATED_QUADS * r + 2u] = vec4(receivers[3u * r + 1u].xyz, lobes.x);
+    evaluated[EVALUATED_QUADS * r + 3u] = vec4(receivers[3u * r + 2u].xyz, lobes.y);
+#endif
 }

@@ -1,5 +1,6 @@
 // The light of suns on a surface, for the fragment shaders of surfaces that it falls on (SUNLIT; SUN_MIRRORS where some
-// of it is a mirror). brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
+// of it is a mirror, SUN_LAMBERT where all of it is Lambertian). sun_count is not 0, and every surface has lobes.
+// brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
 in vec3 surface_position;  // in the scene. sunFacing() needs its derivatives, which are wrong between centroids
 INTERPOLATION in vec3 surface_normal, surface_tangent;  // in the scene; not unit
 INTERPOLATION in float surface_sight;                   // V at the mirrored direction, for mirrors
@@ -12,23 +13,33 @@ uniform vec3 sun_direction[3], sun_irradiance[3];  // unit, towards the sun; at 
 uniform float sun_cosine[3];                       // of the radius; 1: a point, which no mirror shows
 uniform mat3 light_from_scene;                     // for sky.glsl
 
-vec3 brdfOfSurface(vec3 wi, vec3 wo) {
-    int first = int(surface_lobes & 0xffffffu), end = first + int(surface_lobes >> 24);
+#ifdef SUN_LAMBERT
+vec3 paintOfSurface() {
+    int i = int(surface_lobes & 0xffffffu), end = i + int(surface_lobes >> 24);
     vec3 sum = vec3(0.0);
-    for (int i = first; i < end; ++i) {
+    do sum += texelFetch(lobes, 2 * i + 1).rgb;
+    while (++i < end);
+    return sum;
+}
+#endif
+
+vec3 brdfOfSurface(vec3 wi, vec3 wo) {
+    int i = int(surface_lobes & 0xffffffu), end = i + int(surface_lobes >> 24);
+    vec3 sum = vec3(0.0);
+    do {
         vec4 color = texelFetch(lobes, 2 * i + 1);
         sum += penumbra_brdf_lobe(int(color.w), texelFetch(lobes, 2 * i), color.rgb, wi, wo);
-    }
+    } while (++i < end);
     return sum;
 }
 
 vec3 mirrorOfSurface(vec3 wo) {
-    int first = int(surface_lobes & 0xffffffu), end = first + int(surface_lobes >> 24);
+    int i = int(surface_lobes & 0xffffffu), end = i + int(surface_lobes >> 24);
     vec3 sum = vec3(0.0);
-    for (int i = first; i < end; ++i) {
+    do {
         vec4 color = texelFetch(lobes, 2 * i + 1);
         sum += penumbra_mirror_reflectance(int(color.w), texelFetch(lobes, 2 * i), color.rgb, wo);
-    }
+    } while (++i < end);
     return sum;
 }
 
@@ -36,13 +47,27 @@ vec3 mirrorOfSurface(vec3 wo) {
 // discs of suns, which the shadow maps hide.
 vec3 mirrored(vec3 direction, vec3 face) {
     vec3 seen = clamp(surface_sight, 0.0, 1.0) * skyRadiance(light_from_scene * direction);
-    for (int i = 0; i < sun_count; ++i)
+    int i = 0;
+    do {
         if (sun_cosine[i] < 1.0 && dot(direction, sun_direction[i]) >= sun_cosine[i])
             seen += sunVisibility(i, surface_position, face) * sun_irradiance[i] /
                     (3.14159265 * (1.0 - sun_cosine[i] * sun_cosine[i]));
+    } while (++i < sun_count);
     return seen;
 }
 
+#ifdef SUN_LAMBERT
+// All lobes are Lambertian.
+vec3 sunlight() {
+    vec3 normal = normalize(surface_normal), face = sunFacing(surface_position, normal), sum = vec3(0.0);
+    int i = 0;
+    do {
+        float cosine = dot(normal, sun_direction[i]);
+        if (cosine > 0.0) sum += sunVisibility(i, surface_position, face) * cosine * sun_irradiance[i];
+    } while (++i < sun_count);
+    return sum * paintOfSurface() / 3.14159265;
+}
+#else
 // A surface that is seen from behind its normal sends back what it sends to the mirrored eye, as in penumbra_to_eye().
 vec3 sunlight() {
     vec3 normal = normalize(surface_normal), to_eye = normalize(scene_eye - surface_position);
@@ -52,15 +77,16 @@ vec3 sunlight() {
     vec3 wo = local_from_scene * to_eye;
     wo.z = abs(wo.z);
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < sun_count; ++i) {
+    int i = 0;
+    do {
         vec3 wi = local_from_scene * sun_direction[i];
-        if (wi.z <= 0.0) continue;
-        float visible = sunVisibility(i, surface_position, face);
-        if (visible > 0.0) sum += visible * wi.z * sun_irradiance[i] * brdfOfSurface(wi, wo);
-    }
+        float share = wi.z > 0.0 ? sunVisibility(i, surface_position, face) : 0.0;
+        if (share > 0.0) sum += share * wi.z * sun_irradiance[i] * brdfOfSurface(wi, wo);
+    } while (++i < sun_count);
 #ifdef SUN_MIRRORS
     vec3 share = mirrorOfSurface(wo);
     if (share != vec3(0.0)) sum += share * mirrored(transpose(local_from_scene) * vec3(-wo.xy, wo.z), face);
 #endif
     return sum;
 }
+#endif

@@ -97,11 +97,28 @@ Vec3d PoseInterpolation::findPivot(std::size_t joint, Vec3d center) const {
 
 namespace {
 
+// Moves centres to the weighted centroids of what the joints move. Assets of transfer do not store these.
+void findCenters(const MeshView& mesh, std::vector<Vec3d>& centers) {
+    std::vector<Vec3d> sums(centers.size());
+    std::vector<double> weights(centers.size());
+    for (std::size_t i = 0; i < mesh.skin_joints.size(); ++i) {
+        const double weight = mesh.skin_weights[i];
+        sums[mesh.skin_joints[i]] += toDouble(mesh.positions[i / std::size_t(mesh.influences)]) * weight;
+        weights[mesh.skin_joints[i]] += weight;
+    }
+    for (std::size_t j = 0; j < centers.size(); ++j)
+        if (weights[j] > 0) centers[j] = sums[j] / weights[j];
+}
+
 // Returns the centres of what the joints move; those that move nothing get the centre of the whole mesh.
 std::vector<Vec3d> jointCenters(const AssetView& asset) {
     Vec3d middle;
     for (const Vec3& p : asset.mesh.positions) middle += toDouble(p) / double(asset.mesh.positions.size());
     std::vector<Vec3d> centers(asset.animation.jointCount(), middle);
+    if (asset.model.joint_centers.empty()) {
+        findCenters(asset.mesh, centers);
+        return centers;
+    }
     for (std::size_t i = 0; i < asset.mesh.skin_joints.size(); ++i)
         if (asset.mesh.skin_weights[i] > 0)
             centers[asset.mesh.skin_joints[i]] = toDouble(asset.model.joint_centers[asset.mesh.skin_joints[i]]);

@@ -8,9 +8,12 @@ namespace penumbra {
 
 namespace {
 
-float ambientOfVertex(const Convention& convention, std::span<const float> numbers) {
-    std::vector<float> weights(std::size_t(convention.size()));
-    ambientWeights(convention, weights);
+float ambientOfVertex(const AssetView& asset, std::span<const float> numbers) {
+    std::vector<float> weights(std::size_t(asset.model.convention.size()));
+    if (asset.transfer)
+        transferAmbientWeights(weights);
+    else
+        ambientWeights(asset.model.convention, weights);
     return std::inner_product(weights.begin(), weights.end(), numbers.begin(), 0.0f);
 }
 
@@ -25,11 +28,11 @@ VertexFigures figuresOf(const Character& character, std::size_t vertex) {
     figures.scores = character.evaluator->scores(figures.cluster);
     if (character.has_model_numbers) {
         figures.model = std::span(character.vertices.numbers).subspan(first, size);
-        figures.model_ambient = ambientOfVertex(model.convention, figures.model);
+        figures.model_ambient = ambientOfVertex(character.asset, figures.model);
     }
     if (character.has_truth_numbers) {
         figures.truth = std::span(character.truth_numbers).subspan(first, size);
-        figures.true_ambient = ambientOfVertex(model.convention, figures.truth);
+        figures.true_ambient = ambientOfVertex(character.asset, figures.truth);
     }
     return figures;
 }

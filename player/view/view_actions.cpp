@@ -78,6 +78,10 @@ void unturnLight(ViewState& state, const ViewContents&, bool) { state.light_yaw 
 
 void suns(ViewState& state, const ViewContents&, bool) { state.suns = !state.suns; }
 
+void otherBounces(ViewState& state, const ViewContents& contents, bool back) {
+    if (contents.bounces()) state.bounces = Bounces(next(std::size_t(state.bounces), 3, back));
+}
+
 void brighter(ViewState& state, const ViewContents&, bool automatic) {
     if (automatic)
         state.automatic_exposure = true;
@@ -171,6 +175,8 @@ constexpr std::array kShortcuts = {
     Shortcut{'5', "5", "", "normals", channel<Channel::kNormals>},
     Shortcut{'6', "6", "previous", "PCA component, the next one", component},
     Shortcut{'7', "7", "", "rigid parts of composed characters", channel<Channel::kParts>},
+    Shortcut{'8', "8", "", "ambient visibility with light that bounces", channel<Channel::kBouncedAmbient>},
+    Shortcut{'9', "9", "previous", "next light: all, direct light, light that bounces", otherBounces},
     Shortcut{'[', "[", "", "error scale to a smaller number", smallerError},
     Shortcut{']', "]", "", "error scale to a larger number", largerError},
     Shortcut{'N', "N", "", "normals and tangents as lines", frames},

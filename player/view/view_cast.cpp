@@ -54,13 +54,16 @@ bool hasOthers(const Scene& scene, std::size_t index) {
 }  // namespace
 
 bool changesNumbers(const Scene& scene, std::size_t index, Shadows shadows) {
-    if (shadows == Shadows::kSelf) return false;
+    // Transfer is no visibility that others could take from.
+    if (shadows == Shadows::kSelf || scene.characters[index]->asset.transfer) return false;
     return shadows != Shadows::kBoth || hasOthers(scene, index);
 }
 
-void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int threads, std::span<float> numbers) {
+void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int threads, std::span<float> numbers,
+                  std::span<float> indirect) {
     const Character& character = *scene.characters[index];
     const ModelView& model = character.asset.model;
+    if (character.asset.transfer) return;
     if (shadows == Shadows::kCast || shadows == Shadows::kNone) {
         const std::vector<float> open = freeSight(model.convention);
         for (std::size_t first = 0; first < numbers.size(); first += std::size_t(model.stride))
@@ -73,7 +76,8 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
     for (const Vec3 p : at.positions) positions.push_back(character.to_scene.point(p));
     for (const Vec3 n : at.normals) normals.push_back(turn * n);
     for (const Vec3 t : at.tangents) tangents.push_back(turn * t);
-    castOnNumbers(*scene.cast, {.except = character.caster}, {positions, normals, tangents}, model, threads, numbers);
+    castOnNumbers(*scene.cast, {.except = character.caster}, *character.evaluator, {positions, normals, tangents},
+                  threads, numbers, indirect);
 }
 
 namespace {

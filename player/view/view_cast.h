@@ -13,7 +13,8 @@ void takeOver(Scene& scene, std::size_t character);
 
 // Makes of a character's own numbers, of the model or of the truth, those that are shown: with or without the shadow of
 // itself and of the others. Without others in reach they stay the very ones that they were.
-void applyShadows(const Scene& scene, std::size_t character, Shadows shadows, int threads, std::span<float> numbers);
+void applyShadows(const Scene& scene, std::size_t character, Shadows shadows, int threads, std::span<float> numbers,
+                  std::span<float> indirect = {});
 
 // Tells whether applyShadows() may change numbers of this character.
 bool changesNumbers(const Scene& scene, std::size_t character, Shadows shadows);

@@ -9,6 +9,7 @@ namespace penumbra {
 
 ExposedLook exposedLook(const Scene& scene, const ViewState& state) {
     ExposedLook look{shownLightKey(scene, state), state.light_yaw, state.light_pitch, state.ground, state.suns, {}};
+    look.bounces = state.bounces;
     for (const CharacterChoice& character : state.characters) look.materials.push_back(character.material_of_slot);
     return look;
 }

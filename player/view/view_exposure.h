@@ -2,9 +2,9 @@
 // Tells when the window measures its automatic exposure anew.
 //
 // An exposure that followed every frame would pump as a clip plays or the camera turns, and would hide that one pose is
-// darker than another. So it is measured when the light, its turn, the switch of its suns, a material or the
-// ground changes, on the next frame that shows shaded colours, and stays until one of them changes again. It follows
-// every frame of a light that becomes another.
+// darker than another. So it is measured when the light, its turn, the switches of its suns and of light that
+// bounces, a material or the ground changes, on the next frame that shows shaded colours, and stays until one of them
+// changes again. It follows every frame of a light that becomes another.
 #include <vector>
 
 #include "player/view/view_scene.h"
@@ -17,6 +17,7 @@ struct ExposedLook {
     double light_yaw = 0, light_pitch = 0;  // degrees
     bool ground = false, suns = false;
     std::vector<std::vector<std::size_t>> materials;  // of every character, of its slots
+    Bounces bounces = Bounces::kBoth;
     bool operator==(const ExposedLook&) const = default;
 };
 ExposedLook exposedLook(const Scene& scene, const ViewState& state);

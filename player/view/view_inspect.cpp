@@ -23,6 +23,11 @@ std::size_t bytesOf(const NumbersView& numbers) {
 
 void modelLines(const AssetView& asset) {
     const ModelView& model = asset.model;
+    if (asset.transfer) {
+        ImGui::Text("transfer of paper 002, order %d", asset.transfer->order);
+        ImGui::Text("%zu inputs, %zu outputs a map", asset.transfer->inputs(), asset.transfer->outputs());
+        return;
+    }
     std::size_t bytes = 0, components = 0;
     for (const ClusterView& cluster : model.clusters) {
         bytes += bytesOf(cluster.mean) + bytesOf(cluster.basis);

@@ -33,16 +33,16 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
     return view;
 }
 
-// Differences of vertex values and the error's figures are computed on the CPU, and so are what suns leave over, and
-// composed assets of more bands than their fields have or with a floor, and shadows of others that do not join as a
-// product.
+// Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
+// bands than their fields have or with a floor, and shadows of others that do not join as a product.
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
-        return model.composition && (model.convention.order > kFieldOrder || model.composition->floor);
+        return character->asset.transfer ||
+               (model.composition && (model.convention.order > kFieldOrder || model.composition->floor));
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
-           state.channel == Channel::kError || state.component.has_value() || showsSuns(*scene_, state) ||
+           state.channel == Channel::kError || state.component.has_value() ||
            shownCastMode(state) != CastMode::kProduct;
 }
 
@@ -95,7 +95,7 @@ void ScenePainter::poseCasters() {
     cast_->pose(casters_);
 }
 
-void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye, bool casts) {
+void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye, bool casts, const ViewSunlight* suns) {
     const Character& first = *scene_->characters[group.characters.front()];
     if (!group.asset) group.asset = std::make_shared<GlAsset>(first.asset, first.shading.get(), first.evaluator.get());
     std::optional<ModelPainter>& painter = group.painters[std::size_t(shown)];
@@ -110,6 +110,7 @@ void ScenePainter::evaluate(Group& group, Shown shown, Vec3 eye, bool casts) {
         else if (!casts && changesNumbers(*scene_, i, character.shadows))
             posed.numbers = character.vertices.numbers;
         posed.caster = character.caster;
+        if (suns) posed.lobes = suns->slotLobes(i);
     }
     painter->evaluate(first.channel, posed_, eye, casts ? &*cast_ : nullptr);
 }
@@ -151,25 +152,26 @@ void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& pane
             continue;
         }
         const Vec3 eye = paneView(state, pane.area, radius, {}).eye;
-        for (Group& group : groups_) evaluate(group, pane.shown, eye, casts);
+        for (Group& group : groups_) evaluate(group, pane.shown, eye, casts, sunsFor(state));
     }
     if (casts) cast_->release();
 }
 
 void ScenePainter::drawCharacters(const ViewState& state, const Pane& pane, double radius,
                                   const std::optional<DisplayTransform>& display) {
+    const ViewSunlight* const shining = sunsFor(state);
+    const Sunlight* const suns = shining ? &shining->sunlight() : nullptr;
     if (!needsValues(state)) {
         FrameView view = paneView(state, pane.area, radius, {});
         view.display = display;
-        for (const Group& group : groups_) group.painters[std::size_t(pane.shown)]->draw(view);
+        for (const Group& group : groups_) group.painters[std::size_t(pane.shown)]->draw(view, suns);
         return;
     }
     for (std::size_t i = 0; i < scene_->characters.size(); ++i) {
         const Character& character = *scene_->characters[i];
         FrameView view = paneView(state, pane.area, radius, character.to_scene);
         view.display = character.plain ? DisplayTransform() : display;
-        const ViewSunlight* const suns = sunsFor(state);
-        value_painters_.at(keyOf(state, i, pane.shown)).draw(view, suns ? &suns->sunlight() : nullptr);
+        value_painters_.at(keyOf(state, i, pane.shown)).draw(view, suns);
     }
 }
 
@@ -197,6 +199,7 @@ void ScenePainter::drawBoxes(const ViewState& state, const Pane& pane, double ra
 void ScenePainter::drawLobe(const ViewState& state, const Pane& pane, double radius) {
     const auto [index, vertex] = *state.picked;
     const Character& character = *scene_->characters[index];
+    if (character.asset.transfer) return;  // transfer is no visibility
     const VertexFigures figures = figuresOf(character, vertex);
     const bool truth = pane.shown == Shown::kTruth && !figures.truth.empty();
     const std::span<const float> numbers = truth ? figures.truth : figures.model;

@@ -59,7 +59,7 @@ private:
     GpuTimer evaluate_timer_, draw_timer_;
 
     void poseCasters();
-    void evaluate(Group& group, Shown shown, Vec3 eye, bool casts);
+    void evaluate(Group& group, Shown shown, Vec3 eye, bool casts, const ViewSunlight* suns);
     Key keyOf(const ViewState& state, std::size_t index, Shown shown) const;
     void uploadValues(const ViewState& state, const Key& key);
     const ViewSunlight* sunsFor(const ViewState& state) const;  // null where they do not shine

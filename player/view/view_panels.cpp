@@ -107,6 +107,15 @@ void parameterSlider(const Scene& scene, ViewState& state) {
         chooseParameter(scene, state, material, double(value));
 }
 
+// Lets the user choose between direct light, light that bounces and both, where a character has the latter.
+void bounceChoice(const Scene& scene, ViewState& state) {
+    if (!contentsOf(scene).bounces()) return;
+    int bounces = int(state.bounces);
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::Combo("##bounces", &bounces, "direct and bounced light\0direct light\0bounced light\0"))
+        state.bounces = Bounces(bounces);
+}
+
 void materialPanel(const Scene& scene, ViewState& state) {
     const Character& character = *scene.characters[state.selected];
     const std::vector<std::size_t>& chosen = state.characters[state.selected].material_of_slot;
@@ -129,6 +138,7 @@ void materialPanel(const Scene& scene, ViewState& state) {
     }
     shadingChoice(scene, state);
     sunChoice(scene, state);
+    bounceChoice(scene, state);
     ImGui::TextDisabled("Exposure, tone mapping");
     ImGui::SetNextItemWidth(-1);
     float exposure = state.display.exposure;

@@ -18,7 +18,7 @@ ViewContents contentsOf(const Scene& scene) {
              mostComponents(character->asset.model), character->truth != nullptr, character->strip.clip(),
              character->strip.outOfRange(), known ? character->error_strip.errors() : std::span<const FrameError>(),
              character->asset.model.composition.has_value(), character->casts == CasterKind::kSpheres,
-             character->factors});
+             character->factors, character->asset.model.indirect.has_value()});
     }
     contents.materials = scene.material_names.size();
     contents.lights = scene.light_names.size();
@@ -48,6 +48,7 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     });
     if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
     if (!contents.composed() && state.channel == Channel::kParts) state.channel = Channel::kAmbient;
+    if (!contents.bounces() && state.channel == Channel::kBouncedAmbient) state.channel = Channel::kAmbient;
     if (!contents.hasTruth()) state.compare = Compare::kModel;
     if (!hasCastMode(contents, state.cast_mode)) state.cast_mode = CastMode::kProduct;
     state.frame_all = true;
@@ -110,6 +111,8 @@ std::string describe(const Scene& scene, const ViewState& state) {
         text += std::string(", reflectance ") + std::string(nameOf(shading.reflectance)) + ", light form " +
                 std::string(nameOf(shading.light_form));
     if (showsSuns(scene, state)) text += ", suns with shadow maps";
+    if (shaded && state.bounces != Bounces::kBoth && contents.bounces())
+        text += state.bounces == Bounces::kDirect ? ", direct light" : ", bounced light";
     if (state.shadows != Shadows::kBoth) text += ", " + std::string(nameOf(state.shadows));
     if (const CastMode mode = shownCastMode(state); mode != CastMode::kProduct)
         text += ", shadows of others by " + std::string(nameOf(mode));

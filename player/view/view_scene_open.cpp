@@ -19,7 +19,7 @@ namespace {
 
 static_assert((kGroundUnderResolution - 1) % kGroundTiles == 0, "tiles are alike");
 
-bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.has_model; }
+bool isCharacter(const AssetView& asset) { return asset.has_mesh && asset.hasCharacter(); }
 
 // Gathers every file's materials and lights. The slots of the character's own file keep theirs.
 void gatherLibrary(const Scene& scene, const SceneFile& own, AssetView& asset) {

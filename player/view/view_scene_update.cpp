@@ -89,7 +89,7 @@ bool useShading(Scene& scene, const ViewState& state) {
     const ShadingChoice choice = shownShading(scene, state);
     bool changed = false;
     for (const auto& character : scene.characters) {
-        if (!character->shading || character->shading->choice() == choice) continue;
+        if (!character->shading || character->shading->choice() == choice || character->asset.transfer) continue;
         character->shading = std::make_unique<ShadingSet>(character->asset, choice);
         changed = true;
     }
@@ -104,12 +104,13 @@ void setShading(const Scene& scene, Character& character, const CharacterChoice&
     ShadingSet& set = *character.shading;
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot) {
         const std::size_t material = choice.material_of_slot[slot];
-        // A membrane from another file cannot be on a one-sided mesh.
+        // A membrane from another file cannot be on a one-sided mesh, nor a material that is not diffuse on transfer.
         if (set.materialOfSlot()[slot] != material && set.hasMaterial(material)) set.setMaterial(slot, material);
     }
     setParameters(scene, state, set);
     setShownLight(scene, state, character);
     if (set.sunsOn() != suns) set.setSuns(suns);
+    set.setBounces(state.bounces);
     const Mat3 rotation = transposed(character.to_scene.linear()) * lightRotation(state);  // in the model's frame
     if (set.lightRotation() != rotation) set.setLightRotation(rotation);
 }
@@ -140,7 +141,8 @@ bool needNumbers(const Scene& scene, std::size_t index, bool model, bool truth, 
     const bool needs_truth = truth && character.truth_frame && !character.has_truth_numbers;
     if (needs_model) {
         evaluateNumbers(*character.evaluator, threads, character.vertices);
-        applyShadows(scene, index, character.shadows, threads, character.vertices.numbers);
+        evaluateIndirect(*character.evaluator, threads, character.vertices.indirect);
+        applyShadows(scene, index, character.shadows, threads, character.vertices.numbers, character.vertices.indirect);
         character.has_model_numbers = true;
     }
     if (needs_truth) {
@@ -160,7 +162,8 @@ void needFactors(Character& character, std::optional<std::size_t> vertex) {
 
 Channel shownChannel(const Character& character, Channel wished) {
     const bool missing = (wished == Channel::kError && !character.truth_frame) ||
-                         (wished == Channel::kParts && !character.asset.model.composition);
+                         (wished == Channel::kParts && !character.asset.model.composition) ||
+                         (wished == Channel::kBouncedAmbient && !character.asset.model.indirect);
     return missing ? Channel::kAmbient : wished;
 }
 

@@ -12,6 +12,10 @@ bool ViewContents::hasTruth() const {
     return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.has_truth; });
 }
 
+bool ViewContents::bounces() const {
+    return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.bounces; });
+}
+
 bool ViewContents::composed() const {
     return std::any_of(characters.begin(), characters.end(), [](const CharacterContents& c) { return c.composed; });
 }
@@ -139,6 +143,7 @@ void chooseChannel(ViewState& state, const ViewContents& contents, Channel chann
     if (channel == Channel::kShaded && !contents.shaded()) return;
     if (channel == Channel::kError && !contents.hasTruth()) return;
     if (channel == Channel::kParts && !contents.composed()) return;
+    if (channel == Channel::kBouncedAmbient && !contents.bounces()) return;
     state.channel = channel;
     state.component.reset();
 }

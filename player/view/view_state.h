@@ -10,6 +10,7 @@
 #include "player/draw/view_display.h"
 #include "player/frame/channel.h"
 #include "player/frame/visibility_factors.h"
+#include "player/runtime/indirect_light.h"
 #include "player/runtime/shading.h"
 #include "player/scene/cast_way.h"
 #include "player/view/error_strip.h"
@@ -89,7 +90,8 @@ struct ViewState {
     bool boxes = false;                        // draw the boxes of the fields of composed characters
     std::map<std::size_t, double> parameters;  // of live materials, where they are not those of their files
     std::size_t light = 0;
-    bool suns = true;  // as such, where they can shine (view_suns.h); otherwise all light is SH
+    bool suns = true;                  // as such, where they can shine (view_suns.h); otherwise all light is SH
+    Bounces bounces = Bounces::kBoth;  // of characters that have light that bounces
     Shadows shadows = Shadows::kBoth;
     CastMode cast_mode = CastMode::kProduct;  // as wished; view_cast_way.h tells what is shown
     std::optional<DraggedCharacter> dragged;
@@ -116,6 +118,7 @@ struct CharacterContents {
     bool composed = false;
     bool spheres = false;                            // it casts by them
     std::span<const VisibilityFactor> factors = {};  // of the picked vertex, if it belongs to this character
+    bool bounces = false;                            // it has light that bounces
 };
 struct ViewContents {
     std::vector<CharacterContents> characters;
@@ -124,6 +127,7 @@ struct ViewContents {
     bool shaded() const { return materials > 0 && lights > 0; }
     bool hasTruth() const;
     bool composed() const;           // some character is
+    bool bounces() const;            // some character has light that bounces
     bool hasOutlines() const;        // some character has boxes of fields, or spheres
     std::size_t components() const;  // the most that any character has
 };

@@ -28,6 +28,7 @@ bool ViewSunlight::updateLobes() {
         const ShadingSet& shading = *scene_->characters[i]->shading;
         if (casters_[i].material_version == shading.materialVersion()) continue;
         casters_[i].lobes = table_.add(shading);
+        casters_[i].slot_lobes = table_.addSlots(shading);
         casters_[i].material_version = shading.materialVersion();
         changed = true;
     }

@@ -20,6 +20,8 @@ public:
     // Returns what suns need of a character, and takes mirrors out of `values`, what its vertices show to `eye` (in its
     // model frame). The spans are valid until the next call for the character.
     SunlitSurface surfaceOf(std::size_t character, Vec3 eye, std::span<Vec3> values);
+    // Returns the lobes of a character's slots, for ModelPainter.
+    std::span<const SlotLobes> slotLobes(std::size_t character) const { return casters_[character].slot_lobes; }
     // Returns the lobes of ground whose colour is multiplied by one of kTileShades.
     LobeRange groundLobes(float shade) const;
 
@@ -27,8 +29,9 @@ private:
     struct Caster {
         std::vector<Vec3> positions;  // in the scene
         std::uint64_t material_version = 0;
-        std::vector<LobeRange> lobes;  // of every vertex
-        std::vector<float> sight;      // of its mirrors
+        std::vector<LobeRange> lobes;       // of every vertex
+        std::vector<SlotLobes> slot_lobes;  // of every slot
+        std::vector<float> sight;           // of its mirrors
     };
     struct Shone {
         std::uint64_t pose_version = 0;

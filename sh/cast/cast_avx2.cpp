@@ -8,7 +8,7 @@
 namespace penumbra {
 namespace {
 
-const CastPath kPath{castLanes};
+const CastPath kPath{castLanes, castAnchorLanes};
 
 }  // namespace
 const CastPath* const kCastAvx2 = &kPath;

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "sh/cast/repeated_product.h"
+#include "sh/far/far_kernel.h"
 #include "sh/vec3.h"
 
 namespace penumbra {
@@ -14,7 +15,7 @@ struct CastTables {
     const float* logs;                               // rows of 8 (CapLogTable)
     const BasicRepeatedProduct<float>::Term* terms;  // of output i: first[i] up to first[i + 1]
     const std::uint16_t* first;
-    const float (*mirror)[6];  // FarConstants::mirror (sh/far/far_kernel.h)
+    const FarConstants* turns;  // of which `mirror` and `quarter_turn` are read
 };
 struct CastScene {
     const float* spheres;  // x, y, z, radius
@@ -23,12 +24,18 @@ struct CastScene {
     std::size_t count;
     const Vec3 *normals, *tangents;  // null: the frame of the spheres
     float least, full;               // CastFade
+    float spacing = 0;               // FarScene::spacing, for anchors
+    FarAnchors anchors = {};         // for receivers with normals
 };
 // Writes a row for each position: order^2 numbers, or the 21 of the mirrored function where there are normals.
 using CastVisibilityLanes = void (*)(const CastTables&, const CastScene&, float* out);
+// Writes what anchors at the positions know (FarAnchors): the sum [25] of the logarithms of the spheres that are not
+// near, zeros up to kAnchorSums, then how near each sphere is.
+using CastAnchorLanes = void (*)(const CastTables&, const CastScene&, float* values);
 
 struct CastPath {
     CastVisibilityLanes visibility;
+    CastAnchorLanes anchors;  // of order 5
 };
 extern const CastPath kCastPortable;
 extern const CastPath* const kCastAvx2;  // null where the compiler cannot make it

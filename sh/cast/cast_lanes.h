@@ -14,6 +14,7 @@
 // tells why).
 #include "sh/cast/cap_visibility.h"
 #include "sh/cast/cast_kernel.h"
+#include "sh/far/anchor_lanes.h"
 #include "sh/far/far_turns.h"
 #include "sh/fixed_basis.h"
 
@@ -188,7 +189,7 @@ inline void exponentialLanes(const CastTables& tables, Lanes* v) {
 constexpr std::size_t kMirroredNumbers = std::size_t(kEven), kMirroredRow = std::size_t(kPaddedEven);
 template <int... I>
 inline void mirrorLanes(const CastTables& tables, const Lanes* v, Lanes* out, Numbers<I...>) {
-    (mirrorOrder<I - kOrder + 1>(tables.mirror, v, kZeros + 1, kZeros, out), ...);
+    (mirrorOrder<I - kOrder + 1>(tables.turns->mirror, v, kZeros + 1, kZeros, out), ...);
 }
 
 // Lanes beyond the last position get the first one of the block.
@@ -205,6 +206,17 @@ inline void loadPositions(const Vec3* positions, std::size_t lanes, CastPosition
     loadFloats(xyz[2], at.z);
 }
 
+// Takes the sum of the spheres that are not near into the frames of 8 receivers. Returns whether there are any.
+inline bool takeAnchors(const CastTables& tables, const CastScene& scene, std::size_t first, const Frames& frames,
+                        Lanes* v, Lanes* near) {
+    interpolate(scene.anchors, scene.count, first, v, near, 1);
+    if (!any(v[0] < 0)) return false;
+    Turns turns;
+    makeTurns(frames.tangent, frames.bitangent, frames.normal[2], turns);
+    toLocal(*tables.turns, turns, v);
+    return true;
+}
+
 template <int Order>
 inline void castLanesOf(const CastTables& tables, const CastScene& scene, float* out) {
     constexpr int n = Order * Order;
@@ -216,10 +228,12 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
         if (scene.normals) gatherFrames({scene.positions, scene.normals, scene.tangents, scene.count}, first, frames);
         Lanes v[40] = {}, row[8];
         CapLanes cap;
-        Lanes weight = kZeros + 1;
-        bool seen = false;
+        Lanes weight = kZeros + 1, near[kMostNearParts];
+        bool seen = scene.anchors.values && takeAnchors(tables, scene, first, frames, v, near);
         for (std::size_t s = 0; s < scene.sphere_count; ++s) {
+            if (scene.anchors.values && !any(near[s] > 0)) continue;
             if (!seeSphere(scene, scene.spheres + 4 * s, at, cap, weight)) continue;
+            if (scene.anchors.values) weight *= near[s];
             lookUpLogs(tables.logs, cap.entry, row);
             for (int l = 0; l < Order; ++l) row[l] *= weight;
             if (scene.normals) turnCap(frames, cap);
@@ -237,6 +251,35 @@ inline void castLanesOf(const CastTables& tables, const CastScene& scene, float*
         Lanes mirrored[kMirroredRow];
         mirrorLanes(tables, v, mirrored, Upto<2 * kOrder - 1>());
         storeRows(mirrored, kMirroredNumbers, int(kMirroredNumbers), lanes, out + first * kMirroredNumbers);
+    }
+}
+
+void castAnchorLanes(const CastTables& tables, const CastScene& scene, float* values) {
+    constexpr int kLogOrder = 5;
+    const std::size_t stride = anchorStride(scene.sphere_count);
+    for (std::size_t first = 0; first < scene.count; first += kCastLanes) {
+        const std::size_t lanes = scene.count - first < kCastLanes ? scene.count - first : kCastLanes;
+        CastPosition at;
+        loadPositions(scene.positions + first, lanes, at);
+        Lanes v[kAnchorSums] = {}, row[8];
+        CapLanes cap;
+        Lanes weight = kZeros + 1;
+        float* const out = values + first * stride;
+        for (std::size_t s = 0; s < scene.sphere_count; ++s) {
+            const float* sphere = scene.spheres + 4 * s;
+            const Lanes way[3] = {sphere[0] - at.x, sphere[1] - at.y, sphere[2] - at.z};
+            Lanes near;
+            nearness(way, sphere[3], scene.spacing, near);
+            for (std::size_t lane = 0; lane < lanes; ++lane) out[lane * stride + kAnchorSums + s] = near[lane];
+            if (!any(near < 1) || !seeSphere(scene, sphere, at, cap, weight)) continue;
+            weight *= 1 - near;
+            lookUpLogs(tables.logs, cap.entry, row);
+            for (int l = 0; l < kLogOrder; ++l) row[l] *= weight;
+            addTurned<kLogOrder>(cap, row, v);
+        }
+        storeRows(v, stride, int(kAnchorSums), lanes, out);
+        for (std::size_t s = kAnchorSums + scene.sphere_count; s < stride; ++s)
+            for (std::size_t lane = 0; lane < lanes; ++lane) out[lane * stride + s] = 0;
     }
 }
 

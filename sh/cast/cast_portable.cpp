@@ -3,7 +3,7 @@
 
 namespace penumbra {
 
-const CastPath kCastPortable{castLanes};
+const CastPath kCastPortable{castLanes, castAnchorLanes};
 
 const CastPath& fastestCastPath() { return kCastAvx2 && cpuHasAvx2() ? *kCastAvx2 : kCastPortable; }
 

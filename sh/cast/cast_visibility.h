@@ -31,5 +31,14 @@ constexpr int kCastOrder = 5;  // of the logarithms of the spheres
 // order 6): out[r * kMirroredCast + i]. Allocates nothing, but the first call makes its tables.
 void castMirrored(std::span<const CasterSphere> spheres, const CastPoints& points, const CastFade& fade,
                   std::span<float> out, const CastPath& path = fastestCastPath());
+// The same, where anchors have summed the spheres that are not near, as castAnchors() does. `spheres` are those that
+// are near to any of them, of whose number are those of the anchors' values.
+void castMirrored(std::span<const CasterSphere> spheres, const FarAnchors& anchors, const CastPoints& points,
+                  const CastFade& fade, std::span<float> out, const CastPath& path = fastestCastPath());
+
+// Writes the values of anchors (sh/far/far_kernel.h) at the positions: the sum of logarithms in the frame of the
+// spheres, and how near each sphere is, for anchors so far apart: out[a * anchorStride(spheres.size()) + i].
+void castAnchors(std::span<const CasterSphere> spheres, std::span<const Vec3> positions, float spacing,
+                 const CastFade& fade, std::span<float> out, const CastPath& path = fastestCastPath());
 
 }  // namespace penumbra

@@ -88,21 +88,26 @@ struct FarScene {
     const FarPart* posed;
     const std::uint16_t* parts;
     std::size_t part_count;
+    float spacing = 0;  // of the anchors, kept away from what is nearer than kNearSpacings; 0: size alone decides
 };
 
 // What anchors know, for the receivers around them. An anchor has `stride` floats: the sum [36] over the parts that
 // block little, 4 zeros, then how near each part is (0..1, as `near` above tells by what it blocks).
 constexpr std::size_t kAnchorSums = 40, kMostAnchorParts = 32, kAnchorsOfReceiver = 4;
+constexpr std::size_t kMostNearParts = 128;  // of a call of FarPath::far() with anchors
+// Anchors leave out what stands nearer than the first number of their spacings, and take whole what stands farther than
+// the second: what they see changes too much from one to the next.
+constexpr float kNearSpacings[2] = {4, 8};
 constexpr std::size_t anchorStride(std::size_t part_count) { return kAnchorSums + (part_count + 7) / 8 * 8; }
 struct FarAnchors {
     const float* values = nullptr;          // [anchors, stride]; null: receivers find out for themselves
-    std::size_t stride = 0;                 // anchorStride(part_count), part_count <= kMostAnchorParts
+    std::size_t stride = 0;                 // anchorStride(part_count), part_count <= kMostNearParts
     const std::uint16_t* anchor = nullptr;  // [receivers, kAnchorsOfReceiver]
     const float* weight = nullptr;          // [receivers, kAnchorsOfReceiver], rows sum to 1
 };
 
 struct FarPath {
-    // Writes the values of anchors at `receivers`. It does not read their tangents.
+    // Writes the values of anchors at `receivers`. It does not read their tangents. part_count <= kMostAnchorParts.
     void (*anchors)(const FarConstants& constants, const FarScene& scene, const FarReceivers& receivers,
                     float* values) = nullptr;
     // Writes far[r * 21 + i] of every receiver.

@@ -19,6 +19,7 @@
 // far_portable.cpp, far_avx2.cpp and far_avx512.cpp include this source and differ in the processor that they are
 // compiled for.
 // Everything has internal linkage and calls nothing inline from the standard library (shade_lanes.h tells why).
+#include "sh/far/anchor_lanes.h"
 #include "sh/far/far_grid.h"
 #include "sh/far/far_lookup.h"
 
@@ -142,6 +143,13 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
             if (!blockedBy(constants, scene.tables[scene.parts[p]], posed, seen.frames, ~small, blocked)) continue;
             nears[p] = (blocked.share - constants.near[0]) * (1 / (constants.near[1] - constants.near[0]));
             clamp(nears[p], kZeros, kZeros + 1);
+            if (scene.spacing > 0) {
+                Lanes way[3], by_distance;
+                for (int axis = 0; axis < 3; ++axis) way[axis] = posed.centre[axis] - seen.frames.position[axis];
+                nearness(way, posed.radius, scene.spacing, by_distance);
+                most(nears[p], by_distance, nears[p]);
+                sine = kZeros;  // the horizons of the receivers around do not agree with that of the anchor
+            }
             const Lanes rest = blocked.weight * (1 - nears[p]);
             if (!any(rest > 0)) continue;
             toModel(posed.to_model, blocked.numbers, model);
@@ -156,48 +164,19 @@ inline void anchorLanes(const FarConstants& constants, const FarScene& scene, co
     }
 }
 
-// Takes the sums of a block, and how near each part is, from its anchors.
-inline void interpolate(const FarAnchors& anchors, const FarReceivers& receivers, std::size_t first, Seen& seen,
-                        Lanes* nears) {
-    constexpr std::size_t kMostColumns = anchorStride(kMostAnchorParts) / 8;
-    const std::size_t columns = anchors.stride / 8;
-    Lanes rows[kFarLanes][kMostColumns];
-    for (std::size_t lane = 0; lane < kFarLanes; ++lane) {
-        const std::size_t r = first + lane < receivers.count ? first + lane : receivers.count - 1;
-        const std::uint16_t* anchor = anchors.anchor + r * kAnchorsOfReceiver;
-        const float* weight = anchors.weight + r * kAnchorsOfReceiver;
-        const float* from[kAnchorsOfReceiver];
-        for (std::size_t a = 0; a < kAnchorsOfReceiver; ++a) from[a] = anchors.values + anchor[a] * anchors.stride;
-        for (std::size_t i = 0; i < columns; ++i) {
-            Lanes value;
-            loadFloats(from[0] + 8 * i, value);
-            Lanes sum = weight[0] * value;
-            for (std::size_t a = 1; a < kAnchorsOfReceiver; ++a) {
-                loadFloats(from[a] + 8 * i, value);
-                sum += weight[a] * value;
-            }
-            rows[lane][i] = sum;
-        }
-    }
-    const float* numbers = (const float*)rows;
-    Lanes sums[kAnchorSums];
-    for (std::size_t i = 0; i < kAnchorSums / 8; ++i) transpose(numbers + 8 * i, 8 * kMostColumns, sums + 8 * i);
-    for (std::size_t i = kAnchorSums / 8; i < columns; ++i)
-        transpose(numbers + 8 * i, 8 * kMostColumns, nears + 8 * i - kAnchorSums);
-    for (std::size_t i = 0; i < anchors.stride - kAnchorSums; ++i) clamp(nears[i], kZeros, kZeros + 1);
-    for (int i = 0; i < kFull; ++i) seen.rest[i] = sums[i];
-    seen.has_rest = any(sums[0] < 0);  // a sum of V - 1
-}
-
 inline void farLanes(const FarConstants& constants, const FarScene& scene, const FarAnchors& anchors,
                      const FarReceivers& receivers, float* far) {
     constexpr std::size_t kMostBlocks = kMostReceivers / kFarLanes;
     Seen seen[kMostBlocks];
-    Lanes nears[kMostBlocks][kMostAnchorParts];
+    Lanes nears[kMostNearParts][kMostBlocks];
     const std::size_t blocks = (receivers.count + kFarLanes - 1) / kFarLanes;
     for (std::size_t b = 0; b < blocks; ++b) {
         begin(receivers, b * kFarLanes, seen[b]);
-        if (anchors.values) interpolate(anchors, receivers, b * kFarLanes, seen[b], nears[b]);
+        if (!anchors.values) continue;
+        Lanes sums[kAnchorSums];
+        interpolate(anchors, receivers.count, b * kFarLanes, sums, &nears[0][b], kMostBlocks);
+        for (int i = 0; i < kFull; ++i) seen[b].rest[i] = sums[i];
+        seen[b].has_rest = any(sums[0] < 0);  // a sum of V - 1
     }
     for (std::size_t p = 0; p < scene.part_count; ++p)
         for (std::size_t b = 0; b < blocks; ++b) {
@@ -205,8 +184,8 @@ inline void farLanes(const FarConstants& constants, const FarScene& scene, const
             const FarPart& posed = scene.posed[scene.parts[p]];
             if (!anchors.values)
                 addPart(constants, table, posed, kZeros + 1, seen[b]);
-            else if (any(nears[b][p] > 0))
-                addPart(constants, table, posed, nears[b][p], seen[b]);
+            else if (any(nears[p][b] > 0))
+                addPart(constants, table, posed, nears[p][b], seen[b]);
         }
     for (std::size_t b = 0; b < blocks; ++b) {
         const std::size_t left = receivers.count - b * kFarLanes;

@@ -33,6 +33,24 @@ protected:
 
 }  // namespace
 
+// A convex solid sees its whole sky, and the same solid with its triangles turned around sees none of it.
+TEST_F(BakeVisibility, OpenShareTellsASolidThatIsInsideOut) {
+    for (const bool inside_out : {false, true}) {
+        const std::filesystem::path path = out("octahedron.obj");
+        std::ofstream obj(path);
+        obj << "v 1 0 0\nv 0 1 0\nv 0 0 1\nv -1 0 0\nv 0 -1 0\nv 0 0 -1\n";
+        for (const char* face : {"1 2 3", "4 3 2", "4 5 3", "1 3 5", "1 6 2", "4 2 6", "4 6 5", "1 5 6"})
+            obj << "f " << (inside_out ? std::string(face).assign({face[4], ' ', face[2], ' ', face[0]}) : face)
+                << '\n';
+        obj.close();
+        BakeOptions options;
+        options.rays = 64;
+        const BakePlan plan = planBake({path}, options);
+        const BakeResult result = bakeVisibility(plan, options, {out("x.vis.h5")}, 1, ProgressStyle::kNone);
+        EXPECT_NEAR(result.open_share, inside_out ? 0 : 1, 0.02);
+    }
+}
+
 TEST_F(BakeVisibility, SameBytesForAnyThreadCount) {
     BakeOptions options;
     options.rays = 64;

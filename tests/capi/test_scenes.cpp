@@ -130,16 +130,18 @@ TEST(CApiScenes, AllocatesNothingPerFrame) {
     const penumbra_asset_info info = infoOf(asset);
     std::vector<float> numbers = numbersOf(one, info), e(100), transfer(2500);
     const Points points(100);
-    const std::size_t before = allocationCount();
     int status = 0;
-    for (int frame = 0; frame < 10; ++frame) {
+    const auto draw_frame = [&] {
         penumbra_error error;
         status |= penumbra_scene_set_caster(scene.get(), 0, one.get(), nullptr, &error);
         status |= penumbra_scene_set_caster(scene.get(), 1, other.get(), kBeside, &error);
         status |= penumbra_scene_cast(scene.get(), 0, one.get(), nullptr, 0, info.vertex_count, numbers.data(), &error);
         status |= penumbra_scene_probe(scene.get(), PENUMBRA_NONE, points.positions.data(), points.normals.data(), 100,
                                        e.data(), transfer.data(), &error);
-    }
+    };
+    draw_frame();  // a thread makes its room the first time
+    const std::size_t before = allocationCount();
+    for (int frame = 0; frame < 10; ++frame) draw_frame();
     EXPECT_EQ(status, PENUMBRA_OK);
     EXPECT_EQ(allocationCount() - before, 0u);
 }

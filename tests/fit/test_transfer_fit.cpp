@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <span>
 #include <utility>
 
@@ -100,6 +101,33 @@ TEST(CosineProduct, TurnsMomentsOfVisibilityIntoTransfer) {
     for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], transfer[i], 2e-6) << i;
 }
 
+// An open point again: V = 1 has the coefficient sqrt(4 pi), and its transfer is that of the clamped cosine. And for
+// any function the matrix does what the product with its moments over the hemisphere does.
+TEST(CosineMatrix, TakesFunctionsToTransfer) {
+    const double pi = std::numbers::pi;
+    const std::vector<double> matrix = cosineMatrix(4, 5);
+    const std::array<std::pair<int, double>, 4> open{
+        {{0, std::sqrt(pi) / 2}, {2, std::sqrt(pi / 3)}, {6, std::sqrt(5 * pi) / 8}, {12, 0}}};
+    for (const auto& [index, value] : open)
+        EXPECT_NEAR(matrix[std::size_t(index) * 25] * std::sqrt(4 * pi), value, 1e-12) << index;
+    std::vector<double> function(25), moments(25), y(25);
+    for (std::size_t i = 0; i < function.size(); ++i) function[i] = std::cos(1.3 * double(i));
+    for (const WeightedDirection& sample : gaussHemisphere(20, 40)) {
+        evalBasis(5, sample.direction, std::span(y));
+        double f = 0;
+        for (std::size_t i = 0; i < y.size(); ++i) f += function[i] * y[i];
+        for (std::size_t i = 0; i < y.size(); ++i) moments[i] += sample.weight * f * y[i];
+    }
+    const std::vector<float> b(moments.begin(), moments.end());
+    std::vector<float> expected(16);
+    CosineProduct(4).apply(b, {0, 0, 1}, expected);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        double sum = 0;
+        for (std::size_t j = 0; j < function.size(); ++j) sum += matrix[i * 25 + j] * function[j];
+        EXPECT_NEAR(sum, expected[i], 2e-6) << i;
+    }
+}
+
 // --- Fits -----------------------------------------------------------------------------------------------------------
 
 constexpr std::size_t kRings = 5, kSides = 14, kFrames = 40;
@@ -159,6 +187,8 @@ TEST(FitTransfer, LinearTransferIsFoundExactly) {
         options.cross_validation = validation;
         const TransferFit fit = fitTransfer(reader, "x", options, {});
         EXPECT_EQ(fit.model.angles.size(), 9u);
+        EXPECT_EQ(fit.model.pose.size(), 12 * kFrames);  // held-out frames are there for playback
+        EXPECT_EQ(fit.model.bones.size(), 4 * kFrames);
         EXPECT_EQ(fit.report.constant_angles, 3u);
         EXPECT_EQ(fit.report.train_frames, kFrames - 8);
         EXPECT_LT(fit.report.train.relative_error, 1e-4);

@@ -238,8 +238,11 @@ inline TransferModel transferModel(TransferModelKind kind) {
     model.kind = kind;
     model.mesh = strip(2);
     model.rest_normals.assign(model.mesh.vertexCount(), {0, 0, 1});
-    model.joint_names = {"root", "Ellbogen-\xc3\xa4"};
+    model.skin = twoJoints(model.mesh);
+    model.frames = {{"walk", "run"}, {0, 0, 1}, {0, 0.25, 0}};
+    model.bones = bones(3 * 2, 0.6);
     model.pose_size = 6;
+    model.pose = numbers(3 * 6, 0.7);
     model.angles = {0, 2, 5};
     model.alpha = 0.5;
     model.holdout_clips = {"run"};

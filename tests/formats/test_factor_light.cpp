@@ -63,17 +63,22 @@ EnvironmentMap discPicture(int width, double radius, Vec3d direction) {
     return map;
 }
 
-// The golden file has the radii that this finds, in another orientation of the picture: within 0.05 degrees.
+// The golden file has the radii that this finds, in another orientation of the picture: within 0.05 degrees. Its
+// program takes the median for the sky also where that lies in the sun, which from 25 degrees on we do not.
 TEST(FactorLight, MeasuresTheRadiusOfASun) {
     const nlohmann::json golden = readGolden("mixed_light.json").at("sun_radius");
     const Vec3d direction = normalized(Vec3d{0.6, 0.7, 0.2});
-    for (const char* key : {"0.27", "1", "3", "10", "25"}) {
+    for (const char* key : {"0.27", "1", "3", "10"}) {
         const double truth = std::stod(key);
         const SunDisc disc = measureSun(discPicture(512, radians(truth), direction), direction);
         const double expected = golden.at(std::string("512 ") + key).at(0);
         EXPECT_NEAR(degrees(disc.radius), expected, truth < 1 ? 0.15 : 0.05) << key;
         EXPECT_GT(dot(disc.direction, direction), std::cos(0.2 * kDegree + 0.02 * radians(truth))) << key;
     }
+    // The sky of the picture is not even: 0.01, 0.02, 0.56 and 1.19 degrees measured.
+    for (const double truth : {20.0, 25.0, 30.0, 33.0})
+        EXPECT_NEAR(degrees(measureSun(discPicture(512, radians(truth), direction), direction).radius), truth, 1.3);
+    EXPECT_NEAR(degrees(measureSun(discPicture(512, radians(60.0), direction), direction).radius), 35, 1e-9);
     EnvironmentMap clipped = discPicture(512, radians(3.0), direction);
     for (Vec3& rgb : clipped.image.pixels) rgb = {std::min(rgb.x, 2.0f), std::min(rgb.y, 2.0f), std::min(rgb.z, 2.0f)};
     EXPECT_GE(measureSun(clipped, direction).flat_pixels, kClippedPixels);
@@ -144,6 +149,20 @@ TEST(FactorLight, AnalyticSunsAreExact) {
     EXPECT_EQ(factored("directional+directional:direction=1/0/0,irradiance=2").suns[0].direction.x, 1);
     EXPECT_TRUE(factored("uniform+disc:angle=40,radiance=2").suns.empty()) << "a disc of 40 degrees is no sun";
     EXPECT_EQ(factored("overcast", {.mode = FactorMode::kPaper}).suns.size(), 1u);
+}
+
+// Shadow maps are made for small suns.
+TEST(FactorLight, AWideSunStaysInTheRemainder) {
+    const Vec3d direction = normalized(Vec3d{0.6, 0.7, 0.2});
+    const auto suns = [&](double degrees, FactorMode mode) {
+        return factorLight(discPicture(256, radians(degrees), direction), {.mode = mode, .picture_width = 0}, 1).suns;
+    };
+    const double narrow = suns(14, FactorMode::kHandOver).at(0).irradiance.x;
+    const double between = suns(20, FactorMode::kHandOver).at(0).irradiance.x;
+    EXPECT_GT(between, 0.3 * narrow);
+    EXPECT_LT(between, 0.7 * narrow);
+    EXPECT_TRUE(suns(26, FactorMode::kHandOver).empty());
+    EXPECT_FALSE(suns(26, FactorMode::kPaper).empty());
 }
 
 TEST(FactorLight, ABlackPictureHasNoSun) {

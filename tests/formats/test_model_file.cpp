@@ -91,6 +91,21 @@ TEST(ModelFile, RoundTripOfQuadraticAndNeural) {
     }
 }
 
+// A prop with a root of its own has no bones nearby, so its cluster has nothing to look at.
+TEST(ModelFile, RoundTripOfAClusterWithoutGroups) {
+    const samples::Folder folder("model_no_groups");
+    Model written = samples::model(FeatureKind::kRelativeBones);
+    for (std::vector<float>* of_group :
+         {&written.clusters[1].group_weight, &written.clusters[1].group_min, &written.clusters[1].group_max})
+        of_group->clear();
+    written.clusters[1].groups.clear();
+    writeModel(folder.path / "x.model.h5", written);
+    const Model read = readModel(folder.path / "x.model.h5");
+    EXPECT_TRUE(read.clusters[1].groups.empty());
+    EXPECT_TRUE(read.clusters[1].group_min.empty());
+    for (std::size_t c = 0; c < 2; ++c) expectSame(read.clusters[c], written.clusters[c]);
+}
+
 TEST(ModelFile, RoundTripOfADeformingMesh) {
     const samples::Folder folder("model_deforming");
     for (FeatureKind features : {FeatureKind::kRelativeBones, FeatureKind::kDihedrals}) {

@@ -21,7 +21,13 @@ TEST(TransferFile, RoundTripKeepsEverything) {
         EXPECT_EQ(read.kind, kind);
         EXPECT_EQ(read.mesh.triangles, model.mesh.triangles);
         EXPECT_EQ(read.rest_normals, model.rest_normals);
-        EXPECT_EQ(read.joint_names, model.joint_names);
+        EXPECT_EQ(read.skin.joint_names, model.skin.joint_names);
+        EXPECT_EQ(read.skin.joints, model.skin.joints);
+        EXPECT_EQ(read.skin.weights, model.skin.weights);
+        EXPECT_EQ(read.frames.clip_names, model.frames.clip_names);
+        EXPECT_EQ(read.frames.time, model.frames.time);
+        EXPECT_EQ(read.bones, model.bones);
+        EXPECT_EQ(read.pose, model.pose);
         EXPECT_EQ(read.pose_size, model.pose_size);
         EXPECT_EQ(read.angles, model.angles);
         EXPECT_EQ(read.pose_basis, model.pose_basis);

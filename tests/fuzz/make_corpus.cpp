@@ -7,6 +7,8 @@
 #include "tests/formats/brdf_samples.h"
 #include "tests/formats/sheet_files.h"
 #include "tests/formats/stage_samples.h"
+#include "tests/formats/textured_rig.h"
+#include "tests/formats/tiny_jpeg.h"
 #include "tests/fuzz/tiny_inputs.h"
 
 namespace {
@@ -107,6 +109,22 @@ void writeImages(const fs::path& out) {
     write(out / "fuzz_image" / "flat.hdr", hdr);
 }
 
+// Pictures of surfaces, and a rig that has one.
+void writeTextures(const fs::path& out) {
+    const std::string png = samples::greyPng(3, {0, 50, 100, 150, 200, 250});
+    const std::vector<std::byte> jpeg = samples::tinyJpeg();
+    write(out / "fuzz_texture" / "grey.png", png);
+    write(out / "fuzz_texture" / "halves.jpg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
+    samples::EditableGlb glb = samples::texturedRig(
+        {{samples::triangleAt(0), {samples::Uv{0, 0}, samples::Uv{2, 0}, samples::Uv{0, 1}}}}, png);
+    glb.json["samplers"] = {{{"wrapS", 33648}, {"wrapT", 33071}}};
+    glb.json["textures"][0]["sampler"] = 0;
+    glb.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] = {
+        {"scale", {0.5, 2.0}}, {"rotation", 0.3}, {"offset", {0.1, 0.2}}};
+    write(out / "fuzz_base_colors" / "textured.glb", glb.bytes());
+    write(out / "fuzz_rig" / "textured.glb", glb.bytes());
+}
+
 // A triangle that moves, in every format of positions.
 void writeCaches(const fs::path& out) {
     const fs::path binary = out / "fuzz_point_cache_binary", numpy = out / "fuzz_point_cache_numpy";
@@ -163,6 +181,7 @@ int main(int argc, char** argv) {
     writeStageFiles(out);
     writeTables(out);
     writeImages(out);
+    writeTextures(out);
     writeCaches(out);
     copyRigs(samples, out);
     writeRecipes(out);

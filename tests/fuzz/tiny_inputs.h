@@ -6,9 +6,11 @@
 
 #include "formats/stage/model_file.h"
 #include "pack/pack_asset.h"
+#include "pack/pack_transfer.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_composition.h"
+#include "tests/synthetic_transfer.h"
 
 namespace penumbra {
 
@@ -42,8 +44,8 @@ inline std::vector<BrdfFile> tinyNewLooks() {
     return {live, membrane};
 }
 
-// Tiny assets, one for each kind of model and of features, a composed one, one with blockers, and two under a sun: with
-// a model and without.
+// Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
+// model and without), one with a live material and a membrane, and two of transfer.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -85,6 +87,10 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         made.push_back(
             packAsset(synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2}), tinyNewLooks(), sunny, {}, "{}", 1)
                 .bytes);
+        for (const TransferModelKind kind : kTransferModelKinds)
+            made.push_back(
+                packTransfer(synthetic::tubeTransfer(kind, 2, {.rings = 2, .segments = 3, .joints = 2, .frames = 2}),
+                             std::vector<BrdfFile>{diffuseMaterial({0.5f, 0.25f, 0.125f})}, sunny, {}, "{}"));
         return made;
     }();
     return all;

@@ -16,6 +16,8 @@ SAMPLES = os.path.join(BIN, "..", "samples")
 OK, FAILED = [0], [2, 3, 4, 5]  # exit codes; 1 is a mistake on the command line, and hardly any is here
 SMALL = ["--fps", "2", "--rays", "16", "--order", "3"]
 TINY = ["--size", "24x24"]
+TEXTURED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "fuzz", "corpus", "fuzz_base_colors", "textured.glb")
+BOUNCE = ["--quantity", "transfer", "--bounces", "1"]
 count = 0
 
 
@@ -64,7 +66,9 @@ def bakes():
     bend, sheet = (os.path.join(SAMPLES, name) for name in ("bend.glb", "sheet.npz"))
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--report", "r.json", "--depfile", "a.d", "-v")
     run(OK, "bake", "visibility", bend, "-o", "a.vis.h5", *SMALL, "--resume")
+    run(OK, "bake", "visibility", bend, "-o", "t.vis.h5", *SMALL, "--quantity", "transfer")
     run(OK, "bake", "visibility", bend, "-o", "dry.vis.h5", *SMALL, "--dry-run")
+    run(OK, "bake", "visibility", bend, "-o", "t.vis.h5", *SMALL, "--quantity", "transfer", "--bounces", 2, "--albedo", "0.5/0.4/0.3")
     run(OK, "bake", "visibility", bend, "-o", "l.vis.h5", *SMALL, "--local", "--local-steps", 1, "--local-order", 6)
     for i, part in enumerate(("0:7", "7:15")):
         run(OK, "bake", "visibility", bend, "-o", f"s{i}.vis.h5", *SMALL, "--frames", part, "--precision", "f16", "--threads", 2)
@@ -88,6 +92,7 @@ def bakes():
     run(OK, "bake", "visibility", "quad.obj", "quad.mdd", "-o", "q.vis.h5", "--rays", 16, "--order", 1)
     for name in ("swing.fbx", "swing.dae", "swing.x", "props.glb", "quantized.glb", "sparse.glb"):
         run(OK, "bake", "visibility", os.path.join(SAMPLES, name), "-o", "f.vis.h5", *SMALL)
+    run(OK, "bake", "visibility", TEXTURED, "-o", "x.vis.h5", *SMALL, *BOUNCE)
     for light in ("sky.hdr", "uniform"):
         run(OK, "bake", "reference", "a.vis.h5", "--frame", 1, *TINY, "--samples", 4, "--light", light, "-o", "a.png")
     run(OK, "bake", "reference", "a.vis.h5", "--frame", 1, *TINY, "--samples", 4, "--channel", "ao", "-o", "a.exr")
@@ -100,6 +105,7 @@ def fits():
         run(OK, *fit, "--model", model, "-o", model + ".model.h5")
         run(OK, "fit", "predict", model + ".model.h5", "a.vis.h5", "-o", model + ".pred.vis.h5")
     run(OK, *fit, "--features", "joint-angles", "-o", "angles.model.h5")
+    run(OK, "fit", "indirect", "additive.model.h5", "t.vis.h5", "-o", "bounced.model.h5", "--output-variance", "0.95")
     run(OK, "fit", "visibility", "c.vis.h5", "-o", "c.model.h5", "--convention", "A3", "--parts", 2, "--clusters", 2)
     run(OK, "fit", "blockers", "additive.model.h5", "-o", "a.blockers.h5", "--spheres", 5, "--seed", 2, "--report", "r.json")
     run(OK, "fit", "blockers", "c.model.h5", "-o", "c.blockers.h5", "--method", "paper", "--threads", 2)
@@ -111,8 +117,12 @@ def fits():
         run([1], "fit", "brdf", "--analytic", bad, "-o", "no.brdf.h5")
     run(OK, "fit", "light", "sky.hdr", "-o", "sky.light.h5")
     run(OK, "fit", "light", "--analytic", "sun+overcast", "--lobe-fit", "joint", "-o", "sun.light.h5", "--window", "always")
+    run(OK, "fit", "transfer", "t.vis.h5", "--order", 3, "--components", "2,4", "-o", "pca.transfer.h5", "--holdout", "sway")
+    run(OK, "fit", "transfer", "a.vis.h5", "--order", 2, "--model", "linear", "-o", "l.transfer.h5", "--prior", 1)
+    run(OK, "fit", "compare", "a.vis.h5", "--transfer", "--order", 2, "--holdout", "sway", "--components", "2,4", "-o",
+        "transfer.html")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--clusters", "1,2", "--output-variances", "0.9", "--models",
-        "linear,additive", "--conventions", "A2", "-o", "compare.html")
+        "linear,additive", "--conventions", "A2", "--light", "sky.light.h5", "--light", "sun.light.h5", "-o", "compare.html")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--models", "zh-lobes", "--lobes", "1", "--clusters", "2",
         "--output-variances", "0.9", "--conventions", "A2", "-o", "lobes.html")
 
@@ -131,7 +141,15 @@ def packs():
     for name, blockers in (("additive", "a"), ("c", "c")):
         run(OK, "pack", "asset", name + ".model.h5", "--blockers", blockers + ".blockers.h5", "-o", "blockers.pnb")
         run(OK, "bake", "info", "blockers.pnb")
+    run(OK, "pack", "asset", "bounced.model.h5", *looks, "-o", "bounced.pnb", "--bounce-bytes", 900)
+    run(OK, "pack", "check", "bounced.pnb", "a.vis.h5", "--bounces", "t.vis.h5")
     run(OK, "pack", "truth", "a.vis.h5", "-o", "a.truth.pnb")
+    run(OK, "pack", "truth", "t.vis.h5", "-o", "t.truth.pnb")
+    for name, words in (("pca", ["--precision", "i8"]), ("l", ["--albedo", "0.5/0.4/0.3"])):
+        run(OK, "pack", "asset", name + ".transfer.h5", *words, "--light", "sky.light.h5", "-o", name + ".transfer.pnb")
+        run(OK, "bake", "info", name + ".transfer.pnb")
+    run(OK, "pack", "check", "pca.transfer.pnb", "t.vis.h5")
+    run(OK, "pack", "check", "l.transfer.pnb", "a.vis.h5")
     for model in ("linear", "quadratic", "neural", "additive"):
         run(OK, "pack", "check", model + ".pnb", "a.vis.h5", "--predictions", model + ".pred.vis.h5", "--model", model + ".model.h5")
     for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
@@ -146,11 +164,19 @@ def pictures():
     for path in ("cpu", "glsl"):
         run(OK, "player", "render", "additive.pnb", *TINY, "--path", path, "-o", "a.png")
         run(OK, "player", "render", "f16.pnb", *TINY, "--path", path, "--light-form", "lobes", "--reflectance", "operators", "-o", "a.exr")
+    for channel in ("shaded", "ao", "normals", "error", "transfer-error"):
+        words = ["--truth", "t.truth.pnb"] if "error" in channel else []
+        run(OK, "player", "render", "pca.transfer.pnb", *TINY, *words, "--channel", channel, "-o", "a.png")
+    run(OK, "player", "bench", "pca.transfer.pnb", *TINY, "--runs", 2)
+    run(OK, "player", "view", "pca.transfer.pnb", "--dry-run")
     for channel in ("ao", "normals", "clusters", "error"):
         run(OK, "player", "render", "linear.pnb", *TINY, *(truth if channel == "error" else []), "--channel", channel, "-o", "a.png")
     run(OK, "player", "render", "neural.pnb", *TINY, *truth, "--frames", "0:3", "--sheet", "s.png", "--csv", "s.csv", "--flip",
         "-o", "f.%d.png")
     run(OK, "player", "render", "c.pnb", *TINY, "-o", "a.png")
+    for path in ("cpu", "glsl"):
+        run(OK, "player", "render", "bounced.pnb", *TINY, "--path", path, "--bounces", "indirect", "-o", "a.png")
+        run(OK, "player", "render", "bounced.pnb", *TINY, "--path", path, "--channel", "ao-bounced", "-o", "a.png")
     for name, text in (("s.json", '{"version": 1, "characters": [{"asset": "additive.pnb"}], "ground": {"resolution": 8}}'),
                        ("p.csv", "x,y,z,nx,ny,nz\n0,0,0,0,1,0\n")):
         with open(name, "w") as f:
@@ -197,7 +223,8 @@ def damaged_files():
               ("merl.binary", lambda bad: ("fit", "brdf", "--merl", bad, *out, "--dry-run")),
               ("linear.pnb", lambda bad: ("player", "render", bad, *TINY, "--channel", "ao", "-o", "no.png")),
               ("linear.pnb", lambda bad: ("pack", "check", bad, "a.vis.h5")),
-              ("a.truth.pnb", lambda bad: ("player", "render", "linear.pnb", *TINY, "--channel", "error", "--truth", bad, "-o", "no.png"))]
+              ("a.truth.pnb", lambda bad: ("player", "render", "linear.pnb", *TINY, "--channel", "error", "--truth", bad, "-o", "no.png")),
+              (TEXTURED, lambda bad: bake(bad, *BOUNCE))]
     chance = random.Random(14)
     for path, command in kinds:
         with open(path, "rb") as file:

@@ -13,9 +13,9 @@ import processor_time
 from ribbon_bake import bake_file
 
 BIN = pathlib.Path(sys.argv[1])
-PLOTS = """models-error models-ambient clusters-held-out clusters-train variance-train variance-held-out joint
-cosine-error cosine-ambient frames-error frames-bytes conventions-error conventions-ambient eigenvalues-inputs
-eigenvalues-outputs cost-bytes cost-fit cost-evaluate""".split()
+PLOTS = """models-error models-ambient clusters-held-out clusters-train variance-train variance-held-out
+vectors-held-out vectors-train joint cosine-error cosine-product cosine-ambient frames-error frames-bytes normal-tables
+conventions-error conventions-ambient eigenvalues-inputs eigenvalues-outputs cost-bytes cost-fit cost-evaluate""".split()
 
 # This is added to a copy of the page, and tells what was laid out, and every error.
 PROBE = """<script>
@@ -106,7 +106,14 @@ def check_compare(folder):
     data = json.loads((folder / "r.json").read_text())
     with open(folder / "r.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == len(data["fits"]) == 16
+    vectors = [fit for fit in data["fits"] if "feature vector" in fit["model"]]
+    assert len(rows) == len(data["fits"]) == 16 + len(vectors)
+    assert [fit["prior"] for fit in vectors] == 6 * ["cross-validated", "none"], "two features, three degrees"
+    for plain, free in zip(vectors[::2], vectors[1::2]):
+        assert free["train_relative_error"] <= plain["train_relative_error"] + 1e-9, (plain, free)
+    products = [fit["held_out_cosine_product_error"] for fit in data["fits"]]
+    assert sum(product is not None for product in products) == 2, "of the fits of figure 8 in each kind of features"
+    assert {"feature-vectors", "normal-tables"} <= {figure["id"] for figure in data["figures"]}
     for row, fit in zip(rows, data["fits"]):
         assert list(row) == list(fit)
         for name, value in fit.items():
@@ -145,14 +152,39 @@ def check_cloth(folder):
     fits = data["fits"]
     assert {fit["features"] for fit in fits} == {"relative-bones", "dihedral-angles"}, fits
     for fit in fits:
+        if "feature vector" in fit["model"]:
+            assert 0 < fit["train_relative_error"] < 1 and fit["held_out_relative_error"] > 0, fit
+            continue
         for error in ("train_relative_error", "held_out_relative_error", "held_out_ambient_error"):
             if error != "held_out_ambient_error" or fit["frame"] == "local":
                 assert 0 < fit[error] < 3, (error, fit)
+    for fit in fits:
+        if fit["held_out_cosine_product_error"] is None:
+            continue
+        same = {key: fit[key] for key in ("model", "features", "clusters", "frame", "clamped")}
+        weighted = next(other for other in fits if other["target"] == "cosine-weighted" and same.items() <= other.items())
+        ratio = fit["held_out_cosine_product_error"] / weighted["held_out_relative_error"]
+        assert 0.8 < ratio < 1.6, (ratio, same)
     assert "joint" not in [figure["id"] for figure in data["figures"]], "nothing of a sheet is a joint"
     _, console = browse(page)
     assert not console, console
     run(*command, "-o", page, "--threads", 1, "-q")
     assert without_times(json.loads((folder / "c.json").read_text())) == without_times(data)
+
+
+def check_variance(folder):
+    """scripts/compare_variance: pictures of each variance and of the truth, on a page, and errors that fall."""
+    bake, out = folder / "man.vis.h5", folder / "variance"
+    subprocess.run([BIN / "penumbra-bake", "visibility", BIN / ".." / "samples" / "capsule_man.glb", "--fps", "3", "--rays",
+                    "32", "-q", "-o", bake], check=True)
+    script = pathlib.Path(__file__).resolve().parents[2] / "scripts" / "compare_variance"
+    subprocess.run([script, bake, "--holdout", "squat", "-o", out, "--variances", "0.4,0.99", "--model", "linear", "--size",
+                    "64", "--bin", BIN], check=True, stdout=subprocess.DEVNULL)
+    with open(out / "variance.csv", newline="") as file:
+        low, high = csv.DictReader(file)
+    assert float(high["train_relative_error"]) < float(low["train_relative_error"]), (low, high)
+    for name in ("truth.png", "v0.4.png", "v0.4_error.png", "v0.99.png", "v0.99_error.png"):
+        assert (out / name).stat().st_size > 200 and name in (out / "index.html").read_text(), name
 
 
 def check_errors(folder, command):
@@ -205,6 +237,7 @@ with tempfile.TemporaryDirectory() as name:
     given, written = check_compare(where)
     check_same_for_any_thread_count(where, given, written)
     check_errors(where, given)
+    check_variance(where)
     check_cloth(where)
     check_interrupt(where)
 print("compare: JSON, CSV and page agree and do not depend on threads; the page opens in Chromium without errors and"

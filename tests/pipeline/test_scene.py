@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 from PIL import Image
 
-from programs import must, run
+from programs import must, refused, run
 
 BIN = sys.argv[1]
 BAKE, FIT, PACK, PLAYER = (os.path.join(BIN, "penumbra-" + name) for name in ("bake", "fit", "pack", "player"))
@@ -208,6 +208,8 @@ def check_suns(body):
         result = run(PLAYER, "probe", words[0], "--points", points, "-o", "no.csv", *words[1:])
         assert result.returncode == code and text in result.stderr, result
     assert not os.path.exists("no.csv")
+    refused(1, "--suns on: they need --cast product", PLAYER, "render", "--scene", sunny, "--suns", "on", "--cast", "folded", "-o", "no.png",
+            "--gl", "osmesa")
 
 
 def check_poses():

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "pack/pack_asset.h"
-#include "player/runtime/cast_shadow.h"
+#include "player/runtime/cast_on_cluster.h"
 #include "sh/mirrored_product.h"
 #include "sh/tangent.h"
 #include "tests/player/count_allocations.h"
@@ -303,6 +303,141 @@ TEST_P(CastShadowOf, ACrowdAllocatesNothing) {
     crowd.cast->evaluate(points.all(), {}, out);
     const std::size_t before = allocationCount();
     crowd.cast->evaluate(points.all(), {}, out);
+    EXPECT_EQ(allocationCount() - before, 0u);
+}
+
+// A tube with many vertices, beside casters.
+const synthetic::TubeOptions kFineTube{
+    .rings = 90, .segments = 24, .joints = 6, .clusters = 4, .components = 5, .inputs = 4};
+struct Skinned {
+    Crowd one{std::vector{movedTo({})}, CasterKind::kFields, synthetic::composedTube(kFineTube)};
+    Points points{0};
+
+    Skinned() {
+        const Evaluator& evaluator = one.evaluators[0];
+        const std::size_t count = evaluator.vertexCount();
+        for (std::vector<Vec3>* out : {&points.positions, &points.normals, &points.tangents}) out->resize(count);
+        evaluator.skin(0, points.positions, points.normals, points.tangents);
+    }
+    // With anchors.
+    std::size_t past(const CastShadow& cast, std::vector<float>& out, std::size_t from = 0, std::size_t to = kNobody) {
+        const Evaluator& evaluator = one.evaluators[0];
+        std::size_t seen = 0;
+        out.resize(points.positions.size() * kFarNumbers, -7);
+        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) {
+            const ClusterView& cluster = evaluator.asset().model.clusters[c];
+            const std::size_t begin = std::max<std::size_t>(from, cluster.first_vertex),
+                              end = std::min<std::size_t>(to, cluster.first_vertex + cluster.vertex_count);
+            if (begin >= end) continue;
+            const auto at = [&](std::size_t v) {
+                return Receiver{points.positions[v], points.normals[v], points.tangents[v]};
+            };
+            seen += castOnCluster(cast, {}, evaluator, c, begin, end, at,
+                                  std::span(out).subspan(begin * kFarNumbers, (end - begin) * kFarNumbers));
+        }
+        return seen;
+    }
+};
+
+// Measured with fields: an rms of .0051 and .0194 at most. Balls of 0.22 m hide more than parts of a person do, for
+// which docs/scene.md has the error. Spheres are not summed by approximation, so their bound is lower.
+TEST_P(CastShadowOf, AnchorsComeNearEveryVertex) {
+    Skinned receiver;
+    for (const float distance : {0.5f, 0.8f, 1.5f, 3.0f}) {
+        const Crowd casters(std::vector{movedTo({distance, 0, 0}), movedTo({0, 0, -1.2f * distance}, 1)}, GetParam());
+        std::vector<float> anchored;
+        EXPECT_EQ(receiver.past(*casters.cast, anchored), receiver.points.positions.size());
+        const std::vector<double> e = ambientOf(anchored), expected = ambientOf(casters.on(receiver.points.all()));
+        double squares = 0, largest = 0, hidden = 0;
+        for (std::size_t v = 0; v < e.size(); ++v) {
+            squares += std::pow(e[v] - expected[v], 2);
+            largest = std::max(largest, std::abs(e[v] - expected[v]));
+            hidden = std::max(hidden, 1 - expected[v]);
+        }
+        EXPECT_GT(hidden, distance < 1 ? 0.1 : 0.01);
+        const bool fields = GetParam() == CasterKind::kFields;
+        EXPECT_LT(std::sqrt(squares / double(e.size())), fields ? 0.0065 : 0.002) << distance;
+        EXPECT_LT(largest, fields ? 0.025 : 0.015) << distance;
+    }
+}
+
+// What is nearer to anchors than 4 of their spacings is multiplied in one by one, as it is without anchors.
+TEST_P(CastShadowOf, AnchorsLeaveOutWhatIsNear) {
+    Skinned receiver;
+    const Crowd caster(std::vector{movedTo({0.3f, 0, 0})}, GetParam());
+    std::vector<float> anchored;
+    receiver.past(*caster.cast, anchored);
+    const std::vector<double> e = ambientOf(anchored), expected = ambientOf(caster.on(receiver.points.all()));
+    const std::size_t darkest = std::size_t(std::ranges::min_element(expected) - expected.begin());
+    EXPECT_LT(expected[darkest], 0.6);
+    EXPECT_NEAR(e[darkest], expected[darkest], 0.02);
+}
+
+// As a caster walks past in millimetres, E of a vertex moves by hardly more than it does without anchors.
+TEST_P(CastShadowOf, NothingPopsAtAnchors) {
+    Skinned receiver;
+    Crowd caster(std::vector{movedTo({})}, GetParam());
+    std::vector<float> anchored, each;
+    std::vector<double> before, before_each;
+    double largest = 0, excess = 0;
+    for (int step = 0; step < 150; ++step) {
+        caster.cast->pose(0, caster.evaluators[0].bones(), movedTo({0.35f + 0.004f * float(step), 0, 0.1f}));
+        receiver.past(*caster.cast, anchored, 0, 300);
+        const std::span<const float> rows = std::span(anchored).first(300 * kFarNumbers);
+        const Points& p = receiver.points;
+        const std::vector<double> e = ambientOf(rows),
+                                  expected = ambientOf(
+                                      caster.on({std::span(p.positions).first(300), std::span(p.normals).first(300),
+                                                 std::span(p.tangents).first(300)}));
+        for (std::size_t v = 0; v < before.size(); ++v) {
+            const double moved = std::abs(e[v] - before[v]), moved_each = std::abs(expected[v] - before_each[v]);
+            largest = std::max(largest, moved_each);
+            excess = std::max(excess, moved - moved_each);
+        }
+        before = e;
+        before_each = expected;
+    }
+    EXPECT_GT(largest, 0.002);
+    EXPECT_LT(excess, 0.002) << "in 4 mm";
+}
+
+// Numbers of a vertex do not depend on the range that is asked for. Lanes are filled up differently.
+TEST_P(CastShadowOf, RangesOfACharacterAgree) {
+    Skinned receiver;
+    const Crowd caster(std::vector{movedTo({0.6f, 0, 0})}, GetParam());
+    std::vector<float> whole, pieces;
+    receiver.past(*caster.cast, whole);
+    for (std::size_t begin = 0; begin < receiver.points.positions.size(); begin += 177)
+        receiver.past(*caster.cast, pieces, begin, begin + 177);
+    EXPECT_LT(largestDifference(whole, pieces), 2e-5);
+}
+
+TEST_P(CastShadowOf, NobodyInReachOfACharacterLeavesFreeSight) {
+    Skinned receiver;
+    const Crowd caster(std::vector{movedTo({1000, 0, 0})}, GetParam());
+    std::vector<float> out;
+    EXPECT_EQ(receiver.past(*caster.cast, out), 0u);
+    for (std::size_t i = 0; i < out.size(); ++i) EXPECT_EQ(out[i], i % kFarNumbers == 0 ? kFree : 0.0f);
+}
+
+// More casters around than the kernel multiplies in one by one: all are multiplied without anchors.
+TEST_P(CastShadowOf, APileBesideACharacterHasNoAnchors) {
+    Skinned receiver;
+    const Crowd pile(std::vector(40, movedTo({0.4f, 0, 0})), GetParam());
+    std::vector<float> out;
+    receiver.past(*pile.cast, out);
+    const std::vector<double> e = ambientOf(out), expected = ambientOf(pile.on(receiver.points.all()));
+    for (std::size_t v = 0; v < e.size(); ++v) ASSERT_NEAR(e[v], expected[v], 0.03) << v;
+}
+
+TEST_P(CastShadowOf, AnchorsAllocateNothing) {
+    Skinned receiver;
+    Crowd casters(std::vector{movedTo({0.5f, 0, 0}), movedTo({2, 0, 0})}, GetParam());
+    std::vector<float> out;
+    receiver.past(*casters.cast, out);
+    const std::size_t before = allocationCount();
+    casters.cast->pose(0, casters.evaluators[0].bones(), movedTo({0.52f, 0, 0}));
+    receiver.past(*casters.cast, out);
     EXPECT_EQ(allocationCount() - before, 0u);
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
@@ -135,6 +136,36 @@ TEST_F(SceneReceivers, MostOfTheGroundIsInterpolated) {
     EXPECT_LT(largest, 0.005);
 }
 
+// What is drawn has fewer triangles. They cover the ground once, face up, and meet along whole edges, so that nothing
+// cracks. At their corners stands what all triangles have there.
+TEST_F(SceneReceivers, TheGroundIsDrawnWithoutCracks) {
+    const PosedScene stands =
+        scene(R"({"asset": "tube.pnb"})", R"(, "ground": {"height": 0.05, "size": 6, "resolution": 123})");
+    const GroundVertices ground = groundVertices(stands, 2);
+    EXPECT_LT(ground.drawn.size(), ground.triangles.size() / 2);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+    double area = 0;
+    for (std::size_t t = 0; t < ground.drawn.size(); t += 3) {
+        const std::uint32_t* v = &ground.drawn[t];
+        const Vec3 a = ground.positions[v[0]], b = ground.positions[v[1]], c = ground.positions[v[2]];
+        const float up = cross(b - a, c - a).y;
+        ASSERT_GT(up, 0);
+        area += double(up) / 2;
+        for (int e = 0; e < 3; ++e) ++edges[{v[e], v[(e + 1) % 3]}];
+    }
+    EXPECT_NEAR(area, 36, 1e-3);
+    std::size_t rim = 0;
+    for (const auto& [edge, count] : edges) {
+        ASSERT_EQ(count, 1);
+        if (edges.contains({edge.second, edge.first})) continue;
+        ++rim;
+        for (const std::uint32_t v : {edge.first, edge.second})
+            ASSERT_TRUE(std::abs(std::abs(ground.positions[v].x) - 3) < 1e-5f ||
+                        std::abs(std::abs(ground.positions[v].z) - 3) < 1e-5f);
+    }
+    EXPECT_LE(rim, 4u * 122u);
+}
+
 // The shadow of what was baked beside a character, and stood still, lies beside the character. A yaw of 90 degrees
 // turns +x towards -z.
 TEST_F(SceneReceivers, StillPartsStandWithTheirCharacter) {
@@ -171,6 +202,24 @@ TEST_F(SceneReceivers, TheGroundIsDarkestUnderTheCharacter) {
     const Vec3 a = ground.positions[ground.triangles[0]], b = ground.positions[ground.triangles[1]],
                c = ground.positions[ground.triangles[2]];
     EXPECT_GT(cross(b - a, c - a).y, 0);
+}
+
+TEST_F(SceneReceivers, SaysWhoseAssetCannotBeRead) {
+    std::ofstream(folder_ / "words.pnb") << "words";
+    const auto problem = [&](const char* asset) -> std::string {
+        try {
+            scene(R"({"asset": "tube.pnb"}, {"asset": ")" + std::string(asset) + R"("})");
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "";
+    };
+    for (const char* asset : {"gone.pnb", "words.pnb"}) {
+        EXPECT_NE(problem(asset).find("s.json: /characters/1/asset: "), std::string::npos) << problem(asset);
+        EXPECT_NE(problem(asset).find(asset), std::string::npos);
+    }
+    EXPECT_THROW(scene(R"({"asset": "gone.pnb"})"), IoError);
+    EXPECT_THROW(scene(R"({"asset": "words.pnb"})"), InvalidInput);
 }
 
 // The papers' casters are spheres. Who has none is refused, unless it is to cast nothing.

@@ -41,6 +41,17 @@ void main() {
 }
 )";
 
+// Nothing is drawn where blocks tell nothing.
+constexpr const char* kKnownFragment = R"(
+in vec3 place, normal;
+layout(location = 0) out vec4 color;
+void main() {
+    float known = sunAtOnce(0, place, normalize(normal));
+    if (known < 0.0) discard;
+    color = vec4(known, sunSearched(0, place, normalize(normal)), 0.0, 1.0);
+}
+)";
+
 // Draws triangles that are seen from below, from z = -1, x and y from -1 to 1.
 class Receiver {
 public:
@@ -76,10 +87,10 @@ private:
 };
 
 // The square z = 0: visibility, x, y.
-Receiver groundReceiver() {
+Receiver groundReceiver(const char* fragment = kReceiverFragment) {
     constexpr float kCorners[] = {-1, -1, 0, 0, 0, 1, 1, -1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, -1, 1, 0, 0, 0, 1};
     constexpr std::uint32_t kTriangles[] = {0, 1, 2, 0, 2, 3};
-    return {kReceiverFragment, kCorners, kTriangles};
+    return {fragment, kCorners, kTriangles};
 }
 
 // Values of the two paths differ where a texel's centre lies on an edge of a triangle in one of them only.
@@ -142,6 +153,36 @@ TEST(SunMapPainter, CoarseMeshesWithSmoothNormalsHaveNoAcne) {
     EXPECT_GT(lit, 100000u);
     EXPECT_EQ(dark, 0u) << "of " << lit;
     EXPECT_GT(dark_by_normals, 100u);
+}
+
+// What blocks tell is what texels tell, and it is most of a picture.
+TEST(SunMapPainter, BlocksTellMostPixelsWhatTexelsTell) {
+    const auto context = createGlContext(GlBackend::kOsMesa);
+    const OffscreenTarget target(160, 160, 1);
+    SunMesh sphere = player_test::sunSphere(20);
+    for (Vec3& p : sphere.positions) p = p * 0.25f + Vec3{-0.1f, 0.1f, 0.4f};
+    const SunMesh bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.25f, 0.1f, 0.3f});
+    const SunCaster casters[] = {sphere, bar};
+    const Receiver ground = groundReceiver(kKnownFragment);
+    for (const int size : {500, 512, 1024}) {
+        SunMapPainter maps(1, size);
+        maps.setCasters(casters);
+        for (const float radius : {0.0f, 0.005f, 0.05f})
+            for (const Vec3 direction : {Vec3{0, 0, 1}, Vec3{1, 2, 3}, Vec3{-1, 0, 0.5f}}) {
+                const SunFrame frames[] = {fitSunFrame(casters, direction, radius, size)};
+                maps.draw(frames, casters);
+                target.begin();
+                ground.draw(maps);
+                const Image image = target.read();
+                std::size_t known = 0, wrong = 0;
+                for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+                    known += image.alpha[i] > 0;
+                    wrong += image.alpha[i] > 0 && image.pixels[i].x != image.pixels[i].y;
+                }
+                EXPECT_EQ(wrong, 0u) << size << " " << radius;
+                EXPECT_GT(double(known), 0.5 * double(image.pixels.size())) << size << " " << radius;
+            }
+    }
 }
 
 TEST(SunMapPainter, NoFrameAllocates) {

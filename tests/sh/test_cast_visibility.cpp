@@ -97,6 +97,31 @@ TEST(CastVisibility, IsMirroredAtEachHorizon) {
     }
 }
 
+// Points that are their own anchors see what they see without any: what anchors sum and what they leave out is all.
+TEST(CastVisibility, AnchorsShareTheSpheresWithTheirReceivers) {
+    const std::vector<CasterSphere> person = inFloats(goldenPerson());
+    const std::vector<Vec3> places = somePlaces(205), normals(205, {0, 0, 1}), tangents(205, {1, 0, 0});
+    std::vector<std::uint16_t> anchor(4 * places.size());
+    std::vector<float> weight(anchor.size());
+    for (std::size_t r = 0; r < places.size(); ++r) {
+        for (std::size_t a = 0; a < 4; ++a) anchor[4 * r + a] = std::uint16_t(r);
+        weight[4 * r] = 0.75f, weight[4 * r + 1] = 0.25f;
+    }
+    for (const CastPath& path : castPaths())
+        for (const float spacing : {0.001f, 0.05f, 10.0f}) {  // all far, some near, all near
+            const CastFade fade{0.0001f, 0.0003f};
+            std::vector<float> values(places.size() * anchorStride(person.size())), out(places.size() * kMirroredCast),
+                expected(out);
+            castAnchors(person, places, spacing, fade, values, path);
+            castMirrored(person, {values.data(), anchorStride(person.size()), anchor.data(), weight.data()},
+                         {places, normals, tangents}, fade, out, path);
+            castMirrored(person, {places, normals, tangents}, fade, expected, path);
+            float worst = 0;
+            for (std::size_t i = 0; i < out.size(); ++i) worst = std::max(worst, std::abs(out[i] - expected[i]));
+            EXPECT_LT(worst, 1e-4f) << spacing;
+        }
+}
+
 // A sphere counts whole above one share of the sphere of directions, not at all below another, and in part between.
 TEST(CastVisibility, FadesWithDistance) {
     const std::vector<CasterSphere> sphere = {{{0, 0, 0}, 1}};

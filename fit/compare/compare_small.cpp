@@ -1,0 +1,147 @@
+// Figures of what paper 000 tells beside its models: feature vectors and priors, tables of normals, lights and lobes.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fit/compare/compare_series.h"
+
+namespace penumbra {
+
+namespace {
+
+const VectorFit* findVector(const Comparison& comparison, FeatureKind features, int degree, bool prior) {
+    for (const VectorFit& fit : comparison.vectors)
+        if (fit.features == features && fit.degree == degree && fit.prior == prior) return &fit;
+    return nullptr;
+}
+
+// One series for each of the features with and without the prior.
+Plot vectorPlot(const Comparison& comparison, const std::string& id, const std::string& title,
+                ErrorFigures VectorFit::*errors) {
+    std::vector<Series> all;
+    for (const bool prior : {true, false})
+        for (const FeatureKind features : comparison.options.features) {
+            std::string name = std::string(nameOf(features)) + (prior ? ", prior" : ", no prior");
+            std::replace(name.begin(), name.end(), '-', ' ');
+            Series series{name, {prior ? 0 : 1, features != FeatureKind::kRelativeBones}, {}, {}};
+            for (int degree = 1; degree <= kMostDegree; ++degree) {
+                const VectorFit* fit = findVector(comparison, features, degree, prior);
+                if (!fit) continue;
+                series.x.push_back(degree);
+                series.y.push_back((fit->*errors).relative_error);
+            }
+            all.push_back(std::move(series));
+        }
+    const Axis x{"degree of the feature vector", false, false, {1, 2, 3}, {}};
+    return {id, title, false, x, errorAxis(all), all, 1, "static bake"};
+}
+
+std::string vectorName(const VectorFit& fit) { return labelOf(fit) + (fit.prior ? "" : ", no prior"); }
+
+}  // namespace
+
+Figure vectorsFigure(const Comparison& comparison) {
+    Figure figure{"feature-vectors",
+                  "Higher-order feature vectors, and no prior",
+                  "Paper 000, figure 7 and section 5.3",
+                  "",
+                  "",
+                  {},
+                  {}};
+    figure.plots = {vectorPlot(comparison, "plot-vectors-held-out", "Held-out clips", &VectorFit::held_out),
+                    vectorPlot(comparison, "plot-vectors-train", "Training clips (compression)", &VectorFit::train)};
+    figure.table.columns = {"fit", "prior", "held out", "train", "units a cluster", "bytes a vertex"};
+    const VectorFit *held_out = nullptr, *train = nullptr;
+    for (const VectorFit& fit : comparison.vectors) {
+        figure.table.rows.push_back({labelOf(fit), fit.prior ? "cross-validated" : "none",
+                                     fixedNumber(fit.held_out.relative_error, 4),
+                                     fixedNumber(fit.train.relative_error, 4), fixedNumber(fit.units, 1),
+                                     fixedNumber(fit.bytes_per_vertex, 0)});
+        if (!held_out || fit.held_out.relative_error < held_out->held_out.relative_error) held_out = &fit;
+        if (!train || fit.train.relative_error < train->train.relative_error) train = &fit;
+    }
+    figure.finding = "On novel poses " + vectorName(*held_out) + " is best (" +
+                     fixedNumber(held_out->held_out.relative_error, 3) + "). As compression of the training clips " +
+                     vectorName(*train) + " is best (" + fixedNumber(train->train.relative_error, 3) + ", and " +
+                     fixedNumber(train->held_out.relative_error, 3) + " on novel poses).";
+    figure.method =
+        "Linear models of the reduced inputs, of all their products of two, and of three (of the first 21 inputs). "
+        "With "
+        "the prior, alpha comes from blocked cross-validation. Without it the fit is plain least squares, the shortest "
+        "where there are more units than frames: the paper's mode for compression. Inputs are clamped to the range of "
+        "the training frames, and predictions are not clamped. Output variance " +
+        shortNumber(comparison.options.referenceVariance()) + ", convention " +
+        comparison.options.referenceConvention().name() + ".";
+    return figure;
+}
+
+Figure normalTableFigure(const Comparison& comparison) {
+    const Convention paper = paperConvention(comparison.options, comparison.file_order);
+    Figure figure{"normal-tables", "Operators for a table of normals", "Paper 000, section 5.4", "", "", {}, {}};
+    Series diffuse{"Lambertian", {0, false}, {}, {}}, glossy{"Phong, exponent 10", {1, false}, {}, {}};
+    figure.table.columns = {"normals", "mean angle, degrees", "Lambertian", "Phong, exponent 10", "operators, MB"};
+    for (const NormalTable& table : comparison.normals) {
+        for (Series* series : {&diffuse, &glossy}) series->x.push_back(table.normals);
+        diffuse.y.push_back(table.diffuse);
+        glossy.y.push_back(table.glossy);
+        figure.table.rows.push_back(
+            {std::to_string(table.normals), fixedNumber(table.angle * 180 / std::numbers::pi, 2),
+             fixedNumber(table.diffuse, 4), fixedNumber(table.glossy, 4), fixedNumber(table.kilobytes / 1000, 2)});
+    }
+    const Axis x{"normals in the table", true, false, diffuse.x, {}},
+        y{"relative error of transfer", true, false, {}, {}};
+    figure.plots = {{"plot-normal-tables", "Error of the nearest normal's operator", false, x, y, {diffuse, glossy}}};
+    const NormalTable& last = comparison.normals.back();
+    figure.finding = "With " + std::to_string(last.normals) + " normals the nearest one's operator is off by " +
+                     percent(last.diffuse) + " of the transfer for a Lambertian surface and by " +
+                     percent(last.glossy) + " for a glossy one, and the paper's operators take " +
+                     fixedNumber(last.kilobytes / 1000, 1) +
+                     " MB a material. In local frames one operator is exact for all normals.";
+    figure.method =
+        "Baked visibility of convention " + paper.name() +
+        " in the model frame, at up to 96 vertices in up to 8 held-out frames. The transfer under the operator of the "
+        "nearest of evenly spread normals is compared with that under the vertex' own normal; the error is "
+        "|difference| / "
+        "|transfer| over vertices, frames and, for the glossy one, 4 directions of view. It is the error of radiance "
+        "under lights that are white in SH. A product operator is kept as the paper stores it: 8 terms of n^2 (1 + "
+        "n^2) "
+        "32-bit numbers.";
+    return figure;
+}
+
+Figure lightsFigure(const Comparison& comparison) {
+    Figure figure{"lights", "Lights and their 3 lobes", "Paper 000, figure 10", "", "", {}, {}};
+    figure.table.columns = {
+        "light", "order", "greedy: error of SH", "greedy: of irradiance", "joint: error of SH", "joint: of irradiance"};
+    Plot plot{"plot-lights",
+              "Relative error of 3 lobes",
+              true,
+              {"", false, false, {}, {}},
+              {"relative error of SH", false, true, {}, {}},
+              {}};
+    Series greedy{"greedy, as the paper", {0, false, false, true}, {}, {}},
+        joint{"joint, ours", {1, false, false, true}, {}, {}};
+    double worst = 0;
+    for (const LightPair& pair : comparison.lights) {
+        figure.pictures += lightPairSvg(pair);
+        for (Series* series : {&greedy, &joint}) series->x.push_back(double(plot.x.names.size()));
+        plot.x.names.push_back(pair.name);
+        greedy.y.push_back(pair.greedy.residual);
+        joint.y.push_back(pair.joint.residual);
+        worst = std::max(worst, pair.joint.residual);
+        figure.table.rows.push_back({pair.name, std::to_string(pair.order), fixedNumber(pair.greedy.residual, 4),
+                                     fixedNumber(pair.greedy.irradiance_error, 4), fixedNumber(pair.joint.residual, 4),
+                                     fixedNumber(pair.joint.irradiance_error, 4)});
+    }
+    plot.series = {greedy, joint};
+    figure.plots = {plot};
+    figure.finding = "Three jointly fitted lobes leave at most " + percent(worst) + " of the SH of these lights.";
+    figure.method =
+        "Each row shows a light as SH, its 3 lobes as the paper finds them one after the other, and 3 lobes fitted "
+        "together. All maps of a row have one exposure, and radiance below 0 is black. Up is +y, the middle is +x. The "
+        "errors are |SH - lobes| / |SH| over all coefficients and channels, and the same of irradiance over all "
+        "normals.";
+    return figure;
+}
+
+}  // namespace penumbra

@@ -1,0 +1,12 @@
+#pragma once
+#include "fit/compare/compare_transfer.h"
+#include "formats/common/mesh.h"
+#include "formats/image/image_file.h"
+
+namespace penumbra {
+
+// Draws the pictured frame as paper 002's figure 5 does: the bake, then each regularised model, diffuse with albedo 1
+// under one light, and below each model four times the square root of E_transfer as a grey, darker for larger errors.
+Image transferPicture(const TransferComparison& comparison, const Mesh& mesh);
+
+}  // namespace penumbra

@@ -1,0 +1,25 @@
+#include "formats/image/texture_file.h"
+
+#include "formats/common/errors.h"
+#include "formats/image/image_codecs.h"
+
+namespace penumbra {
+
+TexturePicture decodeTexture(std::span<const std::byte> bytes, const std::string& name) {
+    if (looksLikePng(bytes)) return decodePng(bytes, name);
+    if (looksLikeJpeg(bytes)) return decodeJpeg(bytes, name);
+    throw Unsupported(name + ": neither a PNG nor a JPEG picture");
+}
+
+TexturePicture readTexture(const std::filesystem::path& path, const std::string& name) {
+    return decodeTexture(readImageBytes(path), name);
+}
+
+void checkTextureSize(std::uint64_t width, std::uint64_t height, std::uint64_t most_pixels, const std::string& name) {
+    const std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
+    if (width == 0 || height == 0 || width > kMaxTextureSide || height > kMaxTextureSide)
+        throw InvalidInput(name + ": has " + size + "; a side has 1.." + std::to_string(kMaxTextureSide));
+    if (width * height > most_pixels) throw InvalidInput(name + ": is cut short: too few bytes for " + size);
+}
+
+}  // namespace penumbra
