@@ -255,7 +255,7 @@ void SyntheticAsset::makeTruth() {
                             std::span(truth_).subspan((frame * vertices + shading_point_[v]) * count, count));
         }
     }
-    truth.truth = {kTruthOrder, AssetPrecision::kF32, std::as_bytes(std::span(truth_))};
+    truth.truth = {kTruthOrder, false, AssetPrecision::kF32, std::as_bytes(std::span(truth_))};
 }
 
 void SyntheticAsset::makeMaterials() {

@@ -259,7 +259,9 @@ TEST(LiveShading, TheGpuGivesWhatTheCpuGives) {
                     }
                 EXPECT_LT(largest, 0.5f / 255) << exponent << " form " << int(form);
                 EXPECT_GT(brightest, 0.1f);
-                if (!alone || exponent != 10) EXPECT_NE(drawn.pixels, last.pixels) << exponent;
+                if (!alone || exponent != 10) {
+                    EXPECT_NE(drawn.pixels, last.pixels) << exponent;
+                }
                 last = drawn;
             }
         }
