@@ -243,7 +243,6 @@ vec3 valueOf(PenumbraSurface s, uint character) {
     return max(radiance, 0.0);
 #endif
 #endif
-#endif
 }
 
 #ifdef FAR_ANCHORS
