@@ -263,6 +263,8 @@ Json describeBrdf(const fs::path& path) {
                              {"source", operators.source},
                              {"order", operators.order},
                              {"view_functions", operators.view_index.size()}};
+    if (brdf.isLive()) json["live"] = nameOf(brdf.lobes[0].model);
+    if (brdf.membrane) json["membrane"] = toString(*brdf.membrane);
     json["errors"] = brdf.errors;
     json["provenance"] = describe(brdf.provenance);
     return json;

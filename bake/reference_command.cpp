@@ -140,6 +140,15 @@ BrdfReading readMaterialOf(const ReferenceCommand& command, int threads) {
     return readBrdfSource(source, threads);
 }
 
+void addMaterial(ReferenceCommand& command, const BrdfReading& material, bool two_sided) {
+    if (material.membrane && !two_sided)
+        throw Unsupported(material.brdf.name + ": a membrane needs a two-sided mesh (visibility --two-sided)");
+    if (material.membrane && material.membrane->open_back)
+        throw Unsupported(material.brdf.name + ": back=open is no material that light could make; use back=own");
+    command.options.brdfs.push_back(material.brdf);
+    command.options.membranes.push_back(material.membrane);
+}
+
 // Reads the materials of the parts that have one of their own, and tells which of options.brdfs each vertex has.
 std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& mesh, int threads) {
     if (command.slots.empty()) return {};
@@ -149,16 +158,22 @@ std::vector<std::uint16_t> chooseSlots(ReferenceCommand& command, const Mesh& me
         const SlotChoice choice = parseSlotChoice(text);
         for (const std::size_t slot : findSlots(slots, choice.slot))
             brdf_of_slot[slot] = std::uint16_t(command.options.brdfs.size());
-        command.options.brdfs.push_back(readBrdfSource(slotSource(choice), threads).brdf);
+        addMaterial(command, readBrdfSource(slotSource(choice), threads), mesh.two_sided);
     }
     for (const std::uint16_t slot : mesh.slot_of_vertex) brdf_of_vertex.push_back(brdf_of_slot[slot]);
     return brdf_of_vertex;
 }
 
+// Tells whether all vertices of a material have another side.
+bool isSheet(const SceneFrame& scene, std::size_t material) {
+    for (std::size_t v = 0; v < scene.brdf_of_vertex.size(); ++v)
+        if (scene.brdf_of_vertex[v] == material && scene.back_of_vertex[v] == v) return false;
+    return true;
+}
+
 // Reads the materials that the assets name: those that --slot or --brdf give, and analytic ones by their names.
-std::vector<RgbBrdf> readMaterialsOf(const ReferenceCommand& command, const SceneFrame& scene, std::size_t ground,
-                                     int threads) {
-    std::vector<RgbBrdf> brdfs;
+void readMaterialsOf(ReferenceCommand& command, const SceneFrame& scene, std::size_t ground, int threads) {
+    command.options.brdfs.clear();
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         const std::string& name = scene.materials[m];
         BrdfSource source;
@@ -168,14 +183,13 @@ std::vector<RgbBrdf> readMaterialsOf(const ReferenceCommand& command, const Scen
         for (const std::string& text : command.slots)
             if (const SlotChoice choice = parseSlotChoice(text); choice.slot == name) source = slotSource(choice);
         try {
-            brdfs.push_back(readBrdfSource(source, threads).brdf);
+            addMaterial(command, readBrdfSource(source, threads), isSheet(scene, m));
         } catch (const UsageError& error) {
             if (source.analytic != name) throw;
             throw UsageError("the scene's material \"" + name +
                              "\" is not an analytic one: say what it is by --slot '" + name + "=FILE'");
         }
     }
-    return brdfs;
 }
 
 EnvironmentLight readLightOf(const ReferenceCommand& command, const SceneFrame& scene) {
@@ -210,7 +224,7 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     report.willRead(filesNamedIn(description));
     const SceneFrame scene = poseScene(description, seconds, command.camera, shaded);
     const std::size_t ground = description.ground ? scene.brdf_of_vertex.back() : scene.materials.size();
-    if (shaded) command.options.brdfs = readMaterialsOf(command, scene, ground, common.threads);
+    if (shaded) readMaterialsOf(command, scene, ground, common.threads);
     const EnvironmentLight light = readLightOf(command, scene);
     report.figures = {{"members", description.characters.size() + description.props.size()},
                       {"triangles", scene.mesh.triangles.size()}};
@@ -236,11 +250,12 @@ void runReference(ReferenceCommand& command, const CommonOptions& common, Report
     finishOptions(command);
     report.phase("read");
     const BrdfReading material = readMaterialOf(command, common.threads);
-    command.options.brdfs = {material.brdf};
     report.figures["brdf"] = material.brdf.name;
     for (const auto& [name, value] : material.figures) report.figures[name] = value;
     const VisibilityReader reader(command.input);
     const VisibilityHeader& header = reader.header();
+    command.options.brdfs.clear();
+    addMaterial(command, material, header.mesh.two_sided);
     const auto count = std::int64_t(header.frames.frameCount());
     if (command.frame < 0 || command.frame >= count)
         throw UsageError("--frame must be 0.." + std::to_string(count - 1) + ", not " + std::to_string(command.frame));

@@ -6,6 +6,7 @@
 #include "fit/fit_verbs.h"
 #include "fit/reflectance/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
+#include "fit/reflectance/live_shading_error.h"
 #include "fit/reflectance/lobe_error.h"
 #include "formats/brdf/brdf_source.h"
 #include "formats/brdf/fit_lobes.h"
@@ -13,6 +14,8 @@
 #include "formats/common/joined.h"
 #include "formats/common/name_option.h"
 #include "formats/common/warning.h"
+#include "sh/brdf/mirror_lobe.h"
+#include "sh/reflectance.h"
 #include "sh/sh_basis.h"
 
 namespace penumbra {
@@ -99,7 +102,7 @@ void warn(const BrdfReading& reading, const BrdfFile& brdf) {
     if (const double unmeasured = count("unmeasured"); unmeasured > 0)
         say(brdf.name + ": " + std::to_string(std::size_t(unmeasured)) +
             " cells above the horizon have no measurement and were filled");
-    if (const double albedo = brdf.errors.at("albedo_max"); albedo > kMostAlbedo)
+    if (const double albedo = brdf.isLive() ? 0 : brdf.errors.at("albedo_max"); albedo > kMostAlbedo)
         say(brdf.name + " gains energy: its largest directional albedo is " + rounded(albedo, 3));
     if (brdf.operators.count == 0) return;
     const std::size_t bytes = operatorBytes(brdf.operators),
@@ -126,6 +129,16 @@ void addOperators(const BrdfCommand& command, const RgbBrdf& source, BrdfFile& b
                                                                  : "no pair of equal singular values is cut");
 }
 
+// A live material has no slices to fit.
+BrdfFile liveFile(const BrdfReading& reading) {
+    BrdfFile brdf;
+    brdf.name = reading.brdf.name;
+    brdf.slice_order = brdf.view_order = 1;
+    brdf.even_index = evenIndices(1);
+    brdf.lobes = reading.lobes;
+    return brdf;
+}
+
 // An analytic model is its own lobe.
 void addLobes(const BrdfReading& reading, BrdfFile& brdf, int threads) {
     brdf.lobes = reading.lobes;
@@ -136,6 +149,10 @@ void addLobes(const BrdfReading& reading, BrdfFile& brdf, int threads) {
 
 void describe(const BrdfFile& brdf) {
     const auto error = [&](const char* name) { return brdf.errors.at(name); };
+    if (brdf.isLive()) {
+        std::printf("%s: shading error %.4f, no table\n", brdf.name.c_str(), error("shading_d5"));
+        return;
+    }
     std::printf("%s: shading error %.4f, fit %.4f, mean albedo %.3f %.3f %.3f (largest of any view %.3f)\n",
                 brdf.name.c_str(), error("shading_d5"), error("fit"), error("albedo_r"), error("albedo_g"),
                 error("albedo_b"), error("albedo_max"));
@@ -154,10 +171,15 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
         std::printf("would fit %s and write %s\n", reading.brdf.name.c_str(), command.output.c_str());
         return;
     }
+    const bool is_live = reading.lobes.size() == 1 && isMirrorLobe(reading.lobes[0].model);
+    if (is_live && command.operators > 0) throw UsageError("--operators: " + reading.brdf.name + " has no table");
     report.phase("fit");
-    BrdfFile brdf = fitBrdf(reading.brdf, command.orders, common.threads);
+    // The light of a membrane's two sides is exact with all bands of the cosine; no view changes it.
+    const SliceOrders orders = reading.membrane ? SliceOrders{kMaxOrder, 1} : command.orders;
+    BrdfFile brdf = is_live ? liveFile(reading) : fitBrdf(reading.brdf, orders, common.threads);
+    brdf.membrane = reading.membrane;
     report.phase("lobes");
-    addLobes(reading, brdf, common.threads);
+    if (!is_live) addLobes(reading, brdf, common.threads);
     if (!command.name.empty()) brdf.name = command.name;
     brdf.provenance =
         makeProvenance("penumbra-fit brdf", optionsOf(command, reading.brdf).dump(), command.source.files());
@@ -166,7 +188,10 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
         addOperators(command, reading.brdf, brdf, common, report);
     }
     report.phase("shading error");
-    measureShading(reading.brdf, brdf, common.threads);
+    if (is_live)
+        brdf.errors["shading_d5"] = liveShadingError(reading.brdf, brdf.lobes[0], common.threads);
+    else
+        measureShading(reading.brdf, brdf, common.threads);
     report.phase("write");
     writeBrdf(command.output, brdf);
     report.figures["name"] = brdf.name;

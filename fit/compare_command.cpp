@@ -19,18 +19,23 @@ namespace {
 struct CompareCommand {
     std::string input, output;
     std::vector<std::string> models, features, clusters, output_variances, conventions, holdout, fields, lights;
-    std::vector<std::string> components;
+    std::vector<std::string> lobes, components;
     int parts = 0, order = TransferCompareOptions{}.order;
     bool transfer = false;
     std::vector<const CLI::Option*> of_visibility, of_transfer;  // options that only one kind of comparison has
 };
+
+// The word of --models for paper 003's lobes, which no model file holds.
+constexpr const char* kZhLobes = "zh-lobes";
 
 void define(CLI::App& app, CompareCommand& command) {
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
     app.add_option("-o,--output", command.output, "page to write, NAME.html; NAME.json and NAME.csv go beside it")
         ->required();
     addNameListOption(app, "--holdout", command.holdout, "clips that no fit sees: what the errors are of")->required();
-    addNameListOption(app, "--models", command.models, "models to compare [all]");
+    addNameListOption(app, "--models", command.models,
+                      "models to compare [all that files hold]; zh-lobes is paper 003's, which no file holds");
+    addNameListOption(app, "--lobes", command.lobes, "numbers of lobes of zh-lobes, 1..3 [1,2]");
     addNameListOption(app, "--features", command.features,
                       "features to compare [joint-angles, or dihedral-angles without a skeleton, and relative-bones]");
     app.add_option("--parts", command.parts, "near-rigid parts of a mesh without skeleton [as fit visibility chooses]")
@@ -40,7 +45,7 @@ void define(CLI::App& app, CompareCommand& command) {
                       "shares of the visibility's variance to keep [0.8,0.9,0.95,0.99]");
     addNameListOption(app, "--conventions", command.conventions,
                       "conventions, the reference first [A4,D5, at most of the file's order]");
-    for (const char* name : {"--models", "--features", "--parts"})
+    for (const char* name : {"--models", "--lobes", "--features", "--parts"})
         command.of_visibility.push_back(app.get_option(name));
     app.add_flag("--transfer", command.transfer,
                  "compare the models of paper 002; a bake of transfer is compared so without it");
@@ -103,12 +108,28 @@ std::vector<Convention> parseConventions(const std::vector<std::string>& words, 
     return conventions;
 }
 
+std::vector<int> lobeCounts(const CompareCommand& command, const VisibilityHeader& header) {
+    if (!header.skin) throw UsageError("--models zh-lobes: " + command.input + " has no joint angles");
+    if (header.order < 2) throw UsageError("--models zh-lobes: " + command.input + " has one band, it takes two");
+    std::vector<int> counts;
+    for (const double n : parseNumbers("--lobes", command.lobes, 1, 3)) {
+        if (n != int(n)) throw UsageError("--lobes: " + shortNumber(n) + " is not a whole number");
+        counts.push_back(int(n));
+    }
+    return counts.empty() ? std::vector{1, 2} : counts;
+}
+
 CompareOptions resolveOptions(const CompareCommand& command, const CommonOptions& common,
                               const VisibilityHeader& header) {
     CompareOptions options;
     if (!header.skin) options.features = {FeatureKind::kDihedrals, FeatureKind::kRelativeBones};
     options.parts = command.parts;
-    options.models = parseKinds("--models", command.models, kModelKinds);
+    std::vector<std::string> models = command.models;
+    const bool zh_lobes = std::erase(models, kZhLobes) > 0;
+    if (zh_lobes && models.empty()) models = {nameOf(ModelKind::kLinear)};
+    options.models = parseKinds("--models", models, kModelKinds);
+    if (!zh_lobes && !command.lobes.empty()) throw UsageError("--lobes: needs zh-lobes among --models");
+    if (zh_lobes) options.lobes = lobeCounts(command, header);
     if (!command.features.empty()) options.features = parseKinds("--features", command.features, kFeatureKinds);
     if (!command.clusters.empty()) {
         options.clusters.clear();
@@ -143,6 +164,7 @@ std::string optionsJson(const CompareOptions& options) {
     for (const Convention& convention : options.conventions) json["conventions"].push_back(convention.name());
     json["holdout"] = options.holdout;
     if (!options.fields.empty()) json["composed"] = true;
+    if (!options.lobes.empty()) json["lobes"] = options.lobes;
     return json.dump();
 }
 
@@ -204,6 +226,10 @@ void measure(const CompareInput& input, const std::vector<FitOptions>& grid, con
     const CompareCharacter character = prepareCharacter(input, options);
     comparison.inputs = inputDecays(input, character);
     comparison.outputs = outputDecays(input, character, options, [&](double share) { progress.update(share); });
+    if (!options.lobes.empty()) {
+        report.phase("lobes");
+        comparison.lobes = compareLobes(input, character, options, [&](double share) { progress.update(1 + share); });
+    }
     report.phase("joint");
     comparison.sweep = findJointSweep(input, character, options);
     report.phase("feature vectors");
@@ -327,7 +353,7 @@ void run(const CompareCommand& command, const CommonOptions& common, Report& rep
     for (const CLI::Option* option : command.of_transfer)
         if (option->count() > 0) throw UsageError(option->get_name() + " needs --transfer");
     const int file_order = reader.header().order;
-    Comparison comparison{resolveOptions(command, common, reader.header()), file_order, {}, {}, {}, {}};
+    Comparison comparison{resolveOptions(command, common, reader.header()), file_order, {}, {}, {}, {}, {}};
     const std::vector<FitOptions> grid = makeGrid(comparison.options, file_order);
     for (const FitOptions& fit : grid) checkFit(reader.header(), command.input, fit);
     for (const std::string& file : command.lights) comparison.lights.push_back(makeLightPair(readLight(file)));

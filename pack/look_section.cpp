@@ -67,6 +67,14 @@ void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> 
             if (lights[i].name == lights[j].name) throw InvalidInput("light \"" + lights[i].name + "\" is given twice");
 }
 
+void checkLooks(const Mesh& mesh, std::span<const BrdfFile> materials) {
+    for (const BrdfFile& brdf : materials) {
+        if (brdf.membrane && !mesh.two_sided)
+            throw Unsupported("material \"" + brdf.name +
+                              "\": a membrane needs a two-sided bake (visibility --two-sided)");
+    }
+}
+
 std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,
                                          std::span<const SlotChoice> choices) {
     if (choices.empty()) return {};

@@ -15,6 +15,9 @@ Offset<fbs::Light> writeLightSection(FlatBufferBuilder& builder, const LightFile
 // Throws InvalidInput when a material or a light is given twice, or when there are too many.
 void checkNames(std::span<const BrdfFile> materials, std::span<const LightFile> lights);
 
+// Throws Unsupported when the mesh lacks what a material needs.
+void checkLooks(const Mesh& mesh, std::span<const BrdfFile> materials);
+
 // Returns the material of each slot: the one that was asked for, or else the first. Empty without choices. Throws
 // UsageError when a slot or its material does not exist.
 std::vector<std::uint16_t> slotMaterials(const Mesh& mesh, std::span<const BrdfFile> materials,

@@ -72,13 +72,17 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
     const BrdfOperators& operators = brdf.operators;
     const Channels channels = channelsOf(brdf);
     std::vector<float> color(3, 1.0f);
-    if (channels.proportional) std::copy(channels.color.begin(), channels.color.end(), color.begin());
+    if (brdf.isLive())
+        color = {brdf.lobes[0].color.x, brdf.lobes[0].color.y, brdf.lobes[0].color.z};
+    else if (channels.proportional)
+        std::copy(channels.color.begin(), channels.color.end(), color.begin());
     const auto name = builder.CreateString(brdf.name);
     const auto color_vector = builder.CreateVector(color);
     const int j = brdf.slice_order, view = brdf.view_order;
     const std::vector<float> all = byChannel(brdf.slices, channels);
-    const SliceForm form = mostCompactForm(j, view, all);
-    const auto slices = writeVector<float>(builder, compactSlices(form, j, view, all));
+    const SliceForm form = brdf.isLive() ? SliceForm::kGeneral : mostCompactForm(j, view, all);
+    Offset<flatbuffers::Vector<float>> slices;
+    if (!brdf.isLive()) slices = writeVector<float>(builder, compactSlices(form, j, view, all));
     Offset<fbs::Operators> operator_table;
     if (operators.count > 0) {
         const auto u = writeVector<float>(builder, byChannel(operators.u, channels));
@@ -92,9 +96,14 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
         builder.ForceVectorAlignment(stored.size(), sizeof(fbs::BrdfLobe), 16);
         lobes = builder.CreateVectorOfStructs(stored);
     }
+    Offset<flatbuffers::Vector<float>> membrane;
+    if (brdf.membrane) {
+        const auto& [rho, tau, open_back] = *brdf.membrane;
+        membrane = builder.CreateVector(std::vector<float>{rho.x, rho.y, rho.z, tau.x, tau.y, tau.z});
+    }
     return fbs::CreateMaterial(builder, name, std::uint8_t(j), std::uint8_t(view), channels.proportional ? 1 : 3,
                                color_vector, slices, operator_table, fbs::SliceForm(form), lobes,
-                               float(brdf.lobe_error));
+                               float(brdf.lobe_error), membrane, brdf.membrane && brdf.membrane->open_back);
 }
 
 }  // namespace penumbra

@@ -314,6 +314,7 @@ Packed packAsset(const Model& given, std::span<const BrdfFile> materials, std::s
                  const PackOptions& options, const std::string& provenance, int threads) {
     checkNames(materials, lights);
     checkModel(given);
+    checkLooks(given.mesh, materials);
     Model model = given;
     Additions additions{materials, lights, slotMaterials(model.mesh, materials, options.slots), options.blockers};
     if (model.indirect)

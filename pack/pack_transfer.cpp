@@ -95,11 +95,13 @@ std::vector<std::byte> packTransfer(const TransferModel& model, std::span<const 
                                     std::span<const LightFile> lights, const TransferPackOptions& options,
                                     const std::string& provenance) {
     const auto lambert = [](const BrdfFile& brdf) {
-        return brdf.lobes.size() == 1 && brdf.lobes[0].model == BrdfModel::kLambert && brdf.lobe_error == 0;
+        return brdf.lobes.size() == 1 && brdf.lobes[0].model == BrdfModel::kLambert && brdf.lobe_error == 0 &&
+               !brdf.membrane;
     };
     if (std::ranges::none_of(materials, lambert))
         throw Unsupported("transfer of paper 002 is diffuse, and no --brdf is lambert");
     checkNames(materials, lights);
+    checkLooks(model.mesh, materials);
     FlatBufferBuilder builder(std::size_t(1) << 20);
     AssetSections sections;
     sections.mesh = writeMesh(builder, meshOf(model));

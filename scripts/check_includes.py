@@ -51,7 +51,7 @@ MAY_INCLUDE = {
                "player/bench"} | FORMATS,
 }
 # The evaluator that engines link may see the asset format and what is in every program, but no other file format.
-RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
+RUNTIME_FORMATS = {"formats/asset/asset_file.h", "formats/asset/other_sides.h", "formats/common/mesh.h", "formats/common/model_kind.h", "formats/common/fp16.h",
                    "formats/common/errors.h"}
 # Library header -> the files that may name it.
 EDGES = {

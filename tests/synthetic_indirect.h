@@ -1,12 +1,11 @@
 #pragma once
-// Light that bounces for the synthetic tube: made-up clusters with the sizes of fitted ones.
+// Light that bounces for synthetic models: made-up clusters with the sizes of fitted ones.
 #include "tests/synthetic_model.h"
 
 namespace penumbra::synthetic {
 
-// The tube with light that bounces. Its mean is about a tenth of what an open vertex gets from the sky.
-inline Model litTube(const TubeOptions& options = {}) {
-    Model model = tubeModel(options);
+// Adds light that bounces. Its mean is about a tenth of what an open vertex gets from the sky.
+inline void addIndirect(Model& model) {
     Noise noise(23);
     IndirectModel indirect;
     indirect.bounces = 3;
@@ -24,6 +23,11 @@ inline Model litTube(const TubeOptions& options = {}) {
         indirect.clusters.push_back(std::move(cluster));
     }
     model.indirect = std::move(indirect);
+}
+
+inline Model litTube(const TubeOptions& options = {}) {
+    Model model = tubeModel(options);
+    addIndirect(model);
     return model;
 }
 

@@ -32,14 +32,29 @@ std::size_t materialAt(const ReferenceFrame& input, const Corners& corners) {
     return input.brdf_of_vertex.empty() ? 0 : input.brdf_of_vertex[corners.nearest()];
 }
 
-// Returns the radiance of a point that light reaches, directly and by reflections.
-Vec3d litFrom(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
-              const EnvironmentLight& light, int samples, std::uint64_t seed) {
+// Returns the radiance of a point that light reaches, directly and by reflections, without what comes through it.
+Vec3d reflectedFrom(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
+                    const EnvironmentLight& light, int samples, std::uint64_t seed) {
+    if (point.closed) return {};
     const SampledBrdf& material = scene.materials[materialAt(scene.input, corners)];
     const ShadowCaster caster{scene.blocking(), scene.input.ground};
     Vec3d sum = directLight(caster, point, light, material, samples, seed);
     if (scene.bounces > 0) sum += bouncedLight(scene, point, light, material, samples, seed);
     return sum;
+}
+
+// A membrane mixes what falls on its two sides, each by rays of its own.
+Vec3d litFrom(const ReferenceScene& scene, const Corners& corners, const SurfacePoint& point,
+              const EnvironmentLight& light, int samples, std::uint64_t seed) {
+    const std::size_t material = materialAt(scene.input, corners);
+    const Vec3d own = reflectedFrom(scene, corners, point, light, samples, seed);
+    if (scene.membranes.empty() || !scene.membranes[material]) return own;
+    const Membrane& membrane = *scene.membranes[material];
+    const Corners behind = otherSide(scene.input, corners);
+    const SurfacePoint other = surfacePoint(scene, behind, -point.to_eye);
+    constexpr std::uint64_t kOther = std::uint64_t(1) << 40;  // other random numbers than those of the own side
+    return toDouble(membrane.rho) * own +
+           toDouble(membrane.tau) * reflectedFrom(scene, behind, other, light, samples, seed + kOther);
 }
 
 // Returns what one camera ray sees at a point.
@@ -55,7 +70,6 @@ Vec3d shade(const ReferenceScene& scene, const Corners& corners, const SurfacePo
             return {v, v, v};
         }
         default:
-            if (point.closed) return {};
             return litFrom(scene, corners, point, light, samples, seed);
     }
 }

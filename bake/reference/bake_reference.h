@@ -12,6 +12,7 @@
 #include "formats/common/progress.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/brdf/brdf.h"
+#include "sh/brdf/membrane.h"
 #include "sh/camera.h"
 
 namespace penumbra {
@@ -21,11 +22,13 @@ enum class ReferenceChannel { kShaded, kAmbient, kNormals };
 struct ReferenceOptions {
     ReferenceChannel channel = ReferenceChannel::kShaded;
     std::vector<RgbBrdf> brdfs = {rgbBrdf({})};  // ReferenceFrame::brdf_of_vertex chooses among them; at least one
-    int width = 512, height = 512;               // pixels, each 1..16384
-    int samples = 256;                           // shadow rays a pixel, 4..2^20, shared by its camera rays
-    int camera_rays = 4;                         // a pixel, 1..64
-    int bounces = 0;                             // how often the mesh reflects light, 0..kMostBounces
-    std::optional<Vec3> background = {};         // linear; unset = transparent
+    // Of each BRDF, or empty. Set: the BRDF is a white Lambertian surface, and both sides of a sheet are mixed.
+    std::vector<std::optional<Membrane>> membranes = {};
+    int width = 512, height = 512;        // pixels, each 1..16384
+    int samples = 256;                    // shadow rays a pixel, 4..2^20, shared by its camera rays
+    int camera_rays = 4;                  // a pixel, 1..64
+    int bounces = 0;                      // how often the mesh reflects light, 0..kMostBounces
+    std::optional<Vec3> background = {};  // linear; unset = transparent
     double bias = 1e-4;  // distance from the surface to the start of a shadow ray, in box diagonals of the frame
 };
 // Returns "" when the options can be used, and otherwise one sentence that names the option, its range and the value
@@ -45,8 +48,8 @@ struct ReferenceFrame {
     const Blockers* blockers = nullptr;
     std::span<const Vec3> occluder_positions = {};      // positions of the blockers' vertices after those of the mesh
     std::optional<std::size_t> casting_triangles = {};  // set: those behind are seen, but cast no shadow
-    // [V] for a scene, whose triangles are fronts alone: the vertex that shades the other side of each one. It is the
-    // vertex itself where that is no sheet. Rays of sheets start at the bias as well.
+    // [V] for a scene, whose triangles are fronts alone: the vertex of the other side of each one. It is the vertex
+    // itself where that is no sheet. Rays of sheets start at the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};
     std::span<const Vec3> albedo = {};  // [V] what the mesh reflects; needed with bounces
 };

@@ -26,8 +26,8 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
     std::vector<SampledBrdf> materials(brdfs.size());
     parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });
     return {
-        input,        scale,          std::move(positions), std::move(scene), std::move(shadows), std::move(materials),
-        options.bias, options.bounces};
+        input,        scale,           std::move(positions), std::move(scene), std::move(shadows), std::move(materials),
+        options.bias, options.bounces, options.membranes};
 }
 
 namespace {
@@ -78,6 +78,16 @@ SurfacePoint surfacePoint(const ReferenceScene& scene, const Corners& corners, V
     for (std::size_t k = 0; k < 3; ++k) lifted += n[k] * (-weight[k] * std::min(0.0, dot(point - p[k], n[k])));
     const RayStart start = startOfShadowRays(scene, corners, point, lifted + normal * bias, bias);
     return {start.position, frameAt(scene.input, corners, normal), to_eye, start.closed};
+}
+
+Corners otherSide(const ReferenceFrame& input, const Corners& corners) {
+    Corners other = corners;
+    const auto fronts = std::uint32_t(input.mesh.frontVertexCount());
+    for (std::uint32_t& corner : other.vertex)
+        corner = !input.back_of_vertex.empty() ? input.back_of_vertex[corner]
+                 : corner < fronts             ? corner + fronts
+                                               : corner - fronts;
+    return other;
 }
 
 Corners cornersOf(const ReferenceFrame& input, const SurfaceHit& hit, Vec3d ray_direction) {

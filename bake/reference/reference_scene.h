@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 
 #include "bake/reference/bake_reference.h"
 #include "bake/reference/direct_light.h"
@@ -17,8 +18,9 @@ struct ReferenceScene {
     OcclusionScene scene;                   // what the camera sees
     std::optional<OcclusionScene> shadows;  // what shadow rays meet, where that is more than the camera sees
     std::vector<SampledBrdf> materials;
-    double bias = 1e-4;  // ReferenceOptions::bias
-    int bounces = 0;     // ReferenceOptions::bounces
+    double bias = 1e-4;                                       // ReferenceOptions::bias
+    int bounces = 0;                                          // ReferenceOptions::bounces
+    std::span<const std::optional<Membrane>> membranes = {};  // ReferenceOptions::membranes
 
     const OcclusionScene& blocking() const { return shadows ? *shadows : scene; }
 };
@@ -38,6 +40,9 @@ struct Corners {
 
 // Returns the corners of the triangle on the side that a ray meets.
 Corners cornersOf(const ReferenceFrame& input, const SurfaceHit& hit, Vec3d ray_direction);
+
+// Returns the same point on the other side of a sheet.
+Corners otherSide(const ReferenceFrame& input, const Corners& corners);
 
 // Makes the shaded point. Its normal is interpolated. Its shadow rays start on the smooth surface that the normals
 // suggest, not on the flat triangle below it, so that triangles do not shadow themselves (Hanika 2021, "Hacking the

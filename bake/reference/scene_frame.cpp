@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "formats/asset/asset_file.h"
+#include "formats/asset/other_sides.h"
 #include "formats/common/errors.h"
 #include "formats/scene/bone_poses.h"
 #include "formats/scene/ground_heights.h"
@@ -28,19 +29,6 @@ std::vector<Triangle> trianglesOf(std::span<const std::uint32_t> corners) {
     for (std::size_t t = 0; t < corners.size(); t += 3)
         triangles.push_back({corners[t], corners[t + 1], corners[t + 2]});
     return triangles;
-}
-
-// Returns for each vertex of a mesh the one that shades its other side: its back where the mesh is a two-sided sheet,
-// else the vertex itself.
-std::vector<std::uint32_t> backsOf(const MeshView& mesh) {
-    std::vector<std::uint32_t> back(mesh.positions.size());
-    std::iota(back.begin(), back.end(), 0u);
-    if (!mesh.two_sided) return back;
-    std::vector<std::uint32_t> back_of_point(mesh.pointCount());
-    for (std::uint32_t v = 0; v < back.size(); ++v)
-        if (mesh.isBack(v)) back_of_point[mesh.pointOf(v)] = v;
-    for (std::uint32_t v = 0; v < back.size(); ++v) back[v] = back_of_point[mesh.pointOf(v)];
-    return back;
 }
 
 // The vertices of a deforming asset in one of its frames.
@@ -84,7 +72,7 @@ public:
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
         for (const Vec3 n : posed.normals) out_.frame.normals.push_back(to_scene.linear() * n);
-        for (const std::uint32_t back : backsOf(asset.mesh)) out_.back_of_vertex.push_back(back + first);
+        for (const std::uint32_t other : otherSides(asset.mesh)) out_.back_of_vertex.push_back(other + first);
         // The ray tracer meets each triangle of a sheet once.
         for (const Triangle& t : trianglesOf(asset.mesh.frontTriangles()))
             out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});

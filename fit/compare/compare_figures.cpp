@@ -14,6 +14,7 @@ std::vector<Figure> compareFigures(const Comparison& comparison) {
     if (comparison.sweep) figures.push_back(jointFigure(comparison));
     if (paperConvention(comparison.options, comparison.file_order).order < comparison.file_order)
         figures.push_back(cosineFigure(comparison));
+    if (comparison.lobes) figures.push_back(lobesFigure(comparison));
     figures.push_back(framesFigure(comparison));
     if (!comparison.normals.empty()) figures.push_back(normalTableFigure(comparison));
     figures.push_back(conventionsFigure(comparison));

@@ -8,6 +8,7 @@
 #include "fit/compare/eigenvalue_decay.h"
 #include "fit/compare/feature_vectors.h"
 #include "fit/compare/light_pairs.h"
+#include "fit/compare/lobe_models.h"
 #include "fit/compare/normal_table.h"
 #include "fit/compare/plot_svg.h"
 
@@ -19,6 +20,7 @@ struct Comparison {
     std::vector<CompareFit> fits;  // the fits of makeGrid()
     std::vector<EigenvalueDecay> inputs, outputs;
     std::optional<JointSweep> sweep;
+    std::optional<LobeComparison> lobes;  // set where the options ask for it
     std::vector<VectorFit> vectors = {};
     std::vector<NormalTable> normals = {};
     std::vector<LightPair> lights = {};
@@ -51,6 +53,8 @@ Figure modelsFigure(const Comparison& comparison);
 Figure conventionsFigure(const Comparison& comparison);
 Figure cosineFigure(const Comparison& comparison);
 Figure framesFigure(const Comparison& comparison);
+// The figure in compare_lobes.cpp.
+Figure lobesFigure(const Comparison& comparison);
 // Figures in compare_small.cpp: what paper 000 tells beside its models.
 Figure vectorsFigure(const Comparison& comparison);
 Figure normalTableFigure(const Comparison& comparison);

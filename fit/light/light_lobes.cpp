@@ -110,18 +110,18 @@ std::vector<Basis> basesOf(int order, std::span<const Vec3d> directions) {
 
 // Returns what is left, squared, when every band has its best coefficients, plus the ridge. Because these are best,
 // only the moving columns count in the gradient: d|R|^2 = -2 <R, dA X>. `gradient` may be empty.
-double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::span<Vec3d> gradient) {
+double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::span<Vec3d> gradient, double ridge) {
     const std::vector<Basis> bases = basesOf(bands.order, directions);
     std::vector<Basis> pull(directions.size(), Basis{});  // -2 R X^T
     double sum = 0;
     for (int l = 1; l < bands.order; ++l) {  // band 0 is left out: any lobe has all of it
         // 1. Solve for the coefficients of the band.
         const SmallMatrix columns = columnsOf(l, bases);
-        const SmallMatrix x = solveMinNorm(columns, bands.of[std::size_t(l)], kRidge);
+        const SmallMatrix x = solveMinNorm(columns, bands.of[std::size_t(l)], ridge);
         const SmallMatrix left = leftOf(bands.of[std::size_t(l)], columns, x);
         // 2. Sum what is left, and the pull -2 R X^T on every lobe's column.
         for (std::size_t c = 0; c < 3; ++c) {
-            for (std::size_t d = 0; d < directions.size(); ++d) sum += kRidge * x.at[c][d] * x.at[c][d];
+            for (std::size_t d = 0; d < directions.size(); ++d) sum += ridge * x.at[c][d] * x.at[c][d];
             for (std::size_t i = 0; i < std::size_t(left.rows); ++i) {
                 sum += left.at[c][i] * left.at[c][i];
                 for (std::size_t d = 0; d < directions.size(); ++d)
@@ -163,19 +163,20 @@ struct Lobes {
     std::array<SmallMatrix, kMaxOrder> z;  // [D, 3] for each band
 };
 
-// Solves for the coefficients of given directions, without the ridge.
-Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions) {
+// Solves for the coefficients of given directions.
+Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions, double ridge = 0) {
     Lobes lobes{std::move(directions), {}};
     const std::vector<Basis> bases = basesOf(bands.order, lobes.directions);
     for (int l = 0; l < bands.order; ++l)
-        lobes.z[std::size_t(l)] = solveMinNorm(columnsOf(l, bases), bands.of[std::size_t(l)], 0);
+        lobes.z[std::size_t(l)] = solveMinNorm(columnsOf(l, bases), bands.of[std::size_t(l)], ridge);
     return lobes;
 }
 
 // Searches for better directions from `start`.
-DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start) {
+DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start, double ridge = kRidge) {
     return minimiseOverDirections(
-        [&](std::span<const Vec3d> s, std::span<Vec3d> gradient) { return residualOf(bands, s, gradient); }, start);
+        [&](std::span<const Vec3d> s, std::span<Vec3d> gradient) { return residualOf(bands, s, gradient, ridge); },
+        start);
 }
 
 // Fits one lobe at a time to what the lobes before have left.
@@ -259,6 +260,22 @@ std::vector<std::size_t> byEnergy(int order, const Lobes& lobes) {
     return sorted;
 }
 
+// Returns the lobes in the given order, with their errors.
+LightLobesFit measured(int order, std::span<const double> sh, double scale, const Lobes& lobes,
+                       std::span<const std::size_t> sorted, const char* mode) {
+    LightLobesFit fit;
+    fit.mode = mode;
+    for (std::size_t d : sorted) {
+        fit.directions.push_back(lobes.directions[d]);
+        for (int l = 0; l < order; ++l)
+            for (std::size_t c = 0; c < 3; ++c) fit.coefficients.push_back(scale * lobes.z[std::size_t(l)].at[c][d]);
+    }
+    const std::vector<double> lobes_sh = lobesToSh(order, fit);
+    fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
+    fit.irradiance_error = irradianceDifference(order, lobes_sh, sh);
+    return fit;
+}
+
 }  // namespace
 
 LobeFit parseLobeFit(std::string_view name) {
@@ -278,23 +295,24 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit
     Lobes lobes = how == LobeFit::kGreedy  ? fitGreedily(bands, count, candidates)
                   : how == LobeFit::kJoint ? fitJointly(bands, count, candidates)
                                            : withBestCoefficients(bands, {fixed.begin(), fixed.end()});
-    LightLobesFit fit;
-    fit.mode = how == LobeFit::kGreedy ? "greedy" : how == LobeFit::kJoint ? "joint" : "fixed";
     // 2. Bring them into a definite form. Fixed lobes keep the order of their table.
     if (how != LobeFit::kFixed) turnTowardsLight(order, lobes);
     std::vector<std::size_t> sorted = byEnergy(order, lobes);
     if (how == LobeFit::kFixed) std::iota(sorted.begin(), sorted.end(), std::size_t(0));
-    for (std::size_t d : sorted) {
-        fit.directions.push_back(lobes.directions[d]);
-        for (int l = 0; l < order; ++l)
-            for (std::size_t c = 0; c < 3; ++c)
-                fit.coefficients.push_back(bands.scale * lobes.z[std::size_t(l)].at[c][d]);
-    }
     // 3. Measure the error.
-    const std::vector<double> lobes_sh = lobesToSh(order, fit);
-    fit.residual = relativeDifference(order, lobes_sh, sh, std::vector<double>(std::size_t(order), 1.0));
-    fit.irradiance_error = irradianceDifference(order, lobes_sh, sh);
-    return fit;
+    return measured(order, sh, bands.scale, lobes, sorted,
+                    how == LobeFit::kGreedy  ? "greedy"
+                    : how == LobeFit::kJoint ? "joint"
+                                             : "fixed");
+}
+
+LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<const Vec3d> directions, double ridge) {
+    assert(order >= 1 && order <= kMaxOrder && int(sh.size()) == 3 * coefficientCount(order));
+    const Bands bands = bandsOf(order, sh);
+    const Lobes lobes = withBestCoefficients(bands, refine(bands, directions, ridge).directions, ridge);
+    std::vector<std::size_t> as_they_are(directions.size());
+    std::iota(as_they_are.begin(), as_they_are.end(), std::size_t(0));
+    return measured(order, sh, bands.scale, lobes, as_they_are, "joint");
 }
 
 double irradianceDifference(int order, std::span<const double> sh, std::span<const double> truth) {

@@ -28,6 +28,11 @@ constexpr int fixedLobeCount(int order) { return 2 * order - 1; }
 // coefficients are zero.
 LightLobesFit fitLobes(int order, std::span<const double> sh, int lobes, LobeFit how);
 
+// Refines `directions` by BFGS over all of them at once, as kJoint does, and keeps their order and their signs. Lights
+// that are near one another so have lobes that are near one another. `ridge` weighs the squares of the coefficients
+// against that of the light, so that no two lobes grow against each other.
+LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<const Vec3d> directions, double ridge);
+
 // Returns the SH of the lobes, [order^2, 3].
 std::vector<double> lobesToSh(int order, const LightLobesFit& lobes);
 

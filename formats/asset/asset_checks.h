@@ -45,6 +45,10 @@ bool usesVersion4(const fbs::Asset& asset);
 
 // Tells the same of version 6, in asset_checks_look.cpp.
 bool usesVersion6(const fbs::Asset& asset);
+// Tells whether there is a live material or a membrane, which version 7 brought.
+bool usesNewLooks(const fbs::Asset& asset);
+// Checks that the mesh and the model have what the materials need of them.
+void checkLooks(const AssetView& asset, const Field& file);
 
 // The part of it that version 5 brought, in asset_checks_compose.cpp. Reads the mesh and the animation of `asset`, and
 // the clusters of `model`. `read_cluster` reads a cluster as those of the model are read.

@@ -5,6 +5,7 @@
 #include "asset_generated.h"
 #include "formats/asset/asset_checks.h"
 #include "formats/asset/asset_field.h"
+#include "sh/brdf/mirror_lobe.h"
 
 namespace penumbra {
 
@@ -25,6 +26,7 @@ OperatorsView operatorsOf(const fbs::Operators& stored, const Field& at, const M
 // Unfolds the numbers of a compact form here, so that nobody else needs to know of forms.
 void setSlices(const fbs::Material& stored, const Field& at, MaterialView& material) {
     const int j = material.slice_order, view = material.view_order;
+    if (!stored.slices() && stored.lobes()) return;  // a live material; checkLive() checks it
     checkRange(at / "slice_form", std::int64_t(stored.slice_form()), 0, std::int64_t(SliceForm::kIsotropic));
     material.slice_form = SliceForm(stored.slice_form());
     material.stored_slices = floatsOf(stored.slices(), at / "slices",
@@ -49,6 +51,29 @@ std::span<const BrdfLobe> brdfLobesOf(const fbs::Material& stored, const Field& 
     return lobes;
 }
 
+// Without slices, a lobe about the mirror direction is all that there is.
+void checkLive(const fbs::Material& stored, const Field& at, const MaterialView& material) {
+    const bool is_lobe = material.lobes.size() == 1 && isMirrorLobe(material.lobes[0].model);
+    (at / "slices").require(is_lobe, "is missing, and the lobes are not one lobe about the mirror direction");
+    (at / "channels").require(material.channels == 1, "is not 1, as a material without slices has it");
+    (at / "operators").require(!stored.operators(), "is given for a material without slices");
+    (at / "membrane").require(!material.membrane, "is given for a material without slices");
+}
+
+std::optional<Membrane> membraneOf(const fbs::Material& stored, const Field& at) {
+    if (!stored.membrane()) {
+        (at / "membrane_open").require(!stored.membrane_open(), "is set for a material without membrane");
+        return std::nullopt;
+    }
+    const auto* values = stored.membrane();
+    checkRange(at / "membrane", std::int64_t(values->size()), 6, 6);
+    const Membrane membrane{{values->Get(0), values->Get(1), values->Get(2)},
+                            {values->Get(3), values->Get(4), values->Get(5)},
+                            stored.membrane_open()};
+    if (const std::string problem = findProblem(membrane); !problem.empty()) (at / "membrane").fail(problem);
+    return membrane;
+}
+
 MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     MaterialView material;
     material.name = textOf(stored.name());
@@ -66,6 +91,8 @@ MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     material.lobes = brdfLobesOf(stored, at / "lobes");
     material.lobe_error = stored.lobe_error();
     (at / "lobe_error").require(std::isfinite(material.lobe_error) && material.lobe_error >= 0, "is not 0 or more");
+    material.membrane = membraneOf(stored, at);
+    if (material.isLive()) checkLive(stored, at, material);
     return material;
 }
 
@@ -132,6 +159,22 @@ bool usesVersion6(const fbs::Asset& asset) {
         for (const fbs::Light* light : *asset.lights())
             if (light->suns() || light->window() || light->picture() || light->picture_width() != 0) return true;
     return false;
+}
+
+bool usesNewLooks(const fbs::Asset& asset) {
+    if (asset.materials())
+        for (const fbs::Material* material : *asset.materials())
+            if (!material->slices() || material->membrane() || material->membrane_open()) return true;
+    return false;
+}
+
+void checkLooks(const AssetView& asset, const Field& file) {
+    for (std::size_t m = 0; m < asset.materials.size(); ++m) {
+        const MaterialView& material = asset.materials[m];
+        const Field at = (file / "materials")[m];
+        if (material.membrane && asset.has_mesh)
+            (at / "membrane").require(asset.mesh.two_sided, "is given, but the mesh is not two-sided");
+    }
 }
 
 std::vector<MaterialView> materialsOf(const fbs::Asset& asset, const Field& at) {

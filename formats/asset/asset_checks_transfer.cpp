@@ -77,7 +77,7 @@ void setTransfer(const fbs::Asset& stored, const Field& file, AssetView& asset) 
 
 bool usesVersion7(const fbs::Asset& asset) {
     return asset.transfer() || (asset.truth() && asset.truth()->is_transfer()) ||
-           (asset.model() && asset.model()->indirect());
+           (asset.model() && asset.model()->indirect()) || usesNewLooks(asset);
 }
 
 }  // namespace penumbra

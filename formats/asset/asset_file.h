@@ -14,6 +14,7 @@
 
 #include "formats/common/model_kind.h"
 #include "sh/brdf/brdf_lobe.h"
+#include "sh/brdf/membrane.h"
 #include "sh/brdf/reflection_operator.h"
 #include "sh/brdf/slice_form.h"
 #include "sh/cast/caster_sphere.h"
@@ -25,7 +26,7 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 7;              // knows transfer, and light that bounces
+constexpr int kAssetVersion = 7;              // knows transfer, light that bounces, live materials, membranes
 constexpr int kSunAssetVersion = 6;           // knows lobes of materials, and suns and pictures of lights
 constexpr int kComposedAssetVersion = 5;      // knows composed models and sphere blockers
 constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
@@ -222,8 +223,12 @@ struct MaterialView {
     SliceForm slice_form = SliceForm::kGeneral;
     std::span<const float> stored_slices = {};                     // as in the file: [channels, entries of the form]
     std::shared_ptr<const std::vector<float>> unfolded = nullptr;  // the numbers behind `slices` if the form is compact
-    std::span<const BrdfLobe> lobes = {};  // 0..kMaxBrdfLobes, for light from one direction; empty: not known
-    float lobe_error = 0;                  // of the lobes against the material, fit/reflectance/lobe_error.h; 0: exact
+    std::span<const BrdfLobe> lobes = {};   // 0..kMaxBrdfLobes, for light from one direction; empty: not known
+    float lobe_error = 0;                   // of the lobes against the material, fit/reflectance/lobe_error.h; 0: exact
+    std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
+
+    // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
+    bool isLive() const { return slices.empty() && !lobes.empty(); }
 };
 
 struct LobesView {

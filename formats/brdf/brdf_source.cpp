@@ -72,6 +72,11 @@ BrdfReading readAnalytic(const BrdfSource& source) {
         throw UsageError(std::string(source.analytic_option) + ": " + source.analytic +
                          " is a file: --merl and --table take files of measurements");
     try {
+        if (const std::optional<Membrane> membrane = parseMembrane(source.analytic)) {
+            BrdfReading reading{rgbBrdf({}), {}, {lobeOf({})}, membrane};
+            reading.brdf.name = toString(*membrane);
+            return reading;
+        }
         const BrdfSpec spec = parseBrdf(source.analytic);
         return {rgbBrdf(spec), {}, {lobeOf(spec)}};
     } catch (const std::invalid_argument& error) {

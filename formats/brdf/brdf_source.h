@@ -3,11 +3,13 @@
 // (formats/README.md). The fit and the brute-force pictures both read it here, so that they see the same material.
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sh/brdf/brdf.h"
 #include "sh/brdf/brdf_lobe.h"
+#include "sh/brdf/membrane.h"
 
 namespace penumbra {
 
@@ -32,6 +34,7 @@ struct BrdfReading {
     // samples that became 0, because their colour is more saturated than Rec.709 allows).
     std::map<std::string, double> figures;
     std::vector<BrdfLobe> lobes = {};
+    std::optional<Membrane> membrane = {};  // set: `brdf` and `lobes` are a white Lambertian surface
 };
 
 // Reads the material. Throws UsageError for a source that makes no sense, IoError, and InvalidInput, which names file

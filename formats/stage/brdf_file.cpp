@@ -1,11 +1,14 @@
 #include "formats/stage/brdf_file.h"
 
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/stage_parts.h"
+#include "sh/brdf/mirror_lobe.h"
 #include "sh/reflectance.h"
 
 namespace penumbra {
@@ -13,6 +16,7 @@ namespace penumbra {
 namespace {
 
 constexpr FileKind kBrdfKind{"penumbra.brdf", kBrdfVersion};
+constexpr FileKind kTableKind{"penumbra.brdf", 1};  // knows neither live materials nor membranes
 
 void writeOperators(hid_t file, const BrdfOperators& operators) {
     const hsize_t count = hsize_t(operators.count), columns = operators.view_index.size();
@@ -42,23 +46,37 @@ void writeLobes(hid_t file, const BrdfFile& brdf) {
     writeNumberAttribute(file, "/lobes", "error", brdf.lobe_error);
 }
 
-}  // namespace
-
-void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
+void writeSlices(hid_t file, const BrdfFile& brdf) {
     const hsize_t rows = hsize_t(coefficientCount(brdf.slice_order)), columns = brdf.even_index.size();
     assert(brdf.even_index == evenIndices(brdf.view_order) && brdf.slices.size() == rows * columns * 3);
-    PartialFile partial(path);
-    Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, kBrdfKind, brdf.slice_order, brdf.provenance);
-    writeTextAttribute(file, "/", "name", brdf.name);
-    writeIntegerAttribute(file, "/", "view_order", brdf.view_order);
     writeDoubles(file, "/reflectance/slices", brdf.slices, {rows, columns, 3});
     const std::vector<std::int64_t> even(brdf.even_index.begin(), brdf.even_index.end());
     writeIntegers(file, "/reflectance/even_index", even, {columns}, H5T_STD_I32LE);
+}
+
+void writeMembrane(hid_t file, const Membrane& membrane) {
+    for (const auto& [name, value] : {std::pair("/membrane/rho", membrane.rho), {"/membrane/tau", membrane.tau}}) {
+        const std::array<double, 3> numbers = {double(value.x), double(value.y), double(value.z)};
+        writeDoubles(file, name, numbers, {3});
+    }
+    writeIntegerAttribute(file, "/membrane", "open_back", membrane.open_back);
+}
+
+}  // namespace
+
+void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
+    assert(!brdf.isLive() || (brdf.lobes.size() == 1 && isMirrorLobe(brdf.lobes[0].model)));
+    PartialFile partial(path);
+    Hdf5Handle file = createHdf5(partial.path());
+    writeRoot(file, brdf.isLive() || brdf.membrane ? kBrdfKind : kTableKind, brdf.slice_order, brdf.provenance);
+    writeTextAttribute(file, "/", "name", brdf.name);
+    writeIntegerAttribute(file, "/", "view_order", brdf.view_order);
+    if (!brdf.isLive()) writeSlices(file, brdf);
     makeGroup(file, "/error");
     for (const auto& [name, value] : brdf.errors) writeNumberAttribute(file, "/error", name, value);
     if (brdf.operators.count > 0) writeOperators(file, brdf.operators);
     if (!brdf.lobes.empty()) writeLobes(file, brdf);
+    if (brdf.membrane) writeMembrane(file, *brdf.membrane);
     closeHdf5(file);
     partial.commit();
 }
@@ -132,6 +150,36 @@ void readLobes(const Hdf5Reader& in, BrdfFile& brdf) {
         throw InvalidInput(in.name + ": /lobes: error is not a number of 0 or more");
 }
 
+void readSlices(const Hdf5Reader& in, BrdfFile& brdf) {
+    std::vector<hsize_t> even_shape{brdf.even_index.size()};
+    const std::vector<std::int64_t> even =
+        readIntegers(in, "/reflectance/even_index", even_shape, 0, coefficientCount(kMaxOrder) - 1);
+    if (!std::equal(even.begin(), even.end(), brdf.even_index.begin(), brdf.even_index.end()))
+        throw InvalidInput(in.name + ": /reflectance/even_index: not the z-even indices of the view order");
+    std::vector<hsize_t> shape{hsize_t(coefficientCount(brdf.slice_order)), brdf.even_index.size(), 3};
+    brdf.slices = readDoubles(in, "/reflectance/slices", shape);
+}
+
+// Without slices, a lobe about the mirror direction is all that there is.
+void checkLive(const Hdf5Reader& in, const BrdfFile& brdf) {
+    if (brdf.lobes.size() != 1 || !isMirrorLobe(brdf.lobes[0].model))
+        throw InvalidInput(in.name + ": /reflectance: missing, and /lobes is not one lobe about the mirror direction");
+    if (brdf.operators.count > 0) throw InvalidInput(in.name + ": /operators: a material without slices has none");
+}
+
+Membrane readMembrane(const Hdf5Reader& in) {
+    Membrane membrane;
+    for (const auto& [name, value] : {std::pair("/membrane/rho", &membrane.rho), {"/membrane/tau", &membrane.tau}}) {
+        std::vector<hsize_t> shape{3};
+        const std::vector<double> numbers = readDoubles(in, name, shape);
+        for (int c = 0; c < 3; ++c) (*value)[c] = float(numbers[std::size_t(c)]);
+    }
+    membrane.open_back = readIntegerAttribute(in, "/membrane", "open_back", 0, 1) == 1;
+    if (const std::string problem = findProblem(membrane); !problem.empty())
+        throw InvalidInput(in.name + ": /membrane: " + problem);
+    return membrane;
+}
+
 }  // namespace
 
 BrdfFile readBrdf(const std::filesystem::path& path) {
@@ -141,16 +189,13 @@ BrdfFile readBrdf(const std::filesystem::path& path) {
     brdf.name = readTextAttribute(in, "/", "name");
     brdf.view_order = int(readIntegerAttribute(in, "/", "view_order", 1, kMaxOrder));
     brdf.even_index = evenIndices(brdf.view_order);
-    std::vector<hsize_t> even_shape{brdf.even_index.size()};
-    const std::vector<std::int64_t> even =
-        readIntegers(in, "/reflectance/even_index", even_shape, 0, coefficientCount(kMaxOrder) - 1);
-    if (!std::equal(even.begin(), even.end(), brdf.even_index.begin(), brdf.even_index.end()))
-        throw InvalidInput(in.name + ": /reflectance/even_index: not the z-even indices of the view order");
-    std::vector<hsize_t> shape{hsize_t(coefficientCount(brdf.slice_order)), brdf.even_index.size(), 3};
-    brdf.slices = readDoubles(in, "/reflectance/slices", shape);
+    const bool has_slices = exists(in, "/reflectance");
+    if (has_slices) readSlices(in, brdf);
     brdf.errors = readErrors(in);
     if (exists(in, "/operators")) brdf.operators = readOperators(in, brdf.even_index);
     if (exists(in, "/lobes")) readLobes(in, brdf);
+    if (!has_slices) checkLive(in, brdf);
+    if (exists(in, "/membrane")) brdf.membrane = readMembrane(in);
     return brdf;
 }
 

@@ -1,18 +1,20 @@
 #pragma once
-// m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf", version 1), with the operators of paper
-// 000 beside them where the user asked for these.
+// m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf"), with the operators of paper 000
+// beside them where the user asked for these. Version 2 has live materials and membranes.
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "formats/common/provenance.h"
 #include "sh/brdf/brdf_lobe.h"
+#include "sh/brdf/membrane.h"
 #include "sh/brdf/reflection_operator.h"
 
 namespace penumbra {
 
-constexpr int kBrdfVersion = 1;
+constexpr int kBrdfVersion = 2;
 
 // f_i(o) ~= sum_b u^b_i (w^b . y(o)); sh/brdf/reflection_operator.h makes M^b of the u. count 0: there are no
 // operators.
@@ -37,6 +39,11 @@ struct BrdfFile {
     BrdfOperators operators;
     std::vector<BrdfLobe> lobes;  // 0..kMaxBrdfLobes that add up to the material, for light from one direction
     double lobe_error = 0;        // of that sum, fit/reflectance/lobe_error.h; 0: exact
+    // Set: the slices and lobes are those of a white Lambertian surface, and the membrane says what it makes of them.
+    std::optional<Membrane> membrane;
+
+    // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
+    bool isLive() const { return slices.empty() && !lobes.empty(); }
 };
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf);

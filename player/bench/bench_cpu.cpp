@@ -46,6 +46,16 @@ public:
         else if (shading_)
             shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
     }
+    bool isLive() const {
+        if (!shading_) return false;
+        const std::size_t material = shading_->materialOfSlot()[0];
+        return shading_->isLive(material) && shading_->hasMaterial(material);
+    }
+    // Shades with another exponent than the last time.
+    void shadeChanged(std::size_t run) {
+        shading_->setParameter(shading_->materialOfSlot()[0], run % 2 == 0 ? 0.9 : 0.2);
+        shade();
+    }
     void emptyCaches() {
         swept_.resize(kBeyondCaches / sizeof(swept_[0]));
         for (int& number : swept_) ++number;
@@ -101,6 +111,11 @@ std::vector<TimedStage> stagesOf(const AssetView& asset, const ShadingSet* shadi
             {{"evaluate, fast", {}, {}, threads}, nothing, [&](std::size_t) { stages.evaluateFast(threads); }, runs}};
         timed.insert(timed.begin() + 2, far_stages.begin(), far_stages.end());
     }
+    if (stages.isLive())
+        timed.push_back({{"shade, changed lobe", {}, {}, threads},
+                         nothing,
+                         [&](std::size_t run) { stages.shadeChanged(run); },
+                         runs});
     if (shading)
         timed.push_back(
             {{"shade", {}, shadeWork(*shading), threads}, nothing, [&](std::size_t) { stages.shade(); }, runs});

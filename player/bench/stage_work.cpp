@@ -173,7 +173,15 @@ double basisFlop(int order) {
     return n * (n - 1) / 2 * 4 + n * n + 6 * n;
 }
 
+// Counts liveTransfer (runtime/shade_live_lanes.h).
+double liveFlop(const ShadeLive& live) {
+    const double n = live.order, turn = 6 * n * (n - 1) / 2;
+    return 2 * double(live.moment_terms + live.turn_terms + live.turn_back_terms + live.matrix_terms) + 2 * turn +
+           2 * 6 * (n - 2) + 6 + 39;
+}
+
 double materialFlop(const ShadeMaterial& material) {
+    if (material.is_live) return liveFlop(material.live);
     double flop = basisFlop(material.view_order);
     for (std::size_t c = 0; c < material.channels; ++c) {
         flop += 2 * double(material.view_terms[c]);

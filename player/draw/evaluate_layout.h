@@ -14,6 +14,7 @@ struct AssetPlaces {
     std::uint32_t positions = 0, normals = 0, tangents = 0, skin_joints = 0, skin_weights = 0, slots = 0;
     std::uint32_t cluster_of_vertex = 0, clusters = 0;
     std::uint32_t part_of_vertex = 0;  // only of a composed asset
+    std::uint32_t other_side = 0;      // only of a two-sided mesh with membranes: a word a vertex
 };
 constexpr std::uint32_t kClusterWords = 8;
 

@@ -131,7 +131,7 @@ GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading, const Evalua
     recipe_.deforming = asset.model.deforming;
     recipe_.slots = !asset.mesh.slot_of_vertex.empty();
     recipe_.clusters = asset.model.clusters.size();
-    uploadArrays(evaluator);
+    uploadArrays(evaluator, shading);
     if (shading) uploadMaterials(*shading);
     placePose();
     vertex_array_ = makeVertexArray();
@@ -141,7 +141,7 @@ GlAsset::GlAsset(const AssetView& asset, const ShadingSet* shading, const Evalua
     checkGl("uploading the asset");
 }
 
-void GlAsset::uploadArrays(const Evaluator* evaluator) {
+void GlAsset::uploadArrays(const Evaluator* evaluator, const ShadingSet* shading) {
     const MeshView& mesh = asset_->mesh;
     const ModelView& model = asset_->model;
     const bool composed =
@@ -178,6 +178,7 @@ void GlAsset::uploadArrays(const Evaluator* evaluator) {
     places.cluster_of_vertex = arrays.place(std::span(cluster_of_vertex));
     places.clusters = arrays.place(std::span<const std::uint32_t>(table));
     if (asset_->model.composition) places.part_of_vertex = arrays.place(asset_->model.composition->part_of_vertex);
+    if (shading) places.other_side = arrays.place(shading->otherSides());
     arrays_ = arrays.upload();
     bytes_ += arrays.bytes();
 }

@@ -59,7 +59,7 @@ private:
     std::optional<Program> anchor_, receiver_;
 
     void placePose();
-    void uploadArrays(const Evaluator* evaluator);
+    void uploadArrays(const Evaluator* evaluator, const ShadingSet* shading);
     void uploadMaterials(const ShadingSet& shading);
 };
 

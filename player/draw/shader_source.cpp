@@ -38,11 +38,11 @@ std::string places(const AssetPlaces& asset, const PosePlaces& pose) {
            define("TANGENTS", asset.tangents) + define("SKIN_JOINTS", asset.skin_joints) +
            define("SKIN_WEIGHTS", asset.skin_weights) + define("SLOTS", asset.slots) +
            define("CLUSTER_OF_VERTEX", asset.cluster_of_vertex) + define("PART_OF_VERTEX", asset.part_of_vertex) +
-           define("CLUSTERS", asset.clusters) + define("CLUSTER_WORDS", kClusterWords) +
-           define("POSE_BONES", pose.bones) + define("POSE_ROTATIONS", pose.rotations) +
-           define("POSE_SCORES", pose.scores) + define("POSE_PARTS", pose.parts) +
-           define("POSE_MATERIALS", pose.materials) + define("POSE_LOBES", pose.lobes) +
-           define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
+           define("OTHER_SIDE", asset.other_side) + define("CLUSTERS", asset.clusters) +
+           define("CLUSTER_WORDS", kClusterWords) + define("POSE_BONES", pose.bones) +
+           define("POSE_ROTATIONS", pose.rotations) + define("POSE_SCORES", pose.scores) +
+           define("POSE_PARTS", pose.parts) + define("POSE_MATERIALS", pose.materials) +
+           define("POSE_LOBES", pose.lobes) + define("POSE_LIGHT", pose.light) + define("POSE_SIZE", pose.size);
 }
 
 // Writes the precision of an array: a number, or the place in the cluster's table that has it.
@@ -113,6 +113,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
     defines += evaluatedQuads(recipe.sunlit);
     if (recipe.slots) defines += "#define HAS_SLOTS\n";
     if (recipe.deforming) defines += "#define DEFORMING\n";
+    if (recipe.channel == Channel::kShaded && recipe.shading->membranes) defines += "#define HAS_MEMBRANES\n";
     const bool composed = recipe.far && showsVisibility(recipe.channel);
     if (composed) {
         defines += farPlaces(*recipe.far) + define("CLUSTER_COUNT", recipe.clusters);

@@ -34,14 +34,13 @@ SlotLobes LobeTable::slotLobes(LobeRange range) const {
 std::vector<SlotLobes> LobeTable::addSlots(const ShadingSet& shading) {
     std::vector<SlotLobes> of_slot;
     for (const std::uint16_t material : shading.materialOfSlot())
-        of_slot.push_back(slotLobes(add(shading.asset().materials[material].lobes)));
+        of_slot.push_back(slotLobes(add(shading.lobesOf(material))));
     return of_slot;
 }
 
 std::vector<LobeRange> LobeTable::add(const ShadingSet& shading) {
     std::vector<LobeRange> of_slot;
-    for (const std::uint16_t material : shading.materialOfSlot())
-        of_slot.push_back(add(shading.asset().materials[material].lobes));
+    for (const std::uint16_t material : shading.materialOfSlot()) of_slot.push_back(add(shading.lobesOf(material)));
     const MeshView& mesh = shading.asset().mesh;
     std::vector<LobeRange> of_vertex(mesh.positions.size(), of_slot.front());
     for (std::size_t v = 0; v < mesh.slot_of_vertex.size(); ++v) of_vertex[v] = of_slot[mesh.slot_of_vertex[v]];

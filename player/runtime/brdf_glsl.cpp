@@ -65,6 +65,18 @@ float penumbra_phong(float s, vec3 wi, vec3 wo) {
     return (s + 2.0) / (2.0 * PENUMBRA_PI) * penumbra_cosine_power(x, cosine, 2.0 * s);
 }
 
+float penumbra_phong_live(float s, vec3 wi, vec3 wo) {
+    vec3 away = wi - vec3(-wo.xy, wo.z);
+    float x = 0.5 * dot(away, away), cosine = max(1.0 - x, 0.0);
+    return (s + 1.0) / (2.0 * PENUMBRA_PI) * penumbra_cosine_power(x, cosine, 2.0 * s) / wi.z;
+}
+
+float penumbra_ggx_live(float alpha, vec3 wi, vec3 wo) {
+    vec3 away = wi - vec3(-wo.xy, wo.z);
+    float x = 0.25 * dot(away, away), a2 = alpha * alpha, base = x + a2 * (1.0 - x);
+    return x < 0.5 ? a2 / (4.0 * PENUMBRA_PI * base * base) / wi.z : 0.0;
+}
+
 float penumbra_blinn_phong(float s, float x, vec3 n) {
     return (s + 2.0) * (s + 4.0) / (8.0 * PENUMBRA_PI * (s + exp2(-0.5 * s))) * penumbra_cosine_power(x, n.z * n.z, s);
 }
@@ -120,6 +132,8 @@ vec3 penumbra_brdf_lobe(int model, vec4 parameters, vec3 color, vec3 wi, vec3 wo
         case PENUMBRA_ASHIKHMIN_SHIRLEY: f = penumbra_ashikhmin_shirley(parameters, x, cosine, n, wi, wo); break;
         case PENUMBRA_GGX: f = penumbra_ggx(parameters.xy, x, cosine, n, wi, wo); break;
         case PENUMBRA_COOK_TORRANCE: f = penumbra_cook_torrance(parameters.xy, x, cosine, n, wi, wo); break;
+        case PENUMBRA_PHONG_LIVE: f = penumbra_phong_live(parameters.x, wi, wo); break;
+        case PENUMBRA_GGX_LIVE: f = penumbra_ggx_live(parameters.x, wi, wo); break;
         default: break;
     }
     return color * f;

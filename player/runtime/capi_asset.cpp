@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "formats/asset/other_sides.h"
 #include "player/runtime/capi_handles.h"
 
 namespace penumbra {
@@ -289,6 +290,16 @@ size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double 
     const std::span<const double> times = animation.times.subspan(range.first_frame, range.frame_count);
     const auto after = std::upper_bound(times.begin(), times.end(), seconds) - times.begin();
     return range.first_frame + std::size_t(std::max<std::ptrdiff_t>(after - 1, 0));
+}
+
+penumbra_status penumbra_asset_get_other_sides(const penumbra_asset* asset, uint32_t* vertices, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(asset, "asset");
+        requirePointer(vertices, "vertices");
+        const AssetView& view = asset->data->view;
+        if (!view.mesh.two_sided) throw Unsupported(view.name + ": its mesh is not two-sided");
+        std::ranges::copy(otherSides(view.mesh), vertices);
+    });
 }
 
 penumbra_status penumbra_asset_get_material(const penumbra_asset* asset, size_t material, penumbra_material* out) {

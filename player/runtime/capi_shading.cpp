@@ -1,6 +1,8 @@
 // The part of penumbra.h that handles materials, light and radiance.
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string_view>
 
 #include "player/runtime/capi_handles.h"
 
@@ -44,6 +46,13 @@ void addCallerLight(int order, penumbra_shading& shading) {
     shading.view.lights.push_back({"caller", order, shading.caller_light, {}});
 }
 
+// Tells why a material cannot be on.
+const char* lackOf(const AssetView& asset, std::size_t material) {
+    if (asset.materials[material].membrane && !asset.mesh.two_sided)
+        return " is a membrane, which needs a two-sided mesh";
+    return " has no operators";
+}
+
 // Switches on a light and materials that have what the options ask for. Where the asset's choice lacks it, this takes
 // the first one that has it.
 void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
@@ -52,11 +61,22 @@ void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
     if (light == lights) throw Unsupported("no light has lobes");
     while (material < materials && !set.hasMaterial(material)) ++material;
     if (material == materials)
-        throw Unsupported(set.asset().transfer ? "transfer is diffuse, and no material is lambert"
-                                               : "no material has operators");
+        throw Unsupported(set.asset().transfer
+                              ? std::string("transfer is diffuse, and no material is lambert")
+                              : "no material can be on: material 0" + std::string(lackOf(set.asset(), 0)));
     set.setLight(light);
     for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
         if (!set.hasMaterial(set.materialOfSlot()[slot])) set.setMaterial(slot, material);
+}
+
+// Returns the parameter of a live material.
+const BrdfParameter& liveParameter(const penumbra_shading* shading, std::size_t material) {
+    requirePointer(shading, "shading");
+    requireIndex("material", material, shading->view.materials.size());
+    const ShadingSet& set = *shading->set;
+    if (!set.isLive(material) || !set.hasMaterial(material))
+        throw Unsupported("material " + std::to_string(material) + " is not live");
+    return parametersOf(set.lobesOf(material)[0].model)[0];
 }
 
 }  // namespace
@@ -138,7 +158,7 @@ penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t 
         requireIndex("material", material, shading->view.materials.size());
         if (slot != PENUMBRA_ALL_SLOTS) requireIndex("slot", slot, shading->set->slotCount());
         if (!shading->set->hasMaterial(material))
-            throw Unsupported("material " + std::to_string(material) + " has no operators");
+            throw Unsupported("material " + std::to_string(material) + lackOf(shading->view, material));
         if (slot == PENUMBRA_ALL_SLOTS)
             shading->set->setMaterial(material);
         else
@@ -152,6 +172,32 @@ penumbra_status penumbra_shading_set_light(penumbra_shading* shading, size_t lig
         requireIndex("light", light, shading->view.lights.size());
         if (!shading->set->hasLight(light)) throw Unsupported("light " + std::to_string(light) + " has no lobes");
         shading->set->setLight(light);
+    });
+}
+
+penumbra_status penumbra_shading_set_material_parameter(penumbra_shading* shading, size_t material, const char* name,
+                                                        double value, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(name, "name");
+        const BrdfParameter& parameter = liveParameter(shading, material);
+        if (std::string_view(name) != parameter.name)
+            throw Unsupported("material " + std::to_string(material) + " has no parameter \"" + name + "\", only \"" +
+                              parameter.name + "\"");
+        try {
+            shading->set->setParameter(material, value);
+        } catch (const std::invalid_argument& wrong) {
+            throw UsageError(wrong.what());
+        }
+    });
+}
+
+penumbra_status penumbra_shading_get_material_parameter(const penumbra_shading* shading, size_t material,
+                                                        penumbra_parameter* out, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(out, "out");
+        const BrdfParameter& parameter = liveParameter(shading, material);
+        *out = {parameter.name, double(shading->set->lobesOf(material)[0].parameters[0]), parameter.least,
+                parameter.most};
     });
 }
 

@@ -15,7 +15,7 @@ namespace penumbra {
 constexpr float kRounding = 1e-7f;  // as a share of the largest entry
 
 bool hasReflectance(const MaterialView& material, Reflectance reflectance) {
-    return reflectance == Reflectance::kSlices || material.operators.count > 0;
+    return material.isLive() || reflectance == Reflectance::kSlices || material.operators.count > 0;
 }
 
 std::vector<ViewTerm> viewTerms(const MaterialView& material, Reflectance reflectance, int channel) {
@@ -129,6 +129,10 @@ MaterialTables::MaterialTables(const Convention& convention, int light_order, co
                                Reflectance reflectance)
     : view_order_(material.view_order), channels_(material.channels), color_(material.color) {
     assert(hasReflectance(material, reflectance));
+    if (material.isLive()) {
+        live_.emplace(convention, light_order, material.lobes.front());
+        return;
+    }
     // Only k that some view term produces can count.
     std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
     for (int c = 0; c < channels_; ++c) {
@@ -168,6 +172,8 @@ ShadeMaterial MaterialTables::view() const {
     view.albedo_first = albedo_first_;
     view.albedo_terms = albedo_terms_;
     for (int c = 0; c < 3; ++c) view.color[c] = color_[c];
+    view.is_live = live_.has_value();
+    if (live_) view.live = live_->view();
     return view;
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 // Holds what the shading kernel reads of one material, without entries that are zero. It is made once, when an asset
 // is opened.
+#include <optional>
 #include <vector>
 
 #include "formats/asset/asset_file.h"
+#include "player/runtime/live_lobe.h"
 #include "player/runtime/shade_kernel.h"
 
 namespace penumbra {
@@ -13,7 +15,7 @@ enum class Reflectance {
     kSlices,     // L = l . (f x v), f = C y_even(omega_o), the product exact
     kOperators,  // L = sum over b of (w^b . y_even(omega_o)) l^T M^b v, paper 000 eq 11
 };
-// Tells whether the material has what the form needs: kOperators needs operators.
+// Tells whether the material has what the form needs: kOperators needs operators. A live material has every form.
 bool hasReflectance(const MaterialView& material, Reflectance reflectance);
 
 // Returns A in f_k = sum over e of A_ke y_e(omega_o): the entries of C, or w^b with k = b, of one channel without its
@@ -48,12 +50,16 @@ public:
     MaterialTables(const Convention& convention, int light_order, const MaterialView& material,
                    Reflectance reflectance);
     ShadeMaterial view() const;
+    // Changes the lobe of a live material. Allocates nothing.
+    void setLobe(const BrdfLobe& lobe) { live_->set(lobe); }
+    const LiveLobe& live() const { return *live_; }
 
 private:
     int view_order_, channels_;
     Vec3 color_;
     std::vector<ViewTerm> views_[3];
     ProductRows rows_;
+    std::optional<LiveLobe> live_;                     // set for a live material, which has no terms
     std::size_t albedo_first_ = 0, albedo_terms_ = 0;  // of the row (0, 0)
     std::vector<ProductTerm> products_[3];  // products_: for slices only the first is filled, as the channels share it
 };

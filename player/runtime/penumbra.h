@@ -156,11 +156,16 @@ PENUMBRA_API penumbra_status penumbra_asset_get_frame(const penumbra_asset* asse
  * clip that does not exist or has no frames. */
 PENUMBRA_API size_t penumbra_asset_frame_at(const penumbra_asset* asset, size_t clip, double seconds);
 
+/* Writes the vertex of the other side of each vertex of a two-sided mesh, [vertex_count]. Fails with
+ * PENUMBRA_UNSUPPORTED for a one-sided mesh. Allocates. */
+PENUMBRA_API penumbra_status penumbra_asset_get_other_sides(const penumbra_asset* asset, uint32_t* vertices,
+                                                            penumbra_error* error);
+
 typedef struct penumbra_material {
     const char* name;
     int slice_order, view_order, channels; /* channels: 1 or 3 */
     float color[3];                        /* factor on the result */
-    const float* slices;                   /* [channels, slice_order^2, view_order (view_order + 1) / 2] */
+    const float* slices;                   /* [channels, slice_order^2, view_order (view_order + 1) / 2]; NULL: live */
     int operator_count;                    /* 0: no PENUMBRA_OPERATORS */
     size_t lobe_count;                     /* 0: suns add nothing to it */
 } penumbra_material;
@@ -446,6 +451,20 @@ PENUMBRA_API size_t penumbra_shading_light(const penumbra_shading* shading);    
 PENUMBRA_API penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t slot, size_t material,
                                                            penumbra_error* error);
 PENUMBRA_API penumbra_status penumbra_shading_set_light(penumbra_shading* shading, size_t light, penumbra_error* error);
+/* Changes the parameter of a live material, "exponent" of phong-live or "alpha" of ggx-live, from the next frame on. On
+ * the CPU nothing else is to do; a GPU gets it with penumbra_shading_get_gpu_light. Fails with PENUMBRA_UNSUPPORTED for
+ * a material that is not live, and for a name that it has not. A value out of the parameter's range changes nothing.
+ * Allocates nothing. */
+PENUMBRA_API penumbra_status penumbra_shading_set_material_parameter(penumbra_shading* shading, size_t material,
+                                                                     const char* name, double value,
+                                                                     penumbra_error* error);
+typedef struct penumbra_parameter {
+    const char* name;
+    double value, least, most;
+} penumbra_parameter;
+/* Tells the parameter of a live material. Fails with PENUMBRA_UNSUPPORTED for another. */
+PENUMBRA_API penumbra_status penumbra_shading_get_material_parameter(const penumbra_shading* shading, size_t material,
+                                                                     penumbra_parameter* out, penumbra_error* error);
 /* Sets the caller's own light and switches it on. `sh` is [order^2, 3] and finite, order 1..caller_light_order. */
 PENUMBRA_API penumbra_status penumbra_shading_set_sh_light(penumbra_shading* shading, int order, const float* sh,
                                                            penumbra_error* error);
@@ -620,8 +639,8 @@ PENUMBRA_API size_t penumbra_shading_gpu_light_texels(const penumbra_shading* sh
 /* Writes [material_count, gpu_material_texels, 4] for PENUMBRA_MATERIAL. One call is enough. Allocates. */
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_materials(const penumbra_shading* shading, float* texels,
                                                                 penumbra_error* error);
-/* Writes [gpu_light_texels, 4] for PENUMBRA_LIGHT: the light that is on, as it is turned. Call it after every change
- * of the light. */
+/* Writes [gpu_light_texels, 4] for PENUMBRA_LIGHT: the light that is on, as it is turned, and what live materials are
+ * now. Call it after every change of either. */
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels,
                                                             penumbra_error* error);
 

@@ -43,10 +43,31 @@ struct ProductRow {
     std::uint16_t mirror_i, mirror_j;
     std::uint16_t terms;
 };
+// An entry of a constant matrix: out_to += value in_from.
+struct SparseTerm {
+    std::uint16_t to, from;
+    float value;
+};
 // An entry of the fixed rotation R(X(90)).
 struct TurnTerm {
     std::uint16_t to, from;
     float value;
+};
+
+// A lobe about the mirror direction of the view, in the place of view terms and product rows (live_lobe.h). Every list
+// is sorted by `to`.
+struct ShadeLive {
+    int order;                 // of the moments
+    const float* offset;       // [order^2] of the moments
+    const SparseTerm* moment;  // numbers to moments
+    std::size_t moment_terms;
+    const SparseTerm* turn;  // R(X(90)) of the moments, and its transpose
+    std::size_t turn_terms;
+    const SparseTerm* turn_back;
+    std::size_t turn_back_terms;
+    const SparseTerm* matrix;  // moments to t, in the mirror frame
+    std::size_t matrix_terms;
+    const float* albedo;  // [order] the albedo towards the eye, as a Legendre series in the eye's cosine
 };
 
 // Raw pointers make sure that files compiled for one processor call nothing inline from the standard library.
@@ -60,6 +81,8 @@ struct ShadeMaterial {
     const ProductTerm* products[3];          // for every channel; all point to the same ones for slices
     std::size_t albedo_first, albedo_terms;  // the terms of the row (0, 0) among them
     float color[3];                          // factors on the radiance: the material's colour when it has one channel
+    bool is_live;                            // `live` is all that counts besides channels, which are 1, and colour
+    ShadeLive live;
 };
 
 struct ShadeLight {
@@ -87,6 +110,8 @@ struct ShadeInput {
     Vec3 eye;
     Vec3* radiance = nullptr;
     const std::uint32_t* order = nullptr;  // the n-th vertex to shade; null: n itself
+    Vec3* packed = nullptr;                // set: the radiance of the n-th goes to packed[n - packed_first]
+    std::size_t packed_first = 0;
     // Of light that bounces; null: none. [V, kIndirectStride], [kBouncedLight], and the weights of E [size].
     const float* indirect = nullptr;
     const Vec3* bounced = nullptr;

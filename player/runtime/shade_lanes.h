@@ -281,7 +281,7 @@ inline void turnIndirect(const LaneFrames& q, const Lanes* n, Lanes* out) {
 }
 
 // Adds the light that bounces to the radiance of one block, before the colour of the material.
-inline void addBounced(std::size_t channels, const ShadeInput& in, std::size_t first, std::size_t end,
+inline void addBounced(const ShadeMaterial& material, const ShadeInput& in, std::size_t first, std::size_t end,
                        const Block& block, Lanes* radiance) {
     constexpr float kPi = 3.14159265f, kLeastHidden = 0.01f;  // below it the light fades out
     Lanes n[kIndirectNumbers], turned[kBouncedLight], light[3] = {};
@@ -289,7 +289,9 @@ inline void addBounced(std::size_t channels, const ShadeInput& in, std::size_t f
         const float* numbers = in.indirect + vertexOf(in, first, end, lane) * kIndirectStride;
         for (std::size_t i = 0; i < kIndirectNumbers; ++i) n[i][lane] = numbers[i];
     }
-    turnIndirect(block.frames, n, turned);
+    LaneFrames own = block.frames;
+    if (material.is_live) gather(in, first, end, own);  // the block has the mirror frame
+    turnIndirect(own, n, turned);
     for (std::size_t i = 0; i < kBouncedLight; ++i) {
         light[0] += in.bounced[i].x * turned[i];
         light[1] += in.bounced[i].y * turned[i];
@@ -301,9 +303,19 @@ inline void addBounced(std::size_t channels, const ShadeInput& in, std::size_t f
     const Lanes scale = 1 / (kPi * hidden);
     for (std::size_t c = 0; c < 3; ++c) {
         raiseTo(0, light[c]);
-        radiance[c] += light[c] * block.hidden[channels == 3 ? c : 0] * scale;
+        radiance[c] += light[c] * block.hidden[material.channels == 3 ? c : 0] * scale;
     }
 }
+
+}  // namespace
+
+}  // namespace penumbra
+
+#include "player/runtime/shade_live_lanes.h"
+
+namespace penumbra {
+
+namespace {
 
 // Joins t of one block with the light, and stores the radiance of its vertices.
 inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, const ShadeInput& in, std::size_t first,
@@ -313,9 +325,9 @@ inline void shadeBlock(const ShadeMaterial& material, const ShadeLight& light, c
         lightByLobes(light, material.channels, block.frames, block.t, radiance);
     else if (in.direct)
         lightByRotation(light, material.channels, block.frames, block.t, radiance);
-    if (in.indirect) addBounced(material.channels, in, first, end, block, radiance);
+    if (in.indirect) addBounced(material, in, first, end, block, radiance);
     for (std::size_t lane = 0; lane < kShadeLanes && first + lane < end; ++lane) {
-        Vec3& out = in.radiance[vertexOf(in, first, end, lane)];
+        Vec3& out = in.packed ? in.packed[first + lane - in.packed_first] : in.radiance[vertexOf(in, first, end, lane)];
         out.x = material.color[0] * radiance[0][lane];
         out.y = material.color[1] * radiance[1][lane];
         out.z = material.color[2] * radiance[2][lane];
@@ -329,9 +341,12 @@ inline void shadeLanes(const ShadeMaterial& material, const ShadeLight& light, c
         for (std::size_t b = 0; b < kBlocks; ++b) {
             gather(in, first + b * kShadeLanes, end, blocks[b].frames);
             gatherNumbers(in, first + b * kShadeLanes, end, blocks[b].v);
-            laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
+            if (material.is_live) liveTransfer(material.live, light.order, blocks[b]);
+            if (material.is_live && in.indirect) liveHiddenAlbedo(material.live, blocks[b]);
+            if (!material.is_live) laneBasis(light, material.view_order, blocks[b].frames.view, blocks[b].view_basis);
         }
-        for (std::size_t c = 0; c < material.channels; ++c) transfer(material, light.order, in.indirect, c, blocks);
+        for (std::size_t c = 0; c < material.channels && !material.is_live; ++c)
+            transfer(material, light.order, in.indirect, c, blocks);
         for (std::size_t b = 0; b < kBlocks; ++b)
             shadeBlock(material, light, in, first + b * kShadeLanes, end, blocks[b]);
     }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "player/runtime/transfer_evaluator.h"
@@ -63,6 +65,17 @@ void ambient(const AssetView& asset, std::size_t begin, std::size_t end, std::sp
     const std::span<float> weights = std::span(buffer).first(asset.transfer->coefficients());
     transferAmbientWeights(weights);
     sumWeighted(weights, model.stride, begin, end, numbers, e);
+}
+
+std::vector<float> freeSight(const Convention& convention) {
+    const auto count = std::size_t(coefficientCount(convention.order));
+    std::vector<double> below(count);
+    belowHorizonCoefficients(convention.order, below);
+    std::vector<float> moments(count), numbers(std::size_t(convention.size()));
+    for (std::size_t i = 0; i < count; ++i) moments[i] = -float(below[i]);
+    moments[0] += 2 * std::sqrt(std::numbers::pi_v<float>);
+    fromMoments(convention, moments, numbers);
+    return numbers;
 }
 
 Mat3 toLocalFrame(Vec3 normal, Vec3 tangent) { return fromRows(tangent, cross(normal, tangent), normal); }

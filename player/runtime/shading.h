@@ -69,6 +69,9 @@ void transferFromTruth(const AssetView& truth, std::size_t frame, int order, int
 void numbersFromMoments(const Convention& convention, std::span<const float> moments, Vec3 normal, Vec3 tangent,
                         std::span<float> numbers);
 
+// Returns the numbers of a vertex that nothing hides anything from, [convention.size()].
+std::vector<float> freeSight(const Convention& convention);
+
 // Returns the rotation Q with local = Q model. Its rows are tangent, normal x tangent, normal.
 Mat3 toLocalFrame(Vec3 normal, Vec3 tangent);
 

@@ -84,9 +84,6 @@ std::string productGlsl(const ShadingLayout& layout, const std::string& type, En
     const ProductRows grouped = groupRows(layout.convention, layout.products);
     const bool slices = layout.choice.reflectance == Reflectance::kSlices;
     std::string text, fetches;
-    if (layout.bounces) text += "    " + type + " albedo = " + type + "(0.0);\n";
-    for (int i = 0; i < coefficientCount(layout.light_order); ++i)
-        text += "    " + type + " " + name("t", std::size_t(i)) + " = " + type + "(0.0);\n";
     if (!slices)  // in the order of the entries, since a reader only goes forward
         for (std::size_t p = 0; p < layout.products.size(); ++p) reader.entry(layout.views.size() + p, fetches);
     text += fetches + "    " + type + " s;\n";
@@ -188,6 +185,90 @@ std::string rotationGlsl(const ShadingLayout& layout, const std::string& type) {
 
 namespace {
 
+// Writes out = sum over the terms of value in, for every `to` that has a term; `value` gives the text of a term's.
+template <class Value>
+std::string sparseGlsl(std::span<const SparseTerm> terms, const char* in, const char* out, const Value& value) {
+    std::vector<std::string> sums(coefficientCount(kMaxOrder));
+    for (std::size_t e = 0; e < terms.size(); ++e) {
+        std::string& sum = sums[terms[e].to];
+        sum +=
+            (sum.empty() ? "" : " + ") + value(e) + " * " + (*in ? name(in, terms[e].from) : numberGlsl(terms[e].from));
+    }
+    std::string text;
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        if (!sums[i].empty()) text += "        " + name(out, i) + " = " + sums[i] + ";\n";
+    return text;
+}
+
+std::string declaredGlsl(const char* type, const char* prefix, int order) {
+    std::string text;
+    for (int i = 0; i < coefficientCount(order); ++i)
+        text += std::string("    ") + type + " " + name(prefix, std::size_t(i)) + " = " + type + "(0.0);\n";
+    return text;
+}
+
+// Writes the albedo of a live material towards the eye, as liveHiddenAlbedo() of shade_live_lanes.h has it.
+std::string liveAlbedoGlsl(const MomentForm& form, const std::string& type) {
+    std::string text = "    float legendre0 = 1.0, legendre1 = cos_q1;\n", sum;
+    for (int l = 2; l < form.order; ++l)
+        text += "    float " + name("legendre", std::size_t(l)) + " = " + glslFloat((2 * l - 1) / double(l)) +
+                " * cos_q1 * " + name("legendre", std::size_t(l - 1)) + " - " + glslFloat((l - 1) / double(l)) + " * " +
+                name("legendre", std::size_t(l - 2)) + ";\n";
+    for (std::size_t l = 0; l < form.sky.size(); ++l)
+        sum += (l == 0 ? "" : " + ") + glslFloat(double(form.sky[l])) + " * " + name("m", l / 4) + "." + "xyzw"[l % 4] +
+               " * " + name("legendre", l);
+    return text + "    albedo = " + type + "(" + sum + ");\n";
+}
+
+// Writes t of a live material, and turns local_from_model into the mirror frame, as liveTransfer() of
+// shade_live_lanes.h does it.
+std::string liveGlsl(const ShadingLayout& layout, const std::string& type) {
+    const MomentForm form = momentForm(layout.convention);
+    const int order = form.order;
+    const MirrorLobeSum sum(layout.light_order, order);
+    std::vector<SparseTerm> matrix;
+    for (const auto& [i, j] : sum.entries()) matrix.push_back({i, j, 0});
+    std::string text = "        int live = " + std::to_string(layout.firstLiveTexel()) + " + (int(looks.w) - 1) * " +
+                       std::to_string(layout.liveTexels()) + ";\n" + declaredGlsl("float", "b", order) +
+                       sparseGlsl(form.terms, "", "b", [&](std::size_t e) { return glslFloat(form.terms[e].value); });
+    for (std::size_t i = 0; i < form.offset.size(); ++i)
+        if (form.offset[i] != 0) text += "    " + name("b", i) + " += " + glslFloat(form.offset[i]) + ";\n";
+    text += R"(    vec3 r = vec3(-to_eye.xy, abs(to_eye.z));
+    float across = r.x * r.x + r.y * r.y, scale = across > 1e-30 ? inversesqrt(across) : 0.0;
+    float cos_p1 = across > 1e-30 ? r.x * scale : 1.0, sin_p1 = r.y * scale, cos_q1 = r.z, sin_q1 = sqrt(across);
+)";
+    text += multiplesGlsl(order, "p") + multiplesGlsl(order, "q") + "    float turned;\n" +
+            turnBackGlsl(order, "p", "b") + quarterTurnGlsl(order, "float", false, "b", "d") +
+            turnBackGlsl(order, "q", "d") + quarterTurnGlsl(order, "float", true, "d", "g");
+    for (std::size_t texel = 0; texel < layout.liveTexels(); ++texel)
+        text += "    vec4 " + name("m", texel) + " = PENUMBRA_LIGHT(live + " + std::to_string(texel) + ");\n";
+    text += sparseGlsl(matrix, "g", "t", [&](std::size_t e) {
+        return (type == "float" ? "" : type + "(1.0) * ") + name("m", e / 4) + "." + "xyzw"[e % 4];
+    });
+    if (layout.bounces) text += liveAlbedoGlsl(form, type);
+    return text + R"(    local_from_model = mat3(cos_q1 * cos_p1, -sin_p1, sin_q1 * cos_p1, cos_q1 * sin_p1, cos_p1,
+                            sin_q1 * sin_p1, -sin_q1, 0.0, cos_q1) * local_from_model;
+)";
+}
+
+// Writes what joins the sides of a membrane (ShadingSet::shadeMembrane()).
+std::string membraneGlsl(const ShadingLayout& layout) {
+    const std::string texels = std::to_string(layout.materialTexels());
+    const auto texel = [&](int from_end) {
+        return "PENUMBRA_MATERIAL(material * " + texels + " + " +
+               std::to_string(int(layout.materialTexels()) - from_end) + ")";
+    };
+    std::string text = "bool penumbra_is_membrane(int material) { return " + texel(2) +
+                       ".w > 0.0; }\nvoid penumbra_other_side(int material, inout vec4 numbers[PENUMBRA_STRIDE4]) {\n"
+                       "    if (" +
+                       texel(2) + ".w < 1.5) return;\n";
+    const std::vector<float> free_sight = freeSight(layout.convention);
+    for (std::size_t i = 0; i < free_sight.size(); ++i)
+        text += "    " + numberGlsl(i) + " = " + glslFloat(double(free_sight[i])) + ";\n";
+    return text + "}\nvec3 penumbra_join_sides(int material, vec3 own, vec3 other) {\n    return " + texel(2) +
+           ".rgb * own + " + texel(1) + ".rgb * other;\n}\n";
+}
+
 // Writes the light that bounces to a vertex, before its material: turnIndirect() and addBounced() of shade_lanes.h.
 std::string bouncedGlsl(const ShadingLayout& layout) {
     const auto light = [&](std::size_t i) {
@@ -217,19 +298,29 @@ std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string views = viewGlsl(layout, type, reader);
     const std::string products = productGlsl(layout, type, reader);
     const bool rotation = layout.choice.light_form == LightForm::kRotation;
+    // Where every material is live, there is no table to read.
+    const std::string table = basisGlsl(layout.view_order, true, "e", "to_eye") + views + products,
+                      transfer = layout.live_count == 0 ? table
+                                 : layout.views.empty() ? "    {\n" + liveGlsl(layout, type) + "    }\n"
+                                                        : "    if (looks.w > 0.0) {\n" + liveGlsl(layout, type) +
+                                                              "    } else {\n" + table + "    }\n";
     const std::string arguments = "vec3 to_eye, mat3 local_from_model, int material) {\n",
-                      body = "    material *= " + std::to_string(layout.materialTexels()) + ";\n" +
-                             basisGlsl(layout.view_order, true, "e", "to_eye") + views + products +
+                      body = "    material *= " + std::to_string(layout.materialTexels()) +
+                             ";\n    vec4 looks = PENUMBRA_MATERIAL(material);\n" +
+                             declaredGlsl(type.c_str(), "t", layout.light_order) + transfer +
                              "    vec3 radiance = vec3(0.0);\n" +
                              (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)),
-                      end = "    return PENUMBRA_MATERIAL(material).rgb * radiance;\n}\n";
-    if (!layout.bounces) return "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], " + arguments + body + end;
-    return bouncedGlsl(layout) + "vec3 penumbra_shade_bounced(vec4 numbers[PENUMBRA_STRIDE4], vec4 indirect[3], " +
-           arguments + body +
+                      end = "    return looks.rgb * radiance;\n}\n",
+                      membranes = layout.membranes ? membraneGlsl(layout) : "";
+    if (!layout.bounces)
+        return membranes + "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], " + arguments + body + end;
+    return membranes + bouncedGlsl(layout) +
+           "vec3 penumbra_shade_bounced(vec4 numbers[PENUMBRA_STRIDE4], vec4 indirect[3], " + arguments + "    " +
+           type + " albedo = " + type + "(0.0);\n    mat3 local_frame = local_from_model;\n" + body +
            "    vec3 hidden = max(vec3(albedo) - 3.54490770 * vec3(t0), vec3(0.0));\n"
            "    radiance *= 1.0 - PENUMBRA_LIGHT(" +
            std::to_string(layout.directTexels() + kBouncedLight) +
-           ").x;\n    radiance += penumbra_bounced(indirect, local_from_model) * hidden / (3.14159265 * max(1.0 - "
+           ").x;\n    radiance += penumbra_bounced(indirect, local_frame) * hidden / (3.14159265 * max(1.0 - "
            "penumbra_ambient(numbers), 0.01));\n" +
            end +
            "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {\n"

@@ -11,7 +11,7 @@ std::size_t ShadingLayout::entryCount() const {
 }
 
 std::size_t ShadingLayout::materialTexels() const {
-    return 1 + (channels == 3 ? entryCount() : (entryCount() + 3) / 4);
+    return 1 + (channels == 3 ? entryCount() : (entryCount() + 3) / 4) + (membranes ? 2 : 0);
 }
 
 std::size_t ShadingLayout::directTexels() const {
@@ -71,16 +71,21 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
     for (std::size_t m = 0; m < asset.materials.size(); ++m) {
         if (!set.hasMaterial(m)) continue;
         const MaterialView& material = asset.materials[m];
+        layout.live_count += material.isLive();
+        layout.membranes |= material.membrane.has_value();
+        if (material.isLive()) continue;
         layout.channels = std::max(layout.channels, material.channels);
         layout.view_order = std::max(layout.view_order, material.view_order);
         slice_order = std::max(slice_order, material.slice_order);
         addViews(material, layout);
     }
+    if (layout.live_count > 0)
+        layout.live_entries = MirrorLobeSum(layout.light_order, momentForm(layout.convention).order).entries().size();
     if (layout.choice.reflectance == Reflectance::kSlices)
         layout.products = sliceProduct(layout.convention, layout.light_order, slice_order, usedOf(layout));
     else
         for (std::size_t m = 0; m < asset.materials.size(); ++m)
-            if (set.hasMaterial(m)) addOperatorProducts(asset.materials[m], layout);
+            if (set.hasMaterial(m) && !set.isLive(m)) addOperatorProducts(asset.materials[m], layout);
     return layout;
 }
 
@@ -111,11 +116,21 @@ std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& s
     const std::vector<MaterialView>& materials = set.asset().materials;
     const std::size_t size = 4 * layout.materialTexels();
     std::vector<float> data(materials.size() * size);
+    float live = 0;
     for (std::size_t m = 0; m < materials.size(); ++m) {
         if (!set.hasMaterial(m)) continue;
         const MaterialView& material = materials[m];
         const std::span<float> out = std::span(data).subspan(m * size, size);
         for (int c = 0; c < 3; ++c) out[std::size_t(c)] = material.color[c];
+        if (material.membrane) {
+            const auto& [rho, tau, open_back] = *material.membrane;
+            for (std::size_t c = 0; c < 3; ++c) out[size - 8 + c] = rho[int(c)], out[size - 4 + c] = tau[int(c)];
+            out[size - 5] = open_back ? 2 : 1;
+        }
+        if (material.isLive()) {
+            out[3] = ++live;
+            continue;
+        }
         for (int c = 0; c < layout.channels; ++c) {
             const std::vector<float> values = entriesOf(layout, material, std::min(c, material.channels - 1));
             for (std::size_t i = 0; i < values.size(); ++i)
@@ -125,10 +140,11 @@ std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& s
     return data;
 }
 
-void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
+namespace {
+
+void writeLight(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
     const LightTables& light = set.lightTables();
-    assert(out.size() == 4 * layout.lightTexels() && light.form() == layout.choice.light_form);
-    std::fill(out.begin(), out.end(), 0.0f);
+    assert(light.form() == layout.choice.light_form);
     const auto put = [&](std::size_t texel, Vec3 v) {
         for (int c = 0; c < 3; ++c) out[4 * texel + std::size_t(c)] = v[c];
     };
@@ -148,6 +164,21 @@ void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::spa
     for (std::size_t d = 0; d < lobes.directions.size(); ++d) {
         put(1 + d, lobes.directions[d]);
         for (std::size_t l = 0; l < order; ++l) put(weights + d * padded + l, lobes.weights[d * order + l]);
+    }
+}
+
+}  // namespace
+
+void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
+    assert(out.size() == 4 * layout.lightTexels());
+    std::fill(out.begin(), out.end(), 0.0f);
+    writeLight(layout, set, out.first(4 * layout.firstLiveTexel()));
+    float* at = out.data() + 4 * layout.firstLiveTexel();
+    for (std::size_t m = 0; m < set.asset().materials.size(); ++m) {
+        if (!set.isLive(m) || !set.hasMaterial(m)) continue;
+        const std::span<const SparseTerm> matrix = set.liveMatrix(m).first(layout.live_entries);
+        for (std::size_t e = 0; e < matrix.size(); ++e) at[e] = matrix[e].value;
+        at += 4 * layout.liveTexels();
     }
 }
 

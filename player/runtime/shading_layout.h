@@ -29,13 +29,20 @@ struct ShadingLayout {
 
     // The number of entries of one material after its colour: the views and, for operators, the products.
     std::size_t entryCount() const;
-    // RGBA32F texels of one material: its colour, then four entries a texel, or one entry a texel with three
-    // channels.
+    bool membranes = false;  // some material is one
+    // Live materials and the entries of M of each (LiveLobe::matrix()); 0 where there are none.
+    std::size_t live_count = 0, live_entries = 0;
+    std::size_t liveTexels() const { return (live_entries + 3) / 4; }  // of one live material
+    // RGBA32F texels of one material: its colour, whose alpha is 0 or one more than its number among the live
+    // materials, then four entries a texel, or one entry a texel with three channels. Where there are membranes, two
+    // more: rho, whose alpha is 1 for a membrane and 2 for one whose other side sees freely; and tau.
     std::size_t materialTexels() const;
     // Number of vec4 of the uniform block "Light": the lobe count, then axes and [lobe, band] weights, or SH
-    // coefficients. Where light bounces, kBouncedLight more follow, and one that has 1 to show no direct light.
-    std::size_t lightTexels() const { return directTexels() + (bounces ? kBouncedLight + 1 : 0); }
+    // coefficients. Where light bounces, kBouncedLight more follow, and one that has 1 to show no direct light. M of
+    // the live materials comes last, which changes as often.
+    std::size_t lightTexels() const { return firstLiveTexel() + live_count * liveTexels(); }
     std::size_t directTexels() const;
+    std::size_t firstLiveTexel() const { return directTexels() + (bounces ? kBouncedLight + 1 : 0); }
 };
 
 // Makes the layout for all materials and lights that the set can switch on.
@@ -44,7 +51,8 @@ ShadingLayout shadingLayout(const ShadingSet& set);
 // Returns [material, materialTexels(), 4], with zeros for a material that cannot be on.
 std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& set);
 
-// Writes the light that is on, as it is turned: [lightTexels(), 4], every number. Allocates nothing.
+// Writes the light that is on, as it is turned, and the live materials: [lightTexels(), 4], every number. Allocates
+// nothing.
 void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out);
 
 }  // namespace penumbra

@@ -1,10 +1,12 @@
 #include "player/runtime/shading_set.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
+#include "formats/asset/other_sides.h"
 #include "player/runtime/sun_lobes.h"
 
 namespace penumbra {
@@ -20,6 +22,7 @@ ShadingSet::ShadingSet(const AssetView& asset, const ShadingChoice& choice)
     material_of_slot_ = asset.slot_material;
     material_of_slot_.resize(std::max<std::size_t>(1, asset.mesh.slots.size()));
     sortVertices();
+    findOtherSides();
 }
 
 void ShadingSet::makeTables() {
@@ -33,8 +36,12 @@ void ShadingSet::makeTables() {
     }
     for (const MaterialView& material : asset_->materials) {
         std::vector<MaterialTables>& of_orders = tables_.emplace_back();
+        live_lobes_.push_back(material.isLive()   ? material.lobes.front()
+                              : material.membrane ? BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}
+                                                  : BrdfLobe{});
         if (asset_->transfer) continue;  // it reads the lobe alone
         if (!hasReflectance(material, choice_.reflectance)) continue;
+        if (material.membrane && !asset_->mesh.two_sided) continue;
         for (const int order : orders_)
             of_orders.emplace_back(asset_->model.convention, order, material, choice_.reflectance);
     }
@@ -56,8 +63,18 @@ void ShadingSet::sortVertices() {
     if (std::is_sorted(order_.begin(), order_.end())) order_.clear();
 }
 
+void ShadingSet::findOtherSides() {
+    const MeshView& mesh = asset_->mesh;
+    free_sight_ = freeSight(asset_->model.convention);
+    if (!mesh.two_sided) return;
+    other_side_ = penumbra::otherSides(mesh);
+    for (std::size_t n = 0; n < other_side_.size(); ++n)
+        other_order_.push_back(other_side_[order_.empty() ? n : order_[n]]);
+}
+
 bool isLambert(const MaterialView& material) {
-    return material.lobes.size() == 1 && material.lobes[0].model == BrdfModel::kLambert && material.lobe_error == 0;
+    return material.lobes.size() == 1 && material.lobes[0].model == BrdfModel::kLambert && material.lobe_error == 0 &&
+           !material.membrane;
 }
 
 bool ShadingSet::hasMaterial(std::size_t material) const {
@@ -65,6 +82,21 @@ bool ShadingSet::hasMaterial(std::size_t material) const {
 }
 
 bool ShadingSet::hasLight(std::size_t light) const { return lights_[light].form() == choice_.light_form; }
+
+void ShadingSet::setParameter(std::size_t material, double value) {
+    assert(isLive(material) && hasMaterial(material));
+    BrdfLobe& lobe = live_lobes_[material];
+    checkParameter(lobe.model, 0, value);
+    lobe.parameters[0] = float(value);
+    for (MaterialTables& tables : tables_[material]) tables.setLobe(lobe);
+    ++material_version_;
+    ++light_version_;  // the data of the light has M
+}
+
+std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const {
+    return isLive(material) || isMembrane(material) ? std::span(&live_lobes_[material], 1)
+                                                    : asset_->materials[material].lobes;
+}
 
 void ShadingSet::setMaterial(std::size_t slot, std::size_t material) {
     assert(slot < slotCount() && hasMaterial(material));
@@ -143,8 +175,34 @@ void ShadingSet::shade(std::size_t begin, std::size_t end, std::span<const Vec3>
     for (std::size_t slot = 0; slot < slotCount() && begin < end; ++slot) {
         const std::size_t stop = std::min(end, first_of_slot_[slot + 1]);
         if (stop <= begin) continue;
-        path_.shade(materialView(slot), light, input, begin, stop);
+        if (isMembrane(material_of_slot_[slot]))
+            shadeMembrane(slot, input, begin, stop);
+        else
+            path_.shade(materialView(slot), light, input, begin, stop);
         begin = stop;
+    }
+}
+
+// L = rho/pi E + tau/pi E of the other side. The table of a membrane is that of a white surface, so that it gives E/pi.
+void ShadingSet::shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const {
+    constexpr std::size_t kPiece = 64;
+    const Membrane& membrane = *asset_->materials[material_of_slot_[slot]].membrane;
+    const ShadeMaterial white = materialView(slot);
+    const ShadeLight light = lights_[light_].view();
+    for (std::size_t first = begin; first < end; first += kPiece) {
+        const std::size_t stop = std::min(end, first + kPiece);
+        std::array<Vec3, kPiece> through;
+        ShadeInput other = input;
+        other.order = other_order_.data();
+        other.packed = through.data();
+        other.packed_first = first;
+        if (membrane.open_back) other.numbers = free_sight_.data(), other.stride = 0;
+        path_.shade(white, light, input, first, stop);
+        path_.shade(white, light, other, first, stop);
+        for (std::size_t n = first; n < stop; ++n) {
+            Vec3& radiance = input.radiance[order_.empty() ? n : order_[n]];
+            radiance = membrane.rho * radiance + membrane.tau * through[n - first];
+        }
     }
 }
 
@@ -183,9 +241,18 @@ void ShadingSet::addSuns(std::size_t begin, std::size_t end, std::span<const Vec
     std::size_t slot = 0;
     for (std::size_t at = begin; at < end; ++at) {
         while (at >= first_of_slot_[slot + 1]) ++slot;
-        const std::span<const BrdfLobe> lobes = asset_->materials[material_of_slot_[slot]].lobes;
+        const std::span<const BrdfLobe> lobes = lobesOf(material_of_slot_[slot]);
         const std::size_t v = order_.empty() ? at : order_[at];
+        const std::optional<Membrane>& membrane = asset_->materials[material_of_slot_[slot]].membrane;
         for (std::size_t s = 0; s < all.size(); ++s) {
+            // What comes through a membrane falls on its other side.
+            const std::size_t lit = membrane && dot(normals[v], all[s].direction) < 0 ? other_side_[v] : v;
+            if (lit != v) {
+                const float share = membrane->open_back ? 1 : visible[s * radiance.size() + lit];
+                radiance[v] += all[s].irradiance * membrane->tau *
+                               (share * dot(normals[lit], all[s].direction) * std::numbers::inv_pi_v<float>);
+                continue;
+            }
             const float share = visible[s * radiance.size() + v], cosine = dot(normals[v], all[s].direction);
             if (!(share > 0 && cosine > 0)) continue;
             const LobeSurface surface = lobeSurface(positions[v], normals[v], tangents[v], eye);

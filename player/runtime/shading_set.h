@@ -35,6 +35,22 @@ public:
     const Mat3& lightRotation() const { return rotation_; }
     const LightTables& lightTables() const { return lights_[light_]; }  // of the light that is on, turned
 
+    // Tells whether the material is a lobe whose parameter may change (sh/brdf/mirror_lobe.h).
+    bool isLive(std::size_t material) const { return asset_->materials[material].isLive(); }
+    // Changes the parameter of a live material, such as the exponent of phong-live, from the next shade() on. Throws
+    // std::invalid_argument, with one sentence that names the parameter and its range. Allocates nothing else.
+    void setParameter(std::size_t material, double value);
+    // Returns the lobes of a material for light from one direction, with the parameter as it is set.
+    std::span<const BrdfLobe> lobesOf(std::size_t material) const;
+    // Tells whether a material is a membrane, whose two sides are shaded and mixed.
+    bool isMembrane(std::size_t material) const { return asset_->materials[material].membrane.has_value(); }
+    // [V], the vertex of the other side of a two-sided mesh; empty for another.
+    std::span<const std::uint32_t> otherSides() const { return other_side_; }
+    // Returns M of a live material for the highest order of the lights (LiveLobe::matrix()).
+    std::span<const SparseTerm> liveMatrix(std::size_t material) const {
+        return tables_[material].back().live().matrix();
+    }
+
     void setMaterial(std::size_t slot, std::size_t material);
     void setMaterial(std::size_t material);  // of every slot
     void setLight(std::size_t light);        // the light is turned as the last one was
@@ -95,11 +111,14 @@ private:
     ShadingChoice choice_;
     std::vector<int> orders_;                          // orders that lights have, ascending
     std::vector<std::vector<MaterialTables>> tables_;  // [material][orders_]; empty where hasMaterial() is false
+    std::vector<BrdfLobe> live_lobes_;                 // [material]; of no meaning for the others
     std::vector<LightTables> lights_;          // a light without the form has the exact rotation and is never on
     std::vector<std::size_t> order_of_light_;  // index into orders_
     std::vector<std::uint16_t> material_of_slot_;
     std::vector<std::size_t> first_of_slot_;  // [slots + 1], into the shading order
     std::vector<std::uint32_t> order_;
+    std::vector<std::uint32_t> other_side_, other_order_;  // other_order_: of the n-th of the shading order
+    std::vector<float> free_sight_;
     std::size_t light_ = 0;
     bool suns_on_ = false;
     Bounces bounces_ = Bounces::kBoth;
@@ -113,6 +132,8 @@ private:
     void shadeTransfer(std::size_t begin, std::size_t end, std::span<const float> numbers,
                        std::span<Vec3> radiance) const;
     void sortVertices();
+    void findOtherSides();
+    void shadeMembrane(std::size_t slot, const ShadeInput& input, std::size_t begin, std::size_t end) const;
 };
 
 }  // namespace penumbra

@@ -34,6 +34,8 @@ public:
     // Writes the radiance towards `eye`, with negative values as 0. `own` and `cast` as for castAmbient().
     void shade(const FrameVertices& own, SphereCast cast, Vec3 eye, int threads, std::vector<Vec3>& radiance);
 
+    ShadingSet& shading() { return *set_; }  // materials may change
+
 private:
     CastMode mode_;
     Convention convention_;  // of the asset

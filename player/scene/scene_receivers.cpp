@@ -1,8 +1,6 @@
 #include "player/scene/scene_receivers.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "formats/common/parallel_for.h"
 #include "player/runtime/cast_product.h"
@@ -29,17 +27,6 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator&
                            indirect.subspan(first * kIndirectStride, n * kIndirectStride));
     });
     return true;
-}
-
-std::vector<float> freeSight(const Convention& convention) {
-    const auto count = std::size_t(coefficientCount(convention.order));
-    std::vector<double> below(count);
-    belowHorizonCoefficients(convention.order, below);
-    std::vector<float> moments(count), numbers(std::size_t(convention.size()));
-    for (std::size_t i = 0; i < count; ++i) moments[i] = -float(below[i]);
-    moments[0] += 2 * std::sqrt(std::numbers::pi_v<float>);
-    fromMoments(convention, moments, numbers);
-    return numbers;
 }
 
 void skinMember(const SceneMember& member, int threads, FrameVertices& vertices) {

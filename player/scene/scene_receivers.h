@@ -13,9 +13,6 @@ bool castOnNumbers(const CastShadow& cast, CasterChoice choice, const Evaluator&
                    const CastReceivers& vertices, int threads, std::span<float> numbers,
                    std::span<float> indirect = {});
 
-// Returns the numbers of a vertex from which nothing is hidden.
-std::vector<float> freeSight(const Convention& convention);
-
 // Writes the vertices of a member in the scene. Their numbers stay what they are.
 void skinMember(const SceneMember& member, int threads, FrameVertices& vertices);
 // Sizes `vertices`, which may hold those of a frame before. Computes the vertices of a member in the scene, with its

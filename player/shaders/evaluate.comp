@@ -153,6 +153,7 @@ void indirectNumbers(out vec4 n[3]) {
 void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRIDE4]) {
     ownNumbers(s, character, numbers);
 #ifdef CAST
+    cast_share = 1.0;
     uint first = CAST_QUADS * (character * vertex_count + vertex);
     if (casts[first + 5u].y == 0.0) return;
     float mirrored[21];
@@ -173,6 +174,36 @@ uint slotOfVertex() {
 
 #ifdef SUNLIT
 float surface_sight = 0.0;  // V at the mirrored direction, of mirrors
+#endif
+
+#if CHANNEL == CHANNEL_SHADED
+// Shades a side of the surface, the one that `vertex` is on.
+vec3 shadeSide(vec4 numbers[PENUMBRA_STRIDE4], vec3 to_eye, mat3 local_from_model, int material) {
+#ifdef BOUNCES
+    vec4 n[3];
+    indirectNumbers(n);
+    return penumbra_shade_bounced(numbers, n, to_eye, local_from_model, material);
+#else
+    return penumbra_shade(numbers, to_eye, local_from_model, material);
+#endif
+}
+
+#ifdef HAS_MEMBRANES
+// Shades the other side, seen from straight above it.
+vec3 shadeOtherSide(uint character, int material) {
+    uint own_vertex = vertex, own_cluster = cluster;
+    vertex = asset[OTHER_SIDE + vertex];
+    cluster = asset[CLUSTER_OF_VERTEX + vertex];
+    PenumbraSurface s = surfaceOf(character);
+    vec4 numbers[PENUMBRA_STRIDE4];
+    numbersOf(s, character, numbers);
+    penumbra_other_side(material, numbers);
+    vec3 radiance = shadeSide(numbers, vec3(0.0, 0.0, 1.0), penumbra_local_from_model(s), material);
+    vertex = own_vertex;
+    cluster = own_cluster;
+    return radiance;
+}
+#endif
 #endif
 
 vec3 valueOf(PenumbraSurface s, uint character) {
@@ -204,13 +235,12 @@ vec3 valueOf(PenumbraSurface s, uint character) {
         return vec3(0.0);
     }
 #endif
-#ifdef BOUNCES
-    vec4 n[3];
-    indirectNumbers(n);
-    return max(penumbra_shade_bounced(numbers, n, to_eye, local_from_model, material), 0.0);
-#else
-    return max(penumbra_shade(numbers, to_eye, local_from_model, material), 0.0);
+    vec3 radiance = shadeSide(numbers, to_eye, local_from_model, material);
+#ifdef HAS_MEMBRANES
+    if (penumbra_is_membrane(material))
+        radiance = penumbra_join_sides(material, radiance, shadeOtherSide(character, material));
 #endif
+    return max(radiance, 0.0);
 #endif
 #endif
 }

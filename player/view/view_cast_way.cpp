@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "player/scene/sphere_cast.h"
+#include "player/view/view_material.h"
 
 namespace penumbra {
 
@@ -80,8 +81,9 @@ std::vector<Vec3> joinedValues(Scene& scene, std::size_t index, const ViewState&
         const CharacterChoice& choice = state.characters[index];
         const JoinedLook look{mode, choice.material_of_slot, state.light, lightRotation(state),
                               shownShading(scene, state)};
-        shaderOf(character, choice, look)
-            .shade(own, character.others, toFloat(cameraPosition(state.camera)), threads, values);
+        CastShader& shader = shaderOf(character, choice, look);
+        setParameters(scene, state, shader.shading());
+        shader.shade(own, character.others, toFloat(cameraPosition(state.camera)), threads, values);
         return values;
     }
     const ModelView& model = character.asset.model;

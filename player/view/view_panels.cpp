@@ -13,6 +13,7 @@
 #include "player/view/view_exposure.h"
 #include "player/view/view_inspect.h"
 #include "player/view/view_light.h"
+#include "player/view/view_material.h"
 #include "player/view/view_overlays.h"
 #include "player/view/view_pick.h"
 #include "player/view/view_suns.h"
@@ -90,6 +91,22 @@ void sunChoice(const Scene& scene, ViewState& state) {
     if (state.suns && !problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s: SH", text(problem).c_str());
 }
 
+// Shows the parameter of the chosen material, if that is live.
+void parameterSlider(const Scene& scene, ViewState& state) {
+    const std::size_t material = chosenMaterial(state);
+    const AssetView& asset = scene.characters[state.selected]->asset;
+    if (asset.materials[material].membrane && !asset.mesh.two_sided)
+        ImGui::TextColored(ImColor(kMarked), "a membrane needs a two-sided mesh");
+    const BrdfParameter* const range = shownRange(scene, material);
+    if (!range) return;
+    auto value = float(shownParameter(scene, state, material));
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::SliderFloat("##parameter", &value, float(range->least), float(range->most),
+                           (std::string(range->name) + " %.3g").c_str(),
+                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+        chooseParameter(scene, state, material, double(value));
+}
+
 // Lets the user choose between direct light, light that bounces and both, where a character has the latter.
 void bounceChoice(const Scene& scene, ViewState& state) {
     if (!contentsOf(scene).bounces()) return;
@@ -110,6 +127,7 @@ void materialPanel(const Scene& scene, ViewState& state) {
     }
     chooseFromNames("material", scene.material_names, chosenMaterial(state),
                     [&](std::size_t i) { chooseMaterial(state, i); });
+    if (!scene.material_names.empty()) parameterSlider(scene, state);
     ImGui::TextDisabled("Light");
     chooseFromNames("light", scene.light_names, state.light, [&](std::size_t i) { state.light = i; });
     float angles[2] = {float(state.light_yaw), float(state.light_pitch)};

@@ -43,6 +43,9 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     if (state.selected >= scene.characters.size()) state.selected = 0;
     state.slot = std::min(state.slot, contents.characters[state.selected].slots);
     if (state.light >= contents.lights) state.light = 0;
+    std::erase_if(state.parameters, [&](const auto& of) {
+        return of.first >= contents.materials || !scene.characters.front()->asset.materials[of.first].isLive();
+    });
     if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
     if (!contents.composed() && state.channel == Channel::kParts) state.channel = Channel::kAmbient;
     if (!contents.bounces() && state.channel == Channel::kBouncedAmbient) state.channel = Channel::kAmbient;

@@ -8,6 +8,7 @@
 #include "player/view/view_cast.h"
 #include "player/view/view_cast_way.h"
 #include "player/view/view_light.h"
+#include "player/view/view_material.h"
 #include "player/view/view_scene.h"
 #include "player/view/view_suns.h"
 
@@ -101,10 +102,12 @@ void setShading(const Scene& scene, Character& character, const CharacterChoice&
                 bool suns) {
     if (!character.shading) return;
     ShadingSet& set = *character.shading;
-    for (std::size_t slot = 0; slot < set.slotCount(); ++slot)
-        if (set.materialOfSlot()[slot] != choice.material_of_slot[slot] &&
-            set.hasMaterial(choice.material_of_slot[slot]))
-            set.setMaterial(slot, choice.material_of_slot[slot]);
+    for (std::size_t slot = 0; slot < set.slotCount(); ++slot) {
+        const std::size_t material = choice.material_of_slot[slot];
+        // A membrane from another file cannot be on a one-sided mesh, nor a material that is not diffuse on transfer.
+        if (set.materialOfSlot()[slot] != material && set.hasMaterial(material)) set.setMaterial(slot, material);
+    }
+    setParameters(scene, state, set);
     setShownLight(scene, state, character);
     if (set.sunsOn() != suns) set.setSuns(suns);
     set.setBounces(state.bounces);

@@ -1,6 +1,7 @@
 #pragma once
 // Holds all that a user chooses in the window, but not how it is drawn: keys and panels change it, and the scene
 // follows it.
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -85,8 +86,9 @@ struct ViewState {
     std::optional<PickedVertex> picked;    // its visibility is drawn
     FactorChoice factor;                   // what of it; the whole where the vertex has no such factor
     std::optional<ScoreEdit> score_edit;
-    bool frames = false;  // draw normals and tangents
-    bool boxes = false;   // draw the boxes of the fields of composed characters
+    bool frames = false;                       // draw normals and tangents
+    bool boxes = false;                        // draw the boxes of the fields of composed characters
+    std::map<std::size_t, double> parameters;  // of live materials, where they are not those of their files
     std::size_t light = 0;
     bool suns = true;                  // as such, where they can shine (view_suns.h); otherwise all light is SH
     Bounces bounces = Bounces::kBoth;  // of characters that have light that bounces

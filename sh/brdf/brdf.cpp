@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "sh/brdf/fresnel.h"
+#include "sh/brdf/membrane.h"
 #include "sh/key_values.h"
 
 namespace penumbra {
@@ -102,6 +103,20 @@ double cookTorrance(const Parameters& p, Vec3d i, Vec3d o) {
 // pictures by brute force. No SH of order 8 can tell the two apart.
 double nearMirror(const Parameters& p, Vec3d i, Vec3d o) { return ggx({0.01, p[0]}, i, o); }
 
+// Paper 003, eq. 2. The lobe alone depends on the angle to the mirror direction, so the cosine is divided out.
+double phongLive(const Parameters& p, Vec3d i, Vec3d o) {
+    const double cosine = std::max(0.0, i.z * o.z - i.x * o.x - i.y * o.y);
+    return (p[0] + 1) / (2 * pi) * std::pow(cosine, p[0]) / i.z;
+}
+
+// GGX's D of the angle between i and the mirror direction, halved, over the Jacobian 4 of the half vector.
+double ggxLive(const Parameters& p, Vec3d i, Vec3d o) {
+    const double a2 = p[0] * p[0], cosine = i.z * o.z - i.x * o.x - i.y * o.y;
+    if (cosine <= 0) return 0;
+    const double base = (1 - cosine) / 2 + a2 * (1 + cosine) / 2;
+    return a2 / (4 * pi * base * base) / i.z;
+}
+
 constexpr BrdfParameter kSigma[] = {{"sigma", 0.5, 0, 1.5708}};
 constexpr BrdfParameter kPhong[] = {{"exponent", 10, 0, 1e5}};
 constexpr BrdfParameter kBlinnPhong[] = {{"exponent", 50, 0, 1e5}};
@@ -111,6 +126,8 @@ constexpr BrdfParameter kAshikhminShirley[] = {
 constexpr BrdfParameter kGgx[] = {{"alpha", 0.3, 0.01, 1}, {"f0", 0.9, 0, 1}};
 constexpr BrdfParameter kCookTorrance[] = {{"m", 0.3, 0.01, 1}, {"ior", 1.5, 1, 100}};
 constexpr BrdfParameter kMirror[] = {{"f0", 1, 0, 1}};
+constexpr BrdfParameter kPhongLive[] = {{"exponent", 10, 0, 1000}};
+constexpr BrdfParameter kGgxLive[] = {{"alpha", 0.3, 0.01, 1}};
 
 constexpr std::array<Model, kBrdfModels> kModels = {{
     {"lambert", {}, lambert},
@@ -123,6 +140,8 @@ constexpr std::array<Model, kBrdfModels> kModels = {{
     {"ggx", kGgx, ggx},
     {"cook-torrance", kCookTorrance, cookTorrance},
     {"mirror", kMirror, nearMirror},
+    {"phong-live", kPhongLive, phongLive},
+    {"ggx-live", kGgxLive, ggxLive},
 }};
 
 const Model& findModel(std::string_view name) {
@@ -131,7 +150,7 @@ const Model& findModel(std::string_view name) {
         if (model.name == name) return model;
         known += (known.empty() ? "" : ", ") + std::string(model.name);
     }
-    throw std::invalid_argument("no BRDF '" + std::string(name) + "': use one of " + known);
+    throw std::invalid_argument("no BRDF '" + std::string(name) + "': use one of " + known + ", " + kMembraneName);
 }
 
 void setParameter(BrdfSpec& spec, const Model& model, const KeyValue& item) {
@@ -198,7 +217,8 @@ std::string describeBrdfs() {
         }
         text += "\n";
     }
-    return text;
+    return text + std::string("  ") + kMembraneName +
+           ":rho=0.5/0.5/0.5,tau=0.3/0.3/0.3 (0..1, rho + tau at most 1),back=own (own, open); no colour\n";
 }
 
 BrdfModel modelOf(const BrdfSpec& spec) { return BrdfModel(&findModel(spec.name) - kModels.data()); }
@@ -206,6 +226,12 @@ BrdfModel modelOf(const BrdfSpec& spec) { return BrdfModel(&findModel(spec.name)
 const char* nameOf(BrdfModel model) { return kModels[std::size_t(model)].name; }
 
 std::span<const BrdfParameter> parametersOf(BrdfModel model) { return kModels[std::size_t(model)].parameters; }
+
+void checkParameter(BrdfModel model, std::size_t parameter, double value) {
+    const BrdfParameter& known = parametersOf(model)[parameter];
+    if (value >= known.least && value <= known.most) return;
+    parseNumber(nameOf(model) + std::string(" ") + known.name, shortest(value), known.least, known.most);
+}
 
 BrdfFunction brdfFunction(BrdfModel model, const std::array<double, 4>& parameters) {
     return {kModels[std::size_t(model)].eval, parameters};

@@ -11,6 +11,10 @@
 //   ggx:alpha=0.3,f0=0.9                        0.01..1, 0..1; height-correlated Smith term, Schlick's Fresnel term
 //   cook-torrance:m=0.3,ior=1.5                 0.01..1, 1..100; Beckmann, V-grooves, a dielectric's Fresnel term
 //   mirror:f0=1                                 0..1; Schlick's Fresnel term; no density, so ggx:alpha=0.01 stands in
+//   phong-live:exponent=10                      0..1000; (s+1)/2pi (r.i)^s over the cosine of i: paper 003's lobe
+//   ggx-live:alpha=0.3                          0.01..1; D/4 over the cosine of i, with GGX's D
+// The last two are lobes about the mirror direction r whose parameter may change while a program runs
+// (sh/brdf/mirror_lobe.h).
 // Every model takes color=R/G/B (linear Rec.709), a factor on the result.
 #include <array>
 #include <cstdint>
@@ -37,8 +41,10 @@ enum class BrdfModel : std::uint8_t {
     kGgx,
     kCookTorrance,
     kMirror,
+    kPhongLive,
+    kGgxLive,
 };
-constexpr int kBrdfModels = 10;
+constexpr int kBrdfModels = 12;
 
 struct BrdfParameter {
     const char* name;
@@ -77,6 +83,8 @@ BrdfFunction brdfFunction(BrdfModel model, const std::array<double, 4>& paramete
 BrdfModel modelOf(const BrdfSpec& spec);
 const char* nameOf(BrdfModel model);
 std::span<const BrdfParameter> parametersOf(BrdfModel model);  // at most four
+// Throws std::invalid_argument as parseBrdf() does unless the value is in the parameter's range.
+void checkParameter(BrdfModel model, std::size_t parameter, double value);
 
 // Returns brdfFunction(spec)(wi, wo). Use it for a few evaluations only.
 double evalBrdf(const BrdfSpec& spec, Vec3d wi, Vec3d wo);

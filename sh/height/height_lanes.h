@@ -68,7 +68,8 @@ struct PointLanes {
 };
 
 template <bool Wraps>
-inline void sampleTap(const HeightScene& scene, const HeightTap& tap, Lanes row, Lanes column, Lanes& out) {
+inline void sampleTap(const HeightScene& scene, const HeightTap& tap, const PointLanes& at, Lanes& out) {
+    Lanes row = at.row + tap.row, column = at.column + tap.column;
     if (Wraps) {
         wrap(row, scene.rows);
         wrap(column, scene.columns);
@@ -102,7 +103,7 @@ inline void horizonOf(const HeightScene& scene, const HeightTap* taps, const Poi
         const HeightTap& tap = taps[k];
         const Lanes row = at.row + tap.row, column = at.column + tap.column;
         Lanes height;
-        sampleTap<Wraps>(scene, tap, row, column, height);
+        sampleTap<Wraps>(scene, tap, at, height);
         Lanes slope = (height - at.height) * tap.per_metre;
         if (scene.open)
             choose((row >= -0.5f) & (row <= scene.rows - 0.5f) & (column >= -0.5f) & (column <= scene.columns - 0.5f),

@@ -116,6 +116,16 @@ BrdfFile isotropicNoise() {
     return brdf;
 }
 
+// A lobe without slices.
+BrdfFile live() {
+    BrdfFile brdf;
+    brdf.name = "phong-live";
+    brdf.slice_order = brdf.view_order = 1;
+    brdf.even_index = {0};
+    brdf.lobes = {lobeOf(parseBrdf("phong-live"))};
+    return brdf;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -139,7 +149,7 @@ int main(int argc, char** argv) {
     synthetic::TubeOptions tube{
         .rings = 223, .segments = 60, .joints = 31, .clusters = 31, .components = 10, .inputs = 20};
     const Model model = synthetic::tubeModel(tube);
-    const std::vector<BrdfFile> brdfs = {synthetic::lambert(), isotropicNoise()};
+    const std::vector<BrdfFile> brdfs = {synthetic::lambert(), isotropicNoise(), live()};
     const std::vector<LightFile> lights = {synthetic::light(4, 0.3)};
     for (AssetPrecision precision : {AssetPrecision::kF32, AssetPrecision::kF16, AssetPrecision::kI8}) {
         const Packed packed = packAsset(model, brdfs, lights, {.precision = precision, .max_error = {}}, "{}", 0);

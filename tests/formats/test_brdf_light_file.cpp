@@ -88,6 +88,41 @@ TEST(BrdfFile, WrongLobesAreRefused) {
     expectRefused("/lobes: error", [](BrdfFile& b) { b.lobe_error = -1; });
 }
 
+BrdfFile liveFile() {
+    BrdfFile brdf = sampleBrdf();
+    brdf.slice_order = brdf.view_order = 1;
+    brdf.even_index = {0};
+    brdf.slices.clear();
+    brdf.lobes = {lobeOf(parseBrdf("phong-live:exponent=20"))};
+    return brdf;
+}
+
+TEST(BrdfFile, LiveMaterialsAndMembranesRoundTrip) {
+    const Folder folder("live");
+    const auto path = folder.path / "m.brdf.h5";
+    writeBrdf(path, liveFile());
+    EXPECT_TRUE(readBrdf(path).isLive());
+    EXPECT_EQ(readBrdf(path).lobes, liveFile().lobes);
+    BrdfFile film = sampleBrdf();
+    writeBrdf(path, film);
+    EXPECT_FALSE(readBrdf(path).membrane);
+    film.membrane = Membrane{{0.5f, 0.25f, 0}, {0.25f, 0.5f, 1}, true};
+    writeBrdf(path, film);
+    EXPECT_EQ(readBrdf(path).membrane, film.membrane);
+    EXPECT_EQ(readBrdf(path).slices, film.slices);
+}
+
+TEST(BrdfFile, WrongMembranesAreRefused) {
+    const Folder folder("films");
+    const auto path = folder.path / "m.brdf.h5";
+    for (const Membrane& wrong : {Membrane{{-0.1f, 0, 0}, {}}, Membrane{{0.5f, 0.5f, 0.5f}, {0.2f, 0.2f, 0.6f}}}) {
+        BrdfFile film = sampleBrdf();
+        film.membrane = wrong;
+        writeBrdf(path, film);
+        EXPECT_THROW(readBrdf(path), InvalidInput);
+    }
+}
+
 // Our own writer writes files with one thing wrong at a time.
 TEST(BrdfFile, WrongOperatorsAreRefused) {
     const Folder folder("wrong_operators");

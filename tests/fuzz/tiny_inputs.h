@@ -31,8 +31,21 @@ inline LightFile tinySunny() {
     return light;
 }
 
+// A live material and a membrane.
+inline std::vector<BrdfFile> tinyNewLooks() {
+    BrdfFile live, membrane;
+    live.name = "live";
+    membrane.name = "membrane";
+    live.slice_order = live.view_order = membrane.slice_order = membrane.view_order = 1;
+    live.even_index = membrane.even_index = {0};
+    live.lobes = {lobeOf(parseBrdf("phong-live"))};
+    membrane.slices = {1, 1, 1};
+    membrane.membrane = Membrane();
+    return {live, membrane};
+}
+
 // Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
-// model and without), and two of transfer.
+// model and without), one with a live material and a membrane, and two of transfer.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -71,6 +84,9 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
                                  sunny, {}, "{}", 1)
                            .bytes);
         made.push_back(packLibrary(glossy, sunny, "{}"));
+        made.push_back(
+            packAsset(synthetic::clothModel({.rows = 2, .columns = 3, .frames = 2}), tinyNewLooks(), sunny, {}, "{}", 1)
+                .bytes);
         for (const TransferModelKind kind : kTransferModelKinds)
             made.push_back(
                 packTransfer(synthetic::tubeTransfer(kind, 2, {.rings = 2, .segments = 3, .joints = 2, .frames = 2}),

@@ -13,7 +13,7 @@ import numpy as np
 
 BIN = os.path.abspath(sys.argv[1])
 SAMPLES = os.path.join(BIN, "..", "samples")
-OK, FAILED = [0], [2, 3, 4, 5]  # exit codes: 1 is a mistake on the command line, and here are none
+OK, FAILED = [0], [2, 3, 4, 5]  # exit codes; 1 is a mistake on the command line, and hardly any is here
 SMALL = ["--fps", "2", "--rays", "16", "--order", "3"]
 TINY = ["--size", "24x24"]
 TEXTURED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "fuzz", "corpus", "fuzz_base_colors", "textured.glb")
@@ -111,6 +111,10 @@ def fits():
     run(OK, "fit", "blockers", "c.model.h5", "-o", "c.blockers.h5", "--method", "paper", "--threads", 2)
     run(OK, "fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "--operators", 4, "-o", "ggx.brdf.h5")
     run(OK, "fit", "brdf", "--table", "skew.table", "-o", "table.brdf.h5")
+    run(OK, "fit", "brdf", "--analytic", "phong-live:exponent=20", "-o", "live.brdf.h5")
+    run(OK, "fit", "brdf", "--analytic", "membrane:rho=0.5/0.3/0.1,tau=0.2", "-o", "membrane.brdf.h5")
+    for bad in ("phong-live:exponent=-1", "phong-live:exponent=nan", "phong-live:exponent=1e5", "membrane:rho=0.8,tau=0.3"):
+        run([1], "fit", "brdf", "--analytic", bad, "-o", "no.brdf.h5")
     run(OK, "fit", "light", "sky.hdr", "-o", "sky.light.h5")
     run(OK, "fit", "light", "--analytic", "sun+overcast", "--lobe-fit", "joint", "-o", "sun.light.h5", "--window", "always")
     run(OK, "fit", "transfer", "t.vis.h5", "--order", 3, "--components", "2,4", "-o", "pca.transfer.h5", "--holdout", "sway")
@@ -119,6 +123,8 @@ def fits():
         "transfer.html")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--clusters", "1,2", "--output-variances", "0.9", "--models",
         "linear,additive", "--conventions", "A2", "--light", "sky.light.h5", "--light", "sun.light.h5", "-o", "compare.html")
+    run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--models", "zh-lobes", "--lobes", "1", "--clusters", "2",
+        "--output-variances", "0.9", "--conventions", "A2", "-o", "lobes.html")
 
 
 def packs():
@@ -126,6 +132,10 @@ def packs():
     looks = ["--brdf", "ggx.brdf.h5", "--brdf", "table.brdf.h5", "--light", "sky.light.h5", "--light", "sun.light.h5"]
     for model in ("linear", "quadratic", "neural", "additive", "c"):
         run(OK, "pack", "asset", model + ".model.h5", *looks, "-o", model + ".pnb")
+    run(OK, "pack", "asset", "additive.model.h5", "--brdf", "live.brdf.h5", "--light", "sky.light.h5", "-o", "live.pnb")
+    run(OK, "player", "render", "live.pnb", *TINY, "-o", "live.png")
+    run(OK, "player", "bench", "live.pnb", "--runs", 2, *TINY)
+    run([5], "pack", "asset", "additive.model.h5", "--brdf", "membrane.brdf.h5", "-o", "no.pnb")
     for precision in ("f32", "f16"):
         run(OK, "pack", "asset", "additive.model.h5", *looks, "-o", precision + ".pnb", "--precision", precision)
     for name, blockers in (("additive", "a"), ("c", "c")):

@@ -185,12 +185,12 @@ def check_refusals(place):
 
 
 def check_consumers(place):
-    """The programs that read visibility refuse transfer in one line."""
+    """Who reads visibility alone refuses transfer in one line, and so does the comparison of models of a higher order."""
     file = bake(place("t.vis.h5"), *BOUNCES)
     fit, pack = os.path.join(BIN, "penumbra-fit"), os.path.join(BIN, "penumbra-pack")
     refuse(["visibility", file, "-o", place("t.model.h5")], "quantity", 3, fit)
-    refuse(["compare", file, "--holdout", "squat", "-o", place("t.html")], "quantity", 3, fit)
-    refuse(["truth", file, "-o", place("t.pnb")], "quantity", 3, pack)
+    refuse(["compare", file, "--holdout", "squat", "-o", place("t.html")], "--order 6", 1, fit)
+    run("truth", file, "-o", place("t.pnb"), tool=pack)
     damaged = place("damaged.vis.h5")
     for dataset, value in (("mesh/albedo", 1.5), ("visibility/indirect", np.nan)):
         with open(file, "rb") as source, open(damaged, "wb") as target:

@@ -8,7 +8,7 @@
 namespace penumbra {
 namespace {
 
-TEST(RenderOptions, DefaultsCanBeUsed) { EXPECT_EQ(findProblem({}), ""); }
+TEST(RenderOptions, DefaultsCanBeUsed) { EXPECT_EQ(findProblem(RenderOptions{}), ""); }
 
 TEST(RenderOptions, ProblemsNameOptionRangeAndValue) {
     RenderOptions options;

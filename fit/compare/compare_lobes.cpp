@@ -1,0 +1,47 @@
+// The figure of paper 003's lobes.
+#include <cmath>
+
+#include "fit/compare/compare_series.h"
+
+namespace penumbra {
+
+namespace {
+
+std::string errorText(const HeldOutErrors& errors) {
+    if (!std::isfinite(errors.mean)) return "-";
+    return fixedNumber(errors.mean, 3) + " +- " + fixedNumber(errors.deviation, 3);
+}
+
+}  // namespace
+
+Figure lobesFigure(const Comparison& comparison) {
+    const LobeComparison& lobes = *comparison.lobes;
+    Plot plot{"plot-lobes", "Held-out relative error", true, {}, {"relative error", false, true, {}, {}}, {}};
+    Series visibility{"visibility", {0, false, false, true}, {}, {}},
+        cosine{"with the cosine", {1, false, false, true}, {}, {}};
+    Table table{{"model", "lobes alone", "visibility, mean +- deviation", "with the cosine, mean +- deviation"}, {}};
+    for (const LobeModel& model : lobes.models) {
+        const auto at = double(table.rows.size());
+        plot.x.ticks.push_back(at);
+        plot.x.names.push_back(model.name);
+        visibility.x.push_back(at), visibility.y.push_back(model.visibility.mean);
+        cosine.x.push_back(at), cosine.y.push_back(model.cosine.mean);
+        table.rows.push_back({model.name, model.fitted > 0 ? fixedNumber(model.fitted, 3) : "-",
+                              errorText(model.visibility), errorText(model.cosine)});
+    }
+    plot.series = {visibility, cosine};
+    Figure figure{"lobes", "Zonal lobes of visibility", "Paper 003, figures 3 and 5", "", "", {plot}, table};
+    const LobeModel &sh = lobes.models[0], &best = lobes.models.back();
+    figure.finding = "A linear model of " + best.name + " has a held-out relative error of " +
+                     fixedNumber(best.visibility.mean, 3) + ", that of SH " + fixedNumber(sh.visibility.mean, 3) +
+                     "; with the cosine added again SH has " + fixedNumber(sh.cosine.mean, 3) +
+                     ", fitted with the cosine in the data " + fixedNumber(lobes.models[1].cosine.mean, 3) + ".";
+    figure.method = "Order " + std::to_string(lobes.order) + " of convention B, " + std::to_string(lobes.vertices) +
+                    " vertices, ridge regression on " + std::to_string(lobes.inputs) +
+                    " principal components of the joint angles. The lobes of every vertex and frame are fitted jointly "
+                    "from the axes of the vertex' mean. Mean and deviation are over held-out frames of |v^ - v| / |v|, "
+                    "all vertices together. \"With the cosine\" compares moments of V max(cos, 0).";
+    return figure;
+}
+
+}  // namespace penumbra
