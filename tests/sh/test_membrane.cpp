@@ -12,7 +12,7 @@ TEST(Membrane, TextIsReadBack) {
     for (const char* text : {"membrane:rho=0.5/0.25/0,tau=0.3/0.3/1", "membrane:rho=0.1/0.1/0.1,tau=0/0/0,back=open"})
         EXPECT_EQ(toString(*parseMembrane(text)), text);
     EXPECT_EQ(*parseMembrane("membrane"), Membrane());
-    EXPECT_EQ(parseMembrane("membrane:rho=0.7,tau=0.3")->rho, Vec3(0.7f, 0.7f, 0.7f)) << "0.7f + 0.3f is above 1";
+    EXPECT_EQ(parseMembrane("membrane:rho=0.7,tau=0.3")->rho, (Vec3{0.7f, 0.7f, 0.7f})) << "0.7f + 0.3f is above 1";
     EXPECT_FALSE(parseMembrane("lambert"));
     EXPECT_FALSE(parseMembrane("membranes:rho=1"));
 }
