@@ -61,7 +61,7 @@ TEST(TransferFile, RefusesWhatIsNoModel) {
     EXPECT_THAT(message([](TransferModel& m) { m.angles = {0, 5, 2}; }), HasSubstr("/transfer/angles: not ascending"));
     EXPECT_THAT(message([](TransferModel& m) { m.angles = {0, 2, 6}; }), HasSubstr("/transfer/angles"));
     EXPECT_THAT(message([](TransferModel& m) { m.alpha = -1; }), HasSubstr("attribute alpha"));
-    EXPECT_THAT(message([](TransferModel& m) { m.pose_size = 0; }), HasSubstr("pose_size"));
+    EXPECT_THAT(message([](TransferModel& m) { m.pose_size = 0, m.pose.clear(); }), HasSubstr("pose_size"));
 }
 
 }  // namespace

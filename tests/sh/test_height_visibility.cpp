@@ -49,7 +49,8 @@ TEST(Horizon, TracedHorizonsAreTheGoldenOnes) {
 }
 
 TEST(Horizon, ThetasAreTheGoldenOnes) {
-    for (const auto& [omega, expected] : readGolden("heightfield.json")["theta_closed"].items()) {
+    const nlohmann::json golden = readGolden("heightfield.json");
+    for (const auto& [omega, expected] : golden.at("theta_closed").items()) {
         std::vector<double> thetas(10);
         horizonThetas(4, std::tan(std::stod(omega)), thetas);
         for (int l = 0, i = 0; l < 4; ++l)
