@@ -48,6 +48,7 @@ VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones)
     Mesh mesh;
     mesh.rest_positions.assign(asset.mesh.positions.begin(), asset.mesh.positions.end());
     Skin skin;
+    skin.joint_names.resize(bones.size());  // nobody asks for their names
     skin.influences = asset.mesh.influences;
     skin.joints.assign(asset.mesh.skin_joints.begin(), asset.mesh.skin_joints.end());
     skin.weights.assign(asset.mesh.skin_weights.begin(), asset.mesh.skin_weights.end());
