@@ -22,7 +22,8 @@ enum class ReferenceChannel { kShaded, kAmbient, kNormals };
 struct ReferenceOptions {
     ReferenceChannel channel = ReferenceChannel::kShaded;
     std::vector<RgbBrdf> brdfs = {rgbBrdf({})};  // ReferenceFrame::brdf_of_vertex chooses among them; at least one
-    // Of each BRDF, or empty. Set: the BRDF is a white Lambertian surface, and both sides of a sheet are mixed.
+    // There is one for each BRDF, or none at all. Where one is set, the BRDF is a white Lambertian surface, and both
+    // sides of a sheet are mixed.
     std::vector<std::optional<Membrane>> membranes = {};
     int width = 512, height = 512;        // pixels, each 1..16384
     int samples = 256;                    // shadow rays a pixel, 4..2^20, shared by its camera rays

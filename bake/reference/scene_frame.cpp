@@ -123,7 +123,7 @@ private:
     std::vector<Vec3> corners_;  // of everyone's boxes
     PoseFiles poses_;
 
-    // Of all vertices that have no material yet.
+    // Gives the ground's material to all vertices that have none yet.
     void paint(const SceneGround& ground) {
         if (!ground.material.empty()) {
             out_.brdf_of_vertex.resize(out_.frame.positions.size(), numberOf(ground.material));

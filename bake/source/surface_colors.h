@@ -11,7 +11,7 @@ ColorChoice readColorChoice(const std::string& text);
 // Returns the albedo of each vertex of `mesh` that a choice names. Throws what surfaceColors() throws.
 std::vector<Vec3> readAlbedo(const std::string& choice, const Mesh& mesh);
 
-// What `albedo_from` says where no --albedo is given.
+// This is what `albedo_from` says where no --albedo is given.
 constexpr const char* kFromBaseColors = "the rig's base colours";
 constexpr const char* kFromTextures = "the rig's base colours and textures";
 

@@ -11,7 +11,7 @@ constexpr int kCompareVersion = 1;
 
 std::string compareJson(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source);
 std::string compareCsv(const Comparison& comparison);
-// The same of a comparison of transfer (schema "penumbra.compare_transfer").
+// Both of these do the same for a comparison of transfer (schema "penumbra.compare_transfer").
 std::string transferJson(const TransferComparison& comparison, const std::vector<Figure>& figures,
                          const CompareSource& source);
 std::string transferCsv(const TransferComparison& comparison);
