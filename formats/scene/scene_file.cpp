@@ -3,6 +3,7 @@
 #include <map>
 #include <set>
 
+#include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/height/height_file.h"
 #include "formats/scene/json_node.h"
@@ -207,25 +208,42 @@ SceneDescription parseScene(const std::string& text, const std::string& name, co
     return scene;
 }
 
+namespace {
+
+// Calls add(place, file) for every file that a scene names, maybe again for the same one.
+void eachFile(const SceneDescription& scene, const auto& add) {
+    for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
+        for (const SceneCharacter& one : *list) {
+            add(one.at + "/asset", one.asset);
+            if (one.pose) add(one.at + "/pose", one.pose->file);
+        }
+    if (!scene.light.asset.empty()) add(scene.at + ": /light/asset", scene.light.asset);
+    if (scene.ground && scene.ground->heights && scene.ground->heights->source.analytic.empty())
+        for (const std::filesystem::path& file : filesOf(scene.ground->heights->source))
+            add(scene.ground->heights->source.at, file);
+}
+
+}  // namespace
+
 std::vector<std::filesystem::path> filesNamedIn(const SceneDescription& scene) {
     std::vector<std::filesystem::path> files;
     std::set<std::filesystem::path> seen;
-    const auto add = [&](const std::filesystem::path& file) {
-        if (!file.empty() && seen.insert(file.lexically_normal()).second) files.push_back(file);
-    };
-    for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
-        for (const SceneCharacter& one : *list) {
-            add(one.asset);
-            if (one.pose) add(one.pose->file);
-        }
-    add(scene.light.asset);
-    if (scene.ground && scene.ground->heights && scene.ground->heights->source.analytic.empty())
-        for (const std::filesystem::path& file : filesOf(scene.ground->heights->source)) add(file);
+    eachFile(scene, [&](const std::string&, const std::filesystem::path& file) {
+        if (seen.insert(file.lexically_normal()).second) files.push_back(file);
+    });
     return files;
 }
 
 SceneDescription readScene(const std::filesystem::path& path) {
-    return parseScene(readJsonText(path), path.string(), path.parent_path());
+    SceneDescription scene = parseScene(readJsonText(path), path.string(), path.parent_path());
+    eachFile(scene, [](const std::string& place, const std::filesystem::path& file) {
+        try {
+            checkReadable(file);
+        } catch (const IoError& error) {
+            throw IoError(place + ": " + error.what());
+        }
+    });
+    return scene;
 }
 
 }  // namespace penumbra

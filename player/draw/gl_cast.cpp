@@ -1,10 +1,9 @@
 #include "player/draw/gl_cast.h"
 
 #include <algorithm>
-#include <map>
+#include <bit>
 
 #include "formats/common/errors.h"
-#include "player/draw/shader_source.h"
 #include "player/runtime/cast_glsl.h"
 #include "player/runtime/far_glsl.h"
 
@@ -13,7 +12,7 @@ namespace penumbra {
 namespace {
 
 constexpr GLuint kFieldsBinding = 0, kTablesBinding = 1, kPosedBinding = 2, kGivenReceiversBinding = 3,
-                 kWrittenCastsBinding = 4;
+                 kWrittenCastsBinding = 4, kLayoutBinding = 5, kCastAnchorsBinding = 6;
 
 std::size_t partsOf(const GlCaster& caster) {
     return caster.kind == CasterKind::kFields ? caster.evaluator->farTables().partCount() : 0;
@@ -31,6 +30,29 @@ GlObject makeTable(std::vector<T>& values) {
     return makeBuffer(GL_SHADER_STORAGE_BUFFER, std::span<const T>(values));
 }
 
+GLuint groupsOf(std::size_t invocations) { return GLuint((invocations + kWorkGroup - 1) / kWorkGroup); }
+
+// Writes what cast_anchors.glsl calls the layout.
+std::vector<std::uint32_t> castLayoutWords(const FarLayout& layout, std::size_t vertex_count) {
+    std::vector<std::uint32_t> words(2 * layout.anchors.size() + 8 * vertex_count, kNoAnchor);
+    std::uint32_t* const rows = words.data() + 2 * layout.anchors.size();
+    for (const FarRun& run : layout.runs) {
+        for (std::uint32_t a = run.first_anchor; a < run.first_anchor + run.anchor_count; ++a) {
+            words[2 * a] = layout.anchors[a];
+            words[2 * a + 1] = std::bit_cast<std::uint32_t>(run.spacing);
+        }
+        if (run.anchor_count == 0) continue;
+        for (std::uint32_t r = run.first; r < run.first + run.count; ++r)
+            for (std::size_t k = 0; k < kAnchorsOfReceiver; ++k) {
+                const std::size_t at = r * kAnchorsOfReceiver + k;
+                std::uint32_t* const row = rows + 8 * layout.receivers[r];
+                row[k] = run.first_anchor + layout.anchor[at];
+                row[kAnchorsOfReceiver + k] = std::bit_cast<std::uint32_t>(layout.weight[at]);
+            }
+    }
+    return words;
+}
+
 float* writeSpheres(const GlCaster& caster, float* at) {
     const BlockersView& blockers = caster.evaluator->asset().blockers;
     for (std::size_t s = 0; s < blockers.spheres.size(); ++s) {
@@ -43,14 +65,19 @@ float* writeSpheres(const GlCaster& caster, float* at) {
 
 }  // namespace
 
+GlCastAnchors::GlCastAnchors(const FarLayout& layout, std::size_t vertex_count, std::size_t capacity)
+    : vertex_count_(vertex_count), anchor_count_(layout.anchors.size()) {
+    std::vector<std::uint32_t> words = castLayoutWords(layout, vertex_count);
+    layout_ = makeTable(words);
+    const std::size_t values = std::max<std::size_t>(capacity * anchor_count_ * kCastAnchorWords, 4) * sizeof(float);
+    checkStorageBlock("the anchors of casts", values);
+    values_ = makeStorage(values);
+    bytes_ = words.size() * sizeof(std::uint32_t) + values;
+}
+
 GlCast::GlCast(std::span<const GlCaster> casters) {
     uploadFields(casters);
     uploadTables(casters);
-    program_ = makeComputeProgram(castSource(parts_ > 0, spheres_ > 0));
-    receiver_count_ = gl::GetUniformLocation(program_.id(), "receiver_count");
-    gl::UseProgram(program_.id());
-    gl::Uniform1i(gl::GetUniformLocation(program_.id(), "part_count"), GLint(parts_));
-    gl::Uniform1i(gl::GetUniformLocation(program_.id(), "sphere_count"), GLint(spheres_));
     posed_ = UploadRing(std::max<std::size_t>(4, 4 * (kPosedPartRows * parts_ + spheres_)));
     checkGl("uploading the casters");
 }
@@ -103,15 +130,56 @@ void GlCast::pose(std::span<const GlCaster> casters) {
         if (caster.kind == CasterKind::kSpheres) at = writeSpheres(caster, at);
 }
 
-void GlCast::cast(const GlObject& receivers, const GlObject& casts, std::size_t count) {
+const GlCast::Program& GlCast::use(CastPass pass) {
+    const auto [found, is_new] = programs_.try_emplace(pass);
+    Program& made = found->second;
+    if (is_new) {
+        made.program = makeComputeProgram(castSource(parts_ > 0, spheres_ > 0, pass));
+        const auto place = [&](const char* name) { return gl::GetUniformLocation(made.program.id(), name); };
+        made.receiver_count = place("receiver_count");
+        made.vertex_count = place("vertex_count");
+        made.anchor_count = place("anchor_count");
+        gl::UseProgram(made.program.id());
+        gl::Uniform1i(place("part_count"), GLint(parts_));
+        gl::Uniform1i(place("sphere_count"), GLint(spheres_));
+    }
+    gl::UseProgram(made.program.id());
+    return made;
+}
+
+void GlCast::bind(const GlObject& receivers, const GlObject& casts) {
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kFieldsBinding, fields_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kTablesBinding, tables_.id());
     posed_.bind(kPosedBinding);
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGivenReceiversBinding, receivers.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kWrittenCastsBinding, casts.id());
-    gl::UseProgram(program_.id());
-    gl::Uniform1ui(receiver_count_, GLuint(count));
-    gl::DispatchCompute(GLuint((count + kWorkGroup - 1) / kWorkGroup), 1, 1);
+}
+
+void GlCast::cast(const GlObject& receivers, const GlObject& casts, std::size_t count) {
+    bind(receivers, casts);
+    gl::Uniform1ui(use(CastPass::kEach).receiver_count, GLuint(count));
+    gl::DispatchCompute(groupsOf(count), 1, 1);
+    gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+}
+
+void GlCast::castAtAnchors(const GlObject& receivers, const GlObject& casts, const GlCastAnchors& anchors,
+                           std::size_t characters) {
+    const std::size_t count = characters * anchors.vertex_count_;
+    if (anchors.anchor_count_ == 0) return cast(receivers, casts, count);
+    bind(receivers, casts);
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kLayoutBinding, anchors.layout_.id());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kCastAnchorsBinding, anchors.values_.id());
+    const auto useFor = [&](CastPass pass) {
+        const Program& program = use(pass);
+        gl::Uniform1ui(program.vertex_count, GLuint(anchors.vertex_count_));
+        gl::Uniform1ui(program.anchor_count, GLuint(anchors.anchor_count_));
+        return program.receiver_count;
+    };
+    useFor(CastPass::kAnchors);
+    gl::DispatchCompute(groupsOf(anchors.anchor_count_), GLuint(characters), 1);
+    gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    gl::Uniform1ui(useFor(CastPass::kAtAnchors), GLuint(count));
+    gl::DispatchCompute(groupsOf(count), 1, 1);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

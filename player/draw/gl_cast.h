@@ -1,9 +1,11 @@
 #pragma once
 // Casts on the GPU, for the GLSL path: what the casters of a scene hide from vertices that stand in a storage buffer.
 // It gives what CastShadow (player/runtime/cast_shadow.h) gives.
+#include <map>
 #include <span>
 #include <vector>
 
+#include "player/draw/shader_source.h"
 #include "player/gl/gl_objects.h"
 #include "player/gl/upload_ring.h"
 #include "player/runtime/cast_shadow.h"
@@ -20,6 +22,21 @@ struct GlCaster {
 constexpr std::size_t kReceiverQuads = 3;
 // What is written for it: 21 numbers, mirrored in its local frame, and 1 where any caster counts.
 constexpr std::size_t kCastQuads = 6;
+// Words of an anchor (shaders/cast_anchors.glsl), which has room for 66 parts and spheres that are near.
+constexpr std::size_t kCastAnchorWords = 128;
+
+// The anchors of characters of one asset, whose vertices are the receivers (Evaluator::castLayout()).
+class GlCastAnchors {
+public:
+    // Has room for `capacity` characters. Throws Unsupported where they are too many for this OpenGL.
+    GlCastAnchors(const FarLayout& layout, std::size_t vertex_count, std::size_t capacity);
+    std::size_t bytes() const { return bytes_; }
+
+private:
+    friend class GlCast;
+    GlObject layout_, values_;
+    std::size_t vertex_count_, anchor_count_, bytes_ = 0;
+};
 
 class GlCast {
 public:
@@ -30,6 +47,9 @@ public:
     void pose(std::span<const GlCaster> casters);
     // Casts on the receivers of a buffer. Whatever storage blocks were bound are others afterwards.
     void cast(const GlObject& receivers, const GlObject& casts, std::size_t count);
+    // Casts on all vertices of `characters` at their anchors.
+    void castAtAnchors(const GlObject& receivers, const GlObject& casts, const GlCastAnchors& anchors,
+                       std::size_t characters);
     // Call this after the last cast of a frame.
     void release() { posed_.release(); }
 
@@ -38,10 +58,16 @@ public:
 private:
     std::vector<std::uint32_t> first_word_;  // of each caster's fields
     std::size_t parts_ = 0, spheres_ = 0, bytes_ = 0;
-    GlObject fields_, tables_, program_;
+    GlObject fields_, tables_;
+    struct Program {
+        GlObject program;
+        GLint receiver_count = -1, vertex_count = -1, anchor_count = -1;
+    };
+    std::map<CastPass, Program> programs_;  // compiled when they are first needed
     UploadRing posed_;
-    GLint receiver_count_ = -1;
 
+    const Program& use(CastPass pass);
+    void bind(const GlObject& receivers, const GlObject& casts);
     void uploadFields(std::span<const GlCaster> casters);
     void uploadTables(std::span<const GlCaster> casters);
 };

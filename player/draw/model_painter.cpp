@@ -33,7 +33,8 @@ std::size_t ModelPainter::anchorBytes() const { return capacity_ * asset_->ancho
 std::size_t ModelPainter::bytes() const {
     return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) + (anchors_ ? anchorBytes() : 0) +
            (casts_ ? capacity_ * asset_->vertexCount() * (kReceiverQuads + kCastQuads) * 4 * sizeof(float) : 0) +
-           (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
+           (cast_anchors_ ? cast_anchors_->bytes() : 0) + (true_ambient_ ? true_ambient_->bytes() : 0) +
+           (vertices_ ? vertices_->bytes() : 0);
 }
 
 namespace {
@@ -140,18 +141,19 @@ void ModelPainter::bind() {
 }
 
 // Casts on the vertices of all characters, which evaluating reads afterwards.
-void ModelPainter::castOnVertices(GlCast& cast) {
+void ModelPainter::castOnVertices(GlCast& cast, const Evaluator& evaluator) {
     const std::size_t quad = 4 * sizeof(float), room = capacity_ * asset_->vertexCount();
     if (!casts_) {
         checkStorageBlock("what is cast on all characters", room * kCastQuads * quad);
         receivers_.emplace(makeStorage(room * kReceiverQuads * quad));
         casts_.emplace(makeStorage(room * kCastQuads * quad));
+        cast_anchors_.emplace(evaluator.castLayout(), asset_->vertexCount(), capacity_);
     }
     bind();
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kReceiversBinding, receivers_->id());
     dispatch(asset_->receiverProgram(), asset_->vertexCount());
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    cast.cast(*receivers_, *casts_, count_ * asset_->vertexCount());
+    cast.castAtAnchors(*receivers_, *casts_, *cast_anchors_, count_);
 }
 
 void ModelPainter::dispatch(const GlAsset::Program& program, std::size_t invocations) const {
@@ -195,7 +197,7 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     uploadNumbers(characters);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // after what the last frame's draws read
     const bool casts = cast && showsVisibility(channel);
-    if (casts) castOnVertices(*cast);
+    if (casts) castOnVertices(*cast, *characters.front().evaluator);
     bind();
     if (showsVisibility(channel) && asset_->evaluatesFar()) evaluateAnchors();
     if (casts) gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kCastsBinding, casts_->id());

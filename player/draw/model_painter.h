@@ -51,6 +51,7 @@ private:
     std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
     std::optional<GlObject> anchors_;                              // values of a composed asset's anchors
     std::optional<GlObject> receivers_, casts_;                    // made when there is a cast
+    std::optional<GlCastAnchors> cast_anchors_;                    // of those
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;
@@ -64,7 +65,7 @@ private:
     void uploadVertices(std::span<const PosedCharacter> characters);
     void uploadNumbers(std::span<const PosedCharacter> characters);
     void bind();
-    void castOnVertices(GlCast& cast);
+    void castOnVertices(GlCast& cast, const Evaluator& evaluator);
     void dispatch(const GlAsset::Program& program, std::size_t invocations) const;
     void release();
 };

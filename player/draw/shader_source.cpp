@@ -51,11 +51,13 @@ std::string precisionOf(const char* array, const std::optional<AssetPrecision>& 
            (shared ? std::to_string(int(*shared)) + "u" : "clusterWord(" + std::to_string(word) + ")") + "\n";
 }
 
+std::string noAnchor() { return "#define NO_ANCHOR " + std::to_string(kNoAnchor) + "u\n"; }
+
 std::string farPlaces(const FarPlaces& far) {
     return "#define COMPOSED\n" + define("FAR_LISTS", far.lists) + define("FAR_RECEIVERS", far.receivers) +
            define("FAR_ANCHOR_TABLE", far.anchors) + define("PART_COUNT", far.part_count) +
            define("ANCHOR_COUNT", far.anchor_count) + define("ANCHOR_VALUES", far.anchor_values) +
-           define("NUMBERS", std::size_t(far.numbers)) + "#define NO_ANCHOR " + std::to_string(kNoAnchor) + "u\n";
+           define("NUMBERS", std::size_t(far.numbers)) + noAnchor();
 }
 
 // Puts a text in the place of the line that names what makes it.
@@ -89,11 +91,18 @@ std::string receiverSource(const ShaderRecipe& recipe) {
     return text.insert(text.find("#define"), "#define RECEIVERS\n");
 }
 
-std::string castSource(bool parts, bool spheres) {
-    std::string text = kShaderCastComp;
-    insertAt(text, "GENERATED_BY_CAST_GLSL", castGlsl());
+std::string castSource(bool parts, bool spheres, CastPass pass) {
+    std::string text = kShaderCastComp, generated = castGlsl(), defines;
+    if (pass != CastPass::kEach) {
+        generated += castAnchorsGlsl(parts) + kShaderCastAnchorsGlsl;
+        defines = (pass == CastPass::kAnchors ? "#define CAST_ANCHORS\n" : "#define AT_ANCHORS\n") +
+                  define("ANCHOR_WORDS", kCastAnchorWords) + noAnchor() + "#define NEAR_SPACINGS " +
+                  glslFloat(double(kNearSpacings[0])) + "\n#define FAR_SPACINGS " +
+                  glslFloat(double(kNearSpacings[1])) + "\n";
+    }
+    insertAt(text, "GENERATED_BY_CAST_GLSL", generated);
     return castPreamble() + define("CAP_LOG_TEXELS", capLogTexels().size() / 4) + (parts ? "#define HAS_PARTS\n" : "") +
-           (spheres ? "#define HAS_SPHERES\n" : "") + text;
+           (spheres ? "#define HAS_SPHERES\n" : "") + defines + text;
 }
 
 std::string groundSource(bool sunlit) { return castPreamble() + evaluatedQuads(sunlit) + kShaderGroundComp; }

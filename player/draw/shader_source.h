@@ -42,8 +42,10 @@ std::string evaluateSource(const ShaderRecipe& recipe);
 std::string anchorSource(const ShaderRecipe& recipe);
 // Returns the shader that writes the vertices on which GlCast casts.
 std::string receiverSource(const ShaderRecipe& recipe);
+// Who receives: each for itself, the anchors of characters, or the vertices around them.
+enum class CastPass { kEach, kAnchors, kAtAnchors };
 // Return the shader that casts, for a scene with such casters, and that of the ground.
-std::string castSource(bool parts, bool spheres);
+std::string castSource(bool parts, bool spheres, CastPass pass = CastPass::kEach);
 std::string groundSource(bool sunlit);
 // Suns shine on a surface of materials with these models (shaders/sunlight.glsl); 0: they do not.
 std::string valueVertexSource(Channel channel, BrdfModels sunlit);

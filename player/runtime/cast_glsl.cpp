@@ -131,31 +131,39 @@ void penumbra_cast_exponential(inout float v[25]) {
 )";
 }
 
-std::string castVisibilityGlsl() {
+std::string addSphereGlsl() {
     std::string text =
-        R"(// Writes the visibility past all spheres i < sphere_count but those with left_out.x <= i < left_out.y: SH of
+        R"(// Adds a share of the logarithm of what sphere i leaves visible. Returns whether the sphere counts.
+bool penumbra_cast_sphere(int i, float share, vec3 position, mat3 local_from_scene, inout float logarithm[25]) {
+    vec3 d;
+    float entry, weight;
+    if (!penumbra_see_sphere(PENUMBRA_SPHERE(i), position, d, entry, weight)) return false;
+    weight *= share;
+    d = local_from_scene * d;
+    int e = int(entry);
+    vec4 z = weight * mix(PENUMBRA_CAP_LOG(2 * e), PENUMBRA_CAP_LOG(2 * e + 2), entry - float(e));
+    float z4 = weight * mix(PENUMBRA_CAP_LOG(2 * e + 1).x, PENUMBRA_CAP_LOG(2 * e + 3).x, entry - float(e));
+)" + basisGlsl(kCastOrder, false, "y", "d");
+    for (int l = 0; l < kCastOrder; ++l)
+        for (int i = l * l; i < (l + 1) * (l + 1); ++i)
+            text += "    " + castElement("logarithm", i) + " += " + (l < 4 ? std::string("z.") + "xyzw"[l] : "z4") +
+                    " * y" + std::to_string(i) + ";\n";
+    return text + "    return true;\n}\n\n";
+}
+
+std::string castVisibilityGlsl() {
+    return R"(// Writes the visibility past all spheres i < sphere_count but those with left_out.x <= i < left_out.y: SH of
 // order 5 over the whole sphere of directions, in the frame whose axes are the rows of local_from_scene. Returns false
 // where no sphere counts and everything is visible.
 bool penumbra_cast_visibility(int sphere_count, ivec2 left_out, vec3 position, mat3 local_from_scene,
                               out float visibility[25]) {
     bool seen = false;
     for (int i = 0; i < 25; ++i) visibility[i] = 0.0;
-    for (int i = 0; i < sphere_count; ++i) {
-        vec3 d;
-        float entry, weight;
-        if (i >= left_out.x && i < left_out.y) continue;
-        if (!penumbra_see_sphere(PENUMBRA_SPHERE(i), position, d, entry, weight)) continue;
-        seen = true;
-        d = local_from_scene * d;
-        int e = int(entry);
-        vec4 z = weight * mix(PENUMBRA_CAP_LOG(2 * e), PENUMBRA_CAP_LOG(2 * e + 2), entry - float(e));
-        float z4 = weight * mix(PENUMBRA_CAP_LOG(2 * e + 1).x, PENUMBRA_CAP_LOG(2 * e + 3).x, entry - float(e));
-)" + basisGlsl(kCastOrder, false, "y", "d");
-    for (int l = 0; l < kCastOrder; ++l)
-        for (int i = l * l; i < (l + 1) * (l + 1); ++i)
-            text += "    " + castElement("visibility", i) + " += " + (l < 4 ? std::string("z.") + "xyzw"[l] : "z4") +
-                    " * y" + std::to_string(i) + ";\n";
-    return text + "    }\n    if (seen) penumbra_cast_exponential(visibility);\n    else visibility[0] = " +
+    for (int i = 0; i < sphere_count; ++i)
+        if ((i < left_out.x || i >= left_out.y) && penumbra_cast_sphere(i, 1.0, position, local_from_scene, visibility))
+            seen = true;
+    if (seen) penumbra_cast_exponential(visibility);
+    else visibility[0] = )" +
            glslFloat(2 * std::sqrt(std::numbers::pi)) + ";\n    return seen;\n}\n\n";
 }
 
@@ -203,8 +211,8 @@ std::string castAmbientGlsl() {
 
 std::string castGlsl() {
     return kCastHead + castAmbientGlsl() + "\n#ifdef PENUMBRA_SPHERE\n" + sightGlsl() + castProductGlsl() +
-           exponentialGlsl() + castVisibilityGlsl() + castMirrorGlsl() + "#endif\n\n#ifdef PENUMBRA_PART\n" +
-           castFieldsGlsl() + "#endif\n";
+           exponentialGlsl() + addSphereGlsl() + castVisibilityGlsl() + castMirrorGlsl() +
+           "#endif\n\n#ifdef PENUMBRA_PART\n" + castFieldsGlsl() + "#endif\n";
 }
 
 // t_i = sum_j a_j s_ij with s_ij = sum_k Gamma_ijk mirrored_k, which serves (j, i) too. `a` are the numbers without

@@ -362,15 +362,32 @@ std::string fieldGlsl(const FarConstants& constants) {
     return fieldConstantsGlsl(constants) + turnGlsl(constants) + mirrorGlsl(constants) + valuesGlsl(constants);
 }
 
-std::string farGlsl(const FarConstants& constants) {
+namespace {
+
+std::string anchorConstantsGlsl(const FarConstants& constants) {
     return constantGlsl("near_from", constants.near[0]) + constantGlsl("near_full", constants.near[1]) +
-           constantGlsl("depth", constants.depth) + fieldGlsl(constants) + kShaderFieldGlsl;
+           constantGlsl("depth", constants.depth);
+}
+
+const FarConstants& castConstants() {
+    static const FarTables none({}, {}, kFieldOrder);  // has the constants of all
+    return none.constants(FarQuality::kCast);
+}
+
+}  // namespace
+
+std::string farGlsl(const FarConstants& constants) {
+    return anchorConstantsGlsl(constants) + fieldGlsl(constants) + kShaderFieldGlsl;
 }
 
 std::string castFieldsGlsl() {
-    const FarTables none({}, {}, kFieldOrder);  // has the constants of all
-    const FarConstants& constants = none.constants(FarQuality::kCast);
+    const FarConstants& constants = castConstants();
     return constantGlsl("most", constants.most) + fieldGlsl(constants) + kShaderFieldGlsl + kShaderCastFieldsGlsl;
+}
+
+std::string castAnchorsGlsl(bool parts) {
+    const FarConstants& constants = castConstants();
+    return parts ? anchorConstantsGlsl(constants) : "float penumbra_f[36];\n" + turnGlsl(constants);
 }
 
 }  // namespace penumbra

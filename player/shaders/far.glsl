@@ -39,15 +39,6 @@ void farAnchor(PenumbraSurface s, uint own_part, uint out_at) {
         anchor_values[out_at + i] = vec4(rest[4u * i], rest[4u * i + 1u], rest[4u * i + 2u], rest[4u * i + 3u]);
 }
 #else
-// exp(x) = exp(x / 8)^8, for x in [-6, 2].
-float farExponential(float x) {
-    x = 0.125 * clamp(x, -6.0, 2.0);
-    x = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0))));
-    x *= x;
-    x *= x;
-    return x * x;
-}
-
 // What a vertex takes from its anchors.
 struct FarOwed {
     bool has_anchors;
@@ -108,7 +99,7 @@ void farCompose(PenumbraSurface s, uint own_part, uint anchors, inout vec4 numbe
         if (!is_sum) penumbra_even[0] += penumbra_root_of_sphere;
         penumbra_far_values(factor);
         if (is_sum)
-            for (int d = 0; d < 64; ++d) values[d] *= farExponential(factor[d]);
+            for (int d = 0; d < 64; ++d) values[d] *= penumbra_far_exponential(factor[d]);
         else
             for (int d = 0; d < 64; ++d) values[d] *= factor[d];
     }

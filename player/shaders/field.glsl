@@ -136,3 +136,12 @@ void penumbra_field_blocked(int part, vec3 position, inout PenumbraSight sight) 
 mat3 penumbra_into_part(int part) {
     return mat3(PENUMBRA_PART(part, 3).xyz, PENUMBRA_PART(part, 4).xyz, PENUMBRA_PART(part, 5).xyz);
 }
+
+// exp(x) = exp(x / 8)^8, for x in [-6, 2].
+float penumbra_far_exponential(float x) {
+    x = 0.125 * clamp(x, -6.0, 2.0);
+    x = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0))));
+    x *= x;
+    x *= x;
+    return x * x;
+}

@@ -266,6 +266,14 @@ def check_inputs():
                 assert report["sha256"][file] == hashlib.sha256(f.read()).hexdigest(), file
         with open("inputs.d") as f:
             assert f.read().replace(" \\\n ", "").split() == [out + ":", *read, *named]
+    for key, there in (("characters", {"asset": "nowhere.pnb"}), ("light", {"asset": "nowhere.pnb"})):
+        nowhere = scene("nowhere.json", **{"characters": [{"asset": "man.pnb"}], key: [there] if key != "light" else there})
+        place = "/characters/0/asset" if key == "characters" else "/light/asset"
+        for words in ([PLAYER, "render", "--scene", nowhere, "-o", "no.png"], [PLAYER, "bench", "--scene", nowhere],
+                      [PLAYER, "probe", nowhere, "--points", points, "-o", "no.csv"],
+                      [BAKE, "reference", "--scene", nowhere, "-o", "no.png"]):
+            result = run(*words)
+            assert result.returncode == 2 and f"{place}: nowhere.pnb: cannot read" in result.stderr, result
     result = run(PLAYER, "probe", name, "--points", points, "-o", "man.poses.json")
     assert result.returncode == 1 and "man.poses.json: is input and output" in result.stderr, result
     must(PLAYER, "bench", "--scene", name, "--runs", 1, *small, "--gl", "osmesa", "--report", "inputs.report", "-q")
