@@ -59,31 +59,54 @@ std::vector<float> predictChannels(const std::vector<TransferModel>& models, std
     return out;
 }
 
-// Sums of squares over training frames and held-out ones.
-struct Energies {
-    std::array<double, 2> direct{}, indirect{};
-};
-
-// The paper's models, one run after the other for each frame of the bake.
-struct PaperRun {
+// A model whose indirect transfer can be asked for.
+struct BouncedContender {
     BouncedRun run;
-    std::vector<TransferModel> models;
-    std::array<double, 2> squared{};
+    std::function<std::vector<float>(const VisibilityFrame& pose)> indirect;  // [V, 3, n]
+    std::array<double, 2> squared{};                                          // training, held out
 };
 
-Energies measurePaper(const VisibilityReader& reader, const std::vector<std::string>& holdout, int threads,
-                      std::vector<PaperRun>& runs, BouncesComparison& comparison) {
+BouncedContender fitPaper(const VisibilityReader& reader, const std::string& file, const DirectModel& direct,
+                          int threads) {
+    TransferFitOptions fit = direct.fit;
+    fit.order = reader.header().order;
+    const auto models = std::make_shared<std::vector<TransferModel>>(fitChannels(reader, file, fit));
+    BouncedContender made{{direct.name, true, 0, 0, 0, {}, {}}, [models, threads](const VisibilityFrame& frame) {
+                              return predictChannels(*models, frame.pose, threads);
+                          }};
+    for (const TransferModel& model : *models) made.run.bytes += paperBytes(model);
+    return made;
+}
+
+// The model's visibility has no need of the light that bounces, so that it can be added to it.
+BouncedContender fitOurs(const VisibilityReader& reader, const std::string& file, const DirectModel& direct,
+                         int threads) {
+    direct.model->indirect = fitIndirect(*direct.model, reader, file, {.threads = threads}, {}).model;
+    BouncedContender made{
+        {direct.name, false, 0, 0, 0, {}, {}},
+        [model = direct.model, n = reader.header().coefficientCount(), threads](const VisibilityFrame& frame) {
+            return withCoefficients(predictIndirect(*model, frame.bones, frame.pose, frame.normals, threads),
+                                    kIndirectCoefficients, n);
+        }};
+    for (const ClusterModel& cluster : direct.model->indirect->clusters)
+        made.run.bytes += sizeof(float) * cluster.numberCount();
+    return made;
+}
+
+// Measures all models on all frames, which are read once.
+void measure(const VisibilityReader& reader, const std::vector<std::string>& holdout,
+             std::vector<BouncedContender>& contenders, BouncesComparison& comparison) {
     const FrameList& frames = reader.header().frames;
-    Energies energies;
+    std::array<double, 2> direct{}, indirect{};  // energies
     for (std::size_t f = 0; f < frames.frameCount(); ++f) {
         throwIfInterrupted();
         const VisibilityFrame frame = reader.readFrame(f);
         const bool held_out = leavesOut(holdout, frames, f);
         ++(held_out ? comparison.held_out_frames : comparison.train_frames);
-        for (const float t : frame.coefficients) energies.direct[held_out] += double(kChannels) * double(t) * t;
-        for (const float t : frame.indirect) energies.indirect[held_out] += double(t) * t;
-        for (PaperRun& one : runs) {
-            std::vector<float> found = predictChannels(one.models, frame.pose, threads);
+        for (const float t : frame.coefficients) direct[held_out] += double(kChannels) * double(t) * t;
+        for (const float t : frame.indirect) indirect[held_out] += double(t) * t;
+        for (BouncedContender& one : contenders) {
+            std::vector<float> found = one.indirect(frame);
             for (std::size_t i = 0; i < found.size(); ++i) {
                 const double difference = double(found[i]) - frame.indirect[i];
                 one.squared[held_out] += difference * difference;
@@ -95,19 +118,15 @@ Energies measurePaper(const VisibilityReader& reader, const std::vector<std::str
         comparison.direct = frame.coefficients;
         comparison.indirect = frame.indirect;
     }
-    return energies;
-}
-
-BouncedRun fitOurs(const VisibilityReader& reader, const std::string& file, const DirectModel& direct,
-                   const VisibilityFrame& pictured, int threads) {
-    IndirectFit fit = fitIndirect(*direct.model, reader, file, {.threads = threads}, {});
-    BouncedRun run{direct.name, false, 0, fit.report.train.model, fit.report.held_out.model, {}, {}};
-    for (const ClusterModel& cluster : fit.model.clusters) run.bytes += sizeof(float) * cluster.numberCount();
-    direct.model->indirect = std::move(fit.model);
-    run.indirect =
-        withCoefficients(predictIndirect(*direct.model, pictured.bones, pictured.pose, pictured.normals, threads),
-                         kIndirectCoefficients, reader.header().coefficientCount());
-    return run;
+    const auto share = [&](const std::array<double, 2>& squares, bool held_out) {
+        return direct[held_out] > 0 ? std::sqrt(squares[held_out] / direct[held_out]) : 0;
+    };
+    comparison.without_train = share(indirect, false);
+    comparison.without_held_out = share(indirect, true);
+    for (BouncedContender& one : contenders) {
+        one.run.train = share(one.squared, false);
+        one.run.held_out = share(one.squared, true);
+    }
 }
 
 }  // namespace
@@ -138,35 +157,19 @@ BouncesComparison compareBounces(const VisibilityReader& reader, const std::stri
     comparison.order = header.order;
     comparison.pictured_frame = middleHeldOutFrame(header.frames, holdout);
     comparison.pictured_clip = header.frames.clip_names[header.frames.clip[comparison.pictured_frame]];
-    const VisibilityFrame pictured = reader.readFrame(comparison.pictured_frame);
-    std::vector<PaperRun> paper;
+    std::vector<BouncedContender> contenders;
     for (const DirectModel& direct : models) {
-        if (direct.model) continue;
         phase("bounces: " + direct.name);
-        TransferFitOptions fit = direct.fit;
-        fit.order = header.order;
-        PaperRun one{{direct.name, true, 0, 0, 0, {}, {}}, fitChannels(reader, file, fit), {}};
-        for (const TransferModel& model : one.models) one.run.bytes += paperBytes(model);
-        paper.push_back(std::move(one));
+        contenders.push_back(direct.model ? fitOurs(reader, file, direct, threads)
+                                          : fitPaper(reader, file, direct, threads));
     }
     phase("bounces: errors");
-    const Energies energies = measurePaper(reader, holdout, threads, paper, comparison);
-    const auto share = [&](double squares, bool held_out) {
-        return energies.direct[held_out] > 0 ? std::sqrt(squares / energies.direct[held_out]) : 0;
-    };
-    comparison.without_train = share(energies.indirect[0], false);
-    comparison.without_held_out = share(energies.indirect[1], true);
-    for (PaperRun& one : paper) {
-        one.run.train = share(one.squared[0], false);
-        one.run.held_out = share(one.squared[1], true);
-    }
-    std::size_t next = 0;
-    for (const DirectModel& direct : models) {
-        if (direct.model) phase("bounces: " + direct.name);
-        comparison.runs.push_back(direct.model ? fitOurs(reader, file, direct, pictured, threads)
-                                               : std::move(paper[next++].run));
-        comparison.runs.back().direct =
-            withCoefficients(direct.transfer(pictured), direct.order * direct.order, comparison.coefficients());
+    measure(reader, holdout, contenders, comparison);
+    const VisibilityFrame pictured = reader.readFrame(comparison.pictured_frame);
+    for (std::size_t i = 0; i < models.size(); ++i) {
+        BouncedRun& run = comparison.runs.emplace_back(std::move(contenders[i].run));
+        run.direct = withCoefficients(models[i].transfer(pictured), models[i].order * models[i].order,
+                                      comparison.coefficients());
     }
     return comparison;
 }

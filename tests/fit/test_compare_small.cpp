@@ -113,6 +113,7 @@ TEST(Compression, GridHasItForTheModelsThatTakeItOnce) {
     CompareOptions options;
     options.models.assign(kModelKinds.begin(), kModelKinds.end());
     options.features = {FeatureKind::kRelativeBones};
+    options.conventions = {parseConvention("A4")};
     std::size_t without = 0;
     for (const FitOptions& fit : makeGrid(options, 5)) without += !fit.prior;
     EXPECT_EQ(without, 2u);
