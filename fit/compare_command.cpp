@@ -192,7 +192,7 @@ void checkOutputs(const OutputFiles& files, const CompareCommand& command, const
         return std::filesystem::absolute(path).lexically_normal();
     };
     for (const std::filesystem::path& path : {files.json, files.csv}) {
-        for (const std::string& other : {common.report, common.depfile, command.input})
+        for (const std::string& other : {common.report, common.depfile, command.input, command.bounces})
             if (!other.empty() && whole(other) == whole(path))
                 throw UsageError(path.string() + ": is written beside the page; " + other + " is the same file");
         if (common.no_clobber && std::filesystem::exists(path))
@@ -305,6 +305,32 @@ std::string optionsJson(const TransferCompareOptions& options) {
     return json.dump();
 }
 
+CompareSource sourceOf(const TransferComparison& comparison, const VisibilityHeader& header,
+                       const CompareCommand& command) {
+    const TransferCompareOptions& options = comparison.options;
+    CompareSource source;
+    source.file = std::filesystem::path(command.input).filename().string();
+    source.vertices = comparison.vertices;
+    source.joints = header.skin->jointCount();
+    source.train_frames = comparison.train_frames;
+    source.held_out_frames = comparison.held_out_frames;
+    for (const std::string& clip : header.frames.clip_names) {
+        const bool held = std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end();
+        (held ? source.held_out_clips : source.train_clips).push_back(clip);
+    }
+    source.provenance = makeProvenance("penumbra-fit compare", optionsJson(options), inputsOf(command));
+    return source;
+}
+
+void printPlan(const TransferCompareOptions& options, const OutputFiles& files, const std::string& picture,
+               const BouncesBake* bounces, const std::string& bounces_picture) {
+    std::printf("would fit L and %zu reduced models, with and without prior; would write %s, %s, %s and %s\n",
+                options.components.size(), files.html.c_str(), files.json.c_str(), files.csv.c_str(), picture.c_str());
+    if (bounces)
+        std::printf("would fit light that bounces of %s; would write %s\n", bounces->file.c_str(),
+                    bounces_picture.c_str());
+}
+
 void runTransfer(const CompareCommand& command, const OutputFiles& files, const VisibilityReader& reader,
                  const CommonOptions& common, Report& report) {
     for (const CLI::Option* option : command.of_visibility)
@@ -319,12 +345,8 @@ void runTransfer(const CompareCommand& command, const OutputFiles& files, const 
     checkTransferComparison(header, command.input, options, bounces ? &*bounces : nullptr);
     const std::filesystem::path picture = std::filesystem::path(files.html).replace_extension(".png"),
                                 bounces_picture = std::filesystem::path(files.html).replace_extension(".bounces.png");
-    if (common.dry_run) {
-        std::printf("would fit L and %zu reduced models, with and without prior; would write %s, %s, %s and %s\n",
-                    options.components.size(), files.html.c_str(), files.json.c_str(), files.csv.c_str(),
-                    picture.c_str());
-        return;
-    }
+    if (common.dry_run)
+        return printPlan(options, files, picture.string(), bounces ? &*bounces : nullptr, bounces_picture.string());
     for (const std::filesystem::path& path : {picture, bounces_picture})
         if (common.no_clobber && std::filesystem::exists(path))
             throw IoError(path.string() + ": exists, and --no-clobber was given");
@@ -332,17 +354,7 @@ void runTransfer(const CompareCommand& command, const OutputFiles& files, const 
         compareTransferModels(reader, command.input, options, bounces ? &*bounces : nullptr,
                               [&](const std::string& phase) { report.phase(phase); });
     report.phase("write");
-    CompareSource source;
-    source.file = std::filesystem::path(command.input).filename().string();
-    source.vertices = comparison.vertices;
-    source.joints = header.skin->jointCount();
-    source.train_frames = comparison.train_frames;
-    source.held_out_frames = comparison.held_out_frames;
-    for (const std::string& clip : header.frames.clip_names) {
-        const bool held = std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end();
-        (held ? source.held_out_clips : source.train_clips).push_back(clip);
-    }
-    source.provenance = makeProvenance("penumbra-fit compare", optionsJson(options), inputsOf(command));
+    const CompareSource source = sourceOf(comparison, header, command);
     const std::vector<Figure> figures = transferFigures(comparison);
     writePng(picture, transferPicture(comparison, header.mesh), 1);
     if (bounces) writePng(bounces_picture, bouncesPicture(comparison, header.mesh), 1);
