@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "fit/compare/compare_series.h"
 
@@ -39,6 +40,8 @@ Plot vectorPlot(const Comparison& comparison, const std::string& id, const std::
 // One row of the figure's table.
 struct PriorRow {
     std::string name;
+    FeatureKind features = FeatureKind::kRelativeBones;
+    std::optional<ModelKind> model;  // none: a feature vector
     bool prior = true;
     double held_out = 0, train = 0, units = 0, bytes = 0;
 
@@ -49,7 +52,13 @@ struct PriorRow {
 std::vector<PriorRow> priorRows(const Comparison& comparison) {
     std::vector<PriorRow> rows;
     for (const VectorFit& fit : comparison.vectors)
-        rows.push_back({labelOf(fit), fit.prior, fit.held_out.relative_error, fit.train.relative_error, fit.units,
+        rows.push_back({labelOf(fit),
+                        fit.features,
+                        {},
+                        fit.prior,
+                        fit.held_out.relative_error,
+                        fit.train.relative_error,
+                        fit.units,
                         fit.bytes_per_vertex});
     for (const ModelKind model : comparison.options.models)
         for (const FeatureKind features : comparison.options.features)
@@ -58,28 +67,32 @@ std::vector<PriorRow> priorRows(const Comparison& comparison) {
                 options.prior = prior;
                 const CompareFit* fit = compressesWithoutPrior(model) ? findFit(comparison, options) : nullptr;
                 if (fit)
-                    rows.push_back({labelOf(model, features), prior, heldOutError(*fit), trainError(*fit), fit->units,
-                                    fit->bytes_per_vertex});
+                    rows.push_back({labelOf(model, features), features, model, prior, heldOutError(*fit),
+                                    trainError(*fit), fit->units, fit->bytes_per_vertex});
             }
     return rows;
 }
 
-// Bars of the neural and the additive models.
+// Bars of the training errors of the models that have fits without prior.
 Plot compressionPlot(const Comparison& comparison) {
-    const auto with = [](FitOptions&) {};
-    const auto without = [](FitOptions& fit) { fit.prior = false; };
-    const auto ifAny = [](Measure measure) {
-        return [measure](const CompareFit& fit) {
-            return compressesWithoutPrior(fit.options.model) ? measure(fit) : std::nan("");
-        };
-    };
-    Plot plot = variantPlot(comparison, {{"train", with, ifAny(trainError)},
-                                         {"train, no prior", without, ifAny(trainError)},
-                                         {"held out", with, ifAny(heldOutError)},
-                                         {"held out, no prior", without, ifAny(heldOutError)}});
-    plot.id = "plot-vectors-models";
-    plot.title = "Neural and additive models";
-    plot.y.label = "relative error";
+    Plot plot{"plot-vectors-models",      "Training clips, other models",          true,
+              {"", false, false, {}, {}}, {"relative error", false, true, {}, {}}, {}};
+    for (const ModelKind model : comparison.options.models)
+        if (compressesWithoutPrior(model)) plot.x.names.push_back(nameOf(model));
+    for (const PriorRow& row : priorRows(comparison)) {
+        if (!row.model) continue;
+        const auto place = std::ranges::find(plot.x.names, nameOf(*row.model)) - plot.x.names.begin();
+        std::string name = std::string(nameOf(row.features)) + (row.prior ? ", prior" : ", no prior");
+        std::replace(name.begin(), name.end(), '-', ' ');
+        auto series = std::ranges::find(plot.series, name, &Series::name);
+        if (series == plot.series.end()) {
+            const bool hollow = row.features != FeatureKind::kRelativeBones;
+            plot.series.push_back({name, {row.prior ? 0 : 1, hollow, false, true}, {}, {}});
+            series = plot.series.end() - 1;
+        }
+        series->x.push_back(double(place));
+        series->y.push_back(row.train);
+    }
     return plot;
 }
 
