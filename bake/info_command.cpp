@@ -11,6 +11,7 @@
 #include "bake/common/print_json.h"
 #include "bake/visibility/bake_visibility.h"
 #include "formats/asset/asset_file.h"
+#include "formats/asset/cluster_bytes.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/blocker_file.h"
@@ -195,6 +196,22 @@ std::string partName(const PartField& part, const Names& joint_names) {
     return part.joint == kStillJoint ? "(still)" : std::string(joint_names[part.joint]);
 }
 
+// Tells what light that bounces has, of an asset and of a model. A share below 0 was not measured.
+template <class Indirect, class Number>
+Json describeBounced(const Indirect& indirect, std::size_t bytes, std::size_t vertices, Number components) {
+    std::size_t sum = 0;
+    for (const auto& cluster : indirect.clusters) sum += components(cluster);
+    Json json{{"bounces", indirect.bounces},
+              {"sh_order", kIndirectOrder},
+              {"clusters", indirect.clusters.size()},
+              {"components", double(sum) / double(indirect.clusters.size())},
+              {"bytes", bytes},
+              {"bytes_per_vertex", double(bytes) / double(vertices)},
+              {"share_of_direct", {{"train", indirect.train_share}}}};
+    if (indirect.holdout_share >= 0) json["share_of_direct"]["held_out"] = indirect.holdout_share;
+    return json;
+}
+
 Json describeModel(const fs::path& path) {
     const Model model = readModel(path);
     Json json = describeKind(model.kind, model.composition.has_value());
@@ -217,10 +234,16 @@ Json describeModel(const fs::path& path) {
     if (const std::optional<Composition>& composed = model.composition) {
         json["composition"] =
             describeComposition(composed->local_steps, composed->fields.parts.size(), composed->fields.byteCount(),
-                                composed->residual, [](const ClusterModel& cluster) { return cluster.bias.size(); });
+                                composed->residual, [](const ClusterModel& cluster) { return cluster.components(); });
         if (composed->floor) json["composition"]["floor"] = true;
         for (const PartField& part : composed->fields.parts)
             json["part_joints"].push_back(partName(part, model.skin.joint_names));
+    }
+    if (const std::optional<IndirectModel>& indirect = model.indirect) {
+        std::size_t numbers = 0;
+        for (const ClusterModel& cluster : indirect->clusters) numbers += cluster.numberCount();
+        json["bounced"] = describeBounced(*indirect, sizeof(float) * numbers, model.mesh.vertexCount(),
+                                          [](const ClusterModel& cluster) { return cluster.components(); });
     }
     json["errors"] = Json::array();
     for (const ClipError& error : model.clip_errors)
@@ -402,6 +425,14 @@ void describeAssetModel(const AssetView& asset, Json& json) {
         if (composed->floor) json["composition"]["floor"] = true;
         for (const PartFieldView& part : composed->parts)
             json["part_joints"].push_back(partName(part.field, asset.animation.joint_names));
+    }
+    if (const std::optional<IndirectView>& indirect = model.indirect) {
+        const std::vector<ClusterView>& clusters = indirect->clusters;
+        json["bounced"] =
+            describeBounced(*indirect, outputBytes(clusters) + regressionBytes(clusters), asset.mesh.positions.size(),
+                            [](const ClusterView& cluster) { return cluster.components(); });
+        json["bounced"].update(
+            {{"precision", nameOf(clusters[0].basis.precision)}, {"packing_error", indirect->packing_error}});
     }
 }
 

@@ -17,7 +17,7 @@ namespace penumbra {
 namespace {
 
 struct CompareCommand {
-    std::string input, output;
+    std::string input, output, bounces;
     std::vector<std::string> models, features, clusters, output_variances, conventions, holdout, fields, lights;
     std::vector<std::string> lobes, components;
     int parts = 0, order = TransferCompareOptions{}.order;
@@ -54,7 +54,10 @@ void define(CLI::App& app, CompareCommand& command) {
                        "components of the angles and of the vertices of a reduced model of --transfer; any number of "
                        "them [15,500 and 8,22]")
             ->allow_extra_args(false),
-        app.add_option("--order", command.order, "SH bands of --transfer")->check(CLI::Range(1, 8))};
+        app.add_option("--order", command.order, "SH bands of --transfer")->check(CLI::Range(1, 8)),
+        app.add_option("--bounces", command.bounces,
+                       "bake of transfer with bounces of the same character: compare light that bounces, too [the file "
+                       "itself, where it has bounces]")};
     app.add_option(
         "--fields", command.fields,
         "X.fields.h5 of `penumbra-bake fields`, of the character and of occluders: compare a composed model, "
@@ -151,6 +154,7 @@ std::vector<std::filesystem::path> inputsOf(const CompareCommand& command) {
     std::vector<std::filesystem::path> inputs{command.input};
     inputs.insert(inputs.end(), command.fields.begin(), command.fields.end());
     inputs.insert(inputs.end(), command.lights.begin(), command.lights.end());
+    if (!command.bounces.empty()) inputs.push_back(command.bounces);
     return inputs;
 }
 
@@ -188,7 +192,7 @@ void checkOutputs(const OutputFiles& files, const CompareCommand& command, const
         return std::filesystem::absolute(path).lexically_normal();
     };
     for (const std::filesystem::path& path : {files.json, files.csv}) {
-        for (const std::string& other : {common.report, common.depfile, command.input})
+        for (const std::string& other : {common.report, common.depfile, command.input, command.bounces})
             if (!other.empty() && whole(other) == whole(path))
                 throw UsageError(path.string() + ": is written beside the page; " + other + " is the same file");
         if (common.no_clobber && std::filesystem::exists(path))
@@ -301,25 +305,9 @@ std::string optionsJson(const TransferCompareOptions& options) {
     return json.dump();
 }
 
-void runTransfer(const CompareCommand& command, const OutputFiles& files, const VisibilityReader& reader,
-                 const CommonOptions& common, Report& report) {
-    for (const CLI::Option* option : command.of_visibility)
-        if (option->count() > 0) throw UsageError(option->get_name() + " is of no use to a comparison of transfer");
-    const VisibilityHeader& header = reader.header();
-    const TransferCompareOptions options = transferOptions(command, common, header);
-    checkTransferComparison(header, command.input, options);
-    const std::filesystem::path picture = std::filesystem::path(files.html).replace_extension(".png");
-    if (common.dry_run) {
-        std::printf("would fit L and %zu reduced models, with and without prior; would write %s, %s, %s and %s\n",
-                    options.components.size(), files.html.c_str(), files.json.c_str(), files.csv.c_str(),
-                    picture.c_str());
-        return;
-    }
-    if (common.no_clobber && std::filesystem::exists(picture))
-        throw IoError(picture.string() + ": exists, and --no-clobber was given");
-    const TransferComparison comparison =
-        compareTransferModels(reader, command.input, options, [&](const std::string& phase) { report.phase(phase); });
-    report.phase("write");
+CompareSource sourceOf(const TransferComparison& comparison, const VisibilityHeader& header,
+                       const CompareCommand& command) {
+    const TransferCompareOptions& options = comparison.options;
     CompareSource source;
     source.file = std::filesystem::path(command.input).filename().string();
     source.vertices = comparison.vertices;
@@ -331,14 +319,55 @@ void runTransfer(const CompareCommand& command, const OutputFiles& files, const 
         (held ? source.held_out_clips : source.train_clips).push_back(clip);
     }
     source.provenance = makeProvenance("penumbra-fit compare", optionsJson(options), inputsOf(command));
+    return source;
+}
+
+void printPlan(const TransferCompareOptions& options, const OutputFiles& files, const std::string& picture,
+               const BouncesBake* bounces, const std::string& bounces_picture) {
+    std::printf("would fit L and %zu reduced models, with and without prior; would write %s, %s, %s and %s\n",
+                options.components.size(), files.html.c_str(), files.json.c_str(), files.csv.c_str(), picture.c_str());
+    if (bounces)
+        std::printf("would fit light that bounces of %s; would write %s\n", bounces->file.c_str(),
+                    bounces_picture.c_str());
+}
+
+void runTransfer(const CompareCommand& command, const OutputFiles& files, const VisibilityReader& reader,
+                 const CommonOptions& common, Report& report) {
+    for (const CLI::Option* option : command.of_visibility)
+        if (option->count() > 0) throw UsageError(option->get_name() + " is of no use to a comparison of transfer");
+    const VisibilityHeader& header = reader.header();
+    const TransferCompareOptions options = transferOptions(command, common, header);
+    std::optional<VisibilityReader> other;
+    if (!command.bounces.empty()) other.emplace(command.bounces);
+    std::optional<BouncesBake> bounces;
+    if (other) bounces = {&*other, command.bounces};
+    if (!other && header.hasBounces()) bounces = {&reader, command.input};
+    checkTransferComparison(header, command.input, options, bounces ? &*bounces : nullptr);
+    const std::filesystem::path picture = std::filesystem::path(files.html).replace_extension(".png"),
+                                bounces_picture = std::filesystem::path(files.html).replace_extension(".bounces.png");
+    if (common.dry_run)
+        return printPlan(options, files, picture.string(), bounces ? &*bounces : nullptr, bounces_picture.string());
+    for (const std::filesystem::path& path : {picture, bounces_picture})
+        if (common.no_clobber && std::filesystem::exists(path))
+            throw IoError(path.string() + ": exists, and --no-clobber was given");
+    const TransferComparison comparison =
+        compareTransferModels(reader, command.input, options, bounces ? &*bounces : nullptr,
+                              [&](const std::string& phase) { report.phase(phase); });
+    report.phase("write");
+    const CompareSource source = sourceOf(comparison, header, command);
     const std::vector<Figure> figures = transferFigures(comparison);
     writePng(picture, transferPicture(comparison, header.mesh), 1);
+    if (bounces) writePng(bounces_picture, bouncesPicture(comparison, header.mesh), 1);
     writeWholeFile(files.json, transferJson(comparison, figures, source));
     writeWholeFile(files.csv, transferCsv(comparison));
-    writeWholeFile(files.html, transferPage(comparison, figures, source, picture.filename().string()));
+    writeWholeFile(files.html, transferPage(comparison, figures, source, picture.filename().string(),
+                                            bounces_picture.filename().string()));
     for (const TransferRun& run : comparison.runs)
         report.figures["held_out_transfer_error"][run.name + (run.regularised ? "" : " without prior")] =
             run.held_out.transfer_error;
+    if (comparison.bounces)
+        for (const BouncedRun& run : comparison.bounces->runs)
+            report.figures["held_out_bounces_error"][run.name] = run.held_out;
     report.figures["findings"]["summary"] = transferFinding(comparison);
     for (const Figure& figure : figures) report.figures["findings"][figure.id] = figure.finding;
     if (!common.quiet) printTable(transferSummary(comparison), transferFinding(comparison), figures);

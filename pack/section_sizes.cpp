@@ -1,40 +1,17 @@
 // Counts the bytes of an asset by what they are for.
 #include <algorithm>
 
+#include "formats/asset/cluster_bytes.h"
 #include "pack/pack_asset.h"
 
 namespace penumbra {
-
-namespace {
-
-std::size_t bytesOf(const NumbersView& numbers) {
-    return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
-}
-
-std::size_t visibilityBytes(const std::vector<ClusterView>& clusters) {
-    std::size_t bytes = 0;
-    for (const ClusterView& c : clusters) bytes += bytesOf(c.mean) + bytesOf(c.basis);
-    return bytes;
-}
-
-std::size_t regressionBytes(const std::vector<ClusterView>& clusters) {
-    std::size_t bytes = 0;
-    for (const ClusterView& c : clusters)
-        bytes += bytesOf(c.input_basis) + c.feature_mean.size_bytes() + bytesOf(c.weights) + bytesOf(c.group_min) +
-                 bytesOf(c.group_max) + bytesOf(c.hidden) + c.bias.size_bytes() + c.groups.size_bytes() +
-                 c.group_weight.size_bytes() + c.unit_group.size_bytes() + c.input_min.size_bytes() +
-                 c.input_max.size_bytes();
-    return bytes;
-}
-
-}  // namespace
 
 std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) {
     const MeshView& m = asset.mesh;
     const AnimationView& a = asset.animation;
     std::size_t regression =
         asset.model.joint_centers.size_bytes() + asset.model.pose_mean.size_bytes() + bytesOf(asset.model.pose_basis);
-    const std::size_t visibility = visibilityBytes(asset.model.clusters);
+    const std::size_t visibility = outputBytes(asset.model.clusters);
     regression += regressionBytes(asset.model.clusters);
     const std::optional<CompositionView>& composition = asset.model.composition;
     if (composition)
@@ -65,10 +42,10 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
         const auto local =
             std::find_if(sizes.begin(), sizes.end(), [](const SizeOf& s) { return s.section == "local"; });
         sizes.insert(local + 1,
-                     {{"residual", visibilityBytes(composition->residual)}, {"fields", composition->byteCount()}});
+                     {{"residual", outputBytes(composition->residual)}, {"fields", composition->byteCount()}});
     }
     if (const std::optional<IndirectView>& indirect = asset.model.indirect)
-        sizes.push_back({kBouncedSection, visibilityBytes(indirect->clusters) + regressionBytes(indirect->clusters)});
+        sizes.push_back({kBouncedSection, outputBytes(indirect->clusters) + regressionBytes(indirect->clusters)});
     if (asset.transfer) {
         const TransferView& t = *asset.transfer;
         sizes.push_back({"transfer", t.angles.size_bytes() + t.pose_basis.size_bytes() + bytesOf(t.weights) +

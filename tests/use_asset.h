@@ -28,6 +28,9 @@ inline void useAsset(const AssetView& asset) {
         evaluator.setFrame(0);
     }
     for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateCluster(c, numbers);
+    std::vector<float> indirect(asset.model.indirect ? count * kIndirectStride : 0);
+    if (!indirect.empty())
+        for (std::size_t c = 0; c < evaluator.clusterCount(); ++c) evaluator.evaluateIndirect(c, indirect);
     evaluator.skin(0, count, positions, normals, tangents);
     if (asset.materials.empty() || asset.lights.empty()) return;
     if (evaluator.transfer()) {
@@ -49,7 +52,7 @@ inline void useAsset(const AssetView& asset) {
                     if (!set.hasMaterial(m) || !set.hasLight(l)) continue;
                     set.setMaterial(m);
                     set.setLight(l);
-                    set.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance);
+                    set.shade(0, count, positions, normals, tangents, numbers, {0, 0, 5}, radiance, indirect);
                 }
         }
 }

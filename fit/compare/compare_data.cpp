@@ -44,7 +44,7 @@ Json fitJson(const CompareFit& fit) {
             {"bytes_per_vertex", fit.bytes_per_vertex},
             {"fit_seconds", fit.fit_seconds},
             {"evaluate_milliseconds", fit.evaluate_milliseconds},
-            {"prior", "cross-validated"},
+            {"prior", options.prior ? "cross-validated" : "none"},
             {"held_out_cosine_product_error", number(fit.cosine_product_error)}};
 }
 

@@ -78,6 +78,8 @@ Convention paperConvention(const CompareOptions& options, int file_order) {
     return {BelowHorizon::kOpen, std::min(options.referenceConvention().order, std::max(file_order - 1, 1))};
 }
 
+bool compressesWithoutPrior(ModelKind model) { return model == ModelKind::kNeural || model == ModelKind::kAdditive; }
+
 std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) {
     std::vector<FitOptions> grid;
     const auto add = [&](FitOptions fit, const std::function<void(FitOptions&)>& change) {
@@ -90,6 +92,7 @@ std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) 
             const FitOptions reference = referenceFit(options, model, features);
             // 1. The reference, and fits that differ from it in one thing.
             add(reference, [](FitOptions&) {});
+            if (compressesWithoutPrior(model)) add(reference, [](FitOptions& fit) { fit.prior = false; });
             for (int clusters : options.clusters) add(reference, [=](FitOptions& fit) { fit.clusters = clusters; });
             for (double share : options.output_variances)
                 add(reference, [=](FitOptions& fit) { fit.output_variance = share; });
@@ -114,7 +117,7 @@ std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order) 
 bool sameFit(const FitOptions& a, const FitOptions& b) {
     return a.model == b.model && a.features == b.features && a.clusters == b.clusters &&
            a.output_variance == b.output_variance && a.convention == b.convention && a.target == b.target &&
-           a.clamp == b.clamp && a.frame == b.frame && a.fields.empty() == b.fields.empty();
+           a.clamp == b.clamp && a.frame == b.frame && a.prior == b.prior && a.fields.empty() == b.fields.empty();
 }
 
 std::string labelOf(ModelKind model, FeatureKind features) {
@@ -134,7 +137,8 @@ std::string describe(const FitOptions& fit) {
                   fit.output_variance);
     return (fit.fields.empty() ? "" : "composed, ") + labelOf(fit.model, fit.features) + numbers +
            fit.convention.name() + (fit.target == Target::kCosineWeighted ? ", cosine-weighted" : "") +
-           (fit.frame == Frame::kGlobal ? ", model frame" : "") + (fit.clamp ? "" : ", not clamped");
+           (fit.frame == Frame::kGlobal ? ", model frame" : "") + (fit.clamp ? "" : ", not clamped") +
+           (fit.prior ? "" : ", no prior");
 }
 
 CompareFit runFit(const CompareInput& input, const FitOptions& options, const JointSweep* sweep,
@@ -151,6 +155,7 @@ CompareFit runFit(const CompareInput& input, const FitOptions& options, const Jo
     for (const ClusterModel& cluster : result.model.clusters) {
         fit.inputs += double(cluster.inputs()) / double(fit.clusters);
         fit.components += double(cluster.components()) / double(fit.clusters);
+        fit.units += double(cluster.units()) / double(fit.clusters);
         numbers += double(cluster.numberCount());
     }
     double field_bytes = 0;

@@ -20,6 +20,9 @@ FitOptions composedFit(const CompareOptions& options, int file_order);
 // or one less where the file has no higher moments.
 Convention paperConvention(const CompareOptions& options, int file_order);
 
+// Tells which models the grid has without prior, too. Those of feature vectors have fits of their own for that
+// (feature_vectors.h).
+bool compressesWithoutPrior(ModelKind model);
 // Returns the fits in the order in which they run, model by model and for each model features by features. No two are
 // alike.
 std::vector<FitOptions> makeGrid(const CompareOptions& options, int file_order);
@@ -32,8 +35,8 @@ struct CompareFit {
     FitOptions options;
     FitReport report;
     std::vector<ClipError> clip_errors;
-    std::size_t clusters = 0;           // number of clusters that came out
-    double inputs = 0, components = 0;  // means over the clusters
+    std::size_t clusters = 0;                      // number of clusters that came out
+    double inputs = 0, components = 0, units = 0;  // means over the clusters
     // Size of the clusters' 32-bit numbers, and of the fields of a composed model, divided by the number of vertices.
     double bytes_per_vertex = 0;
     double fit_seconds = 0;            // clusters, tangents, reading of the numbers, cross-validation and fit

@@ -126,7 +126,7 @@ order. The truth follows exactly from baked visibility of one order more.</dd>
 }  // namespace
 
 std::string transferPage(const TransferComparison& comparison, const std::vector<Figure>& figures,
-                         const CompareSource& source, const std::string& picture) {
+                         const CompareSource& source, const std::string& picture, const std::string& bounces) {
     Page page;
     page.title = "Models of transfer compared: " + source.file;
     page.skip = "Skip to the figures";
@@ -146,9 +146,10 @@ std::string transferPage(const TransferComparison& comparison, const std::vector
                                  tableHtml(transferSummary(comparison), "Every model, in a common measure")});
     for (const Figure& figure : figures) {
         page.sections.push_back(figureSection(figure));
-        if (figure.id == "pictures")
+        const std::string shown = figure.id == "pictures" ? picture : figure.id == "bounces" ? bounces : "";
+        if (!shown.empty())
             page.sections.back().html +=
-                tag("p", "", "<img src=\"" + escapeXml(picture) + "\" alt=\"" + escapeXml(figure.finding) + "\">");
+                tag("p", "", "<img src=\"" + escapeXml(shown) + "\" alt=\"" + escapeXml(figure.finding) + "\">");
     }
     page.sections.push_back({"terms", "Terms", kTransferTerms});
     page.footer = footerHtml(source);

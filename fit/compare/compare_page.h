@@ -16,9 +16,10 @@ struct CompareSource {
     Provenance provenance;
 };
 
-// The page of a comparison of transfer. `picture` is the name of the picture beside it.
+// The page of a comparison of transfer. `picture` is the name of the picture beside it, and `bounces` that of figure 7,
+// if there is one.
 std::string transferPage(const TransferComparison& comparison, const std::vector<Figure>& figures,
-                         const CompareSource& source, const std::string& picture);
+                         const CompareSource& source, const std::string& picture, const std::string& bounces);
 std::string comparePage(const Comparison& comparison, const std::vector<Figure>& figures, const CompareSource& source);
 
 }  // namespace penumbra

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "fit/compare/compare_series.h"
 
@@ -36,7 +37,64 @@ Plot vectorPlot(const Comparison& comparison, const std::string& id, const std::
     return {id, title, false, x, errorAxis(all), all, 1, "static bake"};
 }
 
-std::string vectorName(const VectorFit& fit) { return labelOf(fit) + (fit.prior ? "" : ", no prior"); }
+// One row of the figure's table.
+struct PriorRow {
+    std::string name;
+    FeatureKind features = FeatureKind::kRelativeBones;
+    std::optional<ModelKind> model;  // none: a feature vector
+    bool prior = true;
+    double held_out = 0, train = 0, units = 0, bytes = 0;
+
+    std::string text() const { return name + (prior ? "" : ", no prior"); }
+};
+
+// Returns the feature vectors, and the models of the grid that have fits without prior.
+std::vector<PriorRow> priorRows(const Comparison& comparison) {
+    std::vector<PriorRow> rows;
+    for (const VectorFit& fit : comparison.vectors)
+        rows.push_back({labelOf(fit),
+                        fit.features,
+                        {},
+                        fit.prior,
+                        fit.held_out.relative_error,
+                        fit.train.relative_error,
+                        fit.units,
+                        fit.bytes_per_vertex});
+    for (const ModelKind model : comparison.options.models)
+        for (const FeatureKind features : comparison.options.features)
+            for (const bool prior : {true, false}) {
+                FitOptions options = referenceFit(comparison.options, model, features);
+                options.prior = prior;
+                const CompareFit* fit = compressesWithoutPrior(model) ? findFit(comparison, options) : nullptr;
+                if (fit)
+                    rows.push_back({labelOf(model, features), features, model, prior, heldOutError(*fit),
+                                    trainError(*fit), fit->units, fit->bytes_per_vertex});
+            }
+    return rows;
+}
+
+// Bars of the training errors of the models that have fits without prior.
+Plot compressionPlot(const Comparison& comparison) {
+    Plot plot{"plot-vectors-models",      "Training clips, other models",          true,
+              {"", false, false, {}, {}}, {"relative error", false, true, {}, {}}, {}};
+    for (const ModelKind model : comparison.options.models)
+        if (compressesWithoutPrior(model)) plot.x.names.push_back(nameOf(model));
+    for (const PriorRow& row : priorRows(comparison)) {
+        if (!row.model) continue;
+        const auto place = std::ranges::find(plot.x.names, nameOf(*row.model)) - plot.x.names.begin();
+        std::string name = std::string(nameOf(row.features)) + (row.prior ? ", prior" : ", no prior");
+        std::replace(name.begin(), name.end(), '-', ' ');
+        auto series = std::ranges::find(plot.series, name, &Series::name);
+        if (series == plot.series.end()) {
+            const bool hollow = row.features != FeatureKind::kRelativeBones;
+            plot.series.push_back({name, {row.prior ? 0 : 1, hollow, false, true}, {}, {}});
+            series = plot.series.end() - 1;
+        }
+        series->x.push_back(double(place));
+        series->y.push_back(row.train);
+    }
+    return plot;
+}
 
 }  // namespace
 
@@ -50,26 +108,26 @@ Figure vectorsFigure(const Comparison& comparison) {
                   {}};
     figure.plots = {vectorPlot(comparison, "plot-vectors-held-out", "Held-out clips", &VectorFit::held_out),
                     vectorPlot(comparison, "plot-vectors-train", "Training clips (compression)", &VectorFit::train)};
+    if (std::ranges::any_of(comparison.options.models, compressesWithoutPrior))
+        figure.plots.push_back(compressionPlot(comparison));
     figure.table.columns = {"fit", "prior", "held out", "train", "units a cluster", "bytes a vertex"};
-    const VectorFit *held_out = nullptr, *train = nullptr;
-    for (const VectorFit& fit : comparison.vectors) {
-        figure.table.rows.push_back({labelOf(fit), fit.prior ? "cross-validated" : "none",
-                                     fixedNumber(fit.held_out.relative_error, 4),
-                                     fixedNumber(fit.train.relative_error, 4), fixedNumber(fit.units, 1),
-                                     fixedNumber(fit.bytes_per_vertex, 0)});
-        if (!held_out || fit.held_out.relative_error < held_out->held_out.relative_error) held_out = &fit;
-        if (!train || fit.train.relative_error < train->train.relative_error) train = &fit;
-    }
-    figure.finding = "On novel poses " + vectorName(*held_out) + " is best (" +
-                     fixedNumber(held_out->held_out.relative_error, 3) + "). As compression of the training clips " +
-                     vectorName(*train) + " is best (" + fixedNumber(train->train.relative_error, 3) + ", and " +
-                     fixedNumber(train->held_out.relative_error, 3) + " on novel poses).";
+    const std::vector<PriorRow> rows = priorRows(comparison);
+    for (const PriorRow& row : rows)
+        figure.table.rows.push_back({row.name, row.prior ? "cross-validated" : "none", fixedNumber(row.held_out, 4),
+                                     fixedNumber(row.train, 4), fixedNumber(row.units, 1), fixedNumber(row.bytes, 0)});
+    const PriorRow &held_out = std::ranges::min(rows, {}, &PriorRow::held_out),
+                   &train = std::ranges::min(rows, {}, &PriorRow::train);
+    figure.finding = "On novel poses " + held_out.text() + " is best (" + fixedNumber(held_out.held_out, 3) +
+                     "). As compression of the training clips " + train.text() + " is best (" +
+                     fixedNumber(train.train, 3) + ", and " + fixedNumber(train.held_out, 3) + " on novel poses).";
     figure.method =
         "Linear models of the reduced inputs, of all their products of two, and of three (of the first 21 inputs). "
         "With "
         "the prior, alpha comes from blocked cross-validation. Without it the fit is plain least squares, the shortest "
         "where there are more units than frames: the paper's mode for compression. Inputs are clamped to the range of "
-        "the training frames, and predictions are not clamped. Output variance " +
+        "the training frames, and predictions of feature vectors are not clamped. Neural and additive models without "
+        "prior have the most units that cross-validation may choose, and as little prior as can be solved. Output "
+        "variance " +
         shortNumber(comparison.options.referenceVariance()) + ", convention " +
         comparison.options.referenceConvention().name() + ".";
     return figure;

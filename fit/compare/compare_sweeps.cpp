@@ -99,7 +99,8 @@ Plot costPlot(const Comparison& comparison, const std::string& id, const std::st
 }
 
 bool isPlain(const CompareFit& fit) {
-    return fit.options.target == Target::kVisibility && fit.options.frame == Frame::kLocal && fit.options.clamp;
+    return fit.options.target == Target::kVisibility && fit.options.frame == Frame::kLocal && fit.options.clamp &&
+           fit.options.prior;
 }
 
 // Names the best and the smallest of all plain fits in the reference's convention.

@@ -54,6 +54,8 @@ bool leavesOut(const TransferCompareOptions& options, const std::string& clip) {
 struct Contender {
     TransferRun run;
     std::function<std::vector<float>(const VisibilityFrame& pose)> transfer;  // [V, n]
+    TransferFitOptions fit{};                                                 // of a model of paper 002
+    std::shared_ptr<Model> model{};                                           // of visibility, else null
 };
 
 TransferFitOptions fitOptions(const TransferCompareOptions& options, std::size_t model, bool regularised) {
@@ -89,6 +91,7 @@ double frameMilliseconds(const TransferModel& model) {
 Contender fitPaperModel(const VisibilityReader& reader, const std::string& file, const TransferFitOptions& options,
                         bool regularised) {
     Contender made;
+    made.fit = options;
     const steady_clock::time_point start = steady_clock::now();
     double fit_seconds = 0, pca_begins = 0, pca_ends = 0;
     TransferObserver observer;
@@ -168,6 +171,7 @@ Contender fitVisibilityModel(const VisibilityReader& reader, const std::string& 
     (void)predictor->predict(first.bones, first.pose);
     made.run.frame_ms = 1000 * elapsedSeconds(clock);
     const std::vector<double> matrix = cosineMatrix(order, model->convention.order);
+    made.model = model;
     made.transfer = [model, predictor, matrix, order, threads = options.threads](const VisibilityFrame& frame) {
         const Prediction found = predictor->predict(frame.bones, frame.pose);
         return transferOf(toModelFrame(*model, frame.bones, frame.normals, found.numbers, threads),
@@ -320,14 +324,25 @@ void findDecays(const VisibilityReader& reader, TransferComparison& comparison) 
     comparison.transfer_decay = {"transfer, a row a pose and coefficient", energyShares(space.energies, space.total)};
 }
 
-std::size_t middleHeldOutFrame(const FrameList& frames, const TransferCompareOptions& options) {
-    std::vector<std::size_t> held_out;
-    for (std::size_t f = 0; f < frames.frameCount(); ++f)
-        if (leavesOut(options, frames.clip_names[frames.clip[f]])) held_out.push_back(f);
-    return held_out[held_out.size() / 2];
+// The models that figure 7 has: those with a prior.
+std::vector<DirectModel> directModels(const std::vector<Contender>& contenders, const TransferCompareOptions& options) {
+    std::vector<DirectModel> models;
+    for (const Contender& contender : contenders)
+        if (contender.run.regularised)
+            models.push_back(
+                {contender.run.name, contender.fit, contender.model, std::size_t(options.order), contender.transfer});
+    return models;
 }
 
 }  // namespace
+
+std::size_t middleHeldOutFrame(const FrameList& frames, const std::vector<std::string>& holdout) {
+    std::vector<std::size_t> held_out;
+    for (std::size_t f = 0; f < frames.frameCount(); ++f)
+        if (std::find(holdout.begin(), holdout.end(), frames.clip_names[frames.clip[f]]) != holdout.end())
+            held_out.push_back(f);
+    return held_out[held_out.size() / 2];
+}
 
 void Residuals::add(double residual) {
     const double at = (residual + kRange) / (2 * kRange) * double(kBins);
@@ -345,22 +360,25 @@ double Residuals::median() const {
 }
 
 void checkTransferComparison(const VisibilityHeader& header, const std::string& file,
-                             const TransferCompareOptions& options) {
+                             const TransferCompareOptions& options, const BouncesBake* bounces) {
+    std::vector<TransferFitOptions> fits;
     for (std::size_t model = 0; model <= options.components.size(); ++model)
-        checkTransferFit(header, file, fitOptions(options, model, true));
+        fits.push_back(fitOptions(options, model, true));
+    for (const TransferFitOptions& fit : fits) checkTransferFit(header, file, fit);
+    if (bounces) checkBounces(bounces->reader->header(), bounces->file, header.mesh, fits);
 }
 
 TransferComparison compareTransferModels(const VisibilityReader& reader, const std::string& file,
-                                         const TransferCompareOptions& options,
+                                         const TransferCompareOptions& options, const BouncesBake* bounces,
                                          const std::function<void(const std::string&)>& phase) {
     const VisibilityHeader& header = reader.header();
-    checkTransferComparison(header, file, options);
+    checkTransferComparison(header, file, options, bounces);
     TransferComparison comparison;
     comparison.options = options;
     comparison.vertices = header.mesh.vertexCount();
     comparison.angles = std::size_t(header.pose_size);
     comparison.frame_bytes = sizeof(float) * comparison.vertices * comparison.coefficients();
-    comparison.pictured_frame = middleHeldOutFrame(header.frames, options);
+    comparison.pictured_frame = middleHeldOutFrame(header.frames, options.holdout);
     comparison.pictured_clip = header.frames.clip_names[header.frames.clip[comparison.pictured_frame]];
     phase("eigenvalues");
     findDecays(reader, comparison);
@@ -383,8 +401,10 @@ TransferComparison compareTransferModels(const VisibilityReader& reader, const s
                 fitVisibilityModel(reader, file, composedFit(options.visibility, header.order), options.order));
         }
     }
+    const std::vector<DirectModel> models = directModels(contenders, options);
     phase("errors");
     measureAll(reader, contenders, comparison);
+    if (bounces) comparison.bounces = compareBounces(*bounces->reader, bounces->file, models, options.threads, phase);
     return comparison;
 }
 

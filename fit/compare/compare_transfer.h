@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "fit/compare/compare_bounces.h"
 #include "fit/compare/compare_figures.h"
 #include "fit/transfer/fit_transfer.h"
 
@@ -63,19 +64,30 @@ struct TransferComparison {
     std::string pictured_clip;
     std::vector<Vec3> positions, normals;
     std::vector<float> truth;  // [V, n]
+    std::optional<BouncesComparison> bounces;
 
     std::size_t coefficients() const { return std::size_t(options.order) * std::size_t(options.order); }
 };
 
-// Throws what checkTransferFit() throws for each of the fits, and UsageError without held-out clips.
+// A bake with bounces and its name.
+struct BouncesBake {
+    const VisibilityReader* reader = nullptr;
+    std::string file;
+};
+
+// Returns the middle one of the held-out frames.
+std::size_t middleHeldOutFrame(const FrameList& frames, const std::vector<std::string>& holdout);
+
+// Throws what checkTransferFit() throws for each of the fits, and UsageError without held-out clips. `bounces` may be
+// null; else it throws what checkBounces() throws.
 void checkTransferComparison(const VisibilityHeader& header, const std::string& file,
-                             const TransferCompareOptions& options);
-// `phase` is told what is done next.
+                             const TransferCompareOptions& options, const BouncesBake* bounces);
+// `bounces` is the same, and adds figure 7. `phase` is told what is done next.
 TransferComparison compareTransferModels(const VisibilityReader& reader, const std::string& file,
-                                         const TransferCompareOptions& options,
+                                         const TransferCompareOptions& options, const BouncesBake* bounces,
                                          const std::function<void(const std::string&)>& phase);
 
-// The figures 2 to 5 and the tables 1 and 2 of paper 002, in transfer_figures.cpp.
+// The figures 2 to 5, 7 and the tables 1 and 2 of paper 002, in transfer_figures.cpp.
 Table transferSummary(const TransferComparison& comparison);
 std::string transferFinding(const TransferComparison& comparison);
 std::vector<Figure> transferFigures(const TransferComparison& comparison);

@@ -106,7 +106,45 @@ std::vector<Vec3> errors(const TransferComparison& comparison, std::span<const f
     return colors;
 }
 
+// Light that bounced, in three channels.
+std::vector<Vec3> bounced(std::span<const float> indirect, std::span<const float> light) {
+    std::vector<Vec3> colors(indirect.size() / (3 * light.size()));
+    for (std::size_t v = 0; v < colors.size(); ++v)
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            float sum = 0;
+            for (std::size_t c = 0; c < light.size(); ++c)
+                sum += light[c] * indirect[(3 * v + channel) * light.size() + c];
+            colors[v][int(channel)] = std::max(sum, 0.0f) * float(std::numbers::inv_pi);
+        }
+    return colors;
+}
+
+Image whiteImage(std::size_t panels, const Window& window) {
+    Image image{int(panels) * window.width, 2 * window.height, {}, {}};
+    image.pixels.assign(std::size_t(image.width) * std::size_t(image.height), {1, 1, 1});
+    return image;
+}
+
 }  // namespace
+
+Image bouncesPicture(const TransferComparison& comparison, const Mesh& mesh) {
+    constexpr float kGain = 3;
+    const BouncesComparison& bounces = *comparison.bounces;
+    const Window window = windowOf(bounces.positions);
+    const std::vector<float> light = lightOf(bounces.order);
+    Image image = whiteImage(bounces.runs.size() + 1, window);
+    const auto draw = [&](std::size_t panel, std::span<const float> direct, std::span<const float> indirect) {
+        const std::vector<Vec3> first = shaded(direct, light);
+        std::vector<Vec3> second = bounced(indirect, light), both;
+        for (std::size_t v = 0; v < first.size(); ++v) both.push_back(first[v] + second[v]);
+        for (Vec3& color : second) color = color * kGain;
+        drawPanel(mesh, bounces.positions, both, window, int(panel) * window.width, 0, image);
+        drawPanel(mesh, bounces.positions, second, window, int(panel) * window.width, window.height, image);
+    };
+    draw(0, bounces.direct, bounces.indirect);
+    for (std::size_t i = 0; i < bounces.runs.size(); ++i) draw(i + 1, bounces.runs[i].direct, bounces.runs[i].indirect);
+    return image;
+}
 
 Image transferPicture(const TransferComparison& comparison, const Mesh& mesh) {
     const Window window = windowOf(comparison.positions);
@@ -114,8 +152,7 @@ Image transferPicture(const TransferComparison& comparison, const Mesh& mesh) {
     std::vector<const TransferRun*> shown;
     for (const TransferRun& run : comparison.runs)
         if (!run.pictured.empty()) shown.push_back(&run);
-    Image image{int(shown.size() + 1) * window.width, 2 * window.height, {}, {}};
-    image.pixels.assign(std::size_t(image.width) * std::size_t(image.height), {1, 1, 1});
+    Image image = whiteImage(shown.size() + 1, window);
     drawPanel(mesh, comparison.positions, shaded(comparison.truth, light), window, 0, 0, image);
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const int first = int(i + 1) * window.width;

@@ -9,4 +9,8 @@ namespace penumbra {
 // under one light, and below each model four times the square root of E_transfer as a grey, darker for larger errors.
 Image transferPicture(const TransferComparison& comparison, const Mesh& mesh);
 
+// Draws figure 7 of paper 002: all light of the bake and of each model under the same light, with albedo 1, and below
+// three times the light that bounced. The comparison must have bounces.
+Image bouncesPicture(const TransferComparison& comparison, const Mesh& mesh);
+
 }  // namespace penumbra

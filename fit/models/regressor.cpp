@@ -90,6 +90,7 @@ std::vector<float> pcaInputs(const ClusterModel& cluster, std::span<const double
 }
 
 RegressionErrors trainRegressor(ModelKind kind, const RegressionProblem& problem, ClusterModel& model) {
+    assert(problem.prior || kind == ModelKind::kNeural || kind == ModelKind::kAdditive);
     switch (kind) {
         case ModelKind::kLinear:
             return trainLinear(problem, model);

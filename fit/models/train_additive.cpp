@@ -50,6 +50,9 @@ constexpr double kSelectionShare = 1.0 / 30;
 constexpr double kWorthMoreUnits = 0.01;
 // A stronger prior is taken when its squared error is at most this part above the least.
 constexpr double kWorthLessPrior = 0.005;
+// Without prior: the prior as a part of the units' largest energy. Less lets rounding grow where there are more units
+// than frames.
+constexpr double kNoAdditivePrior = 1e-10;
 constexpr float kLeastIdleWeight = 0.05f;  // as a part of the largest group weight
 
 struct Candidates {
@@ -216,6 +219,7 @@ public:
         values_ = pairs.values.cwiseMax(0);
         projected_ = vectors_.transpose() * m.cross(rows, Eigen::all);
     }
+    double largest() const { return values_.size() > 0 ? values_.maxCoeff() : 0; }
     // Returns the coefficients [H, K] where component k has the prior lambda * ratios[k]: V (s + lambda_k)^-1 V^T Phi^T
     // Y.
     Eigen::MatrixXd solve(double lambda, const Eigen::RowVectorXd& ratios) const {
@@ -343,16 +347,21 @@ RegressionErrors trainAdditive(const RegressionProblem& problem, ClusterModel& m
     // Nothing can be learned when no group moves, or when the outputs never change (vertices that are always blocked).
     if (all.group.empty() || y.squaredNorm() == 0) return {problem.outputs.total, none};
 
-    // 2. The prior of component k is E_1 / E_k times that of the first; tiny energies are limited.
+    // 2. The prior of component k is E_1 / E_k times that of the first; tiny energies are limited. Without prior all
+    //    components count alike.
     const Eigen::RowVectorXd energies = y.colwise().squaredNorm();
-    const Eigen::RowVectorXd ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
+    Eigen::RowVectorXd ratios = Eigen::RowVectorXd::Ones(energies.size());
+    if (problem.prior) ratios = energies[0] / energies.array().max(1e-12 * energies[0]);
     // 3. Choose lambda and the number of units by cross-validation.
     Moments centred = momentsOf(all.phi, y);
-    const Choice choice = crossValidate(all, y, ratios, problem.folds, centred);
+    Choice choice{std::end(kUnitCounts)[-1], 0, none};
+    if (problem.prior) choice = crossValidate(all, y, ratios, problem.folds, centred);
     // 4. Choose the units again on all training rows and compute their coefficients.
     centre(centred);
     const std::vector<Eigen::Index> units = chooseUnits(all, centred, ratios, choice.units);
-    const Eigen::MatrixXd weights = RidgePath(all, centred, units).solve(choice.lambda, ratios);
+    const RidgePath path(all, centred, units);
+    if (!problem.prior) choice.lambda = kNoAdditivePrior * path.largest();
+    const Eigen::MatrixXd weights = path.solve(choice.lambda, ratios);
     // 5. The bias moves the centred prediction back: mean of y less the mean of the units times their coefficients.
     const Eigen::RowVectorXd offset = centred.y_sum / centred.rows - centred.phi_sum(units) / centred.rows * weights;
     for (std::size_t k = 0; k < problem.components; ++k) model.bias[k] = float(offset[Eigen::Index(k)]);

@@ -1,5 +1,6 @@
 #include "fit/models/train_neural.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fit/models/input_pca.h"
@@ -13,6 +14,8 @@ namespace {
 // Cross-validation makes its own PCA of these components of the inputs. What they leave out is small compared with what
 // that PCA drops.
 constexpr double kValidatedVariance = 0.999;
+// Of a fit without prior. A search needs some, or weights grow without end.
+constexpr double kNoNeuralPrior = 1e-9;
 
 void setNet(const TanhNet& net, ClusterModel& model) {
     model.hidden.clear(), model.weights.clear();
@@ -39,7 +42,8 @@ RegressionErrors trainNeural(const RegressionProblem& problem, ClusterModel& mod
     NetSearch search;
     search.input_variance = problem.input_variance;
     const Matrix y = keptScores(problem);
-    const NetChoice choice = chooseNet(scores, y, problem.folds, search);
+    const NetChoice choice = problem.prior ? chooseNet(scores, y, problem.folds, search)
+                                           : NetChoice{std::ranges::max(search.neurons), kNoNeuralPrior, std::nan("")};
     const Matrix x = setInputs(inputs, componentsFor(inputs.pca, problem.input_variance), model);
     setNet(fitChosenNet(x, y, choice, search), model);
     model.ridge = choice.prior;

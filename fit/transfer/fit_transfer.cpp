@@ -338,7 +338,7 @@ TransferFit fitTransfer(const VisibilityReader& reader, const std::string& file,
     fit.report.pose_variance = keptVariance(angles, path);
     // 2. The moments of the transfer over the training frames.
     phase("transfer");
-    const TransferSource source(reader, options.order, split.train);
+    const TransferSource source(reader, options.order, split.train, options.indirect_channel);
     const OutputMoments moments = outputMoments(source, options.threads);
     const std::vector<int> folds = makeFolds(reader.header().frames, split.train);
     // 3. Alpha and the maps.

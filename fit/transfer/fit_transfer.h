@@ -27,7 +27,9 @@ struct TransferFitOptions {
     CrossValidation cross_validation = CrossValidation::kLeaveOneOut;
     std::optional<double> prior;       // alpha; 0 fits without regularisation, none cross-validates
     std::vector<std::string> holdout;  // clips that no step sees; only their errors are measured
-    int threads = 0;                   // never changes the result
+    // Fits the indirect transfer in this colour channel, of a bake with bounces. For comparisons.
+    std::optional<std::size_t> indirect_channel{};
+    int threads = 0;  // never changes the result
 };
 
 struct TransferClip {

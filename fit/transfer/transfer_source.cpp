@@ -22,8 +22,14 @@ std::size_t blockWidth(const VisibilityHeader& header) {
 
 }  // namespace
 
-TransferSource::TransferSource(const VisibilityReader& reader, int order, std::vector<std::size_t> frames)
-    : reader_(reader), order_(order), frames_(std::move(frames)), width_(blockWidth(reader.header())), cosine_(order) {
+TransferSource::TransferSource(const VisibilityReader& reader, int order, std::vector<std::size_t> frames,
+                               std::optional<std::size_t> indirect_channel)
+    : reader_(reader),
+      order_(order),
+      channel_(indirect_channel),
+      frames_(std::move(frames)),
+      width_(blockWidth(reader.header())),
+      cosine_(order) {
     if (!isVisibility()) return;
     for (const std::size_t frame : frames_) {
         const std::vector<Vec3> normals = reader.readPose(frame).normals;
@@ -44,9 +50,13 @@ MatrixF TransferSource::readBlock(std::size_t block) const {
     const VisibilityHeader& header = reader_.header();
     const std::size_t vertices = header.mesh.vertexCount(), begin = firstVertex(block),
                       width = std::min(width_, vertices - begin), stored = header.coefficientCount();
+    MatrixF rows(coefficients() * frames(), width);
+    if (channel_) {
+        readIndirectRows(begin, width, rows);
+        return rows;
+    }
     std::vector<float> numbers(header.frames.frameCount() * width * stored), transfer(coefficients());
     reader_.readVertices(begin, begin + width, numbers);
-    MatrixF rows(coefficients() * frames(), width);
     for (std::size_t i = 0; i < frames(); ++i)
         for (std::size_t v = 0; v < width; ++v) {
             const Vec3 normal = isVisibility() ? normals_[i * vertices + begin + v] : Vec3{};
@@ -54,6 +64,17 @@ MatrixF TransferSource::readBlock(std::size_t block) const {
             for (std::size_t c = 0; c < transfer.size(); ++c) rows(c * frames() + i, v) = transfer[c];
         }
     return rows;
+}
+
+void TransferSource::readIndirectRows(std::size_t begin, std::size_t width, MatrixF& rows) const {
+    const VisibilityHeader& header = reader_.header();
+    const std::size_t stored = header.coefficientCount();
+    std::vector<float> numbers(header.frames.frameCount() * width * 3 * stored);
+    reader_.readIndirectVertices(begin, begin + width, numbers);
+    for (std::size_t i = 0; i < frames(); ++i)
+        for (std::size_t v = 0; v < width; ++v)
+            for (std::size_t c = 0; c < coefficients(); ++c)
+                rows(c * frames() + i, v) = numbers[((frames_[i] * width + v) * 3 + *channel_) * stored + c];
 }
 
 ColumnBlocks TransferSource::blocks() const {
@@ -64,7 +85,10 @@ ColumnBlocks TransferSource::blocks() const {
 std::vector<float> TransferSource::ofFrame(const VisibilityFrame& frame) const {
     const std::size_t stored = reader_.header().coefficientCount(), n = coefficients();
     std::vector<float> transfer(frame.normals.size() * n);
-    for (std::size_t v = 0; v < frame.normals.size(); ++v)
+    for (std::size_t v = 0; v < frame.normals.size() && channel_; ++v)
+        std::copy_n(frame.indirect.begin() + std::ptrdiff_t((3 * v + *channel_) * stored), n,
+                    transfer.begin() + std::ptrdiff_t(v * n));
+    for (std::size_t v = 0; v < frame.normals.size() && !channel_; ++v)
         convert(std::span(frame.coefficients).subspan(v * stored, stored), frame.normals[v],
                 std::span(transfer).subspan(v * n, n));
     return transfer;

@@ -103,7 +103,7 @@ ClusterProblem problemOf(const FitJob& job, const Model& model, const FeatureRec
             job.options.clamp,
             // The angles went through one PCA together, so none is dropped here.
             model.features == FeatureKind::kDihedrals ? 1.0 : inputVariance(job.options), job.options.output_variance,
-            job.clusters.joint[cluster], centerOf(model.mesh, job.clusters.vertices[cluster])};
+            job.clusters.joint[cluster], centerOf(model.mesh, job.clusters.vertices[cluster]), job.options.prior};
 }
 
 }  // namespace

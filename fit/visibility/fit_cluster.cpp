@@ -111,8 +111,8 @@ ClusterFit fitCluster(const ClusterProblem& problem, MatrixF& numbers) {
     const Matrix raw = allRawFeatures(problem);
     const ClusterPlace place{problem.joint, problem.center};
     const std::vector<double> group_weights = groupWeights(*problem.recipe, place, raw, problem.train);
-    const RegressionProblem regression{*problem.recipe, place,   raw,        problem.train,         *problem.folds,
-                                       group_weights,   outputs, components, problem.input_variance};
+    const RegressionProblem regression{*problem.recipe, place,   raw,        problem.train,          *problem.folds,
+                                       group_weights,   outputs, components, problem.input_variance, problem.prior};
     setGroups(regression, fit.model);
     const RegressionErrors errors = trainRegressor(problem.kind, regression, fit.model);
     fit.cross_validated = errors.cross_validated;

@@ -39,6 +39,9 @@ struct FitOptions {
     // give them. It is false only in comparisons. In the model frame it must be false, because the weights of E turn
     // with the normal.
     bool clamp = true;
+    // The papers' mode for compression, where it is false: neural and additive models of visibility reproduce their
+    // training frames without a prior. For comparisons.
+    bool prior = true;
     // Bytes of numbers in memory at a time, at least one cluster's. With more clusters than fit, the file is read in
     // several passes. 0 takes a fifth of all numbers, but at least 32 and at most 256 MB, so that small files do not
     // cost much more memory than their size.

@@ -3,8 +3,6 @@
 
 namespace penumbra {
 
-namespace {
-
 static_assert(PENUMBRA_BOUNCED_STRIDE == kIndirectStride);
 
 const IndirectView& indirectOf(const AssetView& view) {
@@ -12,8 +10,6 @@ const IndirectView& indirectOf(const AssetView& view) {
         throw Unsupported(view.name + ": has no light that bounces (penumbra-fit indirect)");
     return *view.model.indirect;
 }
-
-}  // namespace
 
 }  // namespace penumbra
 

@@ -88,6 +88,9 @@ void requireFinite(const char* name, std::span<const float> numbers);
 // translation.
 Affine rigidOf(const float* to_scene);
 
+// Throws Unsupported where the asset has no light that bounces.
+const IndirectView& indirectOf(const AssetView& view);
+
 // Returns a row-major rotation [3,3] of the caller. Throws UsageError where it is none.
 Mat3 rotationFrom(const float* rotation);
 

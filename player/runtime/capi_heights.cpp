@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "player/runtime/capi_handles.h"
+#include "player/runtime/indirect_light.h"
 #include "player/runtime/lambert_material.h"
 
 namespace penumbra {
@@ -162,10 +163,18 @@ penumbra_status penumbra_heights_cast(const penumbra_heights* field, const penum
 penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const penumbra_character* character,
                                         const float* to_scene, size_t first_vertex, size_t vertex_count, float* numbers,
                                         penumbra_error* error) {
+    return penumbra_heights_shadow_bounced(field, character, to_scene, first_vertex, vertex_count, numbers, nullptr,
+                                           error);
+}
+
+penumbra_status penumbra_heights_shadow_bounced(const penumbra_heights* field, const penumbra_character* character,
+                                                const float* to_scene, size_t first_vertex, size_t vertex_count,
+                                                float* numbers, float* bounced, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(field, "field");
         requirePointer(character, "character");
         requirePointer(numbers, "numbers");
+        if (bounced) indirectOf(character->asset->view);
         if (character->asset->view.transfer)
             throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
         const Evaluator& evaluator = character->evaluator;
@@ -187,6 +196,7 @@ penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const pen
             fieldVisibility(field->field, field->above, field->corner,
                             {{positions.data(), n}, {normals.data(), n}, {tangents.data(), n}}, used);
             character->product({numbers + at * stride, n * stride}, stride, used);
+            if (bounced) castOnIndirect(used, {bounced + at * kIndirectStride, n * kIndirectStride});
         }
     });
 }

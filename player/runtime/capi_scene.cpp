@@ -5,6 +5,7 @@
 
 #include "player/runtime/capi_handles.h"
 #include "player/runtime/cast_on_cluster.h"
+#include "player/runtime/indirect_light.h"
 #include "player/runtime/shading.h"
 #include "sh/sh_basis.h"
 #include "sh/tangent.h"
@@ -201,10 +202,19 @@ penumbra_status penumbra_scene_probe(const penumbra_scene* scene, size_t except,
 penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, const penumbra_character* character,
                                     const float* to_scene, size_t first_vertex, size_t vertex_count, float* numbers,
                                     penumbra_error* error) {
+    return penumbra_scene_cast_bounced(scene, except, character, to_scene, first_vertex, vertex_count, numbers, nullptr,
+                                       error);
+}
+
+penumbra_status penumbra_scene_cast_bounced(const penumbra_scene* scene, size_t except,
+                                            const penumbra_character* character, const float* to_scene,
+                                            size_t first_vertex, size_t vertex_count, float* numbers, float* bounced,
+                                            penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(scene, "scene");
         requirePointer(character, "character");
         requirePointer(numbers, "numbers");
+        if (bounced) indirectOf(character->asset->view);
         requireCaster(*scene, except);
         if (character->asset->view.transfer)
             throw Unsupported(character->asset->view.name + ": nothing casts on transfer, which is no visibility");
@@ -228,6 +238,7 @@ penumbra_status penumbra_scene_cast(const penumbra_scene* scene, size_t except, 
             mirrored.resize((end - begin) * kFarNumbers);
             if (castOnCluster(*scene->cast, allBut(except), evaluator, c, begin, end, at, mirrored) == 0) continue;
             character->product({numbers + begin * stride, (end - begin) * stride}, stride, mirrored);
+            if (bounced) castOnIndirect(mirrored, {bounced + begin * kIndirectStride, (end - begin) * kIndirectStride});
         }
     });
 }

@@ -386,6 +386,14 @@ PENUMBRA_API penumbra_status penumbra_scene_cast(const penumbra_scene* scene, si
                                                  const penumbra_character* character, const float* to_scene,
                                                  size_t first_vertex, size_t vertex_count, float* numbers,
                                                  penumbra_error* error);
+/* Does what penumbra_scene_cast does, and multiplies the light that bounces to these vertices by the share of a white
+ * sky that the casters leave them. `bounced` [V, PENUMBRA_BOUNCED_STRIDE] is that of
+ * penumbra_character_evaluate_bounced; NULL: there is none. Fails with PENUMBRA_UNSUPPORTED where it is given and the
+ * asset has no such light. */
+PENUMBRA_API penumbra_status penumbra_scene_cast_bounced(const penumbra_scene* scene, size_t except,
+                                                         const penumbra_character* character, const float* to_scene,
+                                                         size_t first_vertex, size_t vertex_count, float* numbers,
+                                                         float* bounced, penumbra_error* error);
 
 /* How many spheres characters of the asset cast by (penumbra-pack asset --blockers); 0: none. */
 PENUMBRA_API size_t penumbra_asset_sphere_count(const penumbra_asset* asset);
@@ -611,6 +619,11 @@ PENUMBRA_API penumbra_status penumbra_heights_cast(const penumbra_heights* field
 PENUMBRA_API penumbra_status penumbra_heights_shadow(const penumbra_heights* field, const penumbra_character* character,
                                                      const float* to_scene, size_t first_vertex, size_t vertex_count,
                                                      float* numbers, penumbra_error* error);
+/* Does the same, and what penumbra_scene_cast_bounced does with `bounced`. */
+PENUMBRA_API penumbra_status penumbra_heights_shadow_bounced(const penumbra_heights* field,
+                                                             const penumbra_character* character, const float* to_scene,
+                                                             size_t first_vertex, size_t vertex_count, float* numbers,
+                                                             float* bounced, penumbra_error* error);
 /* Writes y of the ground at each place (x, z), [count,2]: where feet stand. */
 PENUMBRA_API penumbra_status penumbra_heights_query(const penumbra_heights* field, const float* places, size_t count,
                                                     float* heights, penumbra_error* error);

@@ -6,7 +6,7 @@
 
 #include "pack/pack_asset.h"
 #include "player/runtime/penumbra.h"
-#include "tests/synthetic_model.h"
+#include "tests/synthetic_indirect.h"
 
 namespace penumbra::capi_test {
 
@@ -15,6 +15,7 @@ struct Recipe {
     AssetPrecision precision = AssetPrecision::kI8;
     bool slots = true;  // "body/skin", "body/cloth" with materials "lambert" and "tinted"
     bool materials = true, lights = true;
+    bool bounces = false;    // light that bounces
     std::uint32_t seed = 3;  // of the light
 };
 
@@ -40,6 +41,7 @@ inline std::vector<LightFile> lights(std::uint32_t seed) {
 
 inline std::vector<std::byte> packed(const Recipe& recipe = {}) {
     Model model = synthetic::tubeModel(recipe.tube);
+    if (recipe.bounces) synthetic::addIndirect(model);
     if (recipe.slots) {
         model.mesh.slots = {"body/skin", "body/cloth"};
         for (std::size_t v = 0; v < model.mesh.vertexCount(); ++v)
@@ -117,8 +119,11 @@ struct Frame {
         }
         return status;
     }
-    int shade(const penumbra_shading* s, std::size_t first, std::size_t count) {
+    // `bounced`: light that bounces, or null.
+    int shade(const penumbra_shading* s, std::size_t first, std::size_t count, const float* bounced = nullptr) {
         const penumbra_vertices vertices{positions.data(), normals.data(), tangents.data(), numbers.data()};
+        if (bounced)
+            return penumbra_shading_shade_bounced(s, eye, first, count, &vertices, bounced, radiance.data(), nullptr);
         return penumbra_shading_shade(s, eye, first, count, &vertices, radiance.data(), nullptr);
     }
 };

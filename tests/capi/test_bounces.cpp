@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/capi/packed_asset.h"
 #include "tests/player/count_allocations.h"
+#include "tests/synthetic_composition.h"
 #include "tests/synthetic_indirect.h"
 
 namespace penumbra {
@@ -72,6 +75,102 @@ TEST(CApiBounces, AmbientWithBouncesIsNotBelowAmbientWhereSurfacesReflect) {
     }
 }
 
+// A posed character whose parts have fields, so that it casts, and which light bounces to.
+struct LitCaster {
+    std::vector<std::byte> bytes;
+    Asset asset;
+    penumbra_asset_info info;
+    Character one, other;
+    Frame frame;
+    std::vector<float> bounced;
+
+    static std::vector<std::byte> packed() {
+        Model model = synthetic::composedTube(
+            {.rings = 20, .segments = 9, .joints = 6, .clusters = 4, .components = 5, .inputs = 4});
+        synthetic::addIndirect(model);
+        return packAsset(model, {}, {}, {}, "{}", 1).bytes;
+    }
+    LitCaster()
+        : bytes(packed()),
+          asset(open(bytes)),
+          info(infoOf(asset)),
+          one(character(asset)),
+          other(character(asset)),
+          frame(info),
+          bounced(info.vertex_count * PENUMBRA_BOUNCED_STRIDE) {
+        frame.evaluate(one.get(), info);
+        EXPECT_EQ(penumbra_character_evaluate_bounced(one.get(), 0, info.cluster_count, bounced.data(), nullptr),
+                  PENUMBRA_OK);
+    }
+    // Of each vertex the factor between two arrays of light that bounces, which all its numbers have.
+    std::vector<float> sharesIn(const std::vector<float>& cast) const {
+        std::vector<float> shares;
+        for (std::size_t v = 0; v < info.vertex_count; ++v) {
+            const float* before = &bounced[v * PENUMBRA_BOUNCED_STRIDE];
+            const float* after = &cast[v * PENUMBRA_BOUNCED_STRIDE];
+            shares.push_back(after[0] / before[0]);
+            for (std::size_t i = 0; i < PENUMBRA_BOUNCED_STRIDE; ++i)
+                EXPECT_NEAR(after[i], shares.back() * before[i], 1e-5) << "vertex " << v << ", number " << i;
+        }
+        return shares;
+    }
+};
+
+// The share is that of probes at the vertices: 2e-7 apart at most, as these casters are near, where no anchors serve.
+TEST(CApiBounces, CastersLeaveTheShareOfAWhiteSkyThatTheyLeave) {
+    LitCaster lit;
+    const penumbra_asset* casters[] = {lit.asset.get(), lit.asset.get()};
+    penumbra_scene* made = nullptr;
+    ASSERT_EQ(penumbra_scene_create(casters, 2, &made, nullptr), PENUMBRA_OK);
+    const Scene scene(made);
+    const float beside[12] = {1, 0, 0, 0.6f, 0, 1, 0, 0, 0, 0, 1, 0},
+                away[12] = {1, 0, 0, 5000, 0, 1, 0, 0, 0, 0, 1, 0};
+    std::vector<float> numbers = lit.frame.numbers, plain = numbers, cast = lit.bounced;
+    const auto castFrom = [&](const float* place) {
+        EXPECT_EQ(penumbra_scene_set_caster(scene.get(), 1, lit.other.get(), place, nullptr), PENUMBRA_OK);
+        EXPECT_EQ(penumbra_scene_cast_bounced(scene.get(), 0, lit.one.get(), nullptr, 0, lit.info.vertex_count,
+                                              numbers.data(), cast.data(), nullptr),
+                  PENUMBRA_OK);
+    };
+    castFrom(away);
+    EXPECT_EQ(cast, lit.bounced) << "nobody is in reach";
+    castFrom(beside);
+    EXPECT_EQ(
+        penumbra_scene_cast(scene.get(), 0, lit.one.get(), nullptr, 0, lit.info.vertex_count, plain.data(), nullptr),
+        PENUMBRA_OK);
+    EXPECT_EQ(numbers, plain) << "visibility is cast on as without bounces";
+    std::vector<float> e(lit.info.vertex_count);
+    EXPECT_EQ(penumbra_scene_probe(scene.get(), 0, lit.frame.positions.data(), lit.frame.normals.data(), e.size(),
+                                   e.data(), nullptr, nullptr),
+              PENUMBRA_OK);
+    const std::vector<float> shares = lit.sharesIn(cast);
+    for (std::size_t v = 0; v < e.size(); ++v) EXPECT_NEAR(shares[v], e[v], 1e-5) << v;
+    EXPECT_LT(*std::min_element(shares.begin(), shares.end()), 0.8f);
+}
+
+// Above a level field without end a surface sees (1 + cos) / 2 of a white sky, where cos is between its normal and up.
+// The tube lies across, so that its normals point up, down and to all sides. The share is off by 0.0041 at most.
+TEST(CApiBounces, GroundLeavesTheShareOfAWhiteSkyThatItLeaves) {
+    LitCaster lit;
+    const penumbra_heights_options options = {16, 16, 1, 1, {-8, -1, -8}, PENUMBRA_BORDER_CLAMPED, 0, 0};
+    const std::vector<float> level(256);
+    const float across[12] = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0};
+    penumbra_heights* made = nullptr;
+    ASSERT_EQ(penumbra_heights_create(&options, level.data(), &made, nullptr), PENUMBRA_OK);
+    const std::unique_ptr<penumbra_heights, decltype(&penumbra_heights_destroy)> field(made, penumbra_heights_destroy);
+    std::vector<float> numbers = lit.frame.numbers, plain = numbers, cast = lit.bounced;
+    EXPECT_EQ(penumbra_heights_shadow_bounced(field.get(), lit.one.get(), across, 0, lit.info.vertex_count,
+                                              numbers.data(), cast.data(), nullptr),
+              PENUMBRA_OK);
+    EXPECT_EQ(
+        penumbra_heights_shadow(field.get(), lit.one.get(), across, 0, lit.info.vertex_count, plain.data(), nullptr),
+        PENUMBRA_OK);
+    EXPECT_EQ(numbers, plain);
+    const std::vector<float> shares = lit.sharesIn(cast);
+    for (std::size_t v = 0; v < shares.size(); ++v)
+        EXPECT_NEAR(shares[v], (1 - lit.frame.normals[3 * v]) / 2, 0.01) << v;
+}
+
 TEST(CApiBounces, AssetsWithoutItAndWrongCallsAreRefused) {
     const std::vector<std::byte> bytes = packAsset(synthetic::tubeModel({}), materials(), lights(3), {}, "{}", 1).bytes;
     const Asset plain = open(bytes);
@@ -80,6 +179,13 @@ TEST(CApiBounces, AssetsWithoutItAndWrongCallsAreRefused) {
     penumbra_error error;
     float one = 0;
     EXPECT_EQ(penumbra_character_evaluate_bounced(character(plain).get(), 0, 1, &one, &error), PENUMBRA_UNSUPPORTED);
+    EXPECT_THAT(error.message, HasSubstr("no light that bounces"));
+    penumbra_scene* made = nullptr;
+    ASSERT_EQ(penumbra_scene_create(nullptr, 0, &made, nullptr), PENUMBRA_OK);
+    const Scene nobody(made);
+    EXPECT_EQ(penumbra_scene_cast_bounced(nobody.get(), PENUMBRA_NONE, character(plain).get(), nullptr, 0, 0, &one,
+                                          &one, &error),
+              PENUMBRA_UNSUPPORTED);
     EXPECT_THAT(error.message, HasSubstr("no light that bounces"));
     LitAsset lit;
     EXPECT_EQ(penumbra_character_evaluate_bounced(character(lit.asset).get(), 0, lit.info.cluster_count + 1,

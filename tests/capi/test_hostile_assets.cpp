@@ -70,6 +70,7 @@ TEST(CApiHostile, TenThousandMutations) {
         Recipe recipe;
         recipe.tube.kind = kind;
         recipe.tube.features = kind == ModelKind::kQuadratic ? FeatureKind::kJointAngles : FeatureKind::kRelativeBones;
+        recipe.bounces = kind == ModelKind::kAdditive || kind == ModelKind::kQuadratic;
         const std::vector<std::byte> whole = packed(recipe);
         const double work_of_whole = workOf(whole);
         for (int trial = 0; trial < 2500; ++trial) {

@@ -10,6 +10,7 @@
 #include "tests/fuzz/memory_file.h"
 #include "tests/synthetic_cloth.h"
 #include "tests/synthetic_composition.h"
+#include "tests/synthetic_indirect.h"
 #include "tests/synthetic_transfer.h"
 
 namespace penumbra {
@@ -45,7 +46,7 @@ inline std::vector<BrdfFile> tinyNewLooks() {
 }
 
 // Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
-// model and without), one with a live material and a membrane, and two of transfer.
+// model and without), one with a live material and a membrane, two of transfer, and two that light bounces to.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -91,6 +92,10 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
             made.push_back(
                 packTransfer(synthetic::tubeTransfer(kind, 2, {.rings = 2, .segments = 3, .joints = 2, .frames = 2}),
                              std::vector<BrdfFile>{diffuseMaterial({0.5f, 0.25f, 0.125f})}, sunny, {}, "{}"));
+        Model composed = tinyComposed();
+        synthetic::addIndirect(composed);
+        for (const Model& lit : {synthetic::litTube({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), composed})
+            made.push_back(packAsset(lit, glossy, sunny, {.indirect_bytes_per_vertex = 1000}, "{}", 1).bytes);
         return made;
     }();
     return all;

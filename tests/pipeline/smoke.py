@@ -120,7 +120,7 @@ def fits():
     run(OK, "fit", "transfer", "t.vis.h5", "--order", 3, "--components", "2,4", "-o", "pca.transfer.h5", "--holdout", "sway")
     run(OK, "fit", "transfer", "a.vis.h5", "--order", 2, "--model", "linear", "-o", "l.transfer.h5", "--prior", 1)
     run(OK, "fit", "compare", "a.vis.h5", "--transfer", "--order", 2, "--holdout", "sway", "--components", "2,4", "-o",
-        "transfer.html")
+        "transfer.html", "--bounces", "t.vis.h5")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--clusters", "1,2", "--output-variances", "0.9", "--models",
         "linear,additive", "--conventions", "A2", "--light", "sky.light.h5", "--light", "sun.light.h5", "-o", "compare.html")
     run(OK, "fit", "compare", "a.vis.h5", "--holdout", "sway", "--models", "zh-lobes", "--lobes", "1", "--clusters", "2",

@@ -61,7 +61,14 @@ def check_skeleton(place):
     looks = ["--brdf", place("l.brdf.h5"), "--brdf", place("g.brdf.h5"), "--light", place("s.light.h5")]
     packed = figures("pack", "asset", place("b.model.h5"), *looks, "-o", place("b.pnb"), place=place)
     assert 0 < packed["bounced"]["bytes_per_vertex"] <= 60, packed
+    told = figures("bake", "info", place("b.pnb"), place=place)["bounced"]
+    assert abs(told["bytes_per_vertex"] - packed["bounced"]["bytes_per_vertex"]) < 1e-6, (told, packed)
+    assert told["sh_order"] == 3 and told["bounces"] == 3 and told["components"] > 0 and told["precision"] == "i8", told
+    of_model = figures("bake", "info", place("b.model.h5"), place=place)["bounced"]
+    assert of_model["components"] >= told["components"] and of_model["bytes"] > told["bytes"], (of_model, told)
+    assert abs(of_model["share_of_direct"]["held_out"] - found["held_out"]["share_of_direct"]) < 1e-9, (of_model, found)
     run("pack", "asset", place("v.model.h5"), *looks, "-o", place("v.pnb"), "-q")
+    assert "bounced" not in figures("bake", "info", place("v.pnb"), place=place)
     checked = figures("pack", "check", place("b.pnb"), place("v.vis.h5"), "--bounces", place("t.vis.h5"), place=place)
     for part, name in (("training", "train"), ("held out", "held_out")):  # packing adds to the error of the fit
         share, of_fit = checked["bounced"][part]["share_of_direct"], found[name]["share_of_direct"]

@@ -155,9 +155,16 @@ def check_cloth(folder):
         if "feature vector" in fit["model"]:
             assert 0 < fit["train_relative_error"] < 1 and fit["held_out_relative_error"] > 0, fit
             continue
+        if fit["prior"] == "none":  # it reproduces training frames, and may be anything between them
+            assert fit["held_out_relative_error"] > 0 and fit["cross_validated_relative_error"] is None, fit
+            kind = {key: fit[key] for key in ("model", "features", "clusters", "output_variance", "convention", "clamped")}
+            plain = next(other for other in fits if other["prior"] != "none" and kind.items() <= other.items())
+            assert 0 < fit["train_relative_error"] <= plain["train_relative_error"], (fit, plain)
+            continue
         for error in ("train_relative_error", "held_out_relative_error", "held_out_ambient_error"):
             if error != "held_out_ambient_error" or fit["frame"] == "local":
                 assert 0 < fit[error] < 3, (error, fit)
+    assert any(fit["model"] == "additive" and fit["prior"] == "none" for fit in fits), fits
     for fit in fits:
         if fit["held_out_cosine_product_error"] is None:
             continue

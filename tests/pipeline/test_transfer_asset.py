@@ -125,6 +125,30 @@ def check_compare(place, of_asset):
     assert "additive" not in open(place("d.csv")).read()
 
 
+def check_bounces(place):
+    """Figure 7: light that bounces, by the paper's models and by ours as penumbra-fit indirect makes it."""
+    good("bake", "visibility", MAN, "-o", place("b.vis.h5"), "--fps", 3, "--rays", 64, "-q", "--quantity", "transfer",
+         "--order", 4, "--bounces", 2, "--albedo", "0.6/0.5/0.4")
+    good("fit", "compare", place("v.vis.h5"), "--transfer", "--holdout", HELD, "--components", "6,20", "--clusters", 6,
+         "--bounces", place("b.vis.h5"), "-o", place("b.html"), "-q")
+    figure = next(f for f in json.load(open(place("b.json")))["figures"] if f["id"] == "bounces")
+    rows = {row[0]: [float(x) for x in row[1:4]] for row in figure["table"]["rows"]}
+    none = rows["no light that bounces"]
+    assert list(rows) == ["no light that bounces", "L", "PCA(6,20)", "additive, D5"] and none[2] == 1, rows
+    for train, held_out, share in list(rows.values())[1:]:
+        assert 0 < train < none[0] and abs(share * none[1] / held_out - 1) < 0.02, rows
+    good("fit", "visibility", place("v.vis.h5"), "--holdout", HELD, "--clusters", 6, "-o", place("b.model.h5"), "-q")
+    good("fit", "indirect", place("b.model.h5"), place("b.vis.h5"), "-o", place("b.lit.h5"), "-q", "--report",
+         place("b.fit.json"))
+    fit = figures(place("b.fit.json"))
+    for part, value in (("train", rows["additive, D5"][0]), ("held_out", rows["additive, D5"][1])):
+        assert abs(fit[part]["share_of_direct"] - value) < 1e-4, (fit, rows)
+    assert "b.bounces.png" in open(place("b.html")).read() and os.path.getsize(place("b.bounces.png")) > 1000
+    good("fit", "compare", place("b.vis.h5"), "--order", 4, "--holdout", HELD, "--components", "4,8", "-o", place("e.html"), "-q")
+    alone = next(f for f in json.load(open(place("e.json")))["figures"] if f["id"] == "bounces")["table"]["rows"]
+    assert [row[0] for row in alone] == ["no light that bounces", "L", "PCA(4,8)"] and alone[:2] == figure["table"]["rows"][:2], alone
+
+
 def check_refusals(place):
     asset, out = place("p.pnb"), ["-o", place("none.png")]
     for words, part, code in ((["--channel", "clusters"], "--channel clusters", 1), (["--path", "glsl"], "--path glsl", 1),
@@ -155,6 +179,8 @@ def check_refusals(place):
     html = ["--holdout", HELD, "-o", place("none.html")]
     refused(1, "needs hemisphere_visibility of order 7", FIT, "compare", place("low.vis.h5"), "--transfer", *html)
     refused(1, "training frames", FIT, "compare", place("low.vis.h5"), "--transfer", "--order", 5, *html)
+    refused(3, "has no light that bounces", FIT, "compare", place("v.vis.h5"), "--transfer", "--components", "4,8", "--bounces",
+            place("t.vis.h5"), *html)
     refused(1, "needs --transfer", FIT, "compare", place("v.vis.h5"), "--components", "4,8", *html)
     refused(1, "of no use", FIT, "compare", place("v.vis.h5"), "--transfer", "--models", "linear", *html)
     two = place("two.pnb")
@@ -176,6 +202,8 @@ def main():
         check_pictures(place)
         print("check_pictures ok")
         check_compare(place, check_visibility(place))
+        check_bounces(place)
+        print("check_bounces ok")
         print("check_compare ok")
         good("player", "bench", place("p.pnb"), *SIZE, "--runs", 3)
         good("player", "view", place("p.pnb"), "--truth", place("t.truth.pnb"), "--dry-run")
