@@ -287,6 +287,7 @@ Json describeBrdf(const fs::path& path) {
                              {"order", operators.order},
                              {"view_functions", operators.view_index.size()}};
     if (brdf.isLive()) json["live"] = nameOf(brdf.lobes[0].model);
+    if (brdf.steps) json["steps"] = {{"values", brdf.steps->values}, {"error", brdf.steps->error}};
     if (brdf.membrane) json["membrane"] = toString(*brdf.membrane);
     json["errors"] = brdf.errors;
     json["provenance"] = describe(brdf.provenance);

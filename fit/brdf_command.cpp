@@ -6,6 +6,7 @@
 #include "fit/fit_verbs.h"
 #include "fit/reflectance/brdf_operators.h"
 #include "fit/reflectance/fit_brdf.h"
+#include "fit/reflectance/fit_steps.h"
 #include "fit/reflectance/live_shading_error.h"
 #include "fit/reflectance/lobe_error.h"
 #include "formats/brdf/brdf_source.h"
@@ -22,19 +23,22 @@ namespace penumbra {
 
 namespace {
 
+constexpr int kDefaultSteps = int(kMaxBrdfSteps);
+
 struct BrdfCommand {
     BrdfSource source;
     std::filesystem::path output;
     int operators = 0;  // k; 0 means none
     std::string operators_from = "slices";
     SliceOrders orders;
+    int steps = 0;     // most steps of a range; 0: kDefaultSteps
     std::string name;  // empty: the name of the source
 };
 
 void define(CLI::App& app, BrdfCommand& command) {
-    app.add_option(
-        "--analytic", command.source.analytic,
-        "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " + joined(brdfNames()));
+    app.add_option("--analytic", command.source.analytic,
+                   "NAME[:key=value,...][,color=R/G/B], as in ggx:alpha=0.3,f0=0.9; NAME is one of " +
+                       joined(brdfNames()) + "; one parameter may have a range, as alpha=0.1..0.6, for a slider");
     app.add_option("--merl", command.source.merl, "measurements of the MERL database (.binary)");
     app.add_option("--table", command.source.table,
                    "scattered measurements (Cornell's .brdf), fits (.csv) or a Penumbra BRDF table");
@@ -52,6 +56,10 @@ void define(CLI::App& app, BrdfCommand& command) {
         ->check(CLI::Range(1, kMaxOrder));
     app.add_option("--view-order", command.orders.view_order, "bands of the slices over the view")
         ->check(CLI::Range(1, kMaxOrder));
+    app.add_option("--steps", command.steps,
+                   "tables that a range has at most (" + std::to_string(kDefaultSteps) +
+                       "); it has as many as its error asks for")
+        ->check(CLI::Range(3, int(kMaxBrdfSteps)));
     addNameOption(app, command.name);
     app.add_option("-o,--output", command.output, "M.brdf.h5")->required();
     app.footer(describeBrdfs() + "\n" + app.get_footer());
@@ -63,6 +71,7 @@ nlohmann::ordered_json optionsOf(const BrdfCommand& command, const RgbBrdf& brdf
     if (!command.source.merl.empty()) options["merl"] = command.source.merl.filename();
     if (!command.source.table.empty()) options["table"] = command.source.table.filename();
     if (!command.source.material.empty()) options["material"] = command.source.material;
+    if (command.steps > 0) options["steps"] = command.steps;
     options["slice_order"] = command.orders.slice_order;
     options["view_order"] = command.orders.view_order;
     if (!command.name.empty()) options["name"] = command.name;
@@ -97,6 +106,10 @@ void warn(const BrdfReading& reading, const BrdfFile& brdf) {
         return found == reading.figures.end() ? 0 : found->second;
     };
     const auto say = [](const std::string& message) { reportWarning("penumbra-fit", message); };
+    if (brdf.steps && brdf.steps->error > kMostStepError)
+        say(brdf.name + ": " + std::to_string(brdf.steps->values.size()) + " steps have an error of " +
+            rounded(brdf.steps->error, 4) + ", above " + rounded(kMostStepError, 4) +
+            ": more --steps or a smaller range help");
     if (const double clamped = count("clamped"); clamped > 0)
         say(brdf.name + ": " + std::to_string(std::size_t(clamped)) + " negative values were set to 0");
     if (const double unmeasured = count("unmeasured"); unmeasured > 0)
@@ -158,6 +171,9 @@ void describe(const BrdfFile& brdf) {
                 error("albedo_b"), error("albedo_max"));
     std::printf("%zu %s for light from one direction, error %.4f\n", brdf.lobes.size(),
                 brdf.lobes.size() == 1 ? "lobe" : "lobes", brdf.lobe_error);
+    if (brdf.steps)
+        std::printf("%zu steps of %s, error between them at most %.4f\n", brdf.steps->values.size(),
+                    parametersOf(brdf.lobes[0].model)[brdf.steps->parameter].name, brdf.steps->error);
     if (brdf.operators.count > 0)
         std::printf("%d operators from %s: shading error %.4f (A4), %.4f (D5), %zu bytes a channel\n",
                     brdf.operators.count, brdf.operators.source.c_str(), error("shading_operators"),
@@ -172,12 +188,20 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
         return;
     }
     const bool is_live = reading.lobes.size() == 1 && isMirrorLobe(reading.lobes[0].model);
+    if (!reading.range && command.steps > 0) throw UsageError("--steps needs a range, as alpha=0.1..0.6");
+    if (reading.range && command.operators > 0)
+        throw UsageError("--operators: " + reading.brdf.name + " has a range, and operators are not interpolated");
     if (is_live && command.operators > 0) throw UsageError("--operators: " + reading.brdf.name + " has no table");
     report.phase("fit");
     // The light of a membrane's two sides is exact with all bands of the cosine; no view changes it.
     const SliceOrders orders = reading.membrane ? SliceOrders{kMaxOrder, 1} : command.orders;
     BrdfFile brdf = is_live ? liveFile(reading) : fitBrdf(reading.brdf, orders, common.threads);
     brdf.membrane = reading.membrane;
+    if (reading.range) {
+        report.phase("steps");
+        brdf.steps =
+            fitSteps(*reading.range, orders, command.steps > 0 ? command.steps : kDefaultSteps, common.threads);
+    }
     report.phase("lobes");
     if (!is_live) addLobes(reading, brdf, common.threads);
     if (!command.name.empty()) brdf.name = command.name;
@@ -197,6 +221,10 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
     report.figures["name"] = brdf.name;
     report.figures["lobes"] = brdf.lobes.size();
     report.figures["lobe_error"] = brdf.lobe_error;
+    if (brdf.steps) {
+        report.figures["steps"] = brdf.steps->values;
+        report.figures["step_error"] = brdf.steps->error;
+    }
     for (const auto& [name, value] : reading.figures) report.figures[name] = value;
     for (const auto& [name, value] : brdf.errors) report.figures[name] = value;
     warn(reading, brdf);
@@ -207,6 +235,7 @@ void run(const BrdfCommand& command, const CommonOptions& common, Report& report
 
 Verb brdfVerb() {
     const auto command = std::make_shared<BrdfCommand>();
+    command->source.takes_ranges = true;
     return {"brdf",
             "A material as reflectance slices.",
             [command](CLI::App& app) { define(app, *command); },

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "formats/common/errors.h"
 #include "sh/brdf/slice_form.h"
@@ -34,20 +35,32 @@ Channels channelsOf(const BrdfFile& brdf) {
     };
     double top_u = 0;
     for (double u : brdf.operators.u) top_u = std::max(top_u, std::abs(u));
-    channels.proportional = !differs(slices, 1e-6 * std::abs(top)) && !differs(brdf.operators.u, 1e-6 * top_u);
+    channels.proportional = !differs(slices, 1e-6 * std::abs(top)) && !differs(brdf.operators.u, 1e-6 * top_u) &&
+                            (!brdf.steps || !differs(brdf.steps->slices, 1e-6 * std::abs(top)));
     // u holds the colour, and w does not.
     for (std::size_t i = 0; i < brdf.operators.w.size(); ++i)
         channels.proportional &= brdf.operators.w[i] == brdf.operators.w[i / 3 * 3 + channels.strongest];
     return channels;
 }
 
-// Reorders [count, 3] to [channels, count].
-std::vector<float> byChannel(const std::vector<double>& values, const Channels& channels) {
+// Reorders [count, 3], a part of a vector, to [channels, count].
+std::vector<float> byChannel(std::span<const double> values, const Channels& channels) {
     std::vector<float> numbers;
     for (std::size_t c = 0; c < (channels.proportional ? 1 : 3); ++c)
         for (std::size_t i = 0; i < values.size() / 3; ++i)
             numbers.push_back(float(values[3 * i + (channels.proportional ? channels.strongest : c)]));
     return numbers;
+}
+
+// Returns [steps, channels, J^2 E].
+std::vector<float> stepsByChannel(const BrdfSteps& steps, const Channels& channels) {
+    std::vector<float> all;
+    const std::size_t size = steps.slices.size() / steps.values.size();
+    for (std::size_t s = 0; s < steps.values.size(); ++s) {
+        const std::vector<float> one = byChannel(std::span(steps.slices).subspan(s * size, size), channels);
+        all.insert(all.end(), one.begin(), one.end());
+    }
+    return all;
 }
 
 std::vector<fbs::BrdfLobe> storedLobes(const std::vector<BrdfLobe>& lobes) {
@@ -80,7 +93,9 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
     const auto color_vector = builder.CreateVector(color);
     const int j = brdf.slice_order, view = brdf.view_order;
     const std::vector<float> all = byChannel(brdf.slices, channels);
-    const SliceForm form = brdf.isLive() ? SliceForm::kGeneral : mostCompactForm(j, view, all);
+    const std::vector<float> of_steps = brdf.steps ? stepsByChannel(*brdf.steps, channels) : std::vector<float>();
+    // The slices of the start are among those of the steps.
+    const SliceForm form = brdf.isLive() ? SliceForm::kGeneral : mostCompactForm(j, view, brdf.steps ? of_steps : all);
     Offset<flatbuffers::Vector<float>> slices;
     if (!brdf.isLive()) slices = writeVector<float>(builder, compactSlices(form, j, view, all));
     Offset<fbs::Operators> operator_table;
@@ -101,9 +116,17 @@ Offset<fbs::Material> writeMaterial(FlatBufferBuilder& builder, const BrdfFile& 
         const auto& [rho, tau, open_back] = *brdf.membrane;
         membrane = builder.CreateVector(std::vector<float>{rho.x, rho.y, rho.z, tau.x, tau.y, tau.z});
     }
+    Offset<flatbuffers::Vector<double>> steps;
+    Offset<flatbuffers::Vector<float>> step_slices;
+    if (brdf.steps) {
+        steps = writeVector<double>(builder, brdf.steps->values);
+        step_slices = writeVector<float>(builder, compactSlices(form, j, view, of_steps));
+    }
     return fbs::CreateMaterial(builder, name, std::uint8_t(j), std::uint8_t(view), channels.proportional ? 1 : 3,
                                color_vector, slices, operator_table, fbs::SliceForm(form), lobes,
-                               float(brdf.lobe_error), membrane, brdf.membrane && brdf.membrane->open_back);
+                               float(brdf.lobe_error), membrane, brdf.membrane && brdf.membrane->open_back, steps,
+                               step_slices, brdf.steps ? std::uint8_t(brdf.steps->parameter) : std::uint8_t(0),
+                               brdf.steps ? float(brdf.steps->error) : 0);
 }
 
 }  // namespace penumbra

@@ -20,7 +20,8 @@ std::vector<SizeOf> sectionSizes(const AssetView& asset, std::size_t file_size) 
     std::size_t materials = 0, lights = 0, pictures = 0;
     for (const MaterialView& material : asset.materials)
         materials += material.stored_slices.size_bytes() + material.operators.u.size_bytes() +
-                     material.operators.w.size_bytes() + material.lobes.size_bytes();
+                     material.operators.w.size_bytes() + material.lobes.size_bytes() + material.steps.size_bytes() +
+                     material.stored_step_slices.size_bytes();
     for (const LightView& light : asset.lights) {
         lights += light.sh.size_bytes() + light.lobes.directions.size_bytes() + light.lobes.coefficients.size_bytes() +
                   light.suns.size_bytes() + light.window.size_bytes();

@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 
+from samples.bat import bat
 from samples.capsule_man import capsule_man
 from samples.flapping_sheet import write_sheets
 from samples.gltf import Gltf, primitive
@@ -241,6 +242,7 @@ def main():
         sample().save(path + ".part")
         os.replace(path + ".part", path)
     swing_in_other_formats(sys.argv[1])
+    write_x(bat(), os.path.join(sys.argv[1], "bat.x"), "flap")
     write_sheets(sys.argv[1])
 
 

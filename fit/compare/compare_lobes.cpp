@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "fit/compare/compare_series.h"
+#include "sh/key_values.h"
 
 namespace penumbra {
 
@@ -19,15 +20,17 @@ Figure lobesFigure(const Comparison& comparison) {
     Plot plot{"plot-lobes", "Held-out relative error", true, {}, {"relative error", false, true, {}, {}}, {}};
     Series visibility{"visibility", {0, false, false, true}, {}, {}},
         cosine{"with the cosine", {1, false, false, true}, {}, {}};
-    Table table{{"model", "lobes alone", "visibility, mean +- deviation", "with the cosine, mean +- deviation"}, {}};
+    Table table{
+        {"model", "ridge", "lobes alone", "visibility, mean +- deviation", "with the cosine, mean +- deviation"}, {}};
     for (const LobeModel& model : lobes.models) {
         const auto at = double(table.rows.size());
         plot.x.ticks.push_back(at);
         plot.x.names.push_back(model.name);
         visibility.x.push_back(at), visibility.y.push_back(model.visibility.mean);
         cosine.x.push_back(at), cosine.y.push_back(model.cosine.mean);
-        table.rows.push_back({model.name, model.fitted > 0 ? fixedNumber(model.fitted, 3) : "-",
-                              errorText(model.visibility), errorText(model.cosine)});
+        table.rows.push_back({model.name, model.ridge > 0 ? shortest(model.ridge) : "-",
+                              model.fitted > 0 ? fixedNumber(model.fitted, 3) : "-", errorText(model.visibility),
+                              errorText(model.cosine)});
     }
     plot.series = {visibility, cosine};
     Figure figure{"lobes", "Zonal lobes of visibility", "Paper 003, figures 3 and 5", "", "", {plot}, table};
@@ -39,7 +42,8 @@ Figure lobesFigure(const Comparison& comparison) {
     figure.method = "Order " + std::to_string(lobes.order) + " of convention B, " + std::to_string(lobes.vertices) +
                     " vertices, ridge regression on " + std::to_string(lobes.inputs) +
                     " principal components of the joint angles. The lobes of every vertex and frame are fitted jointly "
-                    "from the axes of the vertex' mean. Mean and deviation are over held-out frames of |v^ - v| / |v|, "
+                    "from the axes of the vertex' mean, with a ridge on their coefficients that folds of the training "
+                    "frames choose. Mean and deviation are over held-out frames of |v^ - v| / |v|, "
                     "all vertices together. \"With the cosine\" compares moments of V max(cos, 0).";
     return figure;
 }

@@ -6,6 +6,7 @@
 
 #include "fit/light/light_lobes.h"
 #include "fit/models/linear_model.h"
+#include "fit/numerics/cross_validation.h"
 #include "fit/numerics/pca.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
@@ -18,16 +19,22 @@ namespace {
 
 constexpr double kInputVariance = 0.9;  // paper 002 and 000
 constexpr double kRidge = 1e-3;         // of the mean variance of an input
-// Weight of the squares of a lobe's coefficients. Without it two lobes come near each other with large coefficients of
-// opposite sign, whose sum no linear model hits (NOTES.md).
-constexpr double kLobeRidge = 1e-2;
+// Weights of the squares of a lobe's coefficients to choose from. Without any, two lobes come near each other with
+// large coefficients of opposite sign, whose sum no linear model hits (NOTES.md).
+constexpr std::array kLobeRidges = {1e-4, 1e-3, 1e-2, 1e-1};
 
-// Inputs and numbers of the sampled vertices. F counts frames, V vertices, n numbers of a vertex.
+// Numbers of the sampled vertices. F counts frames, V vertices, n numbers of a vertex.
 struct ChosenVertices {
     int order = 0;
     std::size_t vertices = 0;
-    Matrix inputs;              // [F, I]
     Matrix visibility, cosine;  // [F, V n]
+};
+
+// Frames that a model learns from, frames that it is tested on, and the inputs of all frames, [F, I], which know of the
+// former alone.
+struct Trial {
+    std::vector<std::size_t> train, tested;
+    Matrix inputs;
 };
 
 // Returns the principal components of the joint angles of training frames, of all frames.
@@ -79,7 +86,6 @@ ChosenVertices readSample(const CompareInput& input, const CompareCharacter& cha
         for (const std::uint32_t v : character.clusters.vertices[c])
             if (v % step == 0) sampled[c].push_back(v), ++sample.vertices;
     const Convention convention{BelowHorizon::kBlocked, sample.order};
-    sample.inputs = inputsOf(input.poses, character.train);
     sample.visibility = readNumbers(input, character, options, sampled, convention, Target::kVisibility);
     sample.cosine = readNumbers(input, character, options, sampled, convention, Target::kCosineWeighted);
     return sample;
@@ -92,14 +98,14 @@ Matrix rowsOf(const Matrix& all, const std::vector<std::size_t>& rows) {
     return out;
 }
 
-// Trains on the training frames, and returns the predictions of the held-out ones.
-Matrix regress(const Matrix& inputs, const Matrix& outputs, const CompareCharacter& character) {
-    const Matrix train = rowsOf(inputs, character.train);
+// Trains on the training frames, and returns the predictions of the tested ones.
+Matrix regress(const Trial& trial, const Matrix& outputs) {
+    const Matrix train = rowsOf(trial.inputs, trial.train);
     double energy = 0;
     for (const double x : train.values) energy += x * x;
     const double alpha = std::sqrt(kRidge * energy / double(std::max<std::size_t>(1, train.columns)));
-    const Ridge ridge = fitRidge(train, rowsOf(outputs, character.train), std::max(alpha, 1e-12));
-    return predict(ridge, rowsOf(inputs, character.held_out));
+    const Ridge ridge = fitRidge(train, rowsOf(outputs, trial.train), std::max(alpha, 1e-12));
+    return predict(ridge, rowsOf(trial.inputs, trial.tested));
 }
 
 HeldOutErrors errorsOf(const Matrix& predicted, const Matrix& all, const std::vector<std::size_t>& frames) {
@@ -165,7 +171,7 @@ struct VertexLobes {
     double error = 0, whole = 0;  // squares of what the lobes leave, and of the visibility
 };
 
-VertexLobes fitVertex(const ChosenVertices& sample, std::size_t vertex, int count,
+VertexLobes fitVertex(const ChosenVertices& sample, std::size_t vertex, int count, double ridge,
                       const std::vector<std::size_t>& train) {
     const std::size_t n = std::size_t(coefficientCount(sample.order)), each = 2 + std::size_t(sample.order);
     // 1. The axes of the mean.
@@ -174,7 +180,7 @@ VertexLobes fitVertex(const ChosenVertices& sample, std::size_t vertex, int coun
         for (std::size_t i = 0; i < n; ++i) mean[i] += sample.visibility(f, vertex * n + i) / double(train.size());
     const std::vector<Vec3d> axes =
         fitLobesFrom(sample.order, grey(mean), fitLobes(sample.order, grey(mean), count, LobeFit::kJoint).directions,
-                     kLobeRidge)
+                     ridge)
             .directions;
     VertexLobes lobes;
     for (const Vec3d axis : axes) lobes.charts.emplace_back(axis);
@@ -182,7 +188,7 @@ VertexLobes fitVertex(const ChosenVertices& sample, std::size_t vertex, int coun
     lobes.numbers = Matrix(sample.visibility.rows, axes.size() * each);
     for (std::size_t f = 0; f < sample.visibility.rows; ++f) {
         const std::span<const double> v = sample.visibility.row(f).subspan(vertex * n, n);
-        const LightLobesFit fit = fitLobesFrom(sample.order, grey(v), axes, kLobeRidge);
+        const LightLobesFit fit = fitLobesFrom(sample.order, grey(v), axes, ridge);
         double whole = 0;
         for (const double number : v) whole += number * number;
         lobes.error += fit.residual * fit.residual * whole;
@@ -209,23 +215,74 @@ void addLobes(const std::vector<LobeChart>& charts, std::span<const double> numb
     }
 }
 
-LobeModel lobeModel(const ChosenVertices& sample, const CompareCharacter& character, const CompareOptions& options,
-                    int count) {
-    const std::size_t n = std::size_t(coefficientCount(sample.order));
-    std::vector<VertexLobes> lobes(sample.vertices);
-    Matrix predicted(character.held_out.size(), sample.vertices * n);
-    parallelFor(sample.vertices, options.threads, [&](std::size_t v) {
+// The lobes of all vertices in all frames.
+struct FittedLobes {
+    double ridge = 0, error = 0;  // error: relative, before any regression
+    std::vector<VertexLobes> vertices;
+};
+
+FittedLobes fitAll(const ChosenVertices& sample, const std::vector<std::size_t>& train, int count, double ridge,
+                   int threads) {
+    FittedLobes lobes{ridge, 0, std::vector<VertexLobes>(sample.vertices)};
+    parallelFor(sample.vertices, threads, [&](std::size_t v) {
         throwIfInterrupted();
-        lobes[v] = fitVertex(sample, v, count, character.train);
-        const Matrix numbers = regress(sample.inputs, lobes[v].numbers, character);
-        for (std::size_t r = 0; r < predicted.rows; ++r)
-            addLobes(lobes[v].charts, numbers.row(r), sample.order, predicted.row(r).subspan(v * n, n));
+        lobes.vertices[v] = fitVertex(sample, v, count, ridge, train);
     });
     double error = 0, whole = 0;
-    for (const VertexLobes& one : lobes) error += one.error, whole += one.whole;
-    return {std::to_string(count) + (count == 1 ? " lobe" : " lobes"), whole > 0 ? std::sqrt(error / whole) : 0,
-            errorsOf(predicted, sample.visibility, character.held_out),
-            errorsOf(withCosine(predicted, sample.order), sample.cosine, character.held_out)};
+    for (const VertexLobes& one : lobes.vertices) error += one.error, whole += one.whole;
+    lobes.error = whole > 0 ? std::sqrt(error / whole) : 0;
+    return lobes;
+}
+
+// Returns the visibility of predicted lobes, [tested frames, V n].
+Matrix predictLobes(const ChosenVertices& sample, const FittedLobes& lobes, const Trial& trial, int threads) {
+    const std::size_t n = std::size_t(coefficientCount(sample.order));
+    Matrix predicted(trial.tested.size(), sample.vertices * n);
+    parallelFor(sample.vertices, threads, [&](std::size_t v) {
+        const Matrix numbers = regress(trial, lobes.vertices[v].numbers);
+        for (std::size_t r = 0; r < numbers.rows; ++r)
+            addLobes(lobes.vertices[v].charts, numbers.row(r), sample.order, predicted.row(r).subspan(v * n, n));
+    });
+    return predicted;
+}
+
+// Returns one trial for each fold of the training frames, which is tested on a model of the others.
+std::vector<Trial> trialsOf(const CompareInput& input, const std::vector<std::size_t>& train) {
+    const std::vector<int> folds = makeFolds(input.reader.header().frames, train);
+    std::vector<Trial> trials(folds.empty() ? 0 : std::size_t(*std::ranges::max_element(folds)) + 1);
+    for (std::size_t t = 0; t < trials.size(); ++t) {
+        for (std::size_t f = 0; f < train.size(); ++f)
+            (folds[f] == int(t) ? trials[t].tested : trials[t].train).push_back(train[f]);
+        if (!trials[t].train.empty()) trials[t].inputs = inputsOf(input.poses, trials[t].train);
+    }
+    std::erase_if(trials, [](const Trial& trial) { return trial.train.empty(); });
+    return trials;
+}
+
+double squaredError(const ChosenVertices& sample, const Matrix& predicted, const std::vector<std::size_t>& frames) {
+    double error = 0;
+    for (std::size_t r = 0; r < predicted.rows; ++r)
+        for (std::size_t c = 0; c < predicted.columns; ++c) {
+            const double difference = predicted(r, c) - sample.visibility(frames[r], c);
+            error += difference * difference;
+        }
+    return error;
+}
+
+// Returns the lobes of the ridge whose models have the smallest error on folds that they have not seen. The lobes are
+// those of each frame alone, so a fold's enter no model but by the axes of the mean from which all fits start.
+FittedLobes chooseLobes(const ChosenVertices& sample, const std::vector<Trial>& trials,
+                        const std::vector<std::size_t>& train, int count, int threads) {
+    FittedLobes best;
+    double least = INFINITY;
+    for (const double ridge : kLobeRidges) {
+        FittedLobes lobes = fitAll(sample, train, count, ridge, threads);
+        double error = 0;
+        for (const Trial& trial : trials)
+            error += squaredError(sample, predictLobes(sample, lobes, trial, threads), trial.tested);
+        if (error < least) best = std::move(lobes), least = error;
+    }
+    return best;
 }
 
 }  // namespace
@@ -233,15 +290,26 @@ LobeModel lobeModel(const ChosenVertices& sample, const CompareCharacter& charac
 LobeComparison compareLobes(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options,
                             const std::function<void(double)>& progress) {
     const ChosenVertices sample = readSample(input, character, options);
-    LobeComparison comparison{sample.vertices, sample.inputs.columns, sample.order, {}};
-    const Matrix plain = regress(sample.inputs, sample.visibility, character),
-                 weighted = regress(sample.inputs, sample.cosine, character);
-    comparison.models.push_back({"SH", 0, errorsOf(plain, sample.visibility, character.held_out),
-                                 errorsOf(withCosine(plain, sample.order), sample.cosine, character.held_out)});
-    comparison.models.push_back({"SH x cosine", 0, {NAN, NAN}, errorsOf(weighted, sample.cosine, character.held_out)});
+    const Trial held_out{character.train, character.held_out, inputsOf(input.poses, character.train)};
+    const std::vector<Trial> trials = trialsOf(input, character.train);
+    LobeComparison comparison{sample.vertices, held_out.inputs.columns, sample.order, {}};
+    const auto add = [&](std::string name, double fitted, double ridge, const Matrix& predicted) {
+        comparison.models.push_back({std::move(name), fitted, ridge,
+                                     errorsOf(predicted, sample.visibility, character.held_out),
+                                     errorsOf(withCosine(predicted, sample.order), sample.cosine, character.held_out)});
+    };
+    add("SH", 0, 0, regress(held_out, sample.visibility));
+    comparison.models.push_back({"SH x cosine",
+                                 0,
+                                 0,
+                                 {NAN, NAN},
+                                 errorsOf(regress(held_out, sample.cosine), sample.cosine, character.held_out)});
     for (std::size_t i = 0; i < options.lobes.size(); ++i) {
         if (progress) progress(double(i) / double(options.lobes.size()));
-        comparison.models.push_back(lobeModel(sample, character, options, options.lobes[i]));
+        const int count = options.lobes[i];
+        const FittedLobes lobes = chooseLobes(sample, trials, character.train, count, options.threads);
+        add(std::to_string(count) + (count == 1 ? " lobe" : " lobes"), lobes.error, lobes.ridge,
+            predictLobes(sample, lobes, held_out, options.threads));
     }
     return comparison;
 }

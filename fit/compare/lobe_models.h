@@ -18,6 +18,7 @@ struct HeldOutErrors {
 struct LobeModel {
     std::string name;
     double fitted = 0;         // relative error of the lobes before the regression, over all frames
+    double ridge = 0;          // weight of the squares of their coefficients
     HeldOutErrors visibility;  // of the numbers of B; NaN where the model has none
     HeldOutErrors cosine;      // of the moments of V max(cos, 0), where the cosine is added again to the prediction
 };
@@ -29,7 +30,8 @@ struct LobeComparison {
 };
 
 // Fits the lobes of vertex and frame jointly, from the axes of the vertex' mean visibility, so that they follow the
-// pose without jumps where they can. The vertices are a sample of at most kLobeVertices. Needs a file of order 2 or
+// pose without jumps where they can. Folds of the training frames choose the ridge of every number of lobes, as
+// makeFolds() cuts them. The vertices are a sample of at most kLobeVertices. Needs a file of order 2 or
 // more and joint angles.
 constexpr std::size_t kLobeVertices = 64;
 LobeComparison compareLobes(const CompareInput& input, const CompareCharacter& character, const CompareOptions& options,

@@ -94,11 +94,16 @@ Albedo albedoOf(const SliceTable& table) {
 
 }  // namespace
 
-BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads) {
-    const SliceTable table = refinedSlices(source, orders.slice_order, threads);
+SliceTable settledSlices(const RgbBrdf& source, int slice_order, int threads) {
+    SliceTable table = refinedSlices(source, slice_order, threads);
     if (!(table.refinement <= kSettled))
         throw InvalidInput("BRDF " + source.name + ": its lobe is too narrow to tabulate (slices still change by " +
                            std::to_string(table.refinement) + ")");
+    return table;
+}
+
+BrdfFile fitBrdf(const RgbBrdf& source, const SliceOrders& orders, int threads) {
+    const SliceTable table = settledSlices(source, orders.slice_order, threads);
     BrdfFile brdf;
     brdf.name = source.name;
     brdf.slice_order = orders.slice_order;

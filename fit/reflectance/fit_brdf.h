@@ -18,8 +18,11 @@ struct SliceOrders {
 // Returns C, row-major [J^2, E, 3], from a table.
 std::vector<double> fitSlices(const SliceTable& table, const SliceOrders& orders);
 
-// Fits a BRDF. The provenance is left to the caller. Throws InvalidInput when a lobe is too narrow for the finest grid.
-// The result has these `errors`, over all channels where none is named:
+// Returns the table that fits read. Throws InvalidInput when a lobe is too narrow for the finest grid.
+SliceTable settledSlices(const RgbBrdf& source, int slice_order, int threads);
+
+// Fits a BRDF. The provenance is left to the caller. Throws as settledSlices() does. The result has these `errors`,
+// over all channels where none is named:
 //
 // - fit: sqrt(sum w z |F - C y|^2 / sum w z |F|^2).
 // - refinement: the last change of F in the same measure.

@@ -67,6 +67,8 @@ BlockersView blockersOf(const fbs::Asset& stored, const Field& at, std::size_t j
 // sets the transfer and what stands in for the model. `at` is the file.
 void setTransfer(const fbs::Asset& stored, const Field& at, AssetView& asset);
 bool usesVersion7(const fbs::Asset& asset);
+// Tells the same of version 8, in asset_checks_look.cpp.
+bool usesVersion8(const fbs::Asset& asset);
 // Returns the lowest version from 3 on that knows all that the verified file has.
 int lowestVersion(const fbs::Asset& asset);
 

@@ -130,7 +130,8 @@ BlockersView blockersOf(const fbs::Asset& stored, const Field& file, std::size_t
 }
 
 int lowestVersion(const fbs::Asset& asset) {
-    if (usesVersion7(asset)) return kAssetVersion;
+    if (usesVersion8(asset)) return kAssetVersion;
+    if (usesVersion7(asset)) return kBouncedAssetVersion;
     if (usesVersion6(asset)) return kSunAssetVersion;
     if (asset.blocker_spheres() || asset.blocker_joints() || (asset.model() && asset.model()->composition()))
         return kComposedAssetVersion;

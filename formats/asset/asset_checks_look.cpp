@@ -5,6 +5,7 @@
 #include "asset_generated.h"
 #include "formats/asset/asset_checks.h"
 #include "formats/asset/asset_field.h"
+#include "sh/brdf/brdf_range.h"
 #include "sh/brdf/mirror_lobe.h"
 
 namespace penumbra {
@@ -60,6 +61,44 @@ void checkLive(const fbs::Material& stored, const Field& at, const MaterialView&
     (at / "membrane").require(!material.membrane, "is given for a material without slices");
 }
 
+// Steps are of one lobe, which the material is. `material` has all else.
+void setSteps(const fbs::Material& stored, const Field& at, MaterialView& material) {
+    const Field here = at / "steps";
+    material.step_error = stored.step_error();
+    (at / "step_error").require(std::isfinite(material.step_error) && material.step_error >= 0, "is not 0 or more");
+    if (!stored.steps()) {
+        here.require(!stored.step_slices() && stored.step_parameter() == 0 && material.step_error == 0,
+                     "are missing, but there are numbers of them");
+        return;
+    }
+    here.require(!material.slices.empty() && !material.membrane && !stored.operators() && material.lobes.size() == 1 &&
+                     material.lobe_error == 0,
+                 "are given, but the material is not one lobe with slices, without operators or a membrane");
+    const std::span<const BrdfParameter> parameters = parametersOf(material.lobes[0].model);
+    material.step_parameter = stored.step_parameter();
+    checkRange(at / "step_parameter", std::int64_t(material.step_parameter), 0, std::int64_t(parameters.size()) - 1);
+    material.steps = spanOf<double>(stored.steps(), here);
+    const std::size_t count = material.steps.size();
+    checkRange(here, std::int64_t(count), 2, std::int64_t(kMaxBrdfSteps));
+    const auto [name, fallback, least, most] = parameters[material.step_parameter];
+    for (std::size_t s = 0; s < count; ++s) {
+        here[s].require(material.steps[s] >= least && material.steps[s] <= most, "is out of the parameter's range");
+        here[s].require(s == 0 || material.steps[s] > material.steps[s - 1], "is not above the one before");
+    }
+    const float now = material.lobes[0].parameters[material.step_parameter];
+    here.require(now >= float(material.steps.front()) && now <= float(material.steps.back()),
+                 "do not enclose the parameter of the lobe");
+    const int j = material.slice_order, view = material.view_order;
+    const std::size_t entries = entryCount(material.slice_form, j, view);
+    material.stored_step_slices =
+        floatsOf(stored.step_slices(), at / "step_slices", count * std::size_t(material.channels) * entries);
+    material.step_slices = material.stored_step_slices;
+    if (material.slice_form == SliceForm::kGeneral) return;
+    material.unfolded_steps = std::make_shared<const std::vector<float>>(
+        expandSlices(material.slice_form, j, view, material.stored_step_slices));
+    material.step_slices = *material.unfolded_steps;
+}
+
 std::optional<Membrane> membraneOf(const fbs::Material& stored, const Field& at) {
     if (!stored.membrane()) {
         (at / "membrane_open").require(!stored.membrane_open(), "is set for a material without membrane");
@@ -93,6 +132,7 @@ MaterialView materialOf(const fbs::Material& stored, const Field& at) {
     (at / "lobe_error").require(std::isfinite(material.lobe_error) && material.lobe_error >= 0, "is not 0 or more");
     material.membrane = membraneOf(stored, at);
     if (material.isLive()) checkLive(stored, at, material);
+    setSteps(stored, at, material);
     return material;
 }
 
@@ -168,6 +208,15 @@ bool usesNewLooks(const fbs::Asset& asset) {
     return false;
 }
 
+bool usesVersion8(const fbs::Asset& asset) {
+    if (asset.materials())
+        for (const fbs::Material* material : *asset.materials())
+            if (material->steps() || material->step_slices() || material->step_parameter() != 0 ||
+                material->step_error() != 0)
+                return true;
+    return false;
+}
+
 void checkLooks(const AssetView& asset, const Field& file) {
     for (std::size_t m = 0; m < asset.materials.size(); ++m) {
         const MaterialView& material = asset.materials[m];
@@ -181,8 +230,12 @@ std::vector<MaterialView> materialsOf(const fbs::Asset& asset, const Field& at) 
     std::vector<MaterialView> materials;
     if (!asset.materials()) return materials;
     checkRange(at, std::int64_t(asset.materials()->size()), 0, std::int64_t(kMaxMaterials));
-    for (const fbs::Material* material : *asset.materials())
+    std::size_t tables = 0;  // vectors of a file may be shared, so its size does not bound what they unfold to
+    for (const fbs::Material* material : *asset.materials()) {
+        tables += 1 + (material->steps() ? material->steps()->size() : 0);
+        at.require(tables <= kMaxMaterials, "have more than 4096 tables together");
         materials.push_back(materialOf(*material, at[materials.size()]));
+    }
     checkUniqueNames(at, materials);
     return materials;
 }

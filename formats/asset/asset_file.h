@@ -26,7 +26,8 @@
 
 namespace penumbra {
 
-constexpr int kAssetVersion = 7;              // knows transfer, light that bounces, live materials, membranes
+constexpr int kAssetVersion = 8;              // knows steps of materials
+constexpr int kBouncedAssetVersion = 7;       // knows transfer, light that bounces, live materials, membranes
 constexpr int kSunAssetVersion = 6;           // knows lobes of materials, and suns and pictures of lights
 constexpr int kComposedAssetVersion = 5;      // knows composed models and sphere blockers
 constexpr int kDeformingAssetVersion = 4;     // knows deforming and two-sided meshes, and inputs
@@ -226,6 +227,15 @@ struct MaterialView {
     std::span<const BrdfLobe> lobes = {};   // 0..kMaxBrdfLobes, for light from one direction; empty: not known
     float lobe_error = 0;                   // of the lobes against the material, fit/reflectance/lobe_error.h; 0: exact
     std::optional<Membrane> membrane = {};  // set: slices and lobes are those of a white Lambertian surface
+
+    // Slices at steps of a parameter of the one lobe; asset.fbs has the rule.
+    std::span<const double> steps = {};                                  // [S] ascending; empty: there are none
+    std::span<const float> step_slices = {};                             // [S, channels, J^2, E] for every form
+    std::span<const float> stored_step_slices = {};                      // as in the file
+    std::shared_ptr<const std::vector<float>> unfolded_steps = nullptr;  // the numbers behind `step_slices`, if compact
+    std::size_t step_parameter = 0;
+    float step_error = 0;
+    bool hasSteps() const { return !steps.empty(); }
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
     bool isLive() const { return slices.empty() && !lobes.empty(); }

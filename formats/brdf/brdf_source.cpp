@@ -77,6 +77,12 @@ BrdfReading readAnalytic(const BrdfSource& source) {
             reading.brdf.name = toString(*membrane);
             return reading;
         }
+        if (const std::optional<BrdfRange> range = parseBrdfRange(source.analytic)) {
+            if (!source.takes_ranges) throw std::invalid_argument("a range has no one picture: give one value");
+            BrdfReading reading{rgbBrdf(range->spec), {}, {lobeOf(range->spec)}, {}, range};
+            reading.brdf.name = toString(*range);
+            return reading;
+        }
         const BrdfSpec spec = parseBrdf(source.analytic);
         return {rgbBrdf(spec), {}, {lobeOf(spec)}};
     } catch (const std::invalid_argument& error) {

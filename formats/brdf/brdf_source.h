@@ -9,6 +9,7 @@
 
 #include "sh/brdf/brdf.h"
 #include "sh/brdf/brdf_lobe.h"
+#include "sh/brdf/brdf_range.h"
 #include "sh/brdf/membrane.h"
 
 namespace penumbra {
@@ -20,6 +21,7 @@ struct BrdfSource {
     std::filesystem::path table = {};            // scattered .brdf, fits .csv or our own table
     std::string material = {};                   // the row, for a file of fits
     const char* analytic_option = "--analytic";  // what the command line calls `analytic`, for messages
+    bool takes_ranges = false;                   // of a parameter, as alpha=0.1..0.6
     std::vector<std::filesystem::path> files() const;
 };
 
@@ -35,6 +37,7 @@ struct BrdfReading {
     std::map<std::string, double> figures;
     std::vector<BrdfLobe> lobes = {};
     std::optional<Membrane> membrane = {};  // set: `brdf` and `lobes` are a white Lambertian surface
+    std::optional<BrdfRange> range = {};    // set: `brdf` and `lobes` are those of the middle of it
 };
 
 // Reads the material. Throws UsageError for a source that makes no sense, IoError, and InvalidInput, which names file

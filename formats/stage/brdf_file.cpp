@@ -1,13 +1,16 @@
 #include "formats/stage/brdf_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
 #include "formats/stage/stage_parts.h"
+#include "sh/brdf/brdf_range.h"
 #include "sh/brdf/mirror_lobe.h"
 #include "sh/reflectance.h"
 
@@ -16,7 +19,9 @@ namespace penumbra {
 namespace {
 
 constexpr FileKind kBrdfKind{"penumbra.brdf", kBrdfVersion};
-constexpr FileKind kTableKind{"penumbra.brdf", 1};  // knows neither live materials nor membranes
+// Writers use the lowest version that knows all they write.
+constexpr FileKind kNewLooksKind{"penumbra.brdf", 2};  // knows live materials and membranes
+constexpr FileKind kTableKind{"penumbra.brdf", 1};     // knows neither
 
 void writeOperators(hid_t file, const BrdfOperators& operators) {
     const hsize_t count = hsize_t(operators.count), columns = operators.view_index.size();
@@ -62,13 +67,29 @@ void writeMembrane(hid_t file, const Membrane& membrane) {
     writeIntegerAttribute(file, "/membrane", "open_back", membrane.open_back);
 }
 
+void writeSteps(hid_t file, const BrdfFile& brdf) {
+    const BrdfSteps& steps = *brdf.steps;
+    const hsize_t count = steps.values.size(), rows = hsize_t(coefficientCount(brdf.slice_order)),
+                  columns = brdf.even_index.size();
+    assert(steps.slices.size() == count * rows * columns * 3);
+    writeDoubles(file, "/steps/values", steps.values, {count});
+    writeDoubles(file, "/steps/slices", steps.slices, {count, rows, columns, 3});
+    writeIntegerAttribute(file, "/steps", "parameter", std::int64_t(steps.parameter));
+    writeNumberAttribute(file, "/steps", "error", steps.error);
+}
+
+const FileKind& kindOf(const BrdfFile& brdf) {
+    if (brdf.steps) return kBrdfKind;
+    return brdf.isLive() || brdf.membrane ? kNewLooksKind : kTableKind;
+}
+
 }  // namespace
 
 void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     assert(!brdf.isLive() || (brdf.lobes.size() == 1 && isMirrorLobe(brdf.lobes[0].model)));
     PartialFile partial(path);
     Hdf5Handle file = createHdf5(partial.path());
-    writeRoot(file, brdf.isLive() || brdf.membrane ? kBrdfKind : kTableKind, brdf.slice_order, brdf.provenance);
+    writeRoot(file, kindOf(brdf), brdf.slice_order, brdf.provenance);
     writeTextAttribute(file, "/", "name", brdf.name);
     writeIntegerAttribute(file, "/", "view_order", brdf.view_order);
     if (!brdf.isLive()) writeSlices(file, brdf);
@@ -77,6 +98,7 @@ void writeBrdf(const std::filesystem::path& path, const BrdfFile& brdf) {
     if (brdf.operators.count > 0) writeOperators(file, brdf.operators);
     if (!brdf.lobes.empty()) writeLobes(file, brdf);
     if (brdf.membrane) writeMembrane(file, *brdf.membrane);
+    if (brdf.steps) writeSteps(file, brdf);
     closeHdf5(file);
     partial.commit();
 }
@@ -180,6 +202,39 @@ Membrane readMembrane(const Hdf5Reader& in) {
     return membrane;
 }
 
+// The steps are those of one lobe, which the material is.
+BrdfSteps readSteps(const Hdf5Reader& in, const BrdfFile& brdf) {
+    const auto require = [&](bool holds, const std::string& what) {
+        if (!holds) throw InvalidInput(in.name + ": /steps" + what);
+    };
+    require(brdf.lobes.size() == 1 && brdf.lobe_error == 0 && !brdf.slices.empty() && !brdf.membrane &&
+                brdf.operators.count == 0,
+            ": the material is not one lobe with slices, without operators or a membrane");
+    const BrdfLobe& lobe = brdf.lobes[0];
+    const std::span<const BrdfParameter> parameters = parametersOf(lobe.model);
+    require(!parameters.empty(), std::string(": ") + nameOf(lobe.model) + " has no parameter");
+    BrdfSteps steps;
+    steps.parameter =
+        std::size_t(readIntegerAttribute(in, "/steps", "parameter", 0, std::int64_t(parameters.size()) - 1));
+    std::vector<hsize_t> count{0};
+    steps.values = readDoubles(in, "/steps/values", count);
+    require(count[0] >= 2 && count[0] <= kMaxBrdfSteps,
+            "/values: " + std::to_string(count[0]) + " steps; 2.." + std::to_string(kMaxBrdfSteps) + " are possible");
+    const BrdfParameter& parameter = parameters[steps.parameter];
+    require(steps.values.front() >= parameter.least && steps.values.back() <= parameter.most,
+            std::string("/values: out of the range of ") + parameter.name);
+    require(std::ranges::adjacent_find(steps.values, std::greater_equal()) == steps.values.end(),
+            "/values: not ascending");
+    const float now = lobe.parameters[steps.parameter];
+    require(now >= float(steps.values.front()) && now <= float(steps.values.back()),
+            "/values: do not enclose the parameter of the lobe");
+    std::vector<hsize_t> shape{count[0], hsize_t(coefficientCount(brdf.slice_order)), brdf.even_index.size(), 3};
+    steps.slices = readDoubles(in, "/steps/slices", shape);
+    steps.error = readNumberAttribute(in, "/steps", "error");
+    require(std::isfinite(steps.error) && steps.error >= 0, ": error is not a number of 0 or more");
+    return steps;
+}
+
 }  // namespace
 
 BrdfFile readBrdf(const std::filesystem::path& path) {
@@ -196,6 +251,7 @@ BrdfFile readBrdf(const std::filesystem::path& path) {
     if (exists(in, "/lobes")) readLobes(in, brdf);
     if (!has_slices) checkLive(in, brdf);
     if (exists(in, "/membrane")) brdf.membrane = readMembrane(in);
+    if (exists(in, "/steps")) brdf.steps = readSteps(in, brdf);
     return brdf;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // m.brdf.h5: a material as reflectance slices (HDF5, format "penumbra.brdf"), with the operators of paper 000
-// beside them where the user asked for these. Version 2 has live materials and membranes.
+// beside them where the user asked for these. Version 2 has live materials and membranes, version 3 steps of a
+// parameter.
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -14,7 +15,7 @@
 
 namespace penumbra {
 
-constexpr int kBrdfVersion = 2;
+constexpr int kBrdfVersion = 3;
 
 // f_i(o) ~= sum_b u^b_i (w^b . y(o)); sh/brdf/reflection_operator.h makes M^b of the u. count 0: there are no
 // operators.
@@ -26,6 +27,15 @@ struct BrdfOperators {
     std::vector<double> w;        // [k, E', 3]
     std::string source;           // "table", "slices" or "literal" (fit/reflectance/brdf_operators.h)
     bool operator==(const BrdfOperators&) const = default;
+};
+
+// Slices at steps of a parameter of the material's one lobe. The run time interpolates them between two steps.
+struct BrdfSteps {
+    std::size_t parameter = 0;   // index into parametersOf() of the lobe's model
+    std::vector<double> values;  // 2..kMaxBrdfSteps, ascending
+    std::vector<double> slices;  // [steps, J^2, E, 3], colour included
+    double error = 0;            // largest relative error of interpolated slices in the middle between two steps
+    bool operator==(const BrdfSteps&) const = default;
 };
 
 struct BrdfFile {
@@ -41,6 +51,7 @@ struct BrdfFile {
     double lobe_error = 0;        // of that sum, fit/reflectance/lobe_error.h; 0: exact
     // Set: the slices and lobes are those of a white Lambertian surface, and the membrane says what it makes of them.
     std::optional<Membrane> membrane;
+    std::optional<BrdfSteps> steps;  // set: `slices` are those of the parameter that the lobe has
 
     // A live material is one lobe about the mirror direction (sh/brdf/mirror_lobe.h) and has no slices.
     bool isLive() const { return slices.empty() && !lobes.empty(); }

@@ -46,14 +46,14 @@ public:
         else if (shading_)
             shadeFrame(*shading_, vertices_, eye_, threads_, radiance_);
     }
-    bool isLive() const {
-        if (!shading_) return false;
-        const std::size_t material = shading_->materialOfSlot()[0];
-        return shading_->isLive(material) && shading_->hasMaterial(material);
+    std::optional<ChangingParameter> parameter() const {
+        if (!shading_ || !shading_->hasMaterial(shading_->materialOfSlot()[0])) return std::nullopt;
+        return changingParameter(asset_->materials[shading_->materialOfSlot()[0]]);
     }
-    // Shades with another exponent than the last time.
+    // Shades with another parameter than the last time.
     void shadeChanged(std::size_t run) {
-        shading_->setParameter(shading_->materialOfSlot()[0], run % 2 == 0 ? 0.9 : 0.2);
+        const auto [name, index, least, most] = *parameter();
+        shading_->setParameter(shading_->materialOfSlot()[0], std::lerp(least, most, run % 2 == 0 ? 0.9 : 0.2));
         shade();
     }
     void emptyCaches() {
@@ -111,7 +111,7 @@ std::vector<TimedStage> stagesOf(const AssetView& asset, const ShadingSet* shadi
             {{"evaluate, fast", {}, {}, threads}, nothing, [&](std::size_t) { stages.evaluateFast(threads); }, runs}};
         timed.insert(timed.begin() + 2, far_stages.begin(), far_stages.end());
     }
-    if (stages.isLive())
+    if (stages.parameter())
         timed.push_back({{"shade, changed lobe", {}, {}, threads},
                          nothing,
                          [&](std::size_t run) { stages.shadeChanged(run); },

@@ -2,6 +2,7 @@
 
 #include "player/draw/gl_cast.h"
 #include "player/draw/sun_map_painter.h"
+#include "player/frame/lobe_table.h"
 #include "player/runtime/brdf_glsl.h"
 #include "player/runtime/cast_glsl.h"
 #include "player/runtime/far_glsl.h"
@@ -164,7 +165,8 @@ std::string skyFragmentSource() {
 std::string channelFragmentSource(Channel channel, BrdfModels sunlit) {
     std::string suns;
     if (sunlit) suns = kSunlit + brdfGlsl(sunlit) + sunGlsl() + kShaderSkyGlsl + kShaderSunlightGlsl;
-    if (sunlit == 1u << int(BrdfModel::kLambert)) suns.insert(0, "#define SUN_LAMBERT\n");
+    if (sunlit & kMembranes) suns.insert(0, "#define SUN_MEMBRANES\n");
+    if ((sunlit & ~kMembranes) == 1u << int(BrdfModel::kLambert)) suns.insert(0, "#define SUN_LAMBERT\n");
     if (sunlit >> int(BrdfModel::kMirror) & 1) suns.insert(0, "#define SUN_MIRRORS\n");
     return preamble(channel) + interpolation(channel) + suns + kShaderDisplayGlsl + kShaderChannelFrag;
 }

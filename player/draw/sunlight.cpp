@@ -28,15 +28,23 @@ void Sunlight::reflect(const SkyPicture& sky) {
     sky_height_ = sky.height;
 }
 
-void Sunlight::uploadLobes() {
-    if (lobe_texels_.texture.id() && lobe_count_ == lobes_->lobes().size()) return;
+void Sunlight::updateLobes() {
+    const std::span<const BrdfLobe> lobes = lobes_->lobes();
+    if (lobe_texels_.texture.id() && std::ranges::equal(uploaded_, lobes)) return;
     std::vector<std::array<float, 4>> texels;
-    for (const BrdfLobe& lobe : lobes_->lobes()) {
+    for (const BrdfLobe& lobe : lobes) {
         texels.push_back(lobe.parameters);
         texels.push_back({lobe.color.x, lobe.color.y, lobe.color.z, float(lobe.model)});
     }
-    lobe_texels_ = makeTextureBuffer(GL_RGBA32F, std::span<const std::array<float, 4>>(texels));
-    lobe_count_ = lobes_->lobes().size();
+    const std::span<const std::array<float, 4>> all(texels);
+    if (!lobe_texels_.texture.id() || lobes.size() > room_) {
+        lobe_texels_ = makeTextureBuffer(GL_RGBA32F, all);
+        room_ = lobes.size();
+    } else {
+        gl::BindBuffer(GL_TEXTURE_BUFFER, lobe_texels_.buffer.id());
+        gl::BufferSubData(GL_TEXTURE_BUFFER, 0, GLsizeiptr(all.size_bytes()), all.data());
+    }
+    uploaded_.assign(lobes.begin(), lobes.end());
 }
 
 void Sunlight::shine(std::span<const Sun> suns, std::span<const SunCaster> casters) {
@@ -52,7 +60,7 @@ void Sunlight::shine(std::span<const Sun> suns, std::span<const SunCaster> caste
     frames_.clear();
     for (const Sun& sun : suns) frames_.push_back(fitSunFrame(casters, sun.direction, sun.radius, maps_.size()));
     maps_.draw(frames_, casters);
-    uploadLobes();
+    updateLobes();
 }
 
 void Sunlight::bind(const SunlightUniforms& at, const FrameView& view) const {

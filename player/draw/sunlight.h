@@ -38,13 +38,16 @@ public:
     void reflect(const SkyPicture& sky);
     void turnSky(const Mat3& rotation) { rotation_ = rotation; }
     BrdfModels models() const { return lobes_->models(); }  // of all lobes
+    // Uploads the lobes where they have changed, into the same buffer while it is large enough.
+    void updateLobes();
     // Gives suns, maps, lobes and the sky to the program in use.
     void bind(const SunlightUniforms& at, const FrameView& view) const;
 
 private:
     const LobeTable* lobes_;
     TextureBuffer lobe_texels_;
-    std::size_t lobe_count_ = 0;  // of these
+    std::vector<BrdfLobe> uploaded_;  // what these hold
+    std::size_t room_ = 0;            // lobes that the buffer has room for
     SunMapPainter maps_;
     std::vector<Sun> suns_;
     TextureBuffer sky_;
@@ -52,8 +55,6 @@ private:
     Mat3 rotation_;
     std::vector<SunFrame> frames_;
     std::vector<std::size_t> sizes_;  // vertices and triangles of the casters that are uploaded
-
-    void uploadLobes();
 };
 
 }  // namespace penumbra

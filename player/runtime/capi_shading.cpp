@@ -69,14 +69,14 @@ void chooseUsable(ShadingSet& set, std::size_t materials, std::size_t lights) {
         if (!set.hasMaterial(set.materialOfSlot()[slot])) set.setMaterial(slot, material);
 }
 
-// Returns the parameter of a live material.
-const BrdfParameter& liveParameter(const penumbra_shading* shading, std::size_t material) {
+ChangingParameter parameterOf(const penumbra_shading* shading, std::size_t material) {
     requirePointer(shading, "shading");
     requireIndex("material", material, shading->view.materials.size());
     const ShadingSet& set = *shading->set;
-    if (!set.isLive(material) || !set.hasMaterial(material))
-        throw Unsupported("material " + std::to_string(material) + " is not live");
-    return parametersOf(set.lobesOf(material)[0].model)[0];
+    const std::optional<ChangingParameter> parameter = changingParameter(shading->view.materials[material]);
+    if (!parameter || !set.hasMaterial(material))
+        throw Unsupported("material " + std::to_string(material) + " has no parameter that changes");
+    return *parameter;
 }
 
 }  // namespace
@@ -179,10 +179,10 @@ penumbra_status penumbra_shading_set_material_parameter(penumbra_shading* shadin
                                                         double value, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(name, "name");
-        const BrdfParameter& parameter = liveParameter(shading, material);
-        if (std::string_view(name) != parameter.name)
+        const ChangingParameter parameter = parameterOf(shading, material);
+        if (name != parameter.name)
             throw Unsupported("material " + std::to_string(material) + " has no parameter \"" + name + "\", only \"" +
-                              parameter.name + "\"");
+                              std::string(parameter.name) + "\"");
         try {
             shading->set->setParameter(material, value);
         } catch (const std::invalid_argument& wrong) {
@@ -195,9 +195,9 @@ penumbra_status penumbra_shading_get_material_parameter(const penumbra_shading* 
                                                         penumbra_parameter* out, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(out, "out");
-        const BrdfParameter& parameter = liveParameter(shading, material);
-        *out = {parameter.name, double(shading->set->lobesOf(material)[0].parameters[0]), parameter.least,
-                parameter.most};
+        const ChangingParameter parameter = parameterOf(shading, material);
+        *out = {parameter.name.data(), double(shading->set->lobesOf(material)[0].parameters[parameter.index]),
+                parameter.least, parameter.most};
     });
 }
 

@@ -18,23 +18,53 @@ bool hasReflectance(const MaterialView& material, Reflectance reflectance) {
     return material.isLive() || reflectance == Reflectance::kSlices || material.operators.count > 0;
 }
 
+std::optional<ChangingParameter> changingParameter(const MaterialView& material) {
+    if (!material.isLive() && !material.hasSteps()) return std::nullopt;
+    const std::size_t index = material.isLive() ? 0 : material.step_parameter;
+    const BrdfParameter& known = parametersOf(material.lobes[0].model)[index];
+    if (material.isLive()) return ChangingParameter{known.name, index, known.least, known.most};
+    return ChangingParameter{known.name, index, material.steps.front(), material.steps.back()};
+}
+
+namespace {
+
+// Returns the entries of a channel's matrix that are not rounding errors.
+std::vector<std::size_t> keptEntries(const MaterialView& material, std::span<const float> values,
+                                     std::size_t per_channel) {
+    // Every channel of every step has a say.
+    std::vector<float> size(per_channel);
+    for (const std::span<const float> all : {values, material.step_slices})
+        for (std::size_t i = 0; i < all.size(); ++i)
+            size[i % per_channel] = std::max(size[i % per_channel], std::abs(all[i]));
+    const float largest = *std::max_element(size.begin(), size.end());
+    std::vector<std::size_t> kept;
+    for (std::size_t at = 0; at < per_channel; ++at)
+        if (size[at] > kRounding * largest) kept.push_back(at);
+    return kept;
+}
+
+}  // namespace
+
 std::vector<ViewTerm> viewTerms(const MaterialView& material, Reflectance reflectance, int channel) {
     const bool slices = reflectance == Reflectance::kSlices;
     const std::vector<int> even = evenIndices(material.view_order);
     const std::span<const float> values = slices ? material.slices : material.operators.w;
     const std::size_t count = std::size_t(slices ? coefficientCount(material.slice_order) : material.operators.count);
     const std::size_t per_channel = count * even.size();
-    float largest = 0;
-    for (const float value : values) largest = std::max(largest, std::abs(value));
     std::vector<ViewTerm> terms;
-    for (std::size_t at = 0; at < per_channel; ++at) {
-        float size = 0;
-        for (std::size_t c = 0; c < std::size_t(material.channels); ++c)
-            size = std::max(size, std::abs(values[c * per_channel + at]));
-        if (size > kRounding * largest)
-            terms.push_back({std::uint16_t(at / even.size()), std::uint16_t(even[at % even.size()]),
-                             values[std::size_t(channel) * per_channel + at]});
-    }
+    for (const std::size_t at : keptEntries(material, values, per_channel))
+        terms.push_back({std::uint16_t(at / even.size()), std::uint16_t(even[at % even.size()]),
+                         values[std::size_t(channel) * per_channel + at]});
+    return terms;
+}
+
+std::vector<float> stepTerms(const MaterialView& material, int channel) {
+    const std::size_t channels = std::size_t(material.channels), per_channel = material.slices.size() / channels;
+    const std::vector<std::size_t> kept = keptEntries(material, material.slices, per_channel);
+    std::vector<float> terms;
+    for (std::size_t s = 0; s < material.steps.size(); ++s)
+        for (const std::size_t at : kept)
+            terms.push_back(material.step_slices[(s * channels + std::size_t(channel)) * per_channel + at]);
     return terms;
 }
 
@@ -127,7 +157,10 @@ ProductRows groupRows(const Convention& convention, const std::vector<ProductEnt
 
 MaterialTables::MaterialTables(const Convention& convention, int light_order, const MaterialView& material,
                                Reflectance reflectance)
-    : view_order_(material.view_order), channels_(material.channels), color_(material.color) {
+    : view_order_(material.view_order),
+      channels_(material.channels),
+      color_(material.color),
+      steps_(material.steps.begin(), material.steps.end()) {
     assert(hasReflectance(material, reflectance));
     if (material.isLive()) {
         live_.emplace(convention, light_order, material.lobes.front());
@@ -137,6 +170,7 @@ MaterialTables::MaterialTables(const Convention& convention, int light_order, co
     std::vector<bool> used(std::size_t(coefficientCount(kMaxOrder)));
     for (int c = 0; c < channels_; ++c) {
         views_[c] = viewTerms(material, reflectance, c);
+        if (material.hasSteps()) step_terms_[c] = stepTerms(material, c);
         for (const ViewTerm& term : views_[c]) used[term.k] = true;
     }
     const bool slices = reflectance == Reflectance::kSlices;
@@ -154,6 +188,16 @@ MaterialTables::MaterialTables(const Convention& convention, int light_order, co
             for (std::size_t at = rows_.first[r]; at < rows_.first[r] + rows_.rows[r].terms; ++at)
                 products_[c].push_back({entries[at].k, entries[at].value});
         }
+    }
+}
+
+void MaterialTables::setStep(double value) {
+    const auto high = std::size_t(std::upper_bound(steps_.begin() + 1, steps_.end() - 1, value) - steps_.begin());
+    const auto t = float((value - steps_[high - 1]) / (steps_[high] - steps_[high - 1]));
+    for (int c = 0; c < channels_; ++c) {
+        const std::size_t terms = views_[c].size();
+        const float* const low = step_terms_[c].data() + (high - 1) * terms;
+        for (std::size_t i = 0; i < terms; ++i) views_[c][i].value = std::lerp(low[i], low[terms + i], t);
     }
 }
 

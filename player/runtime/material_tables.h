@@ -2,6 +2,7 @@
 // Holds what the shading kernel reads of one material, without entries that are zero. It is made once, when an asset
 // is opened.
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "formats/asset/asset_file.h"
@@ -18,10 +19,22 @@ enum class Reflectance {
 // Tells whether the material has what the form needs: kOperators needs operators. A live material has every form.
 bool hasReflectance(const MaterialView& material, Reflectance reflectance);
 
+// A parameter that may change while a program runs: of a live material, or of one with steps.
+struct ChangingParameter {
+    std::string_view name;
+    std::size_t index = 0;  // among parametersOf() of the material's lobe
+    double least = 0, most = 0;
+};
+// Returns it, or nothing for a material that stays as it is.
+std::optional<ChangingParameter> changingParameter(const MaterialView& material);
+
 // Returns A in f_k = sum over e of A_ke y_e(omega_o): the entries of C, or w^b with k = b, of one channel without its
 // colour. e is an SH index. Entries below 1e-7 of the largest are rounding errors of what symmetry makes zero (for an
-// isotropic material only entries that couple equal m remain). They are left out where every channel has them so.
+// isotropic material only entries that couple equal m remain). They are left out where every channel and every step
+// has them so.
 std::vector<ViewTerm> viewTerms(const MaterialView& material, Reflectance reflectance, int channel);
+// Returns the values of these terms at every step of a material, [steps, terms].
+std::vector<float> stepTerms(const MaterialView& material, int channel);
 
 // An entry of B in t_i = sum over j of v_j sum over k of B_ijk f_k, sorted by (i, j, k). j is a position among the
 // numbers.
@@ -53,11 +66,17 @@ public:
     // Changes the lobe of a live material. Allocates nothing.
     void setLobe(const BrdfLobe& lobe) { live_->set(lobe); }
     const LiveLobe& live() const { return *live_; }
+    // Interpolates the view terms of a material with steps. Allocates nothing.
+    void setStep(double value);
+    // A of one channel, with a parameter as it is set.
+    std::span<const ViewTerm> viewTermsOf(std::size_t channel) const { return views_[channel]; }
 
 private:
     int view_order_, channels_;
     Vec3 color_;
     std::vector<ViewTerm> views_[3];
+    std::vector<double> steps_;
+    std::vector<float> step_terms_[3];  // [steps, views_]
     ProductRows rows_;
     std::optional<LiveLobe> live_;                     // set for a live material, which has no terms
     std::size_t albedo_first_ = 0, albedo_terms_ = 0;  // of the row (0, 0)

@@ -459,9 +459,10 @@ PENUMBRA_API size_t penumbra_shading_light(const penumbra_shading* shading);    
 PENUMBRA_API penumbra_status penumbra_shading_set_material(penumbra_shading* shading, size_t slot, size_t material,
                                                            penumbra_error* error);
 PENUMBRA_API penumbra_status penumbra_shading_set_light(penumbra_shading* shading, size_t light, penumbra_error* error);
-/* Changes the parameter of a live material, "exponent" of phong-live or "alpha" of ggx-live, from the next frame on. On
+/* Changes the parameter of a live material, "exponent" of phong-live or "alpha" of ggx-live, or of a material with
+ * steps (penumbra-fit brdf --analytic ggx:alpha=0.1..0.6), whose slices are interpolated, from the next frame on. On
  * the CPU nothing else is to do; a GPU gets it with penumbra_shading_get_gpu_light. Fails with PENUMBRA_UNSUPPORTED for
- * a material that is not live, and for a name that it has not. A value out of the parameter's range changes nothing.
+ * a material that stays as it is, and for a name that it has not. A value out of the parameter's range changes nothing.
  * Allocates nothing. */
 PENUMBRA_API penumbra_status penumbra_shading_set_material_parameter(penumbra_shading* shading, size_t material,
                                                                      const char* name, double value,
@@ -470,7 +471,7 @@ typedef struct penumbra_parameter {
     const char* name;
     double value, least, most;
 } penumbra_parameter;
-/* Tells the parameter of a live material. Fails with PENUMBRA_UNSUPPORTED for another. */
+/* Tells the parameter of such a material. Fails with PENUMBRA_UNSUPPORTED for another. */
 PENUMBRA_API penumbra_status penumbra_shading_get_material_parameter(const penumbra_shading* shading, size_t material,
                                                                      penumbra_parameter* out, penumbra_error* error);
 /* Sets the caller's own light and switches it on. `sh` is [order^2, 3] and finite, order 1..caller_light_order. */
@@ -652,8 +653,8 @@ PENUMBRA_API size_t penumbra_shading_gpu_light_texels(const penumbra_shading* sh
 /* Writes [material_count, gpu_material_texels, 4] for PENUMBRA_MATERIAL. One call is enough. Allocates. */
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_materials(const penumbra_shading* shading, float* texels,
                                                                 penumbra_error* error);
-/* Writes [gpu_light_texels, 4] for PENUMBRA_LIGHT: the light that is on, as it is turned, and what live materials are
- * now. Call it after every change of either. */
+/* Writes [gpu_light_texels, 4] for PENUMBRA_LIGHT: the light that is on, as it is turned, and what materials with
+ * a parameter are now. Call it after every change of either. */
 PENUMBRA_API penumbra_status penumbra_shading_get_gpu_light(const penumbra_shading* shading, float* texels,
                                                             penumbra_error* error);
 

@@ -49,12 +49,16 @@ namespace {
 // Gives the text of an entry of the material, whose texel is fetched into a variable before its first use.
 class EntryReader {
 public:
-    explicit EntryReader(int channels) : channels_(channels) {}
+    // `has_steps`: some materials have their entries in the light's data.
+    EntryReader(int channels, bool has_steps) : channels_(channels), has_steps_(has_steps) {}
     std::string entry(std::size_t i, std::string& declarations) {
         const std::size_t texel = channels_ == 3 ? i : i / 4;
         if (texel == fetched_) {
-            declarations += "    vec4 " + name("c", texel) + " = PENUMBRA_MATERIAL(material + " +
-                            std::to_string(texel + 1) + ");\n";
+            const std::string at = std::to_string(texel);
+            declarations += "    vec4 " + name("c", texel) + " = " +
+                            (has_steps_ ? "penumbra_entry(material, stepped, " + at + ")"
+                                        : "PENUMBRA_MATERIAL(material + " + std::to_string(texel + 1) + ")") +
+                            ";\n";
             ++fetched_;
         }
         return name("c", texel) + (channels_ == 3 ? ".rgb" : std::string(".") + "xyzw"[i % 4]);
@@ -62,6 +66,7 @@ public:
 
 private:
     int channels_;
+    bool has_steps_;
     std::size_t fetched_ = 0;  // number of texels fetched, in order
 };
 
@@ -289,11 +294,23 @@ vec3 penumbra_bounced(vec4 n[3], mat3 local_from_model) {
     return text + ", vec3(0.0));\n}\n";
 }
 
+// Reads texel i of a material's entries; those of a material with steps begin at `stepped` in the light's data.
+constexpr const char* kEntryGlsl = R"(vec4 penumbra_entry(int material, int stepped, int i) {
+    if (stepped < 0) return PENUMBRA_MATERIAL(material + 1 + i);
+    return PENUMBRA_LIGHT(stepped + i);
+}
+)";
+
+std::string steppedGlsl(const ShadingLayout& layout) {
+    return "    int stepped = looks.w < 0.0 ? " + std::to_string(layout.firstSteppedTexel()) +
+           " + (int(-looks.w) - 1) * " + std::to_string(layout.entryTexels()) + " : -1;\n";
+}
+
 }  // namespace
 
 std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string type = layout.channels == 3 ? "vec3" : "float";
-    EntryReader reader(layout.channels);
+    EntryReader reader(layout.channels, layout.stepped_count > 0);
     // before the products, because entries are fetched in order
     const std::string views = viewGlsl(layout, type, reader);
     const std::string products = productGlsl(layout, type, reader);
@@ -307,14 +324,16 @@ std::string shadingGlsl(const ShadingLayout& layout) {
     const std::string arguments = "vec3 to_eye, mat3 local_from_model, int material) {\n",
                       body = "    material *= " + std::to_string(layout.materialTexels()) +
                              ";\n    vec4 looks = PENUMBRA_MATERIAL(material);\n" +
+                             (layout.stepped_count > 0 ? steppedGlsl(layout) : "") +
                              declaredGlsl(type.c_str(), "t", layout.light_order) + transfer +
                              "    vec3 radiance = vec3(0.0);\n" +
                              (rotation ? rotationGlsl(layout, type) : lobesGlsl(layout)),
                       end = "    return looks.rgb * radiance;\n}\n",
-                      membranes = layout.membranes ? membraneGlsl(layout) : "";
+                      functions =
+                          (layout.membranes ? membraneGlsl(layout) : "") + (layout.stepped_count > 0 ? kEntryGlsl : "");
     if (!layout.bounces)
-        return membranes + "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], " + arguments + body + end;
-    return membranes + bouncedGlsl(layout) +
+        return functions + "vec3 penumbra_shade(vec4 numbers[PENUMBRA_STRIDE4], " + arguments + body + end;
+    return functions + bouncedGlsl(layout) +
            "vec3 penumbra_shade_bounced(vec4 numbers[PENUMBRA_STRIDE4], vec4 indirect[3], " + arguments + "    " +
            type + " albedo = " + type + "(0.0);\n    mat3 local_frame = local_from_model;\n" + body +
            "    vec3 hidden = max(vec3(albedo) - 3.54490770 * vec3(t0), vec3(0.0));\n"

@@ -10,9 +10,7 @@ std::size_t ShadingLayout::entryCount() const {
     return views.size() + (choice.reflectance == Reflectance::kOperators ? products.size() : 0);
 }
 
-std::size_t ShadingLayout::materialTexels() const {
-    return 1 + (channels == 3 ? entryCount() : (entryCount() + 3) / 4) + (membranes ? 2 : 0);
-}
+std::size_t ShadingLayout::materialTexels() const { return 1 + entryTexels() + (membranes ? 2 : 0); }
 
 std::size_t ShadingLayout::directTexels() const {
     const auto order = std::size_t(light_order), lobes = std::size_t(lobe_count);
@@ -72,6 +70,7 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
         if (!set.hasMaterial(m)) continue;
         const MaterialView& material = asset.materials[m];
         layout.live_count += material.isLive();
+        layout.stepped_count += material.hasSteps();
         layout.membranes |= material.membrane.has_value();
         if (material.isLive()) continue;
         layout.channels = std::max(layout.channels, material.channels);
@@ -91,14 +90,16 @@ ShadingLayout shadingLayout(const ShadingSet& set) {
 
 namespace {
 
+std::size_t indexOf(const ShadingLayout& layout, const ViewTerm& term) {
+    const ShadingLayout::View view{term.k, term.e};
+    return std::size_t(std::lower_bound(layout.views.begin(), layout.views.end(), view) - layout.views.begin());
+}
+
 // Returns the material's entries of one channel, in the layout's order; what the material lacks stays 0.
 std::vector<float> entriesOf(const ShadingLayout& layout, const MaterialView& material, int channel) {
     std::vector<float> values(layout.entryCount());
-    for (const ViewTerm& term : viewTerms(material, layout.choice.reflectance, channel)) {
-        const ShadingLayout::View view{term.k, term.e};
-        values[std::size_t(std::lower_bound(layout.views.begin(), layout.views.end(), view) - layout.views.begin())] =
-            term.value;
-    }
+    for (const ViewTerm& term : viewTerms(material, layout.choice.reflectance, channel))
+        values[indexOf(layout, term)] = term.value;
     if (layout.choice.reflectance == Reflectance::kSlices) return values;
     for (const ProductEntry& e :
          operatorProduct(layout.convention, layout.light_order, material, channel, usedOf(layout))) {
@@ -116,7 +117,7 @@ std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& s
     const std::vector<MaterialView>& materials = set.asset().materials;
     const std::size_t size = 4 * layout.materialTexels();
     std::vector<float> data(materials.size() * size);
-    float live = 0;
+    float live = 0, stepped = 0;
     for (std::size_t m = 0; m < materials.size(); ++m) {
         if (!set.hasMaterial(m)) continue;
         const MaterialView& material = materials[m];
@@ -129,6 +130,10 @@ std::vector<float> materialData(const ShadingLayout& layout, const ShadingSet& s
         }
         if (material.isLive()) {
             out[3] = ++live;
+            continue;
+        }
+        if (material.hasSteps()) {
+            out[3] = -++stepped;
             continue;
         }
         for (int c = 0; c < layout.channels; ++c) {
@@ -167,6 +172,21 @@ void writeLight(const ShadingLayout& layout, const ShadingSet& set, std::span<fl
     }
 }
 
+// Writes the entries of materials with steps, as their parameters are set: [stepped_count, entryTexels(), 4].
+void writeSteps(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
+    float* at = out.data();
+    for (std::size_t m = 0; m < set.asset().materials.size(); ++m) {
+        if (!set.hasSteps(m) || !set.hasMaterial(m)) continue;
+        const int channels = set.asset().materials[m].channels;
+        for (int c = 0; c < layout.channels; ++c)
+            for (const ViewTerm& term : set.viewTermsOf(m, std::size_t(std::min(c, channels - 1)))) {
+                const std::size_t i = indexOf(layout, term);
+                at[layout.channels == 3 ? 4 * i + std::size_t(c) : i] = term.value;
+            }
+        at += 4 * layout.entryTexels();
+    }
+}
+
 }  // namespace
 
 void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::span<float> out) {
@@ -180,6 +200,7 @@ void writeLightData(const ShadingLayout& layout, const ShadingSet& set, std::spa
         for (std::size_t e = 0; e < matrix.size(); ++e) at[e] = matrix[e].value;
         at += 4 * layout.liveTexels();
     }
+    writeSteps(layout, set, out.subspan(4 * layout.firstSteppedTexel()));
 }
 
 }  // namespace penumbra

@@ -36,9 +36,9 @@ void ShadingSet::makeTables() {
     }
     for (const MaterialView& material : asset_->materials) {
         std::vector<MaterialTables>& of_orders = tables_.emplace_back();
-        live_lobes_.push_back(material.isLive()   ? material.lobes.front()
-                              : material.membrane ? BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}
-                                                  : BrdfLobe{});
+        live_lobes_.push_back(changingParameter(material) ? material.lobes.front()
+                              : material.membrane         ? BrdfLobe{BrdfModel::kLambert, {}, material.membrane->rho}
+                                                          : BrdfLobe{});
         if (asset_->transfer) continue;  // it reads the lobe alone
         if (!hasReflectance(material, choice_.reflectance)) continue;
         if (material.membrane && !asset_->mesh.two_sided) continue;
@@ -84,18 +84,23 @@ bool ShadingSet::hasMaterial(std::size_t material) const {
 bool ShadingSet::hasLight(std::size_t light) const { return lights_[light].form() == choice_.light_form; }
 
 void ShadingSet::setParameter(std::size_t material, double value) {
-    assert(isLive(material) && hasMaterial(material));
+    const std::optional<ChangingParameter> parameter = changingParameter(asset_->materials[material]);
+    assert(parameter && hasMaterial(material));
     BrdfLobe& lobe = live_lobes_[material];
-    checkParameter(lobe.model, 0, value);
-    lobe.parameters[0] = float(value);
-    for (MaterialTables& tables : tables_[material]) tables.setLobe(lobe);
+    checkParameter(lobe.model, parameter->index, value, parameter->least, parameter->most);
+    lobe.parameters[parameter->index] = float(value);
+    for (MaterialTables& tables : tables_[material])
+        if (isLive(material))
+            tables.setLobe(lobe);
+        else
+            tables.setStep(value);
     ++material_version_;
-    ++light_version_;  // the data of the light has M
+    ++light_version_;  // the data of the light has M, and the terms between two steps
 }
 
 std::span<const BrdfLobe> ShadingSet::lobesOf(std::size_t material) const {
-    return isLive(material) || isMembrane(material) ? std::span(&live_lobes_[material], 1)
-                                                    : asset_->materials[material].lobes;
+    return isLive(material) || hasSteps(material) || isMembrane(material) ? std::span(&live_lobes_[material], 1)
+                                                                          : asset_->materials[material].lobes;
 }
 
 void ShadingSet::setMaterial(std::size_t slot, std::size_t material) {

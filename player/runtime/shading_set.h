@@ -37,8 +37,11 @@ public:
 
     // Tells whether the material is a lobe whose parameter may change (sh/brdf/mirror_lobe.h).
     bool isLive(std::size_t material) const { return asset_->materials[material].isLive(); }
-    // Changes the parameter of a live material, such as the exponent of phong-live, from the next shade() on. Throws
-    // std::invalid_argument, with one sentence that names the parameter and its range. Allocates nothing else.
+    // Tells whether the material's slices are interpolated between steps of its parameter.
+    bool hasSteps(std::size_t material) const { return asset_->materials[material].hasSteps(); }
+    // Changes the parameter of a live material or of one with steps (changingParameter()), such as the exponent of
+    // phong-live, from the next shade() on. Throws std::invalid_argument, with one sentence that names the parameter
+    // and its range. Allocates nothing else.
     void setParameter(std::size_t material, double value);
     // Returns the lobes of a material for light from one direction, with the parameter as it is set.
     std::span<const BrdfLobe> lobesOf(std::size_t material) const;
@@ -49,6 +52,11 @@ public:
     // Returns M of a live material for the highest order of the lights (LiveLobe::matrix()).
     std::span<const SparseTerm> liveMatrix(std::size_t material) const {
         return tables_[material].back().live().matrix();
+    }
+
+    // Returns A of a channel of a material with slices or operators, with its parameter as it is set.
+    std::span<const ViewTerm> viewTermsOf(std::size_t material, std::size_t channel) const {
+        return tables_[material].back().viewTermsOf(channel);
     }
 
     void setMaterial(std::size_t slot, std::size_t material);
@@ -111,7 +119,7 @@ private:
     ShadingChoice choice_;
     std::vector<int> orders_;                          // orders that lights have, ascending
     std::vector<std::vector<MaterialTables>> tables_;  // [material][orders_]; empty where hasMaterial() is false
-    std::vector<BrdfLobe> live_lobes_;                 // [material]; of no meaning for the others
+    std::vector<BrdfLobe> live_lobes_;                 // [material] with changed parameters; of others no meaning
     std::vector<LightTables> lights_;          // a light without the form has the exact rotation and is never on
     std::vector<std::size_t> order_of_light_;  // index into orders_
     std::vector<std::uint16_t> material_of_slot_;

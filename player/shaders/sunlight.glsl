@@ -1,6 +1,6 @@
 // The light of suns on a surface, for the fragment shaders of surfaces that it falls on (SUNLIT; SUN_MIRRORS where some
-// of it is a mirror, SUN_LAMBERT where all of it is Lambertian). sun_count is not 0, and every surface has lobes.
-// brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
+// of it is a mirror, SUN_MEMBRANES where some is a membrane, SUN_LAMBERT where all lobes are Lambertian). sun_count is
+// not 0, and every surface has lobes. brdf_glsl.h writes penumbra_brdf_lobe(), and sun.glsl has sunVisibility().
 in vec3 surface_position;  // in the scene. sunFacing() needs its derivatives, which are wrong between centroids
 INTERPOLATION in vec3 surface_normal, surface_tangent;  // in the scene; not unit
 INTERPOLATION in float surface_sight;                   // V at the mirrored direction, for mirrors
@@ -13,9 +13,11 @@ uniform vec3 sun_direction[3], sun_irradiance[3];  // unit, towards the sun; at 
 uniform float sun_cosine[3];                       // of the radius; 1: a point, which no mirror shows
 uniform mat3 light_from_scene;                     // for sky.glsl
 
+int lobeCount() { return int(surface_lobes >> 24 & 0x7fu); }
+
 #ifdef SUN_LAMBERT
 vec3 paintOfSurface() {
-    int i = int(surface_lobes & 0xffffffu), end = i + int(surface_lobes >> 24);
+    int i = int(surface_lobes & 0xffffffu), end = i + lobeCount();
     vec3 sum = vec3(0.0);
     do sum += texelFetch(lobes, 2 * i + 1).rgb;
     while (++i < end);
@@ -24,7 +26,7 @@ vec3 paintOfSurface() {
 #endif
 
 vec3 brdfOfSurface(vec3 wi, vec3 wo) {
-    int i = int(surface_lobes & 0xffffffu), end = i + int(surface_lobes >> 24);
+    int i = int(surface_lobes & 0xffffffu), end = i + lobeCount();
     vec3 sum = vec3(0.0);
     do {
         vec4 color = texelFetch(lobes, 2 * i + 1);
@@ -34,7 +36,7 @@ vec3 brdfOfSurface(vec3 wi, vec3 wo) {
 }
 
 vec3 mirrorOfSurface(vec3 wo) {
-    int i = int(surface_lobes & 0xffffffu), end = i + int(surface_lobes >> 24);
+    int i = int(surface_lobes & 0xffffffu), end = i + lobeCount();
     vec3 sum = vec3(0.0);
     do {
         vec4 color = texelFetch(lobes, 2 * i + 1);
@@ -56,6 +58,25 @@ vec3 mirrored(vec3 direction, vec3 face) {
     return seen;
 }
 
+#ifdef SUN_MEMBRANES
+// What falls on the other side of a membrane and comes through. kLetsThrough of player/frame/lobe_table.h tells of one,
+// and an entry behind its lobes has tau.
+vec3 sunlightThrough() {
+    vec3 normal = -normalize(surface_normal), face = sunFacing(surface_position, normal), sum = vec3(0.0);
+    if (surface_lobes >> 31 == 0u) return sum;
+    int entry = int(surface_lobes & 0xffffffu) + lobeCount(), i = 0;
+    bool open_back = texelFetch(lobes, 2 * entry).x > 0.0;
+    do {
+        float cosine = dot(normal, sun_direction[i]);
+        if (cosine > 0.0)
+            sum += (open_back ? 1.0 : sunVisibility(i, surface_position, face)) * cosine * sun_irradiance[i];
+    } while (++i < sun_count);
+    return sum * texelFetch(lobes, 2 * entry + 1).rgb / 3.14159265;
+}
+#else
+vec3 sunlightThrough() { return vec3(0.0); }
+#endif
+
 #ifdef SUN_LAMBERT
 // All lobes are Lambertian.
 vec3 sunlight() {
@@ -65,7 +86,7 @@ vec3 sunlight() {
         float cosine = dot(normal, sun_direction[i]);
         if (cosine > 0.0) sum += sunVisibility(i, surface_position, face) * cosine * sun_irradiance[i];
     } while (++i < sun_count);
-    return sum * paintOfSurface() / 3.14159265;
+    return sum * paintOfSurface() / 3.14159265 + sunlightThrough();
 }
 #else
 // A surface that is seen from behind its normal sends back what it sends to the mirrored eye, as in penumbra_to_eye().
@@ -76,7 +97,7 @@ vec3 sunlight() {
     mat3 local_from_scene = transpose(mat3(tangent, cross(normal, tangent), normal));
     vec3 wo = local_from_scene * to_eye;
     wo.z = abs(wo.z);
-    vec3 sum = vec3(0.0);
+    vec3 sum = sunlightThrough();
     int i = 0;
     do {
         vec3 wi = local_from_scene * sun_direction[i];

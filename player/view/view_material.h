@@ -1,19 +1,19 @@
 #pragma once
-// The parameter of live materials, under a slider.
+// The parameter of materials that may change, under a slider.
 #include "player/view/view_scene.h"
 
 namespace penumbra {
 
-// Returns the name and the range of a live material's parameter; null for a material that is not live.
-const BrdfParameter* shownRange(const Scene& scene, std::size_t material);
+// Returns the name and the range of a material's parameter; nothing for a material that stays as it is.
+std::optional<ChangingParameter> shownRange(const Scene& scene, std::size_t material);
 
-// Returns the parameter of a live material: as the user has set it, or as its file has it.
+// Returns the parameter of such a material: as the user has set it, or as its file has it.
 double shownParameter(const Scene& scene, const ViewState& state, std::size_t material);
 
-// Sets the parameter of a material, within its range. A material that is not live keeps what it has.
+// Sets the parameter of a material, within its range. Another material keeps what it has.
 void chooseParameter(const Scene& scene, ViewState& state, std::size_t material, double value);
 
-// Gives the live materials that are on their parameters. Where nothing has changed it does nothing.
+// Gives the materials that are on their parameters. Where nothing has changed it does nothing.
 void setParameters(const Scene& scene, const ViewState& state, ShadingSet& shading);
 
 }  // namespace penumbra

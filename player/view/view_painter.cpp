@@ -131,10 +131,10 @@ void ScenePainter::uploadValues(const ViewState& state, const Key& key) {
         const Vec3 from = toFloat(cameraPosition(state.camera)) - character.to_scene.translation();
         surface = suns_->surfaceOf(key.character, transposed(character.to_scene.linear()) * from, sunlit_values_);
     }
-    const auto at =
-        value_painters_
-            .try_emplace(key, character.asset.mesh, character.channel, Sides::kSeen, key.sunlit ? kAllBrdfModels : 0)
-            .first;
+    const auto at = value_painters_
+                        .try_emplace(key, character.asset.mesh, character.channel, Sides::kSeen,
+                                     key.sunlit ? kAllBrdfModels | kMembranes : 0)
+                        .first;
     at->second.upload(character.vertices.positions, values, surface);
 }
 

@@ -91,18 +91,18 @@ void sunChoice(const Scene& scene, ViewState& state) {
     if (state.suns && !problem.empty()) ImGui::TextColored(ImColor(kMarked), "%s: SH", text(problem).c_str());
 }
 
-// Shows the parameter of the chosen material, if that is live.
+// Shows the parameter of the chosen material, if that may change.
 void parameterSlider(const Scene& scene, ViewState& state) {
     const std::size_t material = chosenMaterial(state);
     const AssetView& asset = scene.characters[state.selected]->asset;
     if (asset.materials[material].membrane && !asset.mesh.two_sided)
         ImGui::TextColored(ImColor(kMarked), "a membrane needs a two-sided mesh");
-    const BrdfParameter* const range = shownRange(scene, material);
+    const std::optional<ChangingParameter> range = shownRange(scene, material);
     if (!range) return;
     auto value = float(shownParameter(scene, state, material));
     ImGui::SetNextItemWidth(-1);
     if (ImGui::SliderFloat("##parameter", &value, float(range->least), float(range->most),
-                           (std::string(range->name) + " %.3g").c_str(),
+                           (text(range->name) + " %.3g").c_str(),
                            ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
         chooseParameter(scene, state, material, double(value));
 }

@@ -5,6 +5,7 @@
 
 #include "player/view/vertex_figures.h"
 #include "player/view/view_cast_way.h"
+#include "player/view/view_material.h"
 #include "player/view/view_suns.h"
 
 namespace penumbra {
@@ -44,7 +45,9 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     state.slot = std::min(state.slot, contents.characters[state.selected].slots);
     if (state.light >= contents.lights) state.light = 0;
     std::erase_if(state.parameters, [&](const auto& of) {
-        return of.first >= contents.materials || !scene.characters.front()->asset.materials[of.first].isLive();
+        if (of.first >= contents.materials) return true;
+        const std::optional<ChangingParameter> range = shownRange(scene, of.first);
+        return !range || of.second < range->least || of.second > range->most;
     });
     if (!contents.shaded() && state.channel == Channel::kShaded) state.channel = Channel::kAmbient;
     if (!contents.composed() && state.channel == Channel::kParts) state.channel = Channel::kAmbient;

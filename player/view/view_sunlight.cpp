@@ -10,13 +10,19 @@
 namespace penumbra {
 
 ViewSunlight::ViewSunlight(const Scene& scene) : scene_(&scene), sunlight_(table_), casters_(scene.characters.size()) {
-    if (!scene.ground_file) return;
-    if (scene.field) {
-        ground_.assign(kTileShades.size(), table_.add(fieldLobes(*scene.ground_file, scene.characters.front()->asset)));
+    addGround();
+}
+
+void ViewSunlight::addGround() {
+    ground_.clear();
+    if (!scene_->ground_file) return;
+    if (scene_->field) {
+        ground_.assign(kTileShades.size(),
+                       table_.add(fieldLobes(*scene_->ground_file, scene_->characters.front()->asset)));
         return;
     }
     for (const float shade : kTileShades) {
-        const BrdfLobe paint{BrdfModel::kLambert, {}, scene.ground_file->albedo * shade};
+        const BrdfLobe paint{BrdfModel::kLambert, {}, scene_->ground_file->albedo * shade};
         ground_.push_back(table_.add({&paint, 1}));
     }
 }
@@ -25,18 +31,26 @@ LobeRange ViewSunlight::groundLobes(float shade) const {
     return ground_[std::size_t(std::ranges::find(kTileShades, shade) - kTileShades.begin())];
 }
 
-// Returns whether a material has changed.
-bool ViewSunlight::updateLobes() {
-    bool changed = false;
+// Makes the table anew where a material has changed. It would grow with every step of a slider otherwise.
+void ViewSunlight::updateLobes() {
+    const auto is_current = [&](std::size_t i) {
+        return casters_[i].material_version == scene_->characters[i]->shading->materialVersion();
+    };
+    std::size_t current = 0;
+    while (current < casters_.size() && is_current(current)) ++current;
+    if (current == casters_.size()) return;
+    table_.clear();
+    addGround();
     for (std::size_t i = 0; i < casters_.size(); ++i) {
         const ShadingSet& shading = *scene_->characters[i]->shading;
-        if (casters_[i].material_version == shading.materialVersion()) continue;
-        casters_[i].lobes = table_.add(shading);
-        casters_[i].slot_lobes = table_.addSlots(shading);
-        casters_[i].material_version = shading.materialVersion();
-        changed = true;
+        Caster& caster = casters_[i];
+        const std::vector<SlotLobes> of_slots = table_.addSlots(shading);
+        // Where other numbers are at the same place, the vertices need not be told.
+        if (of_slots != caster.slot_lobes) caster.lobes = table_.add(shading);
+        caster.slot_lobes = of_slots;
+        caster.material_version = shading.materialVersion();
     }
-    return changed;
+    sunlight_.updateLobes();
 }
 
 void ViewSunlight::placeCasters() {
@@ -49,7 +63,8 @@ void ViewSunlight::placeCasters() {
 
 void ViewSunlight::shine(const ViewState& state) {
     const Shone now{scene_->pose_version, shownLightKey(*scene_, state), lightRotation(state)};
-    if (!updateLobes() && shone_ == now) return;
+    updateLobes();
+    if (shone_ == now) return;
     if (!shone_ || shone_->pose_version != now.pose_version) placeCasters();
     std::vector<SunCaster> casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)

@@ -13,7 +13,8 @@ public:
     explicit ViewSunlight(const Scene& scene);
     ViewSunlight(const ViewSunlight&) = delete;  // the sunlight points to the table
 
-    // Draws the maps anew where a pose, a place, the light or its turn has changed. Everyone in the scene casts.
+    // Draws the maps anew where a pose, a place, the light or its turn has changed, and takes the lobes that materials
+    // have now. Everyone in the scene casts.
     // updateScene() must have been called. Leaves the window's framebuffer bound.
     void shine(const ViewState& state);
     const Sunlight& sunlight() const { return sunlight_; }
@@ -24,6 +25,7 @@ public:
     std::span<const SlotLobes> slotLobes(std::size_t character) const { return casters_[character].slot_lobes; }
     // Returns the lobes of ground whose colour is multiplied by one of kTileShades; a ground with heights has no tiles.
     LobeRange groundLobes(float shade) const;
+    std::span<const BrdfLobe> lobes() const { return table_.lobes(); }  // of all that is in the scene
     BrdfModels groundModels() const { return table_.models(ground_); }
 
 private:
@@ -48,7 +50,8 @@ private:
     std::optional<Shone> shone_;         // what the maps were drawn for
     std::optional<LightKey> reflected_;  // the light that mirrors reflect
 
-    bool updateLobes();
+    void addGround();
+    void updateLobes();
     void placeCasters();
 };
 

@@ -40,7 +40,7 @@ def x_matrix(m):
     return numbers(m.T, ", ") + ";;"
 
 
-def write_x(bones, path):
+def write_x(bones, path, clip="swing"):
     b = bones.moved(MIRROR)
 
     def frame(j):
@@ -65,7 +65,7 @@ def write_x(bones, path):
         f.write("".join(frame(j) for j in b.children(-1)))
         mesh = "%d;\n%s;\n%d;\n%s;\n%s" % (len(b.points), points, len(b.triangles), faces, skin)
         f.write("Frame tube {\nMesh {\n%s}\n}\n" % mesh)
-        f.write("AnimationSet swing {\n%s}\n" % keys)
+        f.write("AnimationSet %s {\n%s}\n" % (clip, keys))
 
 
 def collada_source(name, values, stride, kind="float", params="XYZ"):

@@ -227,10 +227,9 @@ const char* nameOf(BrdfModel model) { return kModels[std::size_t(model)].name; }
 
 std::span<const BrdfParameter> parametersOf(BrdfModel model) { return kModels[std::size_t(model)].parameters; }
 
-void checkParameter(BrdfModel model, std::size_t parameter, double value) {
-    const BrdfParameter& known = parametersOf(model)[parameter];
-    if (value >= known.least && value <= known.most) return;
-    parseNumber(nameOf(model) + std::string(" ") + known.name, shortest(value), known.least, known.most);
+void checkParameter(BrdfModel model, std::size_t parameter, double value, double least, double most) {
+    if (value >= least && value <= most) return;
+    parseNumber(nameOf(model) + std::string(" ") + parametersOf(model)[parameter].name, shortest(value), least, most);
 }
 
 BrdfFunction brdfFunction(BrdfModel model, const std::array<double, 4>& parameters) {

@@ -83,8 +83,8 @@ BrdfFunction brdfFunction(BrdfModel model, const std::array<double, 4>& paramete
 BrdfModel modelOf(const BrdfSpec& spec);
 const char* nameOf(BrdfModel model);
 std::span<const BrdfParameter> parametersOf(BrdfModel model);  // at most four
-// Throws std::invalid_argument as parseBrdf() does unless the value is in the parameter's range.
-void checkParameter(BrdfModel model, std::size_t parameter, double value);
+// Throws std::invalid_argument as parseBrdf() does unless the value is in [least, most].
+void checkParameter(BrdfModel model, std::size_t parameter, double value, double least, double most);
 
 // Returns brdfFunction(spec)(wi, wo). Use it for a few evaluations only.
 double evalBrdf(const BrdfSpec& spec, Vec3d wi, Vec3d wo);

@@ -67,12 +67,57 @@ TEST(CApiParameter, WrongOnesAreNamed) {
     EXPECT_EQ(set(kLive, "exponent", 1), PENUMBRA_UNSUPPORTED);
     EXPECT_THAT(error.message, HasSubstr("no parameter \"exponent\", only \"alpha\""));
     EXPECT_EQ(set(0, "alpha", 0.5), PENUMBRA_UNSUPPORTED);
-    EXPECT_THAT(error.message, HasSubstr("material 0 is not live"));
+    EXPECT_THAT(error.message, HasSubstr("material 0 has no parameter that changes"));
     EXPECT_EQ(set(9, "alpha", 0.5), PENUMBRA_INVALID_ARGUMENT);
     EXPECT_EQ(set(kLive, nullptr, 0.5), PENUMBRA_INVALID_ARGUMENT);
     penumbra_material material;
     ASSERT_EQ(penumbra_asset_get_material(asset.get(), kLive, &material), PENUMBRA_OK);
     EXPECT_EQ(material.slices, nullptr);
+}
+
+// Steps of ggx alpha whose slices are multiples of a Lambertian material's.
+std::vector<std::byte> steppedAsset() {
+    BrdfFile brdf = synthetic::lambert();
+    brdf.name = "stepped";
+    brdf.lobes = {lobeOf(parseBrdf("ggx:alpha=0.2"))};
+    brdf.steps = BrdfSteps{0, {0.1, 0.2, 0.4}, {}, 0.01};
+    for (const double scale : {0.5, 1.0, 2.0})
+        for (const double value : brdf.slices) brdf.steps->slices.push_back(scale * value);
+    return packAsset(synthetic::tubeModel({}), std::vector<BrdfFile>{synthetic::lambert(), brdf}, lights(3), {}, "{}",
+                     1)
+        .bytes;
+}
+
+TEST(CApiParameter, IsInterpolatedBetweenSteps) {
+    const std::vector<std::byte> bytes = steppedAsset();
+    const Asset asset = open(bytes);
+    const penumbra_asset_info info = infoOf(asset);
+    const Shading shading = capi_test::shading(asset);
+    ASSERT_EQ(penumbra_shading_set_material(shading.get(), PENUMBRA_ALL_SLOTS, kLive, nullptr), PENUMBRA_OK);
+    Frame frame(info);
+    frame.evaluate(character(asset).get(), info);
+    ASSERT_EQ(frame.shade(shading.get(), 0, info.vertex_count), 0);
+    const std::vector<float> before = frame.radiance;
+    for (const auto& [alpha, scale] : {std::pair(0.1, 0.5f), {0.4, 2.0f}, {0.15, 0.75f}, {0.3, 1.5f}, {0.2, 1.0f}}) {
+        ASSERT_EQ(penumbra_shading_set_material_parameter(shading.get(), kLive, "alpha", alpha, nullptr), PENUMBRA_OK);
+        frame.shade(shading.get(), 0, info.vertex_count);
+        for (std::size_t i = 0; i < before.size(); ++i)
+            ASSERT_NEAR(frame.radiance[i], scale * before[i], 2e-6f * std::abs(before[i])) << alpha;
+    }
+    penumbra_parameter parameter;
+    ASSERT_EQ(penumbra_shading_get_material_parameter(shading.get(), kLive, &parameter, nullptr), PENUMBRA_OK);
+    EXPECT_STREQ(parameter.name, "alpha");
+    EXPECT_FLOAT_EQ(float(parameter.value), 0.2f);
+    EXPECT_EQ(parameter.least, 0.1);
+    EXPECT_EQ(parameter.most, 0.4);
+    penumbra_error error;
+    for (const double value : {-1.0, 0.05, 0.41, 1e5, std::nan("")}) {
+        EXPECT_EQ(penumbra_shading_set_material_parameter(shading.get(), kLive, "alpha", value, &error),
+                  PENUMBRA_INVALID_ARGUMENT);
+        EXPECT_THAT(error.message, HasSubstr("ggx alpha must be a number from 0.1 to 0.4"));
+    }
+    EXPECT_EQ(penumbra_shading_set_material_parameter(shading.get(), kLive, "f0", 0.5, &error), PENUMBRA_UNSUPPORTED);
+    EXPECT_THAT(error.message, HasSubstr("no parameter \"f0\", only \"alpha\""));
 }
 
 TEST(CApiSides, AreEachOthersOther) {

@@ -112,6 +112,55 @@ TEST(BrdfFile, LiveMaterialsAndMembranesRoundTrip) {
     EXPECT_EQ(readBrdf(path).slices, film.slices);
 }
 
+BrdfFile steppedFile() {
+    BrdfFile brdf = sampleBrdf();
+    brdf.lobes = {lobeOf(parseBrdf("ggx:alpha=0.2"))};
+    BrdfSteps steps{0, {0.1, 0.2, 0.4}, {}, 0.01};
+    for (const double scale : {0.5, 1.0, 2.0})
+        for (const double value : brdf.slices) steps.slices.push_back(scale * value);
+    brdf.steps = steps;
+    return brdf;
+}
+
+TEST(BrdfFile, StepsRoundTrip) {
+    const Folder folder("steps");
+    const auto path = folder.path / "m.brdf.h5";
+    writeBrdf(path, steppedFile());
+    EXPECT_EQ(readBrdf(path).steps, steppedFile().steps);
+    EXPECT_EQ(readBrdf(path).slices, steppedFile().slices);
+}
+
+TEST(BrdfFile, WrongStepsAreRefused) {
+    const Folder folder("wrong_steps");
+    const auto path = folder.path / "m.brdf.h5";
+    const auto expectRefused = [&](const char* what, const auto& damage) {
+        BrdfFile brdf = steppedFile();
+        damage(brdf);
+        writeBrdf(path, brdf);
+        try {
+            readBrdf(path);
+            FAIL() << what << " was read";
+        } catch (const InvalidInput& error) {
+            EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("m.brdf.h5"), testing::HasSubstr(what)));
+        }
+    };
+    expectRefused("/steps/values: not ascending", [](BrdfFile& b) { b.steps->values[1] = 0.1; });
+    expectRefused("/steps/values: out of the range of alpha", [](BrdfFile& b) { b.steps->values[0] = 0; });
+    expectRefused("/steps/values: do not enclose", [](BrdfFile& b) {
+        b.steps->values[0] = 0.3;
+        b.steps->values[1] = 0.35;
+    });
+    expectRefused("parameter", [](BrdfFile& b) { b.steps->parameter = 2; });
+    expectRefused("/steps: error", [](BrdfFile& b) { b.steps->error = -1; });
+    expectRefused("/steps: the material is not one lobe", [](BrdfFile& b) { b.lobe_error = 0.1; });
+    expectRefused("/steps: the material is not one lobe", [](BrdfFile& b) { b.membrane = Membrane(); });
+    expectRefused("/steps: lambert has no parameter", [](BrdfFile& b) { b.lobes = {lobeOf({})}; });
+    expectRefused("1 steps; 2..33", [](BrdfFile& b) {
+        b.steps->values = {0.2};
+        b.steps->slices.resize(b.slices.size());
+    });
+}
+
 TEST(BrdfFile, WrongMembranesAreRefused) {
     const Folder folder("films");
     const auto path = folder.path / "m.brdf.h5";

@@ -45,8 +45,21 @@ inline std::vector<BrdfFile> tinyNewLooks() {
     return {live, membrane};
 }
 
+// A material with two steps.
+inline BrdfFile tinySteps() {
+    BrdfFile steps;
+    steps.name = "steps";
+    steps.slice_order = steps.view_order = 1;
+    steps.even_index = {0};
+    steps.slices = {1, 1, 1};
+    steps.lobes = {lobeOf(parseBrdf("ggx:alpha=0.25"))};
+    steps.steps = BrdfSteps{0, {0.25, 0.5}, {1, 1, 1, 2, 2, 2}, 0.01};
+    return steps;
+}
+
 // Tiny assets, one for each kind of model and of features, a composed one, one with blockers, two under a sun (with a
-// model and without), one with a live material and a membrane, two of transfer, and two that light bounces to.
+// model and without), one with a live material and a membrane, two of transfer, two that light bounces to, and one with
+// steps of a material.
 inline const std::vector<std::vector<std::byte>>& tinyAssets() {
     static const std::vector<std::vector<std::byte>> all = [] {
         std::vector<std::vector<std::byte>> made;
@@ -96,6 +109,7 @@ inline const std::vector<std::vector<std::byte>>& tinyAssets() {
         synthetic::addIndirect(composed);
         for (const Model& lit : {synthetic::litTube({.rings = 2, .segments = 3, .joints = 2, .frames = 2}), composed})
             made.push_back(packAsset(lit, glossy, sunny, {.indirect_bytes_per_vertex = 1000}, "{}", 1).bytes);
+        made.push_back(packLibrary(std::vector<BrdfFile>{tinySteps()}, sunny, "{}"));
         return made;
     }();
     return all;

@@ -27,7 +27,7 @@ Packed packedTube(const PackOptions& options = kExact, const Model& model = litT
 TEST(IndirectAsset, HoldsWhatTheModelHas) {
     const Model model = litTube();
     const Packed packed = packedTube(kExact, model);
-    EXPECT_EQ(fbs::GetAsset(packed.bytes.data())->format_version(), kAssetVersion);
+    EXPECT_EQ(fbs::GetAsset(packed.bytes.data())->format_version(), kBouncedAssetVersion);
     const AssetView asset = openAsset(packed.bytes);
     ASSERT_TRUE(asset.model.indirect);
     EXPECT_EQ(asset.model.indirect->bounces, 3);

@@ -38,7 +38,7 @@ std::vector<std::byte> packed(const std::vector<BrdfFile>& brdfs) {
 TEST(LiveAsset, IsReadBackAndHasVersionSeven) {
     const std::vector<std::byte> bytes =
         packed({live("phong-live:exponent=20,color=0.5/1/0.25"), live("ggx-live:alpha=0.2"), membrane()});
-    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kAssetVersion);
+    EXPECT_EQ(fbs::GetAsset(bytes.data())->format_version(), kBouncedAssetVersion);
     const AssetView asset = openAsset(bytes);
     const MaterialView &phong = asset.materials[0], &cloth = asset.materials[2];
     EXPECT_TRUE(phong.isLive());

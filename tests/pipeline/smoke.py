@@ -113,7 +113,9 @@ def fits():
     run(OK, "fit", "brdf", "--table", "skew.table", "-o", "table.brdf.h5")
     run(OK, "fit", "brdf", "--analytic", "phong-live:exponent=20", "-o", "live.brdf.h5")
     run(OK, "fit", "brdf", "--analytic", "membrane:rho=0.5/0.3/0.1,tau=0.2", "-o", "membrane.brdf.h5")
-    for bad in ("phong-live:exponent=-1", "phong-live:exponent=nan", "phong-live:exponent=1e5", "membrane:rho=0.8,tau=0.3"):
+    run(OK, "fit", "brdf", "--analytic", "ggx:alpha=0.2..0.5", "--steps", 4, "-o", "steps.brdf.h5")
+    for bad in ("ggx:alpha=0.5..0.2", "ggx:alpha=nan..0.2", "ggx:alpha=0.1..2", "phong-live:exponent=-1",
+                "phong-live:exponent=nan", "phong-live:exponent=1e5", "membrane:rho=0.8,tau=0.3"):
         run([1], "fit", "brdf", "--analytic", bad, "-o", "no.brdf.h5")
     run(OK, "fit", "light", "sky.hdr", "-o", "sky.light.h5")
     run(OK, "fit", "light", "--analytic", "sun+overcast", "--lobe-fit", "joint", "-o", "sun.light.h5", "--window", "always")
@@ -134,6 +136,8 @@ def packs():
         run(OK, "pack", "asset", model + ".model.h5", *looks, "-o", model + ".pnb")
     run(OK, "pack", "asset", "additive.model.h5", "--brdf", "live.brdf.h5", "--light", "sky.light.h5", "-o", "live.pnb")
     run(OK, "player", "render", "live.pnb", *TINY, "-o", "live.png")
+    run(OK, "pack", "asset", "additive.model.h5", "--brdf", "steps.brdf.h5", "--light", "sky.light.h5", "-o", "steps.pnb")
+    run(OK, "player", "render", "steps.pnb", *TINY, "-o", "steps.png")
     run(OK, "player", "bench", "live.pnb", "--runs", 2, *TINY)
     run([5], "pack", "asset", "additive.model.h5", "--brdf", "membrane.brdf.h5", "-o", "no.pnb")
     for precision in ("f32", "f16"):

@@ -11,9 +11,11 @@
 #include "player/view/view_actions.h"
 #include "player/view/view_exposure.h"
 #include "player/view/view_light.h"
+#include "player/view/view_material.h"
 #include "player/view/view_shapes.h"
 #include "player/view/view_sunlight.h"
 #include "player/view/view_suns.h"
+#include "tests/player/gl_calls.h"
 #include "tests/synthetic_composition.h"
 
 namespace penumbra {
@@ -35,8 +37,8 @@ LightFile sunny(const SunD& sun) {
 
 const SunD kSun{{0.6, 0.8, 0}, {3, 2.5, 2}, 0.01};
 
-// Two tubes on a ground, the second one turned. Materials: "lambert" with a lobe, "plain" without; lights: "sunny",
-// "uniform".
+// Two tubes on a ground, the second one turned. Materials: "lambert" with a lobe, "plain" without, "live"; lights:
+// "sunny", "uniform".
 class ViewSuns : public testing::Test {
 protected:
     fs::path folder = fs::path(testing::TempDir()) / ("view_suns_" + std::to_string(getpid()));
@@ -49,7 +51,12 @@ protected:
         BrdfFile lambert = synthetic::lambert({0.5, 0.5, 0.5}), plain = lambert;
         lambert.lobes = {{BrdfModel::kLambert, {}, {0.5f, 0.5f, 0.5f}}};
         plain.name = "plain";
-        const std::array materials = {lambert, plain};
+        BrdfFile live;
+        live.name = "live";
+        live.slice_order = live.view_order = 1;
+        live.even_index = {0};
+        live.lobes = {lobeOf(parseBrdf("phong-live:exponent=10"))};
+        const std::array materials = {lambert, plain, live};
         const std::array lights = {sunny(kSun), synthetic::light(4, 0)};
         writeWholeFile(folder / "tube.pnb",
                        packAsset(synthetic::composedTube({.rings = 12, .segments = 9, .joints = 6, .clusters = 4}),
@@ -288,6 +295,33 @@ TEST_F(ViewSuns, MapsAreDrawnWhenSomethingChanged) {
     EXPECT_EQ(surface.lobes.size(), values.size());
     EXPECT_TRUE(surface.sight.empty()) << "nothing is a mirror";
     EXPECT_NE(sunlight.groundLobes(1), sunlight.groundLobes(kTileShades[1])) << "tiles have two colours";
+}
+
+// The lobes of the last frame make room for those of this one: in the table, and in the buffer of the GPU. The maps
+// stay as they are.
+TEST_F(ViewSuns, ADraggedSliderMakesNothing) {
+    const std::unique_ptr<GlContext> context = createGlContext(GlBackend::kOsMesa);
+    ViewSunlight sunlight(*scene);
+    constexpr std::size_t kLive = 2;
+    state.characters[0].material_of_slot[0] = kLive;
+    chooseParameter(*scene, state, kLive, 5);
+    update();
+    sunlight.shine(state);
+    const std::size_t lobes = sunlight.lobes().size();
+    const BrdfModels models = sunlight.sunlight().models();
+    const player_test::GlCalls calls;
+    for (int frame = 0; frame < 300; ++frame) {
+        chooseParameter(*scene, state, kLive, 10 + frame);
+        update();
+        sunlight.shine(state);
+        ASSERT_EQ(sunlight.lobes().size(), lobes) << frame;
+        ASSERT_EQ(sunlight.sunlight().models(), models);
+    }
+    EXPECT_EQ(calls.made(), 0);
+    const std::span<const SlotLobes> shown = sunlight.slotLobes(0);
+    ASSERT_EQ(shown.size(), 1u);
+    EXPECT_EQ(sunlight.lobes()[std::size_t(shown[0].first)].parameters[0], 309) << "what the slider says";
+    EXPECT_EQ(sunlight.lobes()[std::size_t(sunlight.slotLobes(1)[0].first)].model, BrdfModel::kLambert);
 }
 
 }  // namespace

@@ -93,9 +93,9 @@ TEST(MirrorLobe, WrongParametersAreNamed) {
             EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
         }
     }
-    EXPECT_THROW(checkParameter(BrdfModel::kPhongLive, 0, std::nan("")), std::invalid_argument);
-    EXPECT_THROW(checkParameter(BrdfModel::kPhongLive, 0, -1e-9), std::invalid_argument);
-    EXPECT_NO_THROW(checkParameter(BrdfModel::kPhongLive, 0, 1000));
+    EXPECT_THROW(checkParameter(BrdfModel::kPhongLive, 0, std::nan(""), 0, 1000), std::invalid_argument);
+    EXPECT_THROW(checkParameter(BrdfModel::kPhongLive, 0, -1e-9, 0, 1000), std::invalid_argument);
+    EXPECT_NO_THROW(checkParameter(BrdfModel::kPhongLive, 0, 1000, 0, 1000));
 }
 
 }  // namespace

@@ -1,0 +1,106 @@
+// Materials with steps of a parameter in an asset: what is written is read back, and broken ones are refused.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "asset_generated.h"
+#include "formats/common/errors.h"
+#include "pack/asset_writer.h"
+#include "pack/pack_asset.h"
+#include "sh/reflectance.h"
+#include "tests/synthetic_model.h"
+
+namespace penumbra {
+namespace {
+
+// Steps of ggx alpha whose slices are multiples of a Lambertian material's, in a colour or in three of their own.
+BrdfFile stepped(bool own_channels = false) {
+    BrdfFile brdf = synthetic::lambert({1, 0.5, 0.25});
+    brdf.name = "stepped";
+    brdf.lobes = {lobeOf(parseBrdf("ggx:alpha=0.2,color=1/0.5/0.25"))};
+    brdf.steps = BrdfSteps{0, {0.1, 0.2, 0.4}, {}, 0.01};
+    for (const double scale : {0.5, 1.0, 2.0})
+        for (std::size_t i = 0; i < brdf.slices.size(); ++i)
+            brdf.steps->slices.push_back((own_channels && scale == 2 && i % 3 == 0 ? 0.9 : 1) * scale * brdf.slices[i]);
+    return brdf;
+}
+
+std::vector<std::byte> packed(const std::vector<BrdfFile>& brdfs) {
+    return packAsset(synthetic::tubeModel({}), brdfs, std::vector<LightFile>{synthetic::light(4, 0.3)}, {}, "{}", 1)
+        .bytes;
+}
+
+TEST(SteppedAsset, IsReadBackAndHasVersionEight) {
+    for (const bool own_channels : {false, true}) {
+        const BrdfFile file = stepped(own_channels);
+        const std::vector<std::byte> one = packed({file});
+        EXPECT_EQ(fbs::GetAsset(one.data())->format_version(), kAssetVersion);
+        const AssetView asset = openAsset(one);
+        const MaterialView& material = asset.materials[0];
+        EXPECT_EQ(material.channels, own_channels ? 3 : 1) << "a step with a colour of its own needs three channels";
+        EXPECT_EQ(std::vector<double>(material.steps.begin(), material.steps.end()), file.steps->values);
+        EXPECT_FLOAT_EQ(material.step_error, 0.01f);
+        EXPECT_EQ(material.step_parameter, 0u);
+        const std::size_t size = material.slices.size();
+        ASSERT_EQ(material.step_slices.size(), 3 * size);
+        for (std::size_t i = 0; i < size; ++i) {
+            EXPECT_EQ(material.step_slices[size + i], material.slices[i]) << "the step of the start";
+            EXPECT_EQ(material.step_slices[i], 0.5f * material.slices[i]);
+        }
+        EXPECT_LT(material.stored_step_slices.size(), material.step_slices.size()) << "in the most compact form";
+    }
+}
+
+TEST(SteppedAsset, OthersKeepTheirVersion) {
+    BrdfFile plain = stepped();
+    plain.steps.reset();
+    EXPECT_EQ(fbs::GetAsset(packed({plain}).data())->format_version(), kSunAssetVersion);
+}
+
+std::string refusal(std::vector<std::byte> bytes, const std::function<void(fbs::Asset&)>& change) {
+    change(*fbs::GetMutableAsset(bytes.data()));
+    EXPECT_TRUE(sealAsset(bytes));
+    try {
+        openAsset(bytes, "x.pnb");
+    } catch (const InvalidInput& error) {
+        return error.what();
+    }
+    return "opened";
+}
+
+TEST(SteppedAsset, BrokenOnesAreRefused) {
+    BrdfFile ay = stepped();
+    ay.lobes = {lobeOf(parseBrdf("ward:ax=0.5,ay=0.2"))};
+    ay.steps->parameter = 1;
+    const std::vector<std::byte> bytes = packed({ay});
+    const auto expect = [&](const char* words, const std::function<void(fbs::Material&)>& change) {
+        const std::string said =
+            refusal(bytes, [&](fbs::Asset& a) { change(*a.mutable_materials()->GetMutableObject(0)); });
+        EXPECT_NE(said.find(words), std::string::npos) << said;
+    };
+    EXPECT_NE(refusal(bytes, [](fbs::Asset& a) { a.mutate_format_version(7); }).find("format_version is below 8"),
+              std::string::npos);
+    expect("materials[0].steps[1]", [](fbs::Material& m) { m.mutable_steps()->Mutate(1, 0.1); });
+    expect("materials[0].steps[0]", [](fbs::Material& m) { m.mutable_steps()->Mutate(0, 0); });
+    expect("materials[0].steps[2]", [](fbs::Material& m) { m.mutable_steps()->Mutate(2, NAN); });
+    expect("materials[0].step_slices", [](fbs::Material& m) { m.mutable_step_slices()->Mutate(3, INFINITY); });
+    expect("materials[0].step_parameter", [](fbs::Material& m) { m.mutate_step_parameter(2); });
+    expect("materials[0].step_error", [](fbs::Material& m) { m.mutate_step_error(-1); });
+    const auto setLobe = [](fbs::Material& m, float ay_now) {
+        const_cast<fbs::BrdfLobe*>(m.mutable_lobes()->Get(0))->mutable_parameters()->Mutate(1, ay_now);
+    };
+    expect("do not enclose", [&](fbs::Material& m) { setLobe(m, 0.5f); });
+}
+
+TEST(SteppedAsset, RejectsEveryTruncation) {
+    const std::vector<std::byte> whole = packed({stepped()});
+    ASSERT_NO_THROW(openAsset(whole));
+    for (std::size_t n = 0; n < whole.size(); n += 97) {
+        const std::vector<std::byte> cut(whole.data(), whole.data() + n);
+        EXPECT_THROW(openAsset(cut), InvalidInput) << "first " << n << " bytes";
+    }
+}
+
+}  // namespace
+}  // namespace penumbra
