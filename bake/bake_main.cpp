@@ -1,14 +1,31 @@
 // penumbra-bake: ray-traced visibility over an animation, and ray-traced pictures to compare results with.
 #include "bake/bake_verbs.h"
+#include "formats/asset/asset_file.h"
 #include "formats/common/program_version.h"
+#include "formats/scene/scene_file.h"
+#include "formats/stage/blocker_file.h"
+#include "formats/stage/brdf_file.h"
+#include "formats/stage/field_file.h"
+#include "formats/stage/light_file.h"
+#include "formats/stage/model_file.h"
+#include "formats/stage/pose_file.h"
+#include "formats/stage/transfer_file.h"
+#include "formats/stage/visibility_file.h"
 
 int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
-    return runProgram(
-        "penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
-        "penumbra.visibility 1, penumbra.poses 1..2, penumbra.fields 1, penumbra.model 2..4, penumbra.brdf 1, "
-        "penumbra.light 1, penumbra.blockers 1, penumbra.transfer 1, "
-        "penumbra.asset 2..5",
-        {visibilityVerb(), fieldsVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc, argv);
+    return runProgram("penumbra-bake", "Ray-traced visibility of animated characters and cloth.",
+                      {{"penumbra.visibility", 1, kVisibilityVersion},
+                       {"penumbra.poses", kPlainPosesVersion, kPosesVersion},
+                       {"penumbra.fields", kStillFieldsVersion, kFieldsVersion},
+                       {"penumbra.model", kSkinnedModelVersion, kModelVersion},
+                       {"penumbra.brdf", 1, kBrdfVersion},
+                       {"penumbra.light", kPlainLightVersion, kLightVersion},
+                       {"penumbra.blockers", 1, kBlockersVersion},
+                       {"penumbra.transfer", 1, kTransferVersion},
+                       {"penumbra.asset", kOldestAssetVersion, kAssetVersion},
+                       {"penumbra.scene", 1, kSceneVersion}},
+                      {visibilityVerb(), fieldsVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc,
+                      argv);
 }

@@ -1,13 +1,24 @@
 // penumbra-pack: packs models, materials and lights into the run-time asset, and compares the asset with baked truth.
+#include "formats/asset/asset_file.h"
 #include "formats/common/program_version.h"
+#include "formats/stage/blocker_file.h"
+#include "formats/stage/brdf_file.h"
+#include "formats/stage/light_file.h"
+#include "formats/stage/model_file.h"
+#include "formats/stage/transfer_file.h"
+#include "formats/stage/visibility_file.h"
 #include "pack/pack_verbs.h"
 
 int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
-    return runProgram(
-        "penumbra-pack", "The run-time asset: packed, and held against truth.",
-        "penumbra.asset 2..5, penumbra.visibility 1, penumbra.model 2..4, penumbra.brdf 1, penumbra.light 1, "
-        "penumbra.blockers 1",
-        {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
+    return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
+                      {{"penumbra.asset", kOldestAssetVersion, kAssetVersion},
+                       {"penumbra.visibility", 1, kVisibilityVersion},
+                       {"penumbra.transfer", 1, kTransferVersion},
+                       {"penumbra.model", kSkinnedModelVersion, kModelVersion},
+                       {"penumbra.brdf", 1, kBrdfVersion},
+                       {"penumbra.light", kPlainLightVersion, kLightVersion},
+                       {"penumbra.blockers", 1, kBlockersVersion}},
+                      {assetVerb(), truthVerb(), checkVerb()}, argc, argv);
 }

@@ -1,10 +1,13 @@
 // penumbra-player: shows an asset as pictures. It links neither HDF5 nor Embree nor Ceres.
+#include "formats/asset/asset_file.h"
 #include "formats/common/program_version.h"
+#include "formats/scene/scene_file.h"
 #include "player/player_verbs.h"
 
 int main(int argc, char** argv) {
     using namespace penumbra;
     setSourceHash(kSourceHash);
     return runProgram("penumbra-player", "Soft self-shadowed pictures of animated characters from packed assets.",
-                      "penumbra.asset 2..5", {viewVerb(), renderVerb(), benchVerb(), probeVerb()}, argc, argv);
+                      {{"penumbra.asset", kOldestAssetVersion, kAssetVersion}, {"penumbra.scene", 1, kSceneVersion}},
+                      {viewVerb(), renderVerb(), benchVerb(), probeVerb()}, argc, argv);
 }

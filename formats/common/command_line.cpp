@@ -358,12 +358,21 @@ int runVerb(Run& run) {
     }
 }
 
+std::string textOf(const std::vector<FormatVersions>& formats) {
+    std::string text;
+    for (const FormatVersions& format : formats) {
+        text += (text.empty() ? "" : ", ") + std::string(format.name) + " " + std::to_string(format.oldest);
+        if (format.newest > format.oldest) text += ".." + std::to_string(format.newest);
+    }
+    return text;
+}
+
 }  // namespace
 
-int runProgram(const char* program, const char* description, const char* format_versions, std::vector<Verb> verbs,
-               int argc, char** argv) try {
+int runProgram(const char* program, const char* description, const std::vector<FormatVersions>& formats,
+               std::vector<Verb> verbs, int argc, char** argv) try {
     catchSignals(program);
-    const std::string version = std::string(program) + " " + programVersion() + "\nformats: " + format_versions;
+    const std::string version = std::string(program) + " " + programVersion() + "\nformats: " + textOf(formats);
     CommandLine line(description);
     defineCommandLine(line, program, version, verbs);
     if (const std::optional<int> done = parse(line, program, argc, argv)) {

@@ -56,9 +56,15 @@ struct Verb {
     bool checks_inputs = false;  // `run` reports every input that cannot be read, not only the first
 };
 
+// The versions of a format that a program knows.
+struct FormatVersions {
+    const char* name;
+    int oldest, newest;
+};
+
 // Parses the command line, runs one verb, writes report and depfile, and turns exceptions into one line and an exit
-// code. --version prints `format_versions` after the tool's own version ("penumbra.visibility 1, ...").
-int runProgram(const char* program, const char* description, const char* format_versions, std::vector<Verb> verbs,
-               int argc, char** argv);
+// code. --version prints the formats after the tool's own version ("penumbra.visibility 1, penumbra.poses 1..2, ...").
+int runProgram(const char* program, const char* description, const std::vector<FormatVersions>& formats,
+               std::vector<Verb> verbs, int argc, char** argv);
 
 }  // namespace penumbra
