@@ -35,6 +35,14 @@ Vec3 GroundHeights::point(int row, int column) const {
                     double(ground_.centre.z) + (row - 0.5 * (grid.rows - 1)) * double(grid.cell_x)});
 }
 
+void GroundHeights::points(std::vector<Vec3>& points) const {
+    const HeightGrid& grid = field_.grid();
+    points.resize(grid.size());
+    for (int r = 0; r < grid.rows; ++r)
+        for (int c = 0; c < grid.columns; ++c)
+            points[std::size_t(r) * std::size_t(grid.columns) + std::size_t(c)] = point(r, c);
+}
+
 Vec3 GroundHeights::normal(int row, int column) const {
     const Vec3 n = field_.normal(row, column);  // its x is the scene's z
     return {n.y, n.z, n.x};

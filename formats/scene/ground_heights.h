@@ -23,6 +23,7 @@ public:
     bool moves() const { return sequence_.moves(); }
     // A point of the field in the scene, its normal, and where height 0 of row 0 and column 0 stands.
     Vec3 point(int row, int column) const;
+    void points(std::vector<Vec3>& points) const;  // all of them
     Vec3 normal(int row, int column) const;
     Vec3 corner() const;
     // y of the ground.

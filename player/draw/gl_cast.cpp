@@ -4,6 +4,7 @@
 #include <map>
 
 #include "formats/common/errors.h"
+#include "player/draw/gl_heights.h"
 #include "player/draw/shader_source.h"
 #include "player/runtime/cast_glsl.h"
 #include "player/runtime/far_glsl.h"
@@ -48,6 +49,7 @@ GlCast::GlCast(std::span<const GlCaster> casters) {
     uploadTables(casters);
     program_ = makeComputeProgram(castSource(parts_ > 0, spheres_ > 0));
     receiver_count_ = gl::GetUniformLocation(program_.id(), "receiver_count");
+    cast_quads_ = gl::GetUniformLocation(program_.id(), "cast_quads");
     gl::UseProgram(program_.id());
     gl::Uniform1i(gl::GetUniformLocation(program_.id(), "part_count"), GLint(parts_));
     gl::Uniform1i(gl::GetUniformLocation(program_.id(), "sphere_count"), GLint(spheres_));
@@ -103,7 +105,8 @@ void GlCast::pose(std::span<const GlCaster> casters) {
         if (caster.kind == CasterKind::kSpheres) at = writeSpheres(caster, at);
 }
 
-void GlCast::cast(const GlObject& receivers, const GlObject& casts, std::size_t count) {
+void GlCast::cast(const GlObject& receivers, const GlObject& casts, std::size_t count, bool ground) {
+    const bool heights = heights_ && !ground;
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kFieldsBinding, fields_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kTablesBinding, tables_.id());
     posed_.bind(kPosedBinding);
@@ -111,7 +114,9 @@ void GlCast::cast(const GlObject& receivers, const GlObject& casts, std::size_t 
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kWrittenCastsBinding, casts.id());
     gl::UseProgram(program_.id());
     gl::Uniform1ui(receiver_count_, GLuint(count));
-    gl::DispatchCompute(GLuint((count + kWorkGroup - 1) / kWorkGroup), 1, 1);
+    gl::Uniform1ui(cast_quads_, GLuint(kCastQuads * (heights ? 2 : 1)));
+    dispatchItems(count, kWorkGroup);
+    if (heights) heights_->castOn(receivers, casts, count);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

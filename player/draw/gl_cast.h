@@ -21,6 +21,8 @@ constexpr std::size_t kReceiverQuads = 3;
 // What is written for it: 21 numbers, mirrored in its local frame, and 1 where any caster counts.
 constexpr std::size_t kCastQuads = 6;
 
+class GlHeights;
+
 class GlCast {
 public:
     // Uploads the fields of every asset once. Throws Unsupported where they are too many for this OpenGL.
@@ -28,8 +30,14 @@ public:
 
     // Uploads the poses of a frame, of the casters that the constructor had. Allocates nothing.
     void pose(std::span<const GlCaster> casters);
-    // Casts on the receivers of a buffer. Whatever storage blocks were bound are others afterwards.
-    void cast(const GlObject& receivers, const GlObject& casts, std::size_t count);
+    // A height field hides from vertices of characters as well; null: none does. It outlives this object.
+    void setHeights(const GlHeights* heights) { heights_ = heights; }
+    // Times kCastQuads that a vertex of a character has: what casters leave visible, then what a height field does.
+    std::size_t castSets() const { return heights_ ? 2 : 1; }
+    // Casts on the receivers of a buffer: vertices of characters, or with `ground` points of the ground, which have one
+    // set. Whatever storage blocks were bound are others afterwards.
+    void cast(const GlObject& receivers, const GlObject& casts, std::size_t count, bool ground = false);
+    bool empty() const { return parts_ == 0 && spheres_ == 0; }  // nobody casts
     // Call this after the last cast of a frame.
     void release() { posed_.release(); }
 
@@ -40,7 +48,8 @@ private:
     std::size_t parts_ = 0, spheres_ = 0, bytes_ = 0;
     GlObject fields_, tables_, program_;
     UploadRing posed_;
-    GLint receiver_count_ = -1;
+    GLint receiver_count_ = -1, cast_quads_ = -1;
+    const GlHeights* heights_ = nullptr;
 
     void uploadFields(std::span<const GlCaster> casters);
     void uploadTables(std::span<const GlCaster> casters);

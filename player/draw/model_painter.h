@@ -51,6 +51,7 @@ private:
     std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
     std::optional<GlObject> anchors_;                              // values of a composed asset's anchors
     std::optional<GlObject> receivers_, casts_;                    // made when there is a cast
+    std::size_t cast_sets_ = 0;                                    // that casts_ has room for
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;

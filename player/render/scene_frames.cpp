@@ -164,16 +164,19 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
     else
         shadeFrame(*look.shading, members_[m], view_.eye, threads_, values);
     if (!suns().empty())
-        sight_[m] =
-            takeMirrorsOut(look.view.model, members_[m], view_.eye, threads_, sunlight_.lobes, look.lobes, values);
+        sight_[m] = takeMirrorsOut(look.view.model.convention, look.view.model.stride, members_[m], view_.eye, threads_,
+                                   sunlight_.lobes, look.lobes, values);
     return values;
 }
 
-std::vector<Vec3> SceneFrames::groundValues() const {
+std::vector<Vec3> SceneFrames::groundValues() {
     const bool shaded = options_.channel == Channel::kShaded;
     std::vector<Vec3> values;
     if (field_look_) {
         field_look_->shade(field_, view_.eye, threads_, values);
+        if (!suns().empty())
+            field_sight_ = takeMirrorsOut(scene_.field()->convention(), kFieldStride, field_, view_.eye, threads_,
+                                          sunlight_.lobes, ground_lobes_, values);
         return values;
     }
     if (compares())
@@ -208,7 +211,7 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
                        values_.back(),
                        Sides::kBoth,
                        of_ground,
-                       {field_.normals, field_.tangents, ground_lobes_}});
+                       {field_.normals, field_.tangents, ground_lobes_, field_sight_}});
     else if (scene_.file().ground)
         out.push_back({ground_.shown(),
                        ground_.positions,

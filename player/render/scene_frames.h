@@ -63,6 +63,7 @@ private:
     SceneSunlight sunlight_;
     std::vector<LobeRange> ground_lobes_;    // of every vertex
     std::vector<std::vector<float>> sight_;  // of each member's mirrors
+    std::vector<float> field_sight_;         // of a ground with heights that is one
 
     bool compares() const { return scene_.castWay().mode != CastMode::kProduct; }
     void attachTruth(const AssetView& truth);
@@ -70,7 +71,7 @@ private:
     FrameVertices trueMember(std::size_t member) const;
     std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;
     std::vector<Vec3> memberValues(std::size_t member);
-    std::vector<Vec3> groundValues() const;
+    std::vector<Vec3> groundValues();
     void makeField();
 };
 

@@ -12,7 +12,7 @@ namespace penumbra {
 namespace {
 
 // Draws the maps of the suns of frames; nothing where there are none. `frames` outlives the result.
-std::optional<Sunlight> sunlightOf(const PosedScene& scene, const RenderOptions& options, const auto& frames) {
+std::optional<Sunlight> sunlightOf(const PosedScene& scene, const RenderOptions& options, auto& frames) {
     std::optional<Sunlight> suns;
     if (frames.suns().empty()) return suns;
     suns.emplace(frames.lobes(), options.sun_map);
@@ -58,9 +58,9 @@ Image drawSky(const PosedScene& scene, const FrameView& view, const OffscreenTar
     return target.read();
 }
 
-// Tells whether the GPU can evaluate the picture. It has the default way of casting and no heights.
+// Tells whether the GPU can evaluate the picture. It has the default way of casting.
 bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
-    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct && !scene.field();
+    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
 }
 
 }  // namespace

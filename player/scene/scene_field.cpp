@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "formats/common/errors.h"
 #include "formats/common/find_by_name.h"
@@ -33,7 +34,11 @@ void SceneField::wake(std::span<const TexelBox> changed) {
     if (changed.empty() || changed[0].empty()) return;
     visibility_.wake(heights_.field(), changed);
     ++version_;
+    changed_.resize(changed.size());
+    for (std::size_t l = 0; l < changed.size(); ++l) include(changed_[l], changed[l]);
 }
+
+std::vector<TexelBox> SceneField::takeChanged() { return std::exchange(changed_, {}); }
 
 void SceneField::evaluate(int threads, FrameVertices& points) {
     const HeightField& field = heights_.field();
@@ -112,6 +117,20 @@ FieldLook::FieldLook(const SceneGround& ground, const Convention& convention, co
     const LambertMaterial lambert(ground.albedo);
     const MaterialView* material = fieldMaterial(ground, asset);
     shader_.emplace(convention, kFieldStride, material ? *material : lambert.view, light);
+}
+
+FieldShading::FieldShading(const SceneGround& ground, const Convention& convention, const AssetView& asset,
+                           const LightView& light)
+    : lambert_(ground.albedo) {
+    const MaterialView* material = fieldMaterial(ground, asset);
+    view_.has_model = true;
+    view_.model.convention = convention;
+    view_.model.stride = kFieldStride;
+    view_.materials = {material ? *material : lambert_.view};
+    view_.materials.front().membrane.reset();  // a field has no other side
+    view_.lights = {light};
+    view_.slot_material = {0};
+    set_.emplace(view_);
 }
 
 std::vector<BrdfLobe> fieldLobes(const SceneGround& ground, const AssetView& asset) {

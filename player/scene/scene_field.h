@@ -10,7 +10,7 @@
 #include "player/runtime/cast_shadow.h"
 #include "player/runtime/field_shadow.h"
 #include "player/runtime/lambert_material.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/shading_set.h"
 #include "sh/height/height_visibility.h"
 
 namespace penumbra {
@@ -36,6 +36,8 @@ public:
     std::size_t receiverCount() const { return visibility_.receiverCount(); }
     // Grows with every change of the field.
     std::uint64_t version() const { return version_; }
+    // Gives for each level what has changed since the last call, for who keeps a copy of the field (GlHeights).
+    std::vector<TexelBox> takeChanged();
 
     // Computes all points, in the scene: where they are, and what they see past the field alone, numbers of
     // convention() with kFieldStride. Sizes `points`.
@@ -56,6 +58,7 @@ private:
     HeightTables above_;  // of points above the field
     CastProduct product_;
     std::uint64_t version_ = 1;
+    std::vector<TexelBox> changed_;  // of each level, since takeChanged()
 
     void wake(std::span<const TexelBox> changed);
 };
@@ -72,6 +75,23 @@ public:
 
 private:
     std::optional<VertexShader> shader_;
+};
+
+// The same look for shaders: a set with the one material and one light.
+class FieldShading {
+public:
+    // The light may be replaced by others of at most its order.
+    FieldShading(const SceneGround& ground, const Convention& convention, const AssetView& asset,
+                 const LightView& light);
+    FieldShading(const FieldShading&) = delete;  // the set points to the view
+
+    ShadingSet& set() { return *set_; }
+    const ShadingSet& set() const { return *set_; }
+
+private:
+    LambertMaterial lambert_;
+    AssetView view_;
+    std::optional<ShadingSet> set_;
 };
 
 // What suns need of the same material, which is Lambertian where it has no lobes.

@@ -126,7 +126,7 @@ void showField(Scene& scene, const ViewState& state, bool cast_anew, bool shadow
 
 }  // namespace
 
-void updateGround(Scene& scene, const ViewState& state, int threads) {
+void updateGround(Scene& scene, const ViewState& state, bool field_on_cpu, int threads) {
     if (!state.ground || !scene.ground_file) return;
     ShownGround& ground = scene.ground;
     const bool shadows = state.shadows == Shadows::kBoth || state.shadows == Shadows::kCast;
@@ -137,6 +137,7 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     const ShownGround::Made made{shadows,
                                  lit,
                                  suns,
+                                 field_on_cpu,
                                  mode,
                                  scene.cast_version,
                                  scene.field ? scene.field->version() : 0,
@@ -145,12 +146,19 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
                                  scene.ground_file->material.empty() ? Vec3() : toFloat(cameraPosition(state.camera))};
     if (ground.made == made) return;
     const bool cast_anew = !ground.made || ground.made->shadows != shadows || ground.made->mode != mode ||
-                           ground.made->cast_version != scene.cast_version ||
+                           ground.made->cast_version != scene.cast_version || ground.made->on_cpu != field_on_cpu ||
                            ground.made->field_version != made.field_version;
     ground.made = made;
     ++ground.version;
     LightView light;
     if (lit) light = shownLight(scene, state);
+    if (scene.field && !field_on_cpu) {
+        // Suns need the points.
+        if (cast_anew) scene.field->heights().points(ground.vertices.positions);
+        if (ground.vertices.triangles.empty())
+            ground.vertices.triangles = fieldTriangles(scene.field->heights().field().grid());
+        return;
+    }
     if (scene.field) {
         const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
         if (suns) light.sh = remainder;

@@ -199,7 +199,8 @@ void ViewLoop::advanceTime() {
 
 void ViewLoop::updatePicture(const Rectangle& picture) {
     if (useShading(*scene_, state_)) painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
-    const UpdateNeeds needs{painter_->needsValues(state_), !painter_->castsOnGpu(state_), threads_};
+    const UpdateNeeds needs{painter_->needsValues(state_), !painter_->castsOnGpu(state_), !painter_->fieldOnGpu(state_),
+                            threads_};
     updateScene(*scene_, state_, needs, figures_.update);
     if (!state_.frame_all) return;
     const Rectangle area = panesOf(state_, picture).front().area;

@@ -115,7 +115,7 @@ struct LightKey {
 // What the ground shows at its vertices.
 struct ShownGround {
     struct Made {
-        bool shadows = false, lit = false, suns = false;
+        bool shadows = false, lit = false, suns = false, on_cpu = true;
         CastMode mode = CastMode::kProduct;
         std::uint64_t cast_version = 0, field_version = 0;
         LightKey light;
@@ -166,6 +166,7 @@ void applySceneFile(const Scene& scene, ViewState& state);
 struct UpdateNeeds {
     bool values = true;  // what every vertex shows, for the CPU path
     bool casts = true;   // what others cast, unless the GPU does it
+    bool field = true;   // what a ground with heights shows, unless the GPU computes it
     int threads = 0;
 };
 // Brings the characters to what `state` says. Computes only what changed.

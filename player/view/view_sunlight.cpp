@@ -68,8 +68,17 @@ SunlitSurface ViewSunlight::surfaceOf(std::size_t index, Vec3 eye, std::span<Vec
     const Character& character = *scene_->characters[index];
     Caster& caster = casters_[index];
     const FrameVertices& vertices = character.vertices;
-    caster.sight = takeMirrorsOut(character.asset.model, vertices, eye, 0, table_, caster.lobes, values);
+    const ModelView& model = character.asset.model;
+    caster.sight = takeMirrorsOut(model.convention, model.stride, vertices, eye, 0, table_, caster.lobes, values);
     return {vertices.normals, vertices.tangents, caster.lobes, caster.sight};
+}
+
+SunlitSurface ViewSunlight::fieldSurface(Vec3 eye, std::span<Vec3> values) {
+    const FrameVertices& points = scene_->ground.points;
+    field_lobes_.assign(values.size(), groundLobes(1));
+    field_sight_ =
+        takeMirrorsOut(scene_->field->convention(), kFieldStride, points, eye, 0, table_, field_lobes_, values);
+    return {points.normals, points.tangents, field_lobes_, field_sight_};
 }
 
 }  // namespace penumbra
