@@ -83,8 +83,8 @@ void SceneFrames::evaluateMembers() {
 void SceneFrames::evaluateGround() {
     if (!scene_.file().ground) return;
     if (scene_.field()) {
-        scene_.field()->evaluate(threads_, field_);
-        return scene_.field()->castOn(scene_.cast(), {}, threads_, field_);
+        scene_.field()->update(scene_.cast(), true, threads_, field_);
+        return;
     }
     if (!compares()) {
         ground_ = groundVertices(scene_, threads_);

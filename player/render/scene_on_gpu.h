@@ -28,7 +28,8 @@ public:
     std::vector<SunCaster> sunCasters();
     const LobeTable& lobes() const { return sunlight_.lobes; }
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
-    const FrameView& view() const { return view_; }  // by the options' camera
+    const FrameView& view() const { return view_; }                               // by the options' camera
+    const GlHeights* heights() const { return heights_ ? &*heights_ : nullptr; }  // of the ground
 
 private:
     // Members of one asset, which are drawn together.

@@ -13,9 +13,38 @@ HeightReceivers::HeightReceivers(const HeightGrid& grid, int step) : grid_(grid)
         if (lines.back() != count - 1 && grid.border != HeightBorder::kPeriodic) lines.push_back(count - 1);
     }
     awake_.assign(lines_[0].size() * lines_[1].size(), 1);
+    stale_ = changed_ = awake_;
 }
 
-void HeightReceivers::wakeAll() { std::ranges::fill(awake_, std::uint8_t(1)); }
+void HeightReceivers::wakeAll() {
+    std::ranges::fill(awake_, std::uint8_t(1));
+    std::ranges::fill(stale_, std::uint8_t(1));
+}
+
+bool HeightReceivers::isStale(std::size_t row, std::size_t column) const {
+    const auto after = [](std::size_t line, std::size_t count) { return line + 1 < count ? line + 1 : 0; };
+    const std::size_t below = after(row, rows()), right = after(column, columns());
+    return stale_[row * columns() + column] || changed_[row * columns() + column] ||
+           changed_[row * columns() + right] || changed_[below * columns() + column] ||
+           changed_[below * columns() + right];
+}
+
+void HeightReceivers::freshen() {
+    std::ranges::fill(stale_, std::uint8_t(0));
+    std::ranges::fill(changed_, std::uint8_t(0));
+}
+
+// Makes cells stale that have one of these receivers at a corner: those and the ones before them, round the ends.
+void HeightReceivers::spoil(std::size_t first_row, std::size_t first_column, std::size_t end_row,
+                            std::size_t end_column) {
+    const auto spoilRow = [&](std::size_t row) {
+        std::uint8_t* const cells = &stale_[row * columns()];
+        std::fill(cells + first_column, cells + end_column, std::uint8_t(1));
+        cells[first_column > 0 ? first_column - 1 : columns() - 1] = 1;
+    };
+    spoilRow(first_row > 0 ? first_row - 1 : rows() - 1);
+    for (std::size_t row = first_row; row < end_row; ++row) spoilRow(row);
+}
 
 std::size_t HeightReceivers::awake() const { return std::size_t(std::ranges::count(awake_, 1)); }
 
@@ -50,7 +79,16 @@ void HeightReceivers::wake(const HeightField& field, const HorizonTaps& taps, st
     constexpr double kFar = 1e6;  // beyond a clamped border the edge goes on for ever
     if (changed.empty() || changed[0].empty()) return;
     const bool clamps = grid_.border == HeightBorder::kClamped;
-    // Normals and own heights.
+    // Normals and own heights, of receivers and of the points between them.
+    const auto cellOf = [&](int at) { return std::size_t(std::max(at, 0) / step_); };
+    const auto cellAfter = [&](int at, int axis) {
+        return std::min(std::size_t(at / step_) + 2, lines_[std::size_t(axis)].size());
+    };
+    spoil(cellOf(changed[0].first_row - 1), cellOf(changed[0].first_column - 1), cellAfter(changed[0].end_row, 0),
+          cellAfter(changed[0].end_column, 1));
+    // Normals at the first line of a periodic field take heights of the last one.
+    const bool at_end = changed[0].end_row == grid_.rows || changed[0].end_column == grid_.columns;
+    if (at_end && grid_.border == HeightBorder::kPeriodic) std::ranges::fill(stale_, std::uint8_t(1));
     wakeBox(changed[0].first_row - 1, changed[0].end_row, changed[0].first_column - 1, changed[0].end_column);
     for (const HorizonTap& tap : taps.taps) {
         const TexelBox& box = changed[std::size_t(tap.level)];

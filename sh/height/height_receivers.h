@@ -1,6 +1,6 @@
 #pragma once
-// The points of a height field that look for their horizons, every `step` points both ways, and which of them have to
-// look again.
+// The points of a height field that look for their horizons, every `step` points both ways, which of them have to look
+// again, and which points in between show something else then.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -35,6 +35,13 @@ public:
     // Lists all that are awake, ascending, and puts them to sleep.
     void takeAwake(std::vector<std::uint32_t>& receivers);
 
+    // Call this where a receiver that has looked again sees something else. Different ones may run at once.
+    void noteChange(std::size_t receiver) { changed_[receiver] = 1; }
+    // Cells lie between four receivers, and point (row, column) is in cell (row / step, column / step). One is stale
+    // after a change of what a receiver sees, or of the normals of its points.
+    bool isStale(std::size_t row, std::size_t column) const;
+    void freshen();
+
     // The two lines of an axis around a point, and how far it is from the first.
     void around(int axis, int at, std::size_t& low, std::size_t& high, float& share) const;
 
@@ -42,9 +49,10 @@ private:
     HeightGrid grid_;
     int step_;
     std::array<std::vector<int>, 2> lines_;
-    std::vector<std::uint8_t> awake_;  // [rows, columns]
+    std::vector<std::uint8_t> awake_, stale_, changed_;  // [rows, columns]
 
     void wakeBox(double row0, double row1, double column0, double column1);
+    void spoil(std::size_t first_row, std::size_t first_column, std::size_t end_row, std::size_t end_column);
 };
 
 }  // namespace penumbra

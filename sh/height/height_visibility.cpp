@@ -137,8 +137,12 @@ void HeightVisibility::evaluate(const HeightField& field, std::size_t first, std
     std::size_t count = 0;
     const auto flush = [&] {
         tables_.visibility(field, {rows.data(), columns.data(), heights.data(), count}, row_size_, out);
-        for (std::size_t i = 0; i < count; ++i)
-            std::copy_n(&out[i * row_size_], row_size_, &rows_[receivers[i] * row_size_]);
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto row = std::span(out).subspan(i * row_size_, row_size_);
+            const auto old = std::span(rows_).subspan(receivers[i] * row_size_, row_size_);
+            if (!std::ranges::equal(row, old)) receivers_.noteChange(receivers[i]);
+            std::ranges::copy(row, old.begin());
+        }
         count = 0;
     };
     for (std::size_t r = first; r < end; ++r)
@@ -181,8 +185,11 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
     const float per_x = (whole ? 0.5f : 1.0f) / grid.cell_x, per_y = 0.5f / grid.cell_y;
     std::array<float, kMost> slope_x, slope_y;
     for (std::size_t i = 0; i < count; ++i) slope_x[i] = (down[i] - up[i]) * per_x;
-    for (std::size_t i = 1; i + 1 < count; ++i) slope_y[i] = (here[i + 1] - here[i - 1]) * per_y;
-    for (const std::size_t i : {std::size_t(0), count - 1}) {  // their neighbours may lie beyond the border
+    // Neighbours of the first and the last column lie beyond the border.
+    const std::size_t begin = first == 0 ? 1 : 0, end = first + int(count) == grid.columns ? count - 1 : count;
+    for (std::size_t i = begin; i < end; ++i) slope_y[i] = (here[i + 1] - *(here + i - 1)) * per_y;
+    for (const std::size_t i : {std::size_t(0), count - 1}) {
+        if (i >= begin && i < end) continue;
         const Vec3 normal = field.normal(row, first + int(i));
         slope_y[i] = -normal.y / normal.z;
     }

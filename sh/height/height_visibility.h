@@ -72,6 +72,9 @@ public:
     }
     void wakeAll() { receivers_.wakeAll(); }
     std::size_t awake() const { return receivers_.awake(); }
+    const HeightReceivers& receivers() const { return receivers_; }
+    // Call this after numbers() of all stale points.
+    void freshen() { receivers_.freshen(); }
     // Looks for the horizons of awake receivers in rows [first, end) of receivers, which then sleep. Different rows may
     // run at once. Allocates nothing.
     void evaluate(const HeightField& field, std::size_t first, std::size_t end);

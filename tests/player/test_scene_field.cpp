@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
@@ -50,7 +51,7 @@ double largestOff(std::span<const float> a, std::span<const float> b) {
 
 std::vector<float> fieldE(const PosedScene& scene, FrameVertices& points) {
     scene.field()->evaluate(2, points);
-    scene.field()->castOn(scene.cast(), {}, 2, points);
+    scene.field()->castOn(scene.cast(), 2, points);
     return fieldAmbient(scene.field()->convention(), points);
 }
 
@@ -176,6 +177,73 @@ TEST_F(SceneFieldTest, AfterAnEditIsThatOfTheWhole) {
     whole.field()->evaluate(2, expected);
     EXPECT_EQ(points.numbers, expected.numbers);
     EXPECT_EQ(points.normals, expected.normals);
+}
+
+// A brush of 5 points on 256 x 256, beside a character. Only receivers with a sample of something that changed look
+// again, and only points near those that see something else are computed and cast on again. What comes out is that of
+// the whole, but for the order in which casts are summed (2.4e-6 measured). Measured: 57% of the receivers, 10% of the
+// points.
+TEST_F(SceneFieldTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
+    const char* const dunes =
+        R"("analytic": "dunes:height=1,length=4", "rows": 256, "columns": 256, "cell": 0.1, "step": 4)";
+    const PosedScene edited = scene(dunes), whole = scene(dunes);
+    FrameVertices points, expected;
+    EXPECT_EQ(edited.field()->update(edited.cast(), true, 2, points), 256u * 256u);
+    EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+    const Vec3 at = edited.field()->heights().point(60, 70);
+    for (const float rise : {0.4f, -0.6f}) {
+        edited.field()->brush(at, 0.5f, rise);
+        whole.field()->brush(at, 0.5f, rise);
+        const std::size_t receivers = edited.field()->awake();
+        const std::size_t updated = edited.field()->update(edited.cast(), false, 2, points);
+        whole.field()->lookAgain();
+        whole.field()->update(whole.cast(), true, 1, expected);
+        std::printf("a stroke over 9 x 9 points wakes %zu of %zu receivers and %zu of 65536 points\n", receivers,
+                    edited.field()->receiverCount(), updated);
+        EXPECT_LT(double(receivers), 0.65 * double(edited.field()->receiverCount()));
+        EXPECT_GT(receivers, 4u);
+        EXPECT_LT(updated, 65536u / 8);
+        EXPECT_GT(updated, 81u);
+        EXPECT_LT(largestOff(points.numbers, expected.numbers), 1e-5);
+        EXPECT_EQ(points.normals, expected.normals);
+        EXPECT_EQ(points.positions, expected.positions);
+    }
+    EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+    // Beside the field, without an extent, and of no number.
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    edited.field()->brush({1e6f, 0, 0}, 0.5f, 1);
+    edited.field()->brush(at, 0, 1);
+    edited.field()->brush({nan, nan, nan}, 0.5f, 1);
+    edited.field()->brush(at, 0.5f, nan);
+    EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+}
+
+// Strokes at corners and edges, and those larger than the field, of every border.
+TEST_F(SceneFieldTest, StrokesAtTheBorderAreThoseOfTheWhole) {
+    for (const std::string border : {"clamped", "periodic", "open"})
+        for (const std::string step : {"1", "4", "8"}) {
+            const std::string heights = R"("analytic": "waves:height=0.4,length=2", "rows": 42, "columns": 37,
+                "cells": [0.1, 0.13], "border": ")" +
+                                        border + R"(", "step": )" + step;
+            const PosedScene edited = scene(heights), whole = scene(heights);
+            FrameVertices points, expected;
+            edited.field()->update(edited.cast(), true, 1, points);
+            for (const auto& [row, column, radius] : {std::tuple{0, 0, 0.3f},
+                                                      {41, 36, 0.3f},
+                                                      {41, 3, 0.05f},
+                                                      {20, 0, 0.15f},
+                                                      {17, 22, 0.02f},
+                                                      {5, 5, 30.0f}}) {
+                const Vec3 at = edited.field()->heights().point(row, column);
+                edited.field()->brush(at, radius, 0.3f);
+                whole.field()->brush(at, radius, 0.3f);
+                edited.field()->update(edited.cast(), false, 1, points);
+                whole.field()->lookAgain();
+                whole.field()->update(whole.cast(), true, 1, expected);
+                EXPECT_LT(largestOff(points.numbers, expected.numbers), 1e-5) << border << " " << step << " " << row;
+                EXPECT_EQ(points.normals, expected.normals) << border << " " << step << " " << row;
+            }
+        }
 }
 
 TEST_F(SceneFieldTest, OfATimeIsThatOfTheTimeHoweverOneGotThere) {

@@ -5,6 +5,9 @@
 #include <fstream>
 
 #include "pack/pack_asset.h"
+#include "player/gl/gl_context.h"
+#include "player/gl/offscreen_target.h"
+#include "player/render/scene_on_gpu.h"
 #include "player/render/scene_picture.h"
 #include "tests/synthetic_composition.h"
 
@@ -204,7 +207,8 @@ TEST_F(SceneOnGpuTest, GroundsWithHeightsAreThoseOfTheCpu) {
     }
 }
 
-// A sandy ground and one that is a mirror, with the shadows of hills and of a character. Measured: no pixel of 9,216 is above.
+// A sandy ground and one that is a mirror, with the shadows of hills and of a character. Measured: no pixel of 9,216 is
+// above.
 TEST_F(SceneOnGpuTest, SunsOnGroundsWithHeightsAreThoseOfTheCpu) {
     RenderOptions options;
     options.width = options.height = 96;
@@ -240,6 +244,48 @@ TEST_F(SceneOnGpuTest, SunsOnGroundsWithHeightsAreThoseOfTheCpu) {
         EXPECT_GT(double(lit), 0.1 * double(cpu.pixels.size()));
         EXPECT_LT(least, 0.3 * brightest);
     }
+}
+
+// The GPU uploads the box of a stroke, makes the maxima above it anew and lets those receivers look that see it.
+TEST_F(SceneOnGpuTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
+    const std::unique_ptr<GlContext> context = createGlContext(GlBackend::kAuto);
+    RenderOptions options;
+    options.width = options.height = 96;
+    options.channel = Channel::kAmbient;
+    options.camera = "pitch=35,yaw=20";
+    const auto open = [&] {
+        return PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "spheres.pnb"}],
+            "ground": {"heights": {"analytic": "dunes:height=0.4,length=1.5", "rows": 128, "columns": 128,
+                                   "cell": 0.04}}})",
+                                     "s.json", folder_));
+    };
+    const OffscreenTarget target(options.width, options.height, 1);
+    const auto pictureOf = [&](SceneOnGpu& gpu) {
+        gpu.evaluate();
+        target.begin();
+        gpu.draw(gpu.view());
+        return target.read();
+    };
+    const PosedScene scene = open(), other = open();
+    SceneOnGpu gpu(scene, options, 1);
+    const Image before = pictureOf(gpu);
+    EXPECT_EQ(gpu.heights()->work().heights, 128u * 128u);
+    EXPECT_EQ(gpu.heights()->work().receivers, 33u * 33u);
+    const Vec3 at = scene.field()->heights().point(80, 40);
+    for (const PosedScene* one : {&scene, &other}) one->field()->brush(at, 0.3f, 0.5f);
+    const Image edited = pictureOf(gpu);
+    const GlHeights::Work work = gpu.heights()->work();
+    std::printf("a stroke: %zu heights, %zu maxima, %zu of %d receivers\n", work.heights, work.maxima, work.receivers,
+                33 * 33);
+    EXPECT_LE(work.heights, 15u * 15u);
+    EXPECT_LE(work.maxima, 200u);
+    EXPECT_LT(work.receivers, 33u * 33u);
+    EXPECT_GT(work.receivers, 16u);
+    SceneOnGpu fresh(other, options, 1);
+    EXPECT_LT(largestDifference(pictureOf(fresh), edited), 1e-6);
+    EXPECT_GT(largestDifference(before, edited), 20);
+    pictureOf(gpu);
+    EXPECT_EQ(gpu.heights()->work().receivers, 0u);
 }
 
 TEST_F(SceneOnGpuTest, SceneWithoutCastersIsOpen) {
