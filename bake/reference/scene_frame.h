@@ -9,7 +9,7 @@ namespace penumbra {
 struct SceneFrame {
     Mesh mesh;  // characters, props, then the ground
     VisibilityFrame frame;
-    std::size_t casting_triangles = 0;          // without a level ground
+    std::size_t casting_triangles = 0;  // without a level ground
     // What casts but is not seen: the copies of a periodic ground around it. Corners count vertices of the mesh, then
     // these.
     std::vector<Vec3> unseen_positions;

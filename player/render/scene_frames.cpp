@@ -37,6 +37,7 @@ void SceneFrames::makeField() {
     field_look_.emplace(*scene_.file().ground, field.convention(), scene_.lightAsset(), sunlight_.light);
     field_look_->turnLight(lightRotation());
     if (sunlight_.suns.empty()) return;
+    field_casting_triangles_ = castingTriangles(field.heights().field().grid());
     sunlight_.ground = sunlight_.lobes.add(fieldLobes(*scene_.file().ground, scene_.lightAsset()));
     ground_lobes_.assign(field.heights().field().grid().size(), sunlight_.ground);
 }
@@ -45,7 +46,7 @@ std::vector<SunCaster> SceneFrames::sunCasters() const {
     std::vector<SunCaster> casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
-    if (scene_.field()) casters.push_back({field_.positions, field_triangles_});
+    if (scene_.field()) casters.push_back({field_casting_, field_casting_triangles_});
     return casters;
 }
 
@@ -84,6 +85,7 @@ void SceneFrames::evaluateGround() {
     if (!scene_.file().ground) return;
     if (scene_.field()) {
         scene_.field()->update(scene_.cast(), true, threads_, field_);
+        if (!suns().empty()) scene_.field()->heights().castingPoints(field_casting_);
         return;
     }
     if (!compares()) {

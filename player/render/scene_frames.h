@@ -56,6 +56,8 @@ private:
     GroundVertices ground_;
     FrameVertices field_;
     std::vector<std::uint32_t> field_triangles_;
+    std::vector<Vec3> field_casting_;  // in the maps of suns
+    std::vector<std::uint32_t> field_casting_triangles_;
     std::optional<FieldLook> field_look_;    // where it is shaded
     std::vector<std::vector<float>> casts_;  // of modes that compare: V_c of each member, then of the ground
     FrameView view_;

@@ -25,7 +25,7 @@ public:
     void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
     // What suns need, as SceneFrames has it.
     std::span<const Sun> suns() const { return sunlight_.suns; }
-    std::vector<SunCaster> sunCasters();
+    std::vector<SunCaster> sunCasters() const;
     const LobeTable& lobes() const { return sunlight_.lobes; }
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
     const FrameView& view() const { return view_; }                               // by the options' camera
@@ -50,7 +50,7 @@ private:
     std::optional<GlCast> cast_;
     std::optional<GlGround> ground_;
     std::vector<Vec3> ground_weights_;
-    // Of a ground with heights, which `shading` shades; its points and triangles are for suns.
+    // Of a ground with heights; its points and triangles are for suns.
     std::optional<GlHeights> heights_;
     std::optional<FieldShading> field_shading_;
     std::optional<GlHeightsGround> heights_ground_;

@@ -12,7 +12,7 @@ namespace penumbra {
 namespace {
 
 // Draws the maps of the suns of frames; nothing where there are none. `frames` outlives the result.
-std::optional<Sunlight> sunlightOf(const PosedScene& scene, const RenderOptions& options, auto& frames) {
+std::optional<Sunlight> sunlightOf(const PosedScene& scene, const RenderOptions& options, const auto& frames) {
     std::optional<Sunlight> suns;
     if (frames.suns().empty()) return suns;
     suns.emplace(frames.lobes(), options.sun_map);

@@ -153,13 +153,7 @@ void updateGround(Scene& scene, const ViewState& state, bool field_on_cpu, int t
     ++ground.version;
     LightView light;
     if (lit) light = shownLight(scene, state);
-    if (scene.field && !field_on_cpu) {
-        // Suns need the points.
-        if (cast_anew || moved) scene.field->heights().points(ground.vertices.positions);
-        if (ground.vertices.triangles.empty())
-            ground.vertices.triangles = fieldTriangles(scene.field->heights().field().grid());
-        return;
-    }
+    if (scene.field && !field_on_cpu) return;
     if (scene.field) {
         const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
         if (suns) light.sh = remainder;

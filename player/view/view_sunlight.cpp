@@ -40,6 +40,10 @@ bool ViewSunlight::updateLobes() {
 }
 
 void ViewSunlight::placeCasters() {
+    if (scene_->field) {
+        scene_->field->heights().castingPoints(field_points_);
+        if (field_triangles_.empty()) field_triangles_ = castingTriangles(scene_->field->heights().field().grid());
+    }
     for (std::size_t i = 0; i < casters_.size(); ++i) {
         const Character& character = *scene_->characters[i];
         casters_[i].positions.clear();
@@ -54,7 +58,7 @@ void ViewSunlight::shine(const ViewState& state) {
     std::vector<SunCaster> casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
         casters.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
-    if (scene_->field) casters.push_back({scene_->ground.vertices.positions, scene_->ground.vertices.triangles});
+    if (scene_->field) casters.push_back({field_points_, field_triangles_});
     if (reflected_ != now.light) sunlight_.reflect(shownSky(*scene_, state));
     reflected_ = now.light;
     sunlight_.turnSky(now.rotation);

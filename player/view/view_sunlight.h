@@ -47,6 +47,8 @@ private:
     LobeTable table_;
     Sunlight sunlight_;
     std::vector<Caster> casters_;
+    std::vector<Vec3> field_points_;  // of a ground with heights, which casts
+    std::vector<std::uint32_t> field_triangles_;
     std::vector<LobeRange> field_lobes_;
     std::vector<float> field_sight_;
     std::vector<LobeRange> ground_;      // one for each of kTileShades

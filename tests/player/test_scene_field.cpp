@@ -107,6 +107,34 @@ TEST_F(SceneFieldTest, TrianglesFaceUp) {
     }
 }
 
+// Walls at the border reach from its points to the least height, so that nothing shines under a dune that it cuts.
+TEST_F(SceneFieldTest, CastsAsASolidInTheMapsOfSuns) {
+    for (const char* const heights :
+         {R"("analytic": "waves", "rows": 9, "columns": 7)", R"("analytic": "waves", "rows": 1, "columns": 7)",
+          R"("analytic": "waves", "rows": 1, "columns": 1)"}) {
+        const PosedScene waves = scene(heights);
+        const HeightGrid& grid = waves.field()->heights().field().grid();
+        std::vector<Vec3> points;
+        waves.field()->heights().castingPoints(points);
+        const std::vector<std::uint32_t> triangles = castingTriangles(grid);
+        float least = points[0].y;
+        for (const Vec3 p : points) least = std::min(least, p.y);
+        const std::size_t field = fieldTriangles(grid).size();
+        double wall = 0, border = 0;  // square metres
+        for (std::size_t t = 0; t < triangles.size(); t += 3) {
+            ASSERT_LT(std::max({triangles[t], triangles[t + 1], triangles[t + 2]}), points.size());
+            const Vec3 a = points[triangles[t]], b = points[triangles[t + 1]], c = points[triangles[t + 2]];
+            if (t >= field) wall += 0.5 * double(length(cross(b - a, c - a)));
+        }
+        const auto height = [&](int r, int c) { return double(waves.field()->heights().point(r, c).y - least); };
+        for (int c = 0; c + 1 < grid.columns; ++c)
+            for (const int r : {0, grid.rows - 1}) border += 0.5 * (height(r, c) + height(r, c + 1));
+        for (int r = 0; r + 1 < grid.rows; ++r)
+            for (const int c : {0, grid.columns - 1}) border += 0.5 * (height(r, c) + height(r + 1, c));
+        EXPECT_NEAR(wall, border, 1e-4 * std::max(border, 1.0)) << heights;
+    }
+}
+
 // What looks down sees nothing but the ground, what looks up sees the sky, and what stands far from hills but for those
 // on one side is darker on that side.
 TEST_F(SceneFieldTest, ShadowsCharactersByItsHorizonAtTheirVertices) {
@@ -284,11 +312,17 @@ TEST(HeightFrames, AllocateNothing) {
 }
 
 TEST_F(SceneFieldTest, RefusesOtherWaysToCastAndMaterialsThatAreNotThere) {
-    EXPECT_THROW(PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb"}],
-        "ground": {"heights": {"analytic": "waves"}}})",
-                                       "s.json", folder_),
-                            {CastMode::kFolded, {}}),
-                 UsageError);
+    try {
+        const PosedScene folded(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb"}],
+            "ground": {"heights": {"analytic": "waves"}}})",
+                                           "s.json", folder_),
+                                {CastMode::kFolded, {}});
+        ADD_FAILURE() << "heights are not folded";
+    } catch (const UsageError& error) {
+        EXPECT_EQ(
+            error.what(),
+            std::string("--cast folded: s.json: /ground/heights: a ground with heights joins as a product alone"));
+    }
     const PosedScene sandy = scene(kLevel, "", R"("material": "sand", )");
     std::vector<float> sh(3, 1.0f);
     EXPECT_THROW(FieldLook(*sandy.file().ground, sandy.field()->convention(), AssetView(), {"white", 1, sh}),
