@@ -103,7 +103,7 @@ TEST_F(ViewBrush, RaisesAndLowersUnderThePointerAndOnlyWhatSeesItIsComputed) {
     EXPECT_EQ(scene.ground.version, version);
 }
 
-// The automatic exposure is measured on what is drawn of characters and ground. Measured: 1e-6.
+// The automatic exposure is measured on what is drawn of characters and ground.
 TEST_F(ViewBrush, BothPathsDrawTheSameGround) {
     const std::unique_ptr<GlContext> context = createGlContext(GlBackend::kAuto);
     const Rectangle picture{0, 0, 200, 100};
