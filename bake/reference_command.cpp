@@ -237,6 +237,8 @@ void runScene(ReferenceCommand& command, const CommonOptions& common, Report& re
     ReferenceFrame input{scene.mesh, scene.frame};
     if (shaded) input.brdf_of_vertex = scene.brdf_of_vertex;
     input.casting_triangles = scene.casting_triangles;
+    input.unseen_positions = scene.unseen_positions;
+    input.unseen_triangles = scene.unseen_triangles;
     input.ground = scene.ends_at_horizon;
     input.back_of_vertex = scene.back_of_vertex;
     const Image image = renderReference(input, scene.camera, light, command.options, common.threads,

@@ -49,6 +49,9 @@ struct ReferenceFrame {
     const Blockers* blockers = nullptr;
     std::span<const Vec3> occluder_positions = {};      // positions of the blockers' vertices after those of the mesh
     std::optional<std::size_t> casting_triangles = {};  // set: those behind are seen, but cast no shadow
+    // With casting_triangles: what casts but is not seen, with corners among the mesh's vertices and then these.
+    std::span<const Vec3> unseen_positions = {};
+    std::span<const Triangle> unseen_triangles = {};
     // [V] for a scene, whose triangles are fronts alone: the vertex of the other side of each one. It is the vertex
     // itself where that is no sheet. Rays of sheets start at the bias as well.
     std::span<const std::uint32_t> back_of_vertex = {};

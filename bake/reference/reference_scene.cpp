@@ -21,8 +21,14 @@ ReferenceScene makeReferenceScene(const ReferenceFrame& input, const ReferenceOp
         for (Vec3 p : input.occluder_positions) all.push_back(scale.apply(p));
         shadows.emplace(all, input.blockers->triangles, true);
     }
-    if (input.casting_triangles)
-        shadows.emplace(positions, std::span(input.mesh.triangles).first(*input.casting_triangles));
+    if (input.casting_triangles) {
+        std::vector<Vec3> all = positions;
+        for (const Vec3 p : input.unseen_positions) all.push_back(scale.apply(p));
+        const std::span casting = std::span(input.mesh.triangles).first(*input.casting_triangles);
+        std::vector<Triangle> triangles(casting.begin(), casting.end());
+        triangles.insert(triangles.end(), input.unseen_triangles.begin(), input.unseen_triangles.end());
+        shadows.emplace(all, triangles);
+    }
     std::vector<SampledBrdf> materials(brdfs.size());
     parallelFor(brdfs.size(), threads, [&](std::size_t i) { materials[i] = sampledBrdf(brdfs[i]); });
     return {

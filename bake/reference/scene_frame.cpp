@@ -114,6 +114,7 @@ public:
         for (const Triangle& t : trianglesOf(fieldTriangles(grid)))
             out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
         paint(ground);
+        if (grid.border == HeightBorder::kPeriodic) addCopies(ground, heights);
     }
 
     std::span<const Vec3> corners() const { return corners_; }
@@ -122,6 +123,35 @@ private:
     SceneFrame& out_;
     std::vector<Vec3> corners_;  // of everyone's boxes
     PoseFiles poses_;
+
+    // Copies of a periodic field on all sides, as far as horizons are looked for: to the longer side. They join the
+    // field and one another by squares from the last line to the next first one.
+    void addCopies(const SceneGround& ground, const GroundHeights& heights) {
+        constexpr std::size_t kMostPoints = std::size_t(1) << 25;
+        const HeightGrid& grid = heights.field().grid();
+        const int longer = std::max(grid.rows, grid.columns), up = (longer + grid.rows - 1) / grid.rows,
+                  left = (longer + grid.columns - 1) / grid.columns;
+        const HeightGrid all{(2 * up + 1) * grid.rows, (2 * left + 1) * grid.columns};
+        if (all.size() > kMostPoints)
+            throw Unsupported(ground.heights->source.at + "/border: the copies of a periodic ground have " +
+                              std::to_string(all.size()) + " points, more than can be ray-traced");
+        const auto first = std::uint32_t(out_.frame.positions.size());
+        const Vec3 corner = heights.corner();
+        for (int r = 0; r < all.rows; ++r)
+            for (int c = 0; c < all.columns; ++c) {
+                const Vec3 p = heights.point(r % grid.rows, c % grid.columns);
+                out_.unseen_positions.push_back({corner.x + float(c - left * grid.columns) * grid.cell_y, p.y,
+                                                 corner.z + float(r - up * grid.rows) * grid.cell_x});
+            }
+        const std::vector<Triangle> triangles = trianglesOf(fieldTriangles(all));
+        for (std::size_t t = 0; t < triangles.size(); ++t) {
+            const int square = int(t / 2), r = square / (all.columns - 1) - up * grid.rows,
+                      c = square % (all.columns - 1) - left * grid.columns;
+            if (r >= 0 && r + 1 < grid.rows && c >= 0 && c + 1 < grid.columns) continue;  // the field itself
+            const auto& [a, b, d] = triangles[t];
+            out_.unseen_triangles.push_back({a + first, b + first, d + first});
+        }
+    }
 
     // Gives the ground's material to all vertices that have none yet.
     void paint(const SceneGround& ground) {
@@ -151,8 +181,6 @@ private:
 
 std::unique_ptr<const GroundHeights> heightsOf(const SceneDescription& scene, std::optional<double> seconds) {
     if (!scene.ground || !scene.ground->heights) return nullptr;
-    if (scene.ground->heights->source.border == HeightBorder::kPeriodic)
-        throw Unsupported(scene.ground->heights->source.at + "/border: a periodic ground cannot be ray-traced");
     auto heights = std::make_unique<GroundHeights>(*scene.ground);
     heights->pose(seconds);
     return heights;

@@ -9,7 +9,11 @@ namespace penumbra {
 struct SceneFrame {
     Mesh mesh;  // characters, props, then the ground
     VisibilityFrame frame;
-    std::size_t casting_triangles = 0;          // without a level ground
+    std::size_t casting_triangles = 0;  // without a level ground
+    // What casts but is not seen: the copies of a periodic ground around it. Corners count vertices of the mesh, then
+    // these.
+    std::vector<Vec3> unseen_positions;
+    std::vector<Triangle> unseen_triangles;
     bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below
     std::vector<std::string> materials;         // names in the assets; the last is the ground's
     std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials

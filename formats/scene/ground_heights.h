@@ -23,6 +23,9 @@ public:
     bool moves() const { return sequence_.moves(); }
     // A point of the field in the scene, its normal, and where height 0 of row 0 and column 0 stands.
     Vec3 point(int row, int column) const;
+    // All points, then those of the border again at the least height of the field: what casts a sun's shadow, so that
+    // no light comes in under the ground at its sides.
+    void castingPoints(std::vector<Vec3>& points) const;
     Vec3 normal(int row, int column) const;
     Vec3 corner() const;
     // y of the ground.
@@ -38,6 +41,8 @@ private:
 
 // The mesh of a field: two triangles a square, which face up.
 std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid);
+// The same and the walls of GroundHeights::castingPoints().
+std::vector<std::uint32_t> castingTriangles(const HeightGrid& grid);
 
 // What "on_ground" adds to a character's y. `heights` is null where the ground is level.
 float standingHeight(const SceneCharacter& one, const std::optional<SceneGround>& ground, const GroundHeights* heights);

@@ -233,7 +233,7 @@ SceneCost costOf(const RenderOptions& options, const SceneDescription& descripti
         cost.ground_cast.pairs = cost.ground_cast.receivers * cost.casters;
         timeThreads(runs, threads, cost.ground_cast, [&](int some) {
             FrameVertices points = frames.field();
-            scene.field()->castOn(scene.cast(), {}, some, points);
+            scene.field()->castOn(scene.cast(), some, points);
         });
         cost.field = timeField(scene, frames, runs, threads);
     } else if (description.ground) {

@@ -206,13 +206,14 @@ void GlAsset::placePose() {
     pose.size = pose.light + (shading_ ? shading_->lightTexels() : 0);
 }
 
-const GlAsset::Program& GlAsset::evaluateProgram(Channel channel, bool casts, bool sunlit) {
-    const auto [found, is_new] = evaluate_.try_emplace({channel, casts, sunlit});
+const GlAsset::Program& GlAsset::evaluateProgram(Channel channel, std::size_t cast_sets, bool sunlit) {
+    const auto [found, is_new] = evaluate_.try_emplace({channel, cast_sets, sunlit});
     Program& made = found->second;
     if (!is_new) return made;
     ShaderRecipe recipe = recipe_;
     recipe.channel = channel;
-    recipe.casts = casts;
+    recipe.casts = cast_sets > 0;
+    recipe.heights = cast_sets > 1;
     recipe.sunlit = sunlit;
     if (channel == Channel::kShaded) recipe.shading = &shading();
     made.program = makeComputeProgram(evaluateSource(recipe));

@@ -37,7 +37,8 @@ public:
         SunlightUniforms sunlight;
     };
     // Programs are compiled when they are first asked for. The painter's shaders define the bindings.
-    const Program& evaluateProgram(Channel channel, bool casts, bool sunlit);
+    // `cast_sets` are GlCast::castSets(); 0: nothing casts.
+    const Program& evaluateProgram(Channel channel, std::size_t cast_sets, bool sunlit);
     // `sunlit` has the models of all lobes that suns shine on; 0: they do not.
     const Program& drawProgram(Channel channel, BrdfModels sunlit);
     const Program& anchorProgram();
@@ -54,7 +55,7 @@ private:
     GlObject arrays_, vertex_array_, triangles_;
     TextureBuffer materials_;
     std::size_t bytes_ = 0;
-    std::map<std::tuple<Channel, bool, bool>, Program> evaluate_;  // with and without casts, and suns
+    std::map<std::tuple<Channel, std::size_t, bool>, Program> evaluate_;  // with and without casts, and suns
     std::map<std::pair<Channel, BrdfModels>, Program> draw_;
     std::optional<Program> anchor_, receiver_;
 

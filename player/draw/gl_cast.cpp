@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "formats/common/errors.h"
+#include "player/draw/gl_heights.h"
 #include "player/runtime/cast_glsl.h"
 #include "player/runtime/far_glsl.h"
 
@@ -29,8 +30,6 @@ GlObject makeTable(std::vector<T>& values) {
     checkStorageBlock("what casts in the scene", values.size() * sizeof(T));
     return makeBuffer(GL_SHADER_STORAGE_BUFFER, std::span<const T>(values));
 }
-
-GLuint groupsOf(std::size_t invocations) { return GLuint((invocations + kWorkGroup - 1) / kWorkGroup); }
 
 // Writes what cast_anchors.glsl calls the layout.
 std::vector<std::uint32_t> castLayoutWords(const FarLayout& layout, std::size_t vertex_count) {
@@ -139,6 +138,7 @@ const GlCast::Program& GlCast::use(CastPass pass) {
         made.receiver_count = place("receiver_count");
         made.vertex_count = place("vertex_count");
         made.anchor_count = place("anchor_count");
+        made.cast_quads = place("cast_quads");
         gl::UseProgram(made.program.id());
         gl::Uniform1i(place("part_count"), GLint(parts_));
         gl::Uniform1i(place("sphere_count"), GLint(spheres_));
@@ -155,10 +155,14 @@ void GlCast::bind(const GlObject& receivers, const GlObject& casts) {
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kWrittenCastsBinding, casts.id());
 }
 
-void GlCast::cast(const GlObject& receivers, const GlObject& casts, std::size_t count) {
+void GlCast::cast(const GlObject& receivers, const GlObject& casts, std::size_t count, bool ground) {
+    const bool heights = heights_ && !ground;
     bind(receivers, casts);
-    gl::Uniform1ui(use(CastPass::kEach).receiver_count, GLuint(count));
-    gl::DispatchCompute(groupsOf(count), 1, 1);
+    const Program& program = use(CastPass::kEach);
+    gl::Uniform1ui(program.receiver_count, GLuint(count));
+    gl::Uniform1ui(program.cast_quads, GLuint(kCastQuads * (heights ? 2 : 1)));
+    dispatchItems(count, kWorkGroup);
+    if (heights) heights_->castOn(receivers, casts, count);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
@@ -169,17 +173,20 @@ void GlCast::castAtAnchors(const GlObject& receivers, const GlObject& casts, con
     bind(receivers, casts);
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kLayoutBinding, anchors.layout_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kCastAnchorsBinding, anchors.values_.id());
-    const auto useFor = [&](CastPass pass) {
+    const auto useFor = [&](CastPass pass) -> const Program& {
         const Program& program = use(pass);
         gl::Uniform1ui(program.vertex_count, GLuint(anchors.vertex_count_));
         gl::Uniform1ui(program.anchor_count, GLuint(anchors.anchor_count_));
-        return program.receiver_count;
+        return program;
     };
     useFor(CastPass::kAnchors);
-    gl::DispatchCompute(groupsOf(anchors.anchor_count_), GLuint(characters), 1);
+    gl::DispatchCompute(GLuint((anchors.anchor_count_ + kWorkGroup - 1) / kWorkGroup), GLuint(characters), 1);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    gl::Uniform1ui(useFor(CastPass::kAtAnchors), GLuint(count));
-    gl::DispatchCompute(groupsOf(count), 1, 1);
+    const Program& at_anchors = useFor(CastPass::kAtAnchors);
+    gl::Uniform1ui(at_anchors.receiver_count, GLuint(count));
+    gl::Uniform1ui(at_anchors.cast_quads, GLuint(kCastQuads * castSets()));
+    dispatchItems(count, kWorkGroup);
+    if (heights_) heights_->castOn(receivers, casts, count);
     gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

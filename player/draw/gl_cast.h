@@ -38,6 +38,8 @@ private:
     std::size_t vertex_count_, anchor_count_, bytes_ = 0;
 };
 
+class GlHeights;
+
 class GlCast {
 public:
     // Uploads the fields of every asset once. Throws Unsupported where they are too many for this OpenGL.
@@ -45,11 +47,17 @@ public:
 
     // Uploads the poses of a frame, of the casters that the constructor had. Allocates nothing.
     void pose(std::span<const GlCaster> casters);
-    // Casts on the receivers of a buffer. Whatever storage blocks were bound are others afterwards.
-    void cast(const GlObject& receivers, const GlObject& casts, std::size_t count);
+    // A height field hides from vertices of characters as well; null: none does. It outlives this object.
+    void setHeights(const GlHeights* heights) { heights_ = heights; }
+    // Times kCastQuads that a vertex of a character has: what casters leave visible, then what a height field does.
+    std::size_t castSets() const { return heights_ ? 2 : 1; }
+    // Casts on the receivers of a buffer: vertices of characters, or with `ground` points of the ground, which have one
+    // set. Whatever storage blocks were bound are others afterwards.
+    void cast(const GlObject& receivers, const GlObject& casts, std::size_t count, bool ground = false);
     // Casts on all vertices of `characters` at their anchors.
     void castAtAnchors(const GlObject& receivers, const GlObject& casts, const GlCastAnchors& anchors,
                        std::size_t characters);
+    bool empty() const { return parts_ == 0 && spheres_ == 0; }  // nobody casts
     // Call this after the last cast of a frame.
     void release() { posed_.release(); }
 
@@ -61,10 +69,11 @@ private:
     GlObject fields_, tables_;
     struct Program {
         GlObject program;
-        GLint receiver_count = -1, vertex_count = -1, anchor_count = -1;
+        GLint receiver_count = -1, cast_quads = -1, vertex_count = -1, anchor_count = -1;
     };
     std::map<CastPass, Program> programs_;  // compiled when they are first needed
     UploadRing posed_;
+    const GlHeights* heights_ = nullptr;
 
     const Program& use(CastPass pass);
     void bind(const GlObject& receivers, const GlObject& casts);

@@ -24,57 +24,34 @@ GlObject makeReceivers(const GroundMesh& mesh) {
 }  // namespace
 
 GlGround::GlGround(const GroundMesh& mesh, Channel channel, std::optional<SlotLobes> lobes)
-    : vertices_(mesh.positions.size()),
-      index_count_(GLsizei(mesh.triangles.size())),
+    : mesh_(mesh.triangles, mesh.positions.size(), channel, lobes ? kPaint : 0),
       lobes_(lobes),
       receivers_(makeReceivers(mesh)),
       evaluate_(makeComputeProgram(groundSource(lobes.has_value()))),
-      vertex_array_(makeVertexArray()),
-      draw_(makeProgram(evaluatedVertexSource(channel, lobes ? kPaint : 0),
-                        channelFragmentSource(channel, lobes ? kPaint : 0))),
-      evaluated_(
-          makeTextureStorage(GL_RGBA32F, vertices_ * (lobes ? kSunlitQuads : kEvaluatedQuads) * 4 * sizeof(float))),
       weights_(gl::GetUniformLocation(evaluate_.id(), "weights")),
-      receiver_count_(gl::GetUniformLocation(evaluate_.id(), "receiver_count")),
-      vertex_count_(gl::GetUniformLocation(draw_.id(), "vertex_count")),
-      view_(viewUniforms(draw_)),
-      sunlight_(sunlightUniforms(draw_)) {
-    const std::size_t bytes = vertices_ * kCastQuads * 4 * sizeof(float);
+      receiver_count_(gl::GetUniformLocation(evaluate_.id(), "receiver_count")) {
+    const std::size_t bytes = mesh_.vertices() * kCastQuads * 4 * sizeof(float);
     checkStorageBlock("the ground", bytes);
     casts_ = makeStorage(bytes);
-    gl::BindVertexArray(vertex_array_.id());
-    triangles_ = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.triangles);
     checkGl("uploading the ground");
 }
 
 void GlGround::evaluate(GlCast& cast, std::span<const Vec3> weights) {
     assert(weights.size() == kMirroredCast);
-    cast.cast(receivers_, casts_, vertices_);
+    cast.cast(receivers_, casts_, mesh_.vertices(), true);
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundReceivers, receivers_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundCasts, casts_.id());
-    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundEvaluated, evaluated_.buffer.id());
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kGroundEvaluated, mesh_.values().id());
     gl::UseProgram(evaluate_.id());
     std::array<float, 4 * kMirroredCast> quads{};
     for (std::size_t i = 0; i < kMirroredCast; ++i)
         for (int c = 0; c < 3; ++c) quads[4 * i + std::size_t(c)] = weights[i][c];
     gl::Uniform4fv(weights_, GLsizei(kMirroredCast), quads.data());
-    gl::Uniform1ui(receiver_count_, GLuint(vertices_));
+    gl::Uniform1ui(receiver_count_, GLuint(mesh_.vertices()));
     if (lobes_) gl::Uniform3f(gl::GetUniformLocation(evaluate_.id(), "lobes"), lobes_->first, lobes_->count, 0);
-    gl::DispatchCompute(GLuint((vertices_ + kWorkGroup - 1) / kWorkGroup), 1, 1);
+    gl::DispatchCompute(GLuint((mesh_.vertices() + kWorkGroup - 1) / kWorkGroup), 1, 1);
     gl::MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     checkGl("casting on the ground");
-}
-
-void GlGround::draw(const FrameView& view, const Sunlight* suns) const {
-    assert(!lobes_ || suns);
-    setView(draw_, view_, view);
-    if (lobes_) suns->bind(sunlight_, view);
-    gl::Uniform1i(vertex_count_, GLint(vertices_));
-    gl::ActiveTexture(GL_TEXTURE0);
-    gl::BindTexture(GL_TEXTURE_BUFFER, evaluated_.texture.id());
-    gl::BindVertexArray(vertex_array_.id());
-    gl::DrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
-    checkGl("drawing the ground");
 }
 
 }  // namespace penumbra

@@ -1,6 +1,8 @@
 #pragma once
 // The ground of a scene on the GPU: it receives what GlCast casts, and shows weighted sums of it.
-#include "player/draw/draw_frame.h"
+#include <optional>
+
+#include "player/draw/evaluated_mesh.h"
 #include "player/draw/gl_cast.h"
 
 namespace penumbra {
@@ -19,17 +21,13 @@ public:
     // Computes what each vertex shows: the sum of weight times number over the 21 numbers that `cast` leaves visible.
     void evaluate(GlCast& cast, std::span<const Vec3> weights);
     // `suns` are not null where they shine.
-    void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
+    void draw(const FrameView& view, const Sunlight* suns = nullptr) const { mesh_.draw(view, suns); }
 
 private:
-    std::size_t vertices_;
-    GLsizei index_count_;
+    EvaluatedMesh mesh_;
     std::optional<SlotLobes> lobes_;
-    GlObject receivers_, casts_, evaluate_, vertex_array_, triangles_, draw_;
-    TextureBuffer evaluated_;
-    GLint weights_, receiver_count_, vertex_count_;
-    ViewUniforms view_;
-    SunlightUniforms sunlight_;
+    GlObject receivers_, casts_, evaluate_;
+    GLint weights_, receiver_count_;
 };
 
 }  // namespace penumbra

@@ -32,9 +32,9 @@ std::size_t ModelPainter::anchorBytes() const { return capacity_ * asset_->ancho
 
 std::size_t ModelPainter::bytes() const {
     return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) + (anchors_ ? anchorBytes() : 0) +
-           (casts_ ? capacity_ * asset_->vertexCount() * (kReceiverQuads + kCastQuads) * 4 * sizeof(float) : 0) +
-           (cast_anchors_ ? cast_anchors_->bytes() : 0) + (true_ambient_ ? true_ambient_->bytes() : 0) +
-           (vertices_ ? vertices_->bytes() : 0);
+           (casts_ ? capacity_ * asset_->vertexCount() * (kReceiverQuads + cast_sets_ * kCastQuads) * 4 * sizeof(float)
+                   : 0) +
+           (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
 }
 
 namespace {
@@ -143,11 +143,12 @@ void ModelPainter::bind() {
 // Casts on the vertices of all characters, which evaluating reads afterwards.
 void ModelPainter::castOnVertices(GlCast& cast, const Evaluator& evaluator) {
     const std::size_t quad = 4 * sizeof(float), room = capacity_ * asset_->vertexCount();
-    if (!casts_) {
-        checkStorageBlock("what is cast on all characters", room * kCastQuads * quad);
+    if (!casts_ || cast_sets_ < cast.castSets()) {
+        cast_sets_ = cast.castSets();
+        checkStorageBlock("what is cast on all characters", room * cast_sets_ * kCastQuads * quad);
         receivers_.emplace(makeStorage(room * kReceiverQuads * quad));
-        casts_.emplace(makeStorage(room * kCastQuads * quad));
-        cast_anchors_.emplace(evaluator.castLayout(), asset_->vertexCount(), capacity_);
+        casts_.emplace(makeStorage(room * cast_sets_ * kCastQuads * quad));
+        if (!cast_anchors_) cast_anchors_.emplace(evaluator.castLayout(), asset_->vertexCount(), capacity_);
     }
     bind();
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kReceiversBinding, receivers_->id());
@@ -201,7 +202,7 @@ void ModelPainter::evaluate(Channel channel, std::span<const PosedCharacter> cha
     bind();
     if (showsVisibility(channel) && asset_->evaluatesFar()) evaluateAnchors();
     if (casts) gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kCastsBinding, casts_->id());
-    const GlAsset::Program& program = asset_->evaluateProgram(channel, casts, sunlit_);
+    const GlAsset::Program& program = asset_->evaluateProgram(channel, casts ? cast->castSets() : 0, sunlit_);
     gl::UseProgram(program.program.id());
     gl::Uniform3f(program.eye, eye.x, eye.y, eye.z);
     dispatch(program, asset_->vertexCount());

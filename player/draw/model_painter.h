@@ -51,7 +51,8 @@ private:
     std::optional<UploadRing> numbers_, true_ambient_, vertices_;  // made when they are first needed
     std::optional<GlObject> anchors_;                              // values of a composed asset's anchors
     std::optional<GlObject> receivers_, casts_;                    // made when there is a cast
-    std::optional<GlCastAnchors> cast_anchors_;                    // of those
+    std::size_t cast_sets_ = 0;                                    // that casts_ has room for
+    std::optional<GlCastAnchors> cast_anchors_;                    // of casts
     TextureBuffer evaluated_;
 
     std::size_t evaluatedBytes() const;

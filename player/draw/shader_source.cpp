@@ -1,6 +1,7 @@
 #include "player/draw/shader_source.h"
 
 #include "player/draw/gl_cast.h"
+#include "player/draw/heights_glsl.h"
 #include "player/draw/sun_map_painter.h"
 #include "player/frame/lobe_table.h"
 #include "player/runtime/brdf_glsl.h"
@@ -108,6 +109,49 @@ std::string castSource(bool parts, bool spheres, CastPass pass) {
 
 std::string groundSource(bool sunlit) { return castPreamble() + evaluatedQuads(sunlit) + kShaderGroundComp; }
 
+namespace {
+
+std::string heightsPreamble(const HeightsRecipe& recipe) {
+    return preamble(recipe.channel) + define("WORK_GROUP", kWorkGroup) +
+           define("ROW_QUADS", heightRowQuads(recipe.order)) + define("SPACING", std::size_t(recipe.spacing)) +
+           "#define LINES ivec2(" + std::to_string(recipe.rows) + ", " + std::to_string(recipe.columns) + ")\n" +
+           "#define NORMALS_MATTER " + glslFloat(double(kNormalsMatter)) + "\n";
+}
+
+}  // namespace
+
+std::string heightsPyramidSource() { return std::string("#version 430 core\n") + kShaderHeightsPyramidComp; }
+
+std::string heightsHorizonsSource(const HeightsRecipe& recipe) {
+    return heightsPreamble(recipe) + recipe.heights + kShaderHeightsHorizonsComp;
+}
+
+std::string heightsAboveSource(const std::string& heights) {
+    return castPreamble() + heights + kShaderHeightsAboveComp;
+}
+
+std::string heightsReceiversSource(const HeightsRecipe& recipe) {
+    std::string text = kShaderHeightsPointsComp;
+    insertAt(text, "GENERATED_BY_SHADING_GLSL",
+             "#define PENUMBRA_STRIDE4 1\n" + std::string(kShaderPenumbraGlsl) + "\n");
+    return heightsPreamble(recipe) + "#undef CHANNEL\n#define CHANNEL CHANNEL_AO\n#define RECEIVERS\n" +
+           recipe.heights + text;
+}
+
+std::string heightsPointsSource(const HeightsRecipe& recipe) {
+    const Convention convention{BelowHorizon::kMirrored, recipe.order};
+    const auto numbers = std::size_t(convention.size());
+    std::string generated = ambientGlsl(convention);
+    if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(convention);
+    if (recipe.channel == Channel::kShaded) generated += shadingGlsl(*recipe.shading);
+    if (recipe.sunlit) generated += sightGlsl(convention);
+    std::string text = kShaderHeightsPointsComp;
+    insertAt(text, "GENERATED_BY_SHADING_GLSL", generated + kShaderPenumbraGlsl + "\n");
+    return heightsPreamble(recipe) + define("NUMBERS", numbers) + define("PENUMBRA_STRIDE4", (numbers + 3) / 4) +
+           evaluatedQuads(recipe.sunlit) + (recipe.casts ? "#define CAST\n" + define("CAST_QUADS", kCastQuads) : "") +
+           recipe.heights + text;
+}
+
 std::string anchorSource(const ShaderRecipe& recipe) {
     ShaderRecipe anchors = recipe;
     anchors.channel = Channel::kAmbient;
@@ -136,6 +180,7 @@ std::string evaluateSource(const ShaderRecipe& recipe) {
                    ")\n";
     }
     if (recipe.casts) defines += "#define CAST\n" + define("CAST_QUADS", kCastQuads);
+    if (recipe.casts) defines += define("CAST_SETS", recipe.heights ? 2 : 1);
     std::string generated;
     if (showsVisibility(recipe.channel)) generated = ambientGlsl(recipe.convention);
     if (recipe.casts) generated += castAmbientGlsl() + castNumbersGlsl(recipe.convention);

@@ -29,8 +29,9 @@ struct ShaderRecipe {
     // Where the asset has light that bounces: its first row in the cluster table, and the weights of its ambient term.
     std::optional<std::size_t> first_indirect = {};
     Vec3 bounced_ambient = {};
-    bool casts = false;   // numbers are multiplied by what GlCast has written
-    bool sunlit = false;  // surfaces are written for the fragments that suns shine on; only for kShaded
+    bool casts = false;    // numbers are multiplied by what GlCast has written
+    bool heights = false;  // and by what a height field has, which follows for each vertex
+    bool sunlit = false;   // surfaces are written for the fragments that suns shine on; only for kShaded
 };
 
 bool showsVisibility(Channel channel);
@@ -47,6 +48,22 @@ enum class CastPass { kEach, kAnchors, kAtAnchors };
 // Return the shader that casts, for a scene with such casters, and that of the ground.
 std::string castSource(bool parts, bool spheres, CastPass pass = CastPass::kEach);
 std::string groundSource(bool sunlit);
+
+// The shaders of a height field. `heights` is heightsGlsl() (heights_glsl.h).
+struct HeightsRecipe {
+    std::string heights;
+    int order = 0;                           // of V
+    int spacing = 0;                         // points from one receiver to the next
+    std::size_t rows = 0, columns = 0;       // of receivers
+    Channel channel = Channel::kShaded;      // kShaded or kAmbient
+    const ShadingLayout* shading = nullptr;  // only for kShaded
+    bool casts = false, sunlit = false;      // as ShaderRecipe has them
+};
+std::string heightsPyramidSource();
+std::string heightsHorizonsSource(const HeightsRecipe& recipe);
+std::string heightsAboveSource(const std::string& heights);
+std::string heightsReceiversSource(const HeightsRecipe& recipe);
+std::string heightsPointsSource(const HeightsRecipe& recipe);
 // Suns shine on a surface of materials with these models (shaders/sunlight.glsl); 0: they do not.
 std::string valueVertexSource(Channel channel, BrdfModels sunlit);
 std::string evaluatedVertexSource(Channel channel, BrdfModels sunlit);

@@ -167,6 +167,12 @@ GlObject makeComputeProgram(const std::string& source) {
     return link({&shader});
 }
 
+void dispatchItems(std::size_t count, std::size_t group) {
+    constexpr std::size_t kMostGroups = 32768;
+    const std::size_t groups = (count + group - 1) / group, rows = (groups + kMostGroups - 1) / kMostGroups;
+    if (groups > 0) gl::DispatchCompute(GLuint((groups + rows - 1) / rows), GLuint(rows), 1);
+}
+
 void checkGl(const char* doing) {
     const GLenum error = gl::GetError();
     if (error == GL_NO_ERROR) return;

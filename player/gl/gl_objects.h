@@ -63,6 +63,9 @@ TextureBuffer makeTextureStorage(GLenum format, std::size_t bytes);
 // numbered source, because the sources are ours.
 GlObject makeProgram(const std::string& vertex_source, const std::string& fragment_source);
 GlObject makeComputeProgram(const std::string& source);
+// Runs the program in use for `count` items in groups of `group`. Item i is gl_GlobalInvocationID.x +
+// gl_GlobalInvocationID.y * gl_NumWorkGroups.x * group, because a direction has at most 65,535 groups.
+void dispatchItems(std::size_t count, std::size_t group);
 
 // Throws std::runtime_error, which names `doing`, if any GL call since the last check has failed.
 void checkGl(const char* doing);

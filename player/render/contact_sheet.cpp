@@ -11,7 +11,7 @@
 namespace penumbra {
 
 // Linear colours: a dark grey paper, and letters.
-constexpr Vec3 kPaper{0.012f, 0.012f, 0.014f}, kWhite{0.8f, 0.8f, 0.8f}, kRed{1, 0.12f, 0.08f};
+constexpr Vec3 kPage{0.012f, 0.012f, 0.014f}, kWhite{0.8f, 0.8f, 0.8f}, kRed{1, 0.12f, 0.08f};
 constexpr int kScaleWidth = 96;  // pixels of the scale of colours
 
 Image shrunk(const Image& image, int factor) {
@@ -154,7 +154,7 @@ void drawTitle(Image& image, const ContactSheet& sheet, const SheetLayout& layou
 Image drawSheet(const ContactSheet& sheet, const SheetLayout& layout) {
     Image image{layout.width,
                 layout.height,
-                std::vector<Vec3>(std::size_t(layout.width) * std::size_t(layout.height), kPaper),
+                std::vector<Vec3>(std::size_t(layout.width) * std::size_t(layout.height), kPage),
                 {}};
     drawTitle(image, sheet, layout);
     for (std::size_t c = 0; c < sheet.cells.size(); ++c) {

@@ -60,7 +60,8 @@ void OffscreenRenderer::drawValues(const Panel& panel, PosedFrame& frame, const 
     const FrameVertices& vertices = sunlit ? frame.vertices(panel.source) : frame.skinned();
     std::vector<float> sight;
     if (sunlit) {
-        sight = takeMirrorsOut(asset_->model, vertices, view.eye, frame.threads(), lobe_table_, lobes_, values);
+        sight = takeMirrorsOut(asset_->model.convention, asset_->model.stride, vertices, view.eye, frame.threads(),
+                               lobe_table_, lobes_, values);
         shineOn(vertices.positions);
     }
     at->second.upload(vertices.positions, values, {vertices.normals, vertices.tangents, lobes_, sight});

@@ -37,6 +37,7 @@ void SceneFrames::makeField() {
     field_look_.emplace(*scene_.file().ground, field.convention(), scene_.lightAsset(), sunlight_.light);
     field_look_->turnLight(lightRotation());
     if (sunlight_.suns.empty()) return;
+    field_casting_triangles_ = castingTriangles(field.heights().field().grid());
     sunlight_.ground = sunlight_.lobes.add(fieldLobes(*scene_.file().ground, scene_.lightAsset()));
     ground_lobes_.assign(field.heights().field().grid().size(), sunlight_.ground);
 }
@@ -45,7 +46,7 @@ std::vector<SunCaster> SceneFrames::sunCasters() const {
     std::vector<SunCaster> casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
-    if (scene_.field()) casters.push_back({field_.positions, field_triangles_});
+    if (scene_.field()) casters.push_back({field_casting_, field_casting_triangles_});
     return casters;
 }
 
@@ -83,8 +84,9 @@ void SceneFrames::evaluateMembers() {
 void SceneFrames::evaluateGround() {
     if (!scene_.file().ground) return;
     if (scene_.field()) {
-        scene_.field()->evaluate(threads_, field_);
-        return scene_.field()->castOn(scene_.cast(), {}, threads_, field_);
+        scene_.field()->update(scene_.cast(), true, threads_, field_);
+        if (!suns().empty()) scene_.field()->heights().castingPoints(field_casting_);
+        return;
     }
     if (!compares()) {
         ground_ = groundVertices(scene_, threads_);
@@ -164,16 +166,19 @@ std::vector<Vec3> SceneFrames::memberValues(std::size_t m) {
     else
         shadeFrame(*look.shading, members_[m], view_.eye, threads_, values);
     if (!suns().empty())
-        sight_[m] =
-            takeMirrorsOut(look.view.model, members_[m], view_.eye, threads_, sunlight_.lobes, look.lobes, values);
+        sight_[m] = takeMirrorsOut(look.view.model.convention, look.view.model.stride, members_[m], view_.eye, threads_,
+                                   sunlight_.lobes, look.lobes, values);
     return values;
 }
 
-std::vector<Vec3> SceneFrames::groundValues() const {
+std::vector<Vec3> SceneFrames::groundValues() {
     const bool shaded = options_.channel == Channel::kShaded;
     std::vector<Vec3> values;
     if (field_look_) {
         field_look_->shade(field_, view_.eye, threads_, values);
+        if (!suns().empty())
+            field_sight_ = takeMirrorsOut(scene_.field()->convention(), kFieldStride, field_, view_.eye, threads_,
+                                          sunlight_.lobes, ground_lobes_, values);
         return values;
     }
     if (compares())
@@ -208,7 +213,7 @@ std::vector<SceneMesh> SceneFrames::meshes() const {
                        values_.back(),
                        Sides::kBoth,
                        of_ground,
-                       {field_.normals, field_.tangents, ground_lobes_}});
+                       {field_.normals, field_.tangents, ground_lobes_, field_sight_}});
     else if (scene_.file().ground)
         out.push_back({ground_.shown(),
                        ground_.positions,

@@ -56,6 +56,8 @@ private:
     GroundVertices ground_;
     FrameVertices field_;
     std::vector<std::uint32_t> field_triangles_;
+    std::vector<Vec3> field_casting_;  // in the maps of suns
+    std::vector<std::uint32_t> field_casting_triangles_;
     std::optional<FieldLook> field_look_;    // where it is shaded
     std::vector<std::vector<float>> casts_;  // of modes that compare: V_c of each member, then of the ground
     FrameView view_;
@@ -63,6 +65,7 @@ private:
     SceneSunlight sunlight_;
     std::vector<LobeRange> ground_lobes_;    // of every vertex
     std::vector<std::vector<float>> sight_;  // of each member's mirrors
+    std::vector<float> field_sight_;         // of a ground with heights that is one
 
     bool compares() const { return scene_.castWay().mode != CastMode::kProduct; }
     void attachTruth(const AssetView& truth);
@@ -70,7 +73,7 @@ private:
     FrameVertices trueMember(std::size_t member) const;
     std::vector<float> memberAmbient(std::size_t member, const FrameVertices& vertices) const;
     std::vector<Vec3> memberValues(std::size_t member);
-    std::vector<Vec3> groundValues() const;
+    std::vector<Vec3> groundValues();
     void makeField();
 };
 

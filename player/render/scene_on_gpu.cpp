@@ -42,7 +42,10 @@ SceneOnGpu::SceneOnGpu(const PosedScene& scene, const RenderOptions& options, in
     sunlight_ = sceneSunlight(scene, looks_);
     cast_.emplace(casters_);
     makeGroups();
-    if (scene.file().ground) makeGround();
+    if (scene.field())
+        makeHeights();
+    else if (scene.file().ground)
+        makeGround();
 }
 
 void SceneOnGpu::makeGroups() {
@@ -69,6 +72,25 @@ void SceneOnGpu::makeGround() {
                     lobes);
 }
 
+void SceneOnGpu::makeHeights() {
+    const SceneField& field = *scene_.field();
+    const SceneGround& ground = *scene_.file().ground;
+    heights_.emplace(field.heights().field(), ground.heights->order, ground.heights->step, field.heights().corner());
+    cast_->setHeights(&*heights_);
+    std::optional<GroundLobes> lobes;
+    if (options_.channel == Channel::kShaded) {
+        field_shading_.emplace(ground, field.convention(), scene_.lightAsset(), sunlight_.light);
+        field_shading_->set().setLightRotation(sunlight_.light_rotation);
+        if (!sunlight_.suns.empty()) {
+            field_triangles_ = castingTriangles(field.heights().field().grid());
+            const LobeRange range = sunlight_.lobes.add(fieldLobes(ground, scene_.lightAsset()));
+            lobes = GroundLobes{sunlight_.lobes.slotLobes(range), sunlight_.lobes.models({&range, 1})};
+        }
+    }
+    heights_ground_.emplace(*heights_, fieldTriangles(field.heights().field().grid()),
+                            field_shading_ ? &field_shading_->set() : nullptr, lobes);
+}
+
 void SceneOnGpu::evaluate(Group& group) {
     posed_.clear();
     for (const std::size_t m : group.members) {
@@ -90,8 +112,11 @@ void SceneOnGpu::evaluate() {
     for (std::size_t m = 0; m < members_.size(); ++m) skinMember(*scene_.members()[m], threads_, members_[m]);
     view_ = sceneView(scene_, options_, members_);
     cast_->pose(casters_);
+    if (heights_) heights_->update(scene_.field()->takeChanged());
+    if (heights_ && !suns().empty()) scene_.field()->heights().castingPoints(field_points_);
     for (Group& group : groups_) evaluate(group);
     if (ground_) ground_->evaluate(*cast_, ground_weights_);
+    if (heights_ground_) heights_ground_->evaluate(&*cast_, view_.eye);
     cast_->release();
 }
 
@@ -99,12 +124,14 @@ std::vector<SunCaster> SceneOnGpu::sunCasters() const {
     std::vector<SunCaster> casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
         casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+    if (heights_) casters.push_back({field_points_, field_triangles_});
     return casters;
 }
 
 void SceneOnGpu::draw(const FrameView& view, const Sunlight* suns) const {
     for (const Group& group : groups_) group.painter->draw(view, suns);
     if (ground_) ground_->draw(view, suns);
+    if (heights_ground_) heights_ground_->draw(view, suns);
 }
 
 }  // namespace penumbra

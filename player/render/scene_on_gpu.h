@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "player/draw/gl_ground.h"
+#include "player/draw/gl_heights_ground.h"
 #include "player/draw/model_painter.h"
 #include "player/render/scene_look.h"
 #include "player/scene/scene_ground.h"
@@ -27,7 +28,8 @@ public:
     std::vector<SunCaster> sunCasters() const;
     const LobeTable& lobes() const { return sunlight_.lobes; }
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
-    const FrameView& view() const { return view_; }  // by the options' camera
+    const FrameView& view() const { return view_; }                               // by the options' camera
+    const GlHeights* heights() const { return heights_ ? &*heights_ : nullptr; }  // of the ground
 
 private:
     // Members of one asset, which are drawn together.
@@ -48,11 +50,18 @@ private:
     std::optional<GlCast> cast_;
     std::optional<GlGround> ground_;
     std::vector<Vec3> ground_weights_;
+    // Of a ground with heights; its points and triangles are for suns.
+    std::optional<GlHeights> heights_;
+    std::optional<FieldShading> field_shading_;
+    std::optional<GlHeightsGround> heights_ground_;
+    std::vector<Vec3> field_points_;
+    std::vector<std::uint32_t> field_triangles_;
     FrameView view_;
     std::vector<PosedCharacter> posed_;
 
     void makeGroups();
     void makeGround();
+    void makeHeights();
     void evaluate(Group& group);
 };
 

@@ -58,9 +58,9 @@ Image drawSky(const PosedScene& scene, const FrameView& view, const OffscreenTar
     return target.read();
 }
 
-// Tells whether the GPU can evaluate the picture. It has the default way of casting and no heights.
+// Tells whether the GPU can evaluate the picture. It has the default way of casting.
 bool fitsGpu(const PosedScene& scene, const RenderOptions& options) {
-    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct && !scene.field();
+    return options.channel != Channel::kError && scene.castWay().mode == CastMode::kProduct;
 }
 
 }  // namespace

@@ -74,7 +74,9 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     light_ = lightOf(file_.light, light_asset_->view);
     light_rotation_ = rotationOf(file_.light);
     if (file_.ground && file_.ground->heights) {
-        if (way_.mode != CastMode::kProduct) throw UsageError("a ground with heights takes --cast product");
+        if (way_.mode != CastMode::kProduct)
+            throw UsageError("--cast " + std::string(nameOf(way_.mode)) + ": " + file_.ground->heights->source.at +
+                             ": a ground with heights joins as a product alone");
         field_ = std::make_unique<SceneField>(*file_.ground);
     }
     pose({});

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <utility>
 
 #include "formats/common/errors.h"
 #include "formats/common/find_by_name.h"
@@ -33,43 +35,76 @@ void SceneField::wake(std::span<const TexelBox> changed) {
     if (changed.empty() || changed[0].empty()) return;
     visibility_.wake(heights_.field(), changed);
     ++version_;
+    changed_.resize(changed.size());
+    for (std::size_t l = 0; l < changed.size(); ++l) include(changed_[l], changed[l]);
 }
 
-void SceneField::evaluate(int threads, FrameVertices& points) {
+std::vector<TexelBox> SceneField::takeChanged() { return std::exchange(changed_, {}); }
+
+void SceneField::brush(Vec3 at, float radius, float rise) {
     const HeightField& field = heights_.field();
-    const HeightGrid& grid = field.grid();
-    const auto columns = std::size_t(grid.columns);
-    for (std::vector<Vec3>* list : {&points.positions, &points.normals, &points.tangents}) list->resize(grid.size());
-    points.numbers.resize(grid.size() * kFieldStride);
-    parallelFor(visibility_.receiverRows(), threads, [&](std::size_t r) { visibility_.evaluate(field, r, r + 1); });
-    parallelFor(std::size_t(grid.rows), threads, [&](std::size_t r) {
-        for (std::size_t first = 0; first < columns; first += HeightVisibility::kMostPoints) {
-            const std::size_t n = std::min(HeightVisibility::kMostPoints, columns - first), at = r * columns + first;
-            const std::span normals = std::span(points.normals).subspan(at, n),
-                            tangents = std::span(points.tangents).subspan(at, n);
-            visibility_.numbers(field, int(r), int(first), normals, tangents, kFieldStride,
-                                std::span(points.numbers).subspan(at * kFieldStride, n * kFieldStride));
-            for (std::size_t i = 0; i < n; ++i) {
-                points.positions[at + i] = heights_.point(int(r), int(first + i));
-                normals[i] = sceneFromField(normals[i]);
-                tangents[i] = sceneFromField(tangents[i]);
-            }
-        }
-    });
+    const Vec3 place = at - heights_.corner();
+    const TexelBox box =
+        strokeHeights(field, {place.z / field.grid().cell_x, place.x / field.grid().cell_y, radius, rise}, brushed_);
+    if (!box.empty()) set(box, brushed_);
 }
 
-void SceneField::castOn(const CastShadow& cast, CasterChoice choice, int threads, FrameVertices& points) const {
+// At most kFieldPiece points.
+void SceneField::castOnRun(const CastShadow& cast, const CastReceivers& some, std::span<float> numbers) const {
+    std::array<float, kFieldPiece * kFarNumbers> mirrored;
+    const std::span<float> used = std::span(mirrored).first(some.positions.size() * kFarNumbers);
+    if (cast.evaluate(some, {}, used) > 0) product_(numbers, kFieldStride, used);
+}
+
+void SceneField::castOn(const CastShadow& cast, int threads, FrameVertices& points) const {
     if (cast.casterCount() == 0) return;
     const CastReceivers all{points.positions, points.normals, points.tangents};
     parallelFor(fieldPieces(points.positions.size()), threads, [&](std::size_t piece) {
         const CastReceivers some = fieldPiece(all, piece);
-        std::array<float, kFieldPiece * kFarNumbers> mirrored;
-        const std::span<float> used = std::span(mirrored).first(some.positions.size() * kFarNumbers);
-        if (cast.evaluate(some, choice, used) == 0) return;
-        product_(
-            std::span(points.numbers).subspan(piece * kFieldPiece * kFieldStride, some.positions.size() * kFieldStride),
-            kFieldStride, used);
+        castOnRun(cast, some,
+                  std::span(points.numbers)
+                      .subspan(piece * kFieldPiece * kFieldStride, some.positions.size() * kFieldStride));
     });
+}
+
+// Points of a row, which are at most HeightVisibility::kMostPoints.
+void SceneField::updateRun(const CastShadow& cast, int row, int first, std::size_t count, FrameVertices& points) const {
+    const HeightField& field = heights_.field();
+    const std::size_t at = std::size_t(row) * std::size_t(field.grid().columns) + std::size_t(first);
+    const std::span positions = std::span(points.positions).subspan(at, count),
+                    normals = std::span(points.normals).subspan(at, count),
+                    tangents = std::span(points.tangents).subspan(at, count);
+    const std::span<float> numbers = std::span(points.numbers).subspan(at * kFieldStride, count * kFieldStride);
+    visibility_.numbers(field, row, first, normals, tangents, kFieldStride, numbers);
+    for (std::size_t i = 0; i < count; ++i) {
+        positions[i] = heights_.point(row, first + int(i));
+        normals[i] = sceneFromField(normals[i]);
+        tangents[i] = sceneFromField(tangents[i]);
+    }
+    if (cast.casterCount() > 0) castOnRun(cast, {positions, normals, tangents}, numbers);
+}
+
+std::size_t SceneField::update(const CastShadow& cast, bool anew, int threads, FrameVertices& points) {
+    const HeightField& field = heights_.field();
+    const HeightGrid& grid = field.grid();
+    for (std::vector<Vec3>* list : {&points.positions, &points.normals, &points.tangents}) list->resize(grid.size());
+    points.numbers.resize(grid.size() * kFieldStride);
+    parallelFor(visibility_.receiverRows(), threads, [&](std::size_t r) { visibility_.evaluate(field, r, r + 1); });
+    const HeightReceivers& receivers = visibility_.receivers();
+    const std::size_t columns = std::size_t(grid.columns), step = std::size_t(receivers.step());
+    std::atomic<std::size_t> updated = 0;
+    parallelFor(std::size_t(grid.rows), threads, [&](std::size_t r) {
+        const auto isStale = [&](std::size_t c) { return anew || receivers.isStale(r / step, c / step); };
+        for (std::size_t first = 0, end; first < columns; first = end) {
+            end = first;
+            while (end < columns && end < first + HeightVisibility::kMostPoints && isStale(end)) ++end;
+            if (end > first) updateRun(cast, int(r), int(first), end - first, points);
+            updated += end - first;
+            while (end < columns && !isStale(end)) ++end;
+        }
+    });
+    visibility_.freshen();
+    return updated;
 }
 
 void SceneField::visibleFrom(const CastReceivers& receivers, std::span<float> mirrored) const {
@@ -112,6 +147,20 @@ FieldLook::FieldLook(const SceneGround& ground, const Convention& convention, co
     const LambertMaterial lambert(ground.albedo);
     const MaterialView* material = fieldMaterial(ground, asset);
     shader_.emplace(convention, kFieldStride, material ? *material : lambert.view, light);
+}
+
+FieldShading::FieldShading(const SceneGround& ground, const Convention& convention, const AssetView& asset,
+                           const LightView& light)
+    : lambert_(ground.albedo) {
+    const MaterialView* material = fieldMaterial(ground, asset);
+    view_.has_model = true;
+    view_.model.convention = convention;
+    view_.model.stride = kFieldStride;
+    view_.materials = {material ? *material : lambert_.view};
+    view_.materials.front().membrane.reset();  // a field has no other side
+    view_.lights = {light};
+    view_.slot_material = {0};
+    set_.emplace(view_);
 }
 
 std::vector<BrdfLobe> fieldLobes(const SceneGround& ground, const AssetView& asset) {

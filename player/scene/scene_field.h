@@ -10,7 +10,8 @@
 #include "player/runtime/cast_shadow.h"
 #include "player/runtime/field_shadow.h"
 #include "player/runtime/lambert_material.h"
-#include "player/runtime/shading.h"
+#include "player/runtime/shading_set.h"
+#include "sh/height/height_brush.h"
 #include "sh/height/height_visibility.h"
 
 namespace penumbra {
@@ -28,20 +29,29 @@ public:
     void pose(std::optional<double> seconds) { wake(heights_.pose(seconds)); }
     void set(const TexelBox& box, std::span<const float> heights) { wake(heights_.set(box, heights)); }
 
+    // Raises a hill at a place of the scene, or digs a pit where `rise` is below 0 (metres, strokeHeights()).
+    void brush(Vec3 at, float radius, float rise);
+
     // The next evaluate() looks at everything again.
     void lookAgain() { visibility_.wakeAll(); }
 
     const GroundHeights& heights() const { return heights_; }
     Convention convention() const { return visibility_.convention(); }
     std::size_t receiverCount() const { return visibility_.receiverCount(); }
+    std::size_t awake() const { return visibility_.awake(); }  // receivers that will look again
     // Grows with every change of the field.
     std::uint64_t version() const { return version_; }
+    // Gives for each level what has changed since the last call, for who keeps a copy of the field (GlHeights).
+    std::vector<TexelBox> takeChanged();
 
     // Computes all points, in the scene: where they are, and what they see past the field alone, numbers of
     // convention() with kFieldStride. Sizes `points`.
-    void evaluate(int threads, FrameVertices& points);
-    // The same numbers past the chosen casters as well.
-    void castOn(const CastShadow& cast, CasterChoice choice, int threads, FrameVertices& points) const;
+    void evaluate(int threads, FrameVertices& points) { update(CastShadow({}), true, threads, points); }
+    // The same past all casters as well. Unless `anew`, `points` are those of the last call, nobody who casts has moved
+    // since, and only points that a change of the heights has reached are computed. Returns how many points were.
+    std::size_t update(const CastShadow& cast, bool anew, int threads, FrameVertices& points);
+    // Multiplies numbers of evaluate() by what all casters leave visible.
+    void castOn(const CastShadow& cast, int threads, FrameVertices& points) const;
     // Multiplies numbers of a model's convention by what the field leaves visible to points on it or above it, which
     // stand in the scene. Light that bounces, `indirect` [V, kIndirectStride] or empty, is multiplied by the share of a
     // white sky that is left.
@@ -56,8 +66,13 @@ private:
     HeightTables above_;  // of points above the field
     CastProduct product_;
     std::uint64_t version_ = 1;
+    std::vector<TexelBox> changed_;  // of each level, since takeChanged()
+
+    std::vector<float> brushed_;
 
     void wake(std::span<const TexelBox> changed);
+    void updateRun(const CastShadow& cast, int row, int first, std::size_t count, FrameVertices& points) const;
+    void castOnRun(const CastShadow& cast, const CastReceivers& some, std::span<float> numbers) const;
 };
 
 // How a ground with heights looks: its material is one of `asset`, or Lambertian. Throws InvalidInput for a material
@@ -72,6 +87,23 @@ public:
 
 private:
     std::optional<VertexShader> shader_;
+};
+
+// The same look for shaders: a set with the one material and one light.
+class FieldShading {
+public:
+    // The light may be replaced by others of at most its order.
+    FieldShading(const SceneGround& ground, const Convention& convention, const AssetView& asset,
+                 const LightView& light);
+    FieldShading(const FieldShading&) = delete;  // the set points to the view
+
+    ShadingSet& set() { return *set_; }
+    const ShadingSet& set() const { return *set_; }
+
+private:
+    LambertMaterial lambert_;
+    AssetView view_;
+    std::optional<ShadingSet> set_;
 };
 
 // What suns need of the same material, which is Lambertian where it has no lobes.

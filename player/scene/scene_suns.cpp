@@ -61,12 +61,12 @@ SceneSuns sceneSuns(const PosedScene& scene, SunChoice choice, int map_size, int
         skinMember(*scene.members()[m], threads, members[m]);
         casters.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.triangles});
     }
-    FrameVertices field;
+    std::vector<Vec3> points;
     std::vector<std::uint32_t> triangles;
     if (scene.field()) {
-        scene.field()->evaluate(threads, field);
-        triangles = fieldTriangles(scene.field()->heights().field().grid());
-        casters.push_back({field.positions, triangles});
+        scene.field()->heights().castingPoints(points);
+        triangles = castingTriangles(scene.field()->heights().field().grid());
+        casters.push_back({points, triangles});
     }
     for (const Sun& sun : out.suns) out.maps.push_back(mapOf(sun, casters, map_size, threads));
     return out;

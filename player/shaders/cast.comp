@@ -1,5 +1,5 @@
 // Writes what the casters of a scene leave visible at receivers: vertices of characters and of the ground.
-// player/draw/shader_source.cpp puts a preamble before this text, with WORK_GROUP, CAP_LOG_TEXELS, CAST_QUADS, and
+// player/draw/shader_source.cpp puts a preamble before this text, with WORK_GROUP, CAP_LOG_TEXELS, and
 // HAS_PARTS and HAS_SPHERES where some casters have them. Vertices of characters are cast on at anchors, by a program
 // with CAST_ANCHORS and then one with AT_ANCHORS (cast_anchors.glsl).
 layout(local_size_x = WORK_GROUP) in;
@@ -10,10 +10,11 @@ layout(std430, binding = 1) readonly buffer Tables { vec4 tables[]; };
 layout(std430, binding = 2) readonly buffer Posed { vec4 posed[]; };  // all parts, 7 rows each, then all spheres
 // Position and the receiver's own caster, -1 for none; normal; tangent.
 layout(std430, binding = 3) readonly buffer Receivers { vec4 receivers[]; };
-// CAST_QUADS a receiver: what is visible there, mirrored; its last number but two tells whether any caster counts.
+// cast_quads a receiver: what is visible there, mirrored; its last number but two tells whether any caster counts.
 layout(std430, binding = 4) writeonly buffer Casts { vec4 casts[]; };
 
 uniform uint receiver_count;
+uniform uint cast_quads;  // from one receiver to the next
 uniform int part_count, sphere_count;
 
 #ifdef HAS_PARTS
@@ -40,7 +41,7 @@ void main() {  // y: characters
 }
 #else
 void main() {
-    uint r = gl_GlobalInvocationID.x;
+    uint r = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * WORK_GROUP;
     if (r >= receiver_count) return;
     vec4 place = receivers[3u * r];
     vec3 normal = receivers[3u * r + 1u].xyz, tangent = receivers[3u * r + 2u].xyz;
@@ -76,7 +77,7 @@ void main() {
 #endif
 #endif
     if (by_parts || by_spheres) penumbra_cast_clamp(mirrored);
-    uint at = CAST_QUADS * r;
+    uint at = cast_quads * r;
     for (uint q = 0u; q < 5u; ++q)
         casts[at + q] = vec4(mirrored[4u * q], mirrored[4u * q + 1u], mirrored[4u * q + 2u], mirrored[4u * q + 3u]);
     casts[at + 5u] = vec4(mirrored[20], by_parts || by_spheres ? 1.0 : 0.0, 0.0, 0.0);

@@ -30,7 +30,7 @@ layout(std430, binding = 5) readonly buffer GivenVertices { float given_vertices
 layout(std430, binding = 7) writeonly buffer Receivers { vec4 receivers[]; };  // as cast.comp reads them
 #endif
 #ifdef CAST
-layout(std430, binding = 7) readonly buffer Casts { vec4 casts[]; };  // as cast.comp writes them
+layout(std430, binding = 7) readonly buffer Casts { vec4 casts[]; };  // CAST_SETS a vertex, as cast.comp writes them
 #endif
 
 uniform vec3 eye;  // in the scene
@@ -154,12 +154,14 @@ void numbersOf(PenumbraSurface s, uint character, out vec4 numbers[PENUMBRA_STRI
     ownNumbers(s, character, numbers);
 #ifdef CAST
     cast_share = 1.0;
-    uint first = CAST_QUADS * (character * vertex_count + vertex);
-    if (casts[first + 5u].y == 0.0) return;
-    float mirrored[21];
-    for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
-    penumbra_cast_numbers(numbers, mirrored);
-    cast_share = penumbra_cast_ambient(mirrored);
+    for (uint of = 0u; of < CAST_SETS; ++of) {  // what casters leave visible, then what a height field does
+        uint first = CAST_QUADS * (CAST_SETS * (character * vertex_count + vertex) + of);
+        if (casts[first + 5u].y == 0.0) continue;
+        float mirrored[21];
+        for (uint i = 0u; i < 21u; ++i) mirrored[i] = casts[first + i / 4u][i % 4u];
+        penumbra_cast_numbers(numbers, mirrored);
+        cast_share *= penumbra_cast_ambient(mirrored);
+    }
 #endif
 }
 #endif

@@ -139,6 +139,14 @@ void closeHelp(ViewState& state, const ViewContents&, bool) {
 void sequence(ViewState& state, const ViewContents&, bool) { state.sequence = 0; }
 void background(ViewState& state, const ViewContents&, bool) { state.background = !state.background; }
 void ground(ViewState& state, const ViewContents&, bool) { state.ground = !state.ground; }
+void brush(ViewState& state, const ViewContents& contents, bool) {
+    state.brush.on = contents.heights && !state.brush.on;
+}
+template <bool kMore>
+void otherBrush(ViewState& state, const ViewContents&, bool strength) {
+    double& size = strength ? state.brush.strength : state.brush.radius;
+    size = std::clamp(kMore ? size * 1.25 : size / 1.25, kLeastBrush, kMostBrush);
+}
 void quit(ViewState& state, const ViewContents&, bool) { state.quit = true; }
 void screenshot(ViewState& state, const ViewContents&, bool shift) {
     state.screenshot = true;
@@ -188,6 +196,9 @@ constexpr std::array kShortcuts = {
     Shortcut{'R', "R", "", "turntable", turn},
     Shortcut{'B', "B", "", "background of the light", background},
     Shortcut{'G', "G", "", "ground plane", ground},
+    Shortcut{'0', "0", "", "brush for a ground with heights: left drag raises, Shift + left drag lowers", brush},
+    Shortcut{',', ",", "weaker brush", "smaller brush", otherBrush<false>},
+    Shortcut{'.', ".", "stronger brush", "larger brush", otherBrush<true>},
     Shortcut{'J', "J", "previous", "next shadows: of all, on itself, on others, none", otherShadows},
     Shortcut{'A', "A", "previous", "next way that shadows of others join: product, folded, papers 000 and 004",
              otherCastMode},

@@ -52,17 +52,31 @@ void Backdrop::drawGround(const Scene& scene, const FrameView& view, const ViewS
     painter.draw(plain, sunlightOf(suns));
 }
 
-void Backdrop::drawPlainGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns) {
+ViewField* Backdrop::fieldOnGpu(const Scene& scene, bool on) {
+    field_on_gpu_ = on;
+    if (!on) return nullptr;
+    if (!field_) field_.emplace(scene);
+    return &*field_;
+}
+
+void Backdrop::drawPlainGround(const Scene& scene, const FrameView& view, ViewSunlight* suns) {
+    if (field_on_gpu_) return field_->draw(view, sunlightOf(suns));
     const GroundVertices& vertices = scene.ground.vertices;
     ValuePainter& painter =
         plain_ground_.try_emplace(suns != nullptr, vertices.triangles, Channel::kShaded, Sides::kBoth, modelsOf(suns))
             .first->second;
-    const std::vector<LobeRange> lobes(suns ? vertices.positions.size() : 0, suns ? suns->groundLobes(1) : 0);
-    painter.upload(vertices.positions, scene.ground.values, {vertices.normals, vertices.tangents, lobes});
+    if (scene.field && suns) {
+        field_values_ = scene.ground.values;
+        const SunlitSurface surface = suns->fieldSurface(view.eye, field_values_);
+        painter.upload(vertices.positions, field_values_, surface);
+    } else {
+        const std::vector<LobeRange> lobes(suns ? vertices.positions.size() : 0, suns ? suns->groundLobes(1) : 0);
+        painter.upload(vertices.positions, scene.ground.values, {vertices.normals, vertices.tangents, lobes});
+    }
     painter.draw(view, sunlightOf(suns));
 }
 
-void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView& view, const ViewSunlight* suns) {
+void Backdrop::draw(const Scene& scene, const ViewState& state, const FrameView& view, ViewSunlight* suns) {
     const ShadingSet* shading = scene.characters.front()->shading.get();
     if (state.background && shading && state.channel == Channel::kShaded && !state.component &&
         shownCompare(state) != Compare::kDifference)

@@ -5,6 +5,7 @@
 
 #include "player/draw/draw_frame.h"
 #include "player/draw/sky_painter.h"
+#include "player/view/view_field.h"
 #include "player/view/view_scene.h"
 #include "player/view/view_shapes.h"
 #include "player/view/view_sunlight.h"
@@ -18,14 +19,20 @@ class Backdrop {
 public:
     // Draws into the pane that is set, and clears its depth. `view` has the pane's camera. `suns` have shone where
     // showsSuns(), and are null elsewhere.
-    void draw(const Scene& scene, const ViewState& state, const FrameView& view, const ViewSunlight* suns);
+    void draw(const Scene& scene, const ViewState& state, const FrameView& view, ViewSunlight* suns);
     // Draws the ground without its tiles.
-    void drawPlainGround(const Scene& scene, const FrameView& view, const ViewSunlight* suns);
+    void drawPlainGround(const Scene& scene, const FrameView& view, ViewSunlight* suns);
+    // The ground with heights on the GPU, which drawPlainGround() draws from now on; null with `on` false, and then it
+    // draws what updateScene() has computed.
+    ViewField* fieldOnGpu(const Scene& scene, bool on);
 
 private:
     std::optional<SkyPainter> sky_;
     LightKey sky_light_;                                  // whose picture is uploaded
     std::map<bool, ValuePainter> plain_ground_, ground_;  // by whether suns shine on them
+    std::optional<ViewField> field_;                      // made when it is first needed
+    bool field_on_gpu_ = false;
+    std::vector<Vec3> field_values_;
     GroundTiles tiles_;
     std::uint64_t ground_version_ = 0;  // of the values that are uploaded
 

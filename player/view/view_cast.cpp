@@ -43,6 +43,7 @@ void takeOver(Scene& scene, std::size_t index) {
     for (CastShadow* cast : {scene.cast.get(), scene.sphere_cast.get()})
         if (cast) cast->pose(character.caster, character.evaluator->bones(), character.to_scene);
     ++scene.cast_version;
+    ++scene.caster_version;
 }
 
 namespace {
@@ -85,9 +86,9 @@ void applyShadows(const Scene& scene, std::size_t index, Shadows shadows, int th
 
 void poseField(Scene& scene, const ViewState& state) {
     if (!scene.field) return;
-    const std::uint64_t before = scene.field->version();
     if (scene.field->heights().moves()) scene.field->pose(scene.ground_file->heights->seconds + state.playhead.time);
-    if (scene.field->version() == before) return;
+    if (scene.field->version() == scene.field_version) return;
+    scene.field_version = scene.field->version();
     ++scene.cast_version;  // everyone sees another one
     ++scene.pose_version;
 }
@@ -102,12 +103,12 @@ std::vector<Vec3> ambientValues(const GroundVertices& ground) {
 }
 
 // Computes the points of a ground with heights, unless they are there, and what they show.
-void showField(Scene& scene, const ViewState& state, bool cast_anew, bool shadows, const LightView* light,
+void showField(Scene& scene, const ViewState& state, bool cast_anew, bool moved, bool shadows, const LightView* light,
                int threads) {
     ShownGround& ground = scene.ground;
-    if (cast_anew) {
-        scene.field->evaluate(threads, ground.points);
-        if (shadows) scene.field->castOn(*scene.cast, {}, threads, ground.points);
+    if (cast_anew || moved) {
+        const CastShadow nobody({});
+        ground.updated = scene.field->update(shadows ? *scene.cast : nobody, cast_anew, threads, ground.points);
         ground.vertices.positions = ground.points.positions;
         ground.vertices.normals = ground.points.normals;
         ground.vertices.tangents = ground.points.tangents;
@@ -126,7 +127,7 @@ void showField(Scene& scene, const ViewState& state, bool cast_anew, bool shadow
 
 }  // namespace
 
-void updateGround(Scene& scene, const ViewState& state, int threads) {
+void updateGround(Scene& scene, const ViewState& state, bool field_on_cpu, int threads) {
     if (!state.ground || !scene.ground_file) return;
     ShownGround& ground = scene.ground;
     const bool shadows = state.shadows == Shadows::kBoth || state.shadows == Shadows::kCast;
@@ -137,24 +138,26 @@ void updateGround(Scene& scene, const ViewState& state, int threads) {
     const ShownGround::Made made{shadows,
                                  lit,
                                  suns,
+                                 field_on_cpu,
                                  mode,
-                                 scene.cast_version,
+                                 scene.caster_version,
                                  scene.field ? scene.field->version() : 0,
                                  lit ? shownLightKey(scene, state) : LightKey(),
                                  lit ? lightRotation(state) : Mat3(),
                                  scene.ground_file->material.empty() ? Vec3() : toFloat(cameraPosition(state.camera))};
     if (ground.made == made) return;
     const bool cast_anew = !ground.made || ground.made->shadows != shadows || ground.made->mode != mode ||
-                           ground.made->cast_version != scene.cast_version ||
-                           ground.made->field_version != made.field_version;
+                           ground.made->caster_version != scene.caster_version || ground.made->on_cpu != field_on_cpu;
+    const bool moved = ground.made && ground.made->field_version != made.field_version;
     ground.made = made;
     ++ground.version;
     LightView light;
     if (lit) light = shownLight(scene, state);
+    if (scene.field && !field_on_cpu) return;
     if (scene.field) {
         const std::vector<float> remainder = suns ? remainderOf(light) : std::vector<float>();
         if (suns) light.sh = remainder;
-        showField(scene, state, cast_anew, shadows, lit ? &light : nullptr, threads);
+        showField(scene, state, cast_anew, moved, shadows, lit ? &light : nullptr, threads);
     } else if (mode != CastMode::kProduct) {
         if (cast_anew) ground.vertices = groundMesh(*scene.ground_file);
         ground.values =

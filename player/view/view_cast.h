@@ -23,6 +23,6 @@ bool changesNumbers(const Scene& scene, std::size_t character, Shadows shadows);
 void poseField(Scene& scene, const ViewState& state);
 
 // Computes what the ground shows, unless that is there already.
-void updateGround(Scene& scene, const ViewState& state, int threads);
+void updateGround(Scene& scene, const ViewState& state, bool field_on_cpu, int threads);
 
 }  // namespace penumbra

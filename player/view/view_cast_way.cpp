@@ -15,7 +15,8 @@ CastMode shownCastMode(const ViewState& state) {
 }
 
 bool hasCastMode(const ViewContents& contents, CastMode mode) {
-    return mode == CastMode::kProduct || (needsSpheres(mode) ? contents.sphere_casters : contents.casters) > 0;
+    if (mode == CastMode::kProduct || contents.heights) return mode == CastMode::kProduct;
+    return (needsSpheres(mode) ? contents.sphere_casters : contents.casters) > 0;
 }
 
 void chooseNextCastMode(ViewState& state, const ViewContents& contents, bool back) {

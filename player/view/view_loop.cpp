@@ -199,7 +199,10 @@ void ViewLoop::advanceTime() {
 
 void ViewLoop::updatePicture(const Rectangle& picture) {
     if (useShading(*scene_, state_)) painter_ = std::make_unique<ScenePainter>(*scene_, result_.path);
-    const UpdateNeeds needs{painter_->needsValues(state_), !painter_->castsOnGpu(state_), threads_};
+    const UpdateNeeds needs{painter_->needsValues(state_), !painter_->castsOnGpu(state_), !painter_->fieldOnGpu(state_),
+                            threads_};
+    if (const auto stroke = std::exchange(state_.stroke, {}); stroke && scene_->field)
+        scene_->field->brush(stroke->at, stroke->radius, stroke->rise);
     updateScene(*scene_, state_, needs, figures_.update);
     if (!state_.frame_all) return;
     const Rectangle area = panesOf(state_, picture).front().area;
@@ -243,8 +246,8 @@ void ViewLoop::drawFrame() {
 
 // Tells whether the picture changes by itself.
 bool ViewLoop::busy() const {
-    return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited || scene_->blend.active() ||
-           !stripsAreComplete(*scene_, state_);
+    return state_.playhead.playing || state_.turntable || state_.sequence || state_.awaited || state_.stroke ||
+           scene_->blend.active() || !stripsAreComplete(*scene_, state_);
 }
 
 void ViewLoop::keepSettings() {

@@ -34,8 +34,7 @@ FrameView paneView(const ViewState& state, const Rectangle& area, double scene_r
 }
 
 // Differences of vertex values and the error's figures are computed on the CPU, and so are composed assets of more
-// bands than their fields have or with a floor, shadows of others that do not join as a product, and those of a ground
-// with heights.
+// bands than their fields have or with a floor, and shadows of others that do not join as a product.
 bool ScenePainter::needsValues(const ViewState& state) const {
     const bool many_bands = std::ranges::any_of(scene_->characters, [](const auto& character) {
         const ModelView& model = character->asset.model;
@@ -44,17 +43,16 @@ bool ScenePainter::needsValues(const ViewState& state) const {
     });
     return many_bands || path_ == EvaluationPath::kCpu || shownCompare(state) == Compare::kDifference ||
            state.channel == Channel::kError || state.component.has_value() ||
-           shownCastMode(state) != CastMode::kProduct || scene_->field;
+           shownCastMode(state) != CastMode::kProduct ||
+           (scene_->field && (shownCompare(state) != Compare::kModel || state.shadows != Shadows::kBoth));
 }
 
-const ViewSunlight* ScenePainter::sunsFor(const ViewState& state) const {
-    return showsSuns(*scene_, state) ? &*suns_ : nullptr;
-}
+ViewSunlight* ScenePainter::sunsFor(const ViewState& state) { return showsSuns(*scene_, state) ? &*suns_ : nullptr; }
 
 // Numbers that are given, as those of the truth are, have their shadows already.
 bool ScenePainter::castsOnGpu(const ViewState& state) const {
     return !needsValues(state) && shownCompare(state) == Compare::kModel && state.shadows == Shadows::kBoth &&
-           scene_->cast->casterCount() > 0;
+           (scene_->cast->casterCount() > 0 || scene_->field);
 }
 
 namespace {
@@ -140,7 +138,12 @@ void ScenePainter::uploadValues(const ViewState& state, const Key& key) {
 
 void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& panes, double radius) {
     const bool casts = castsOnGpu(state);
-    if (casts) poseCasters();
+    ViewField* const field = backdrop_.fieldOnGpu(*scene_, fieldOnGpu(state));
+    if (casts) {
+        poseCasters();
+        if (field) field->update();
+        cast_->setHeights(field ? &field->heights() : nullptr);
+    }
     if (showsSuns(*scene_, state)) {
         if (!suns_) suns_.emplace(*scene_);
         suns_->shine(state);
@@ -154,6 +157,7 @@ void ScenePainter::prepare(const ViewState& state, const std::vector<Pane>& pane
         }
         const Vec3 eye = paneView(state, pane.area, radius, {}).eye;
         for (Group& group : groups_) evaluate(group, pane.shown, eye, casts, sunsFor(state));
+        if (field && showsGround(*scene_, state)) field->evaluate(state, eye, *cast_, sunsFor(state));
     }
     if (casts) cast_->release();
 }

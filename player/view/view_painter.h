@@ -25,6 +25,8 @@ public:
     bool needsValues(const ViewState& state) const;
     // Tells whether the GPU casts the shadows of others on the characters.
     bool castsOnGpu(const ViewState& state) const;
+    // Tells whether the GPU computes a ground with heights.
+    bool fieldOnGpu(const ViewState& state) const { return scene_->field && castsOnGpu(state); }
     void draw(const ViewState& state, int window_height, const Rectangle& picture, PaintCost& cost);
     // Returns the automatic exposure of the characters and the ground in the first pane, without its grid. The picture
     // must have shaded colours (view_exposure.h), and updateScene() must have been called. Leaves the window's
@@ -62,7 +64,7 @@ private:
     void evaluate(Group& group, Shown shown, Vec3 eye, bool casts, const ViewSunlight* suns);
     Key keyOf(const ViewState& state, std::size_t index, Shown shown) const;
     void uploadValues(const ViewState& state, const Key& key);
-    const ViewSunlight* sunsFor(const ViewState& state) const;  // null where they do not shine
+    ViewSunlight* sunsFor(const ViewState& state);  // null where they do not shine
     // Uploads what the characters show in the panes, each once, and draws the maps of suns.
     void prepare(const ViewState& state, const std::vector<Pane>& panes, double radius);
     // Without `display` colours stay linear.

@@ -9,6 +9,7 @@
 #include "formats/image/exposure.h"
 #include "player/frame/truth_frames.h"
 #include "player/view/view_actions.h"
+#include "player/view/view_brush.h"
 #include "player/view/view_cast_way.h"
 #include "player/view/view_exposure.h"
 #include "player/view/view_inspect.h"
@@ -166,6 +167,18 @@ void chooseCastMode(ViewState& state, const ViewContents& contents) {
     chooseFromNames("join", names, chosen, [&](std::size_t i) { state.cast_mode = modes[i]; });
 }
 
+void brushPanel(ViewState& state) {
+    ImGui::Checkbox("brush", &state.brush.on);
+    if (!state.brush.on) return;
+    const double least = kLeastBrush, most = kMostBrush;
+    ImGui::SetNextItemWidth(-1);
+    ImGui::SliderScalar("##radius", ImGuiDataType_Double, &state.brush.radius, &least, &most, "radius %.2f m",
+                        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
+    ImGui::SetNextItemWidth(-1);
+    ImGui::SliderScalar("##strength", ImGuiDataType_Double, &state.brush.strength, &least, &most, "%.2f m a second",
+                        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
+}
+
 void channelPanel(const ViewContents& contents, ViewState& state) {
     ImGui::TextDisabled("Show");
     static constexpr std::string_view kNames[] = {"shaded",  "ambient visibility", "error against truth", "clusters",
@@ -205,6 +218,7 @@ void channelPanel(const ViewContents& contents, ViewState& state) {
         state.shadows = Shadows(shadows);
     if (contents.casters > 0 && shadows != int(Shadows::kSelf) && shadows != int(Shadows::kNone))
         chooseCastMode(state, contents);
+    if (contents.heights) brushPanel(state);
     ImGui::Checkbox("normals and tangents", &state.frames);
     if (contents.hasOutlines()) ImGui::Checkbox("boxes of fields, spheres", &state.boxes);
 }
@@ -255,6 +269,7 @@ void helpWindow(ViewState& state) {
         row("Left drag", "orbit", "pan");
         row("Middle drag", "pan", "");
         row("Alt + left drag", "move a character on the ground", "");
+        row("Left drag, brush (0)", "raise the ground", "lower it");
         row("Left click", "pick a vertex: its visibility", "");
         row("Right drag", "turn the light", "");
         row("Wheel", "nearer, farther", "");
@@ -333,11 +348,21 @@ bool dragCharacter(const Scene& scene, ViewState& state, const Rectangle& pictur
     return true;
 }
 
+// Shapes the ground while the left button is down. Returns whether the button is the brush's.
+bool useBrush(const Scene& scene, ViewState& state, const Rectangle& picture) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (!state.brush.on || io.KeyCtrl || !isHeld(ImGuiMouseButton_Left)) return false;
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Left))
+        state.stroke = strokeUnder(scene, state, picture, double(io.MousePos.x), double(io.MousePos.y), io.KeyShift,
+                                   double(io.DeltaTime));
+    return true;
+}
+
 }  // namespace
 
 void applyMouse(const Scene& scene, ViewState& state, const Rectangle& picture) {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantCaptureMouse || dragCharacter(scene, state, picture)) return;
+    if (io.WantCaptureMouse || dragCharacter(scene, state, picture) || useBrush(scene, state, picture)) return;
     const bool left = isHeld(ImGuiMouseButton_Left), right = isHeld(ImGuiMouseButton_Right);
     const ImVec2 drag = takeDrag(left    ? ImGuiMouseButton_Left
                                  : right ? ImGuiMouseButton_Right

@@ -24,6 +24,7 @@ ViewContents contentsOf(const Scene& scene) {
     contents.materials = scene.material_names.size();
     contents.lights = scene.light_names.size();
     contents.casters = scene.cast->casterCount();
+    contents.heights = scene.field != nullptr;
     if (scene.sphere_cast) contents.sphere_casters = contents.casters;
     return contents;
 }
@@ -58,6 +59,8 @@ ViewState stateFor(const Scene& scene, const ViewState& old) {
     state.picked.reset();
     state.factor = {};
     state.score_edit.reset();
+    state.stroke.reset();
+    state.brush.on &= contents.heights;
     if (state.component && *state.component >= contents.components()) state.component.reset();
     return state;
 }

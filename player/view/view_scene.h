@@ -115,9 +115,9 @@ struct LightKey {
 // What the ground shows at its vertices.
 struct ShownGround {
     struct Made {
-        bool shadows = false, lit = false, suns = false;
+        bool shadows = false, lit = false, suns = false, on_cpu = true;
         CastMode mode = CastMode::kProduct;
-        std::uint64_t cast_version = 0, field_version = 0;
+        std::uint64_t caster_version = 0, field_version = 0;
         LightKey light;
         Mat3 rotation;
         Vec3 eye;  // of a ground with a material
@@ -125,6 +125,7 @@ struct ShownGround {
     };
     std::optional<Made> made;  // what the values were made for
     std::uint64_t version = 0;
+    std::size_t updated = 0;  // points of a ground with heights that the last change has reached
     GroundVertices vertices;  // of a ground with heights: without numbers of its own
     FrameVertices points;     // of a ground with heights
     std::vector<Vec3> values;
@@ -139,7 +140,9 @@ struct Scene {
     std::vector<std::string_view> material_names, light_names;
     std::unique_ptr<CastShadow> cast;
     std::unique_ptr<CastShadow> sphere_cast;  // all of them by their spheres; null where one has none
-    std::uint64_t cast_version = 0;           // grows with every caster that takes another pose or place
+    std::uint64_t cast_version = 0;           // grows with every caster that takes another pose or place, and heights
+    std::uint64_t caster_version = 0;         // without heights
+    std::uint64_t field_version = 0;          // SceneField::version() that the others were grown for
     std::uint64_t pose_version = 0;           // grows with everyone who does, caster or not
     std::optional<SceneGround> ground_file;   // none where a scene's file has none
     std::unique_ptr<SceneField> field;        // the heights of the ground; null where it is level
@@ -166,6 +169,7 @@ void applySceneFile(const Scene& scene, ViewState& state);
 struct UpdateNeeds {
     bool values = true;  // what every vertex shows, for the CPU path
     bool casts = true;   // what others cast, unless the GPU does it
+    bool field = true;   // what a ground with heights shows, unless the GPU computes it
     int threads = 0;
 };
 // Brings the characters to what `state` says. Computes only what changed.

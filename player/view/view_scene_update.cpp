@@ -292,7 +292,7 @@ void updateScene(Scene& scene, const ViewState& state, const UpdateNeeds& needs,
     }
     start = std::chrono::steady_clock::now();
     const std::uint64_t ground = scene.ground.version;
-    updateGround(scene, state, needs.threads);
+    updateGround(scene, state, needs.field, needs.threads);
     if (scene.ground.version != ground) cost.ground = elapsedMilliseconds(start);
     cost.shade = spent.shade;
     if (evaluated) cost.evaluate = spent.evaluate;

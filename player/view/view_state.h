@@ -54,6 +54,18 @@ struct DraggedCharacter {
     double height = 0;
 };
 
+// Shapes a ground with heights under the pointer.
+struct GroundBrush {
+    bool on = false;
+    double radius = 0.5, strength = 0.5;  // metres; metres a second in its middle
+};
+constexpr double kLeastBrush = 0.01, kMostBrush = 1e4;  // of both
+// What it does in a frame, in the scene: strokeHeights() has the shape.
+struct GroundStroke {
+    Vec3 at;
+    float radius = 0, rise = 0;
+};
+
 // Scores of a cluster that the user has changed.
 struct ScoreEdit {
     std::size_t character = 0, cluster = 0;
@@ -95,6 +107,8 @@ struct ViewState {
     Shadows shadows = Shadows::kBoth;
     CastMode cast_mode = CastMode::kProduct;  // as wished; view_cast_way.h tells what is shown
     std::optional<DraggedCharacter> dragged;
+    GroundBrush brush;
+    std::optional<GroundStroke> stroke;     // of the next frame
     ShadingChoice shading;                  // as wished; what a chosen material or light has none of is not used
     double light_yaw = 0, light_pitch = 0;  // degrees, sh/light/light_rotation.h
     Mat3 light_base;                        // as the scene's file turns the light, before yaw and pitch
@@ -123,6 +137,7 @@ struct CharacterContents {
 struct ViewContents {
     std::vector<CharacterContents> characters;
     std::size_t materials = 0, lights = 0;
+    bool heights = false;                         // the ground has them
     std::size_t casters = 0, sphere_casters = 0;  // the second: as many where all of them have spheres, else 0
     bool shaded() const { return materials > 0 && lights > 0; }
     bool hasTruth() const;

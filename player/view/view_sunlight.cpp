@@ -54,6 +54,10 @@ void ViewSunlight::updateLobes() {
 }
 
 void ViewSunlight::placeCasters() {
+    if (scene_->field) {
+        scene_->field->heights().castingPoints(field_points_);
+        if (field_triangles_.empty()) field_triangles_ = castingTriangles(scene_->field->heights().field().grid());
+    }
     for (std::size_t i = 0; i < casters_.size(); ++i) {
         const Character& character = *scene_->characters[i];
         casters_[i].positions.clear();
@@ -69,7 +73,7 @@ void ViewSunlight::shine(const ViewState& state) {
     std::vector<SunCaster> casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
         casters.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
-    if (scene_->field) casters.push_back({scene_->ground.vertices.positions, scene_->ground.vertices.triangles});
+    if (scene_->field) casters.push_back({field_points_, field_triangles_});
     if (reflected_ != now.light) sunlight_.reflect(shownSky(*scene_, state));
     reflected_ = now.light;
     sunlight_.turnSky(now.rotation);
@@ -83,8 +87,17 @@ SunlitSurface ViewSunlight::surfaceOf(std::size_t index, Vec3 eye, std::span<Vec
     const Character& character = *scene_->characters[index];
     Caster& caster = casters_[index];
     const FrameVertices& vertices = character.vertices;
-    caster.sight = takeMirrorsOut(character.asset.model, vertices, eye, 0, table_, caster.lobes, values);
+    const ModelView& model = character.asset.model;
+    caster.sight = takeMirrorsOut(model.convention, model.stride, vertices, eye, 0, table_, caster.lobes, values);
     return {vertices.normals, vertices.tangents, caster.lobes, caster.sight};
+}
+
+SunlitSurface ViewSunlight::fieldSurface(Vec3 eye, std::span<Vec3> values) {
+    const FrameVertices& points = scene_->ground.points;
+    field_lobes_.assign(values.size(), groundLobes(1));
+    field_sight_ =
+        takeMirrorsOut(scene_->field->convention(), kFieldStride, points, eye, 0, table_, field_lobes_, values);
+    return {points.normals, points.tangents, field_lobes_, field_sight_};
 }
 
 }  // namespace penumbra

@@ -21,11 +21,14 @@ public:
     // Returns what suns need of a character, and takes mirrors out of `values`, what its vertices show to `eye` (in its
     // model frame). The spans are valid until the next call for the character.
     SunlitSurface surfaceOf(std::size_t character, Vec3 eye, std::span<Vec3> values);
+    // The same for the points of a ground with heights; `eye` is in the scene.
+    SunlitSurface fieldSurface(Vec3 eye, std::span<Vec3> values);
     // Returns the lobes of a character's slots, for ModelPainter.
     std::span<const SlotLobes> slotLobes(std::size_t character) const { return casters_[character].slot_lobes; }
     // Returns the lobes of ground whose colour is multiplied by one of kTileShades; a ground with heights has no tiles.
     LobeRange groundLobes(float shade) const;
     std::span<const BrdfLobe> lobes() const { return table_.lobes(); }  // of all that is in the scene
+    SlotLobes fieldSlotLobes() const { return table_.slotLobes(groundLobes(1)); }
     BrdfModels groundModels() const { return table_.models(ground_); }
 
 private:
@@ -46,6 +49,10 @@ private:
     LobeTable table_;
     Sunlight sunlight_;
     std::vector<Caster> casters_;
+    std::vector<Vec3> field_points_;  // of a ground with heights, which casts
+    std::vector<std::uint32_t> field_triangles_;
+    std::vector<LobeRange> field_lobes_;
+    std::vector<float> field_sight_;
     std::vector<LobeRange> ground_;      // one for each of kTileShades
     std::optional<Shone> shone_;         // what the maps were drawn for
     std::optional<LightKey> reflected_;  // the light that mirrors reflect

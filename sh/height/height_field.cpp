@@ -6,6 +6,15 @@
 
 namespace penumbra {
 
+void include(TexelBox& box, const TexelBox& other) {
+    if (other.empty()) return;
+    if (box.empty())
+        box = other;
+    else
+        box = {std::min(box.first_row, other.first_row), std::min(box.first_column, other.first_column),
+               std::max(box.end_row, other.end_row), std::max(box.end_column, other.end_column)};
+}
+
 namespace {
 
 std::string outside(const char* field, double value, double least, double most) {
@@ -13,13 +22,7 @@ std::string outside(const char* field, double value, double least, double most) 
            std::to_string(most);
 }
 
-void include(TexelBox& box, int row, int column) {
-    if (box.empty())
-        box = {row, column, row + 1, column + 1};
-    else
-        box = {std::min(box.first_row, row), std::min(box.first_column, column), std::max(box.end_row, row + 1),
-               std::max(box.end_column, column + 1)};
-}
+void include(TexelBox& box, int row, int column) { penumbra::include(box, TexelBox{row, column, row + 1, column + 1}); }
 
 int half(int count) { return (count + 1) / 2; }
 

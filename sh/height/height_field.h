@@ -41,6 +41,8 @@ struct TexelBox {
     bool empty() const { return first_row >= end_row || first_column >= end_column; }
     bool operator==(const TexelBox&) const = default;
 };
+// Makes a box large enough for another one, too.
+void include(TexelBox& box, const TexelBox& other);
 
 // Level l has the largest of 2^l x 2^l heights at a point. Level 0 has the heights.
 struct HeightLevel {

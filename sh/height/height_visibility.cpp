@@ -13,9 +13,6 @@ namespace penumbra {
 
 namespace {
 
-// Weight that a receiver keeps whose normal differs by d (length): 1 / (1 + kNormalsMatter d^2).
-constexpr float kNormalsMatter = 8;
-
 std::vector<int> evenIndicesOf(int order) { return Convention{BelowHorizon::kMirrored, order}.indices(); }
 
 }  // namespace
@@ -92,98 +89,44 @@ void HeightTables::makeMirror(int mirrored) {
         }
 }
 
+HeightScene HeightTables::sceneOf(const HeightField& field) const {
+    const HeightGrid& grid = field.grid();
+    return {field.numbers(),
+            float(grid.rows),
+            float(grid.columns),
+            grid.border == HeightBorder::kPeriodic,
+            grid.border == HeightBorder::kOpen,
+            leastHorizon(grid.border),
+            order_,
+            kHorizonAzimuths,
+            tap_list_.data(),
+            taps_.count,
+            turns_.data(),
+            norms_.data()};
+}
+
+HeightMirror HeightTables::mirrorOf(bool on_field) const {
+    return {order_,          int(size_),      quarter_.data(),
+            mirror_.data(),  quarter_.size(), mirror_.size(),
+            pairs_.data(),   pairs_.size(),   on_field ? below_.data() : nullptr,
+            ambient_.data(), ambient_norm2_};
+}
+
 void HeightTables::visibility(const HeightField& field, const HeightPoints& points, std::size_t stride,
                               std::span<float> out) const {
     assert(out.size() >= points.count * stride);
-    const HeightGrid& grid = field.grid();
-    const HeightScene scene{field.numbers(),
-                            float(grid.rows),
-                            float(grid.columns),
-                            grid.border == HeightBorder::kPeriodic,
-                            grid.border == HeightBorder::kOpen,
-                            leastHorizon(grid.border),
-                            order_,
-                            kHorizonAzimuths,
-                            tap_list_.data(),
-                            taps_.count,
-                            turns_.data(),
-                            norms_.data()};
-    path_->visibility(scene, points, stride, out.data());
+    path_->visibility(sceneOf(field), points, stride, out.data());
 }
 
 void HeightTables::mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames,
                           bool on_field, std::size_t stride, std::span<float> out) const {
-    const HeightMirror tables{order_,          int(size_),      quarter_.data(),
-                              mirror_.data(),  quarter_.size(), mirror_.size(),
-                              pairs_.data(),   pairs_.size(),   on_field ? below_.data() : nullptr,
-                              ambient_.data(), ambient_norm2_};
-    path_->mirror(tables, frames, rows.data(), row_stride, rows.size() / row_stride, stride, out.data());
+    path_->mirror(mirrorOf(on_field), frames, rows.data(), row_stride, rows.size() / row_stride, stride, out.data());
 }
 
 HeightVisibility::HeightVisibility(const HeightField& field, int order, int step, const HeightPath& path)
-    : tables_(field, order, order, path), step_(step), row_size_(order == 4 ? 16 : 32) {
-    const HeightGrid& grid = field.grid();
-    for (const auto& [axis, count] : {std::pair{0, grid.rows}, {1, grid.columns}}) {
-        std::vector<int>& lines = lines_[std::size_t(axis)];
-        for (int at = 0; at < count; at += step) lines.push_back(at);
-        // A periodic field goes on with its first line.
-        if (lines.back() != count - 1 && grid.border != HeightBorder::kPeriodic) lines.push_back(count - 1);
-    }
+    : tables_(field, order, order, path), receivers_(field.grid(), step), row_size_(order == 4 ? 16 : 32) {
     rows_.resize(receiverCount() * row_size_);
     normals_.resize(receiverCount());
-    awake_.assign(receiverCount(), 1);
-}
-
-void HeightVisibility::wakeAll() { std::ranges::fill(awake_, std::uint8_t(1)); }
-
-std::size_t HeightVisibility::awake() const { return std::size_t(std::ranges::count(awake_, 1)); }
-
-// Wakes receivers in a box of places, which may lie beyond the border.
-void HeightVisibility::wakeBox(const HeightGrid& grid, double row0, double row1, double column0, double column1) {
-    const auto range = [&](std::size_t axis, double low, double high) {
-        const auto begin = lines_[axis].begin();
-        const auto first = std::lower_bound(begin, lines_[axis].end(), int(std::ceil(std::max(low, -1e6))));
-        const auto last = std::upper_bound(first, lines_[axis].end(), int(std::floor(std::min(high, 1e6))));
-        return std::pair(std::size_t(first - begin), std::size_t(last - begin));
-    };
-    const bool wraps = grid.border == HeightBorder::kPeriodic;
-    // The whole field where a box is as wide as that, else the box and its images on either side.
-    const auto shifts = [&](double low, double high, int count) {
-        if (!wraps) return std::pair(0, 0);
-        return std::pair(int(std::ceil((0 - high) / count)), int(std::floor((count - low) / count)));
-    };
-    const auto [r0, r1] = shifts(row0, row1, grid.rows);
-    const auto [c0, c1] = shifts(column0, column1, grid.columns);
-    for (int i = r0; i <= r1; ++i)
-        for (int j = c0; j <= c1; ++j) {
-            const auto [first, end] = range(0, row0 + double(i) * grid.rows, row1 + double(i) * grid.rows);
-            const auto [left, right] = range(1, column0 + double(j) * grid.columns, column1 + double(j) * grid.columns);
-            for (std::size_t r = first; r < end && left < right; ++r)
-                std::fill_n(awake_.begin() + std::ptrdiff_t(r * lines_[1].size() + left), right - left,
-                            std::uint8_t(1));
-        }
-}
-
-void HeightVisibility::wake(const HeightField& field, std::span<const TexelBox> changed) {
-    constexpr double kFar = 1e6;  // beyond a clamped border the edge goes on for ever
-    const HeightGrid& grid = field.grid();
-    if (changed.empty() || changed[0].empty()) return;
-    const bool clamps = grid.border == HeightBorder::kClamped;
-    // Normals and own heights.
-    wakeBox(grid, changed[0].first_row - 1, changed[0].end_row, changed[0].first_column - 1, changed[0].end_column);
-    for (const HorizonTap& tap : tables_.taps().taps) {
-        const TexelBox& box = changed[std::size_t(tap.level)];
-        if (box.empty()) continue;
-        const HeightLevel& level = field.levels()[std::size_t(tap.level)];
-        // Places of level 0 whose bilinear sample has a point of the box, a little more because of rounding.
-        const double scale = std::exp2(tap.level), margin = 0.02;
-        const auto low = [&](int first) { return clamps && first == 0 ? -kFar : (first - 0.5) * scale - 0.5 - margin; };
-        const auto high = [&](int end, int count) {
-            return clamps && end == count ? kFar : (end + 0.5) * scale - 0.5 + margin;
-        };
-        wakeBox(grid, low(box.first_row) - double(tap.row), high(box.end_row, level.rows) - double(tap.row),
-                low(box.first_column) - double(tap.column), high(box.end_column, level.columns) - double(tap.column));
-    }
 }
 
 void HeightVisibility::evaluate(const HeightField& field, std::size_t first, std::size_t end) {
@@ -194,16 +137,19 @@ void HeightVisibility::evaluate(const HeightField& field, std::size_t first, std
     std::size_t count = 0;
     const auto flush = [&] {
         tables_.visibility(field, {rows.data(), columns.data(), heights.data(), count}, row_size_, out);
-        for (std::size_t i = 0; i < count; ++i)
-            std::copy_n(&out[i * row_size_], row_size_, &rows_[receivers[i] * row_size_]);
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto row = std::span(out).subspan(i * row_size_, row_size_);
+            const auto old = std::span(rows_).subspan(receivers[i] * row_size_, row_size_);
+            if (!std::ranges::equal(row, old)) receivers_.noteChange(receivers[i]);
+            std::ranges::copy(row, old.begin());
+        }
         count = 0;
     };
     for (std::size_t r = first; r < end; ++r)
-        for (std::size_t c = 0; c < lines_[1].size(); ++c) {
-            const std::size_t receiver = r * lines_[1].size() + c;
-            if (!awake_[receiver]) continue;
-            awake_[receiver] = 0;
-            const int row = lines_[0][r], column = lines_[1][c];
+        for (std::size_t c = 0; c < receivers_.columns(); ++c) {
+            const std::size_t receiver = r * receivers_.columns() + c;
+            if (!receivers_.takeAwake(receiver)) continue;
+            const int row = receivers_.lines(0)[r], column = receivers_.lines(1)[c];
             normals_[receiver] = field.normal(row, column);
             rows[count] = float(row);
             columns[count] = float(column);
@@ -213,21 +159,6 @@ void HeightVisibility::evaluate(const HeightField& field, std::size_t first, std
             if (count == kBatch) flush();
         }
     if (count > 0) flush();
-}
-
-void HeightVisibility::around(const HeightGrid& grid, int axis, int at, std::size_t& low, std::size_t& high,
-                              float& share) const {
-    const std::vector<int>& lines = lines_[std::size_t(axis)];
-    low = std::size_t(at / step_);
-    if (low + 1 == lines.size()) {
-        // The last line, or beyond it: a periodic field goes on with its first one.
-        const int gap = (axis == 0 ? grid.rows : grid.columns) - lines[low];
-        high = grid.border == HeightBorder::kPeriodic ? 0 : low;
-        share = float(at - lines[low]) / float(std::max(gap, 1));
-        return;
-    }
-    high = low + 1;
-    share = float(at - lines[low]) / float(lines[high] - lines[low]);
 }
 
 namespace {
@@ -254,8 +185,11 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
     const float per_x = (whole ? 0.5f : 1.0f) / grid.cell_x, per_y = 0.5f / grid.cell_y;
     std::array<float, kMost> slope_x, slope_y;
     for (std::size_t i = 0; i < count; ++i) slope_x[i] = (down[i] - up[i]) * per_x;
-    for (std::size_t i = 1; i + 1 < count; ++i) slope_y[i] = (here[i + 1] - here[i - 1]) * per_y;
-    for (const std::size_t i : {std::size_t(0), count - 1}) {  // their neighbours may lie beyond the border
+    // Neighbours of the first and the last column lie beyond the border.
+    const std::size_t begin = first == 0 ? 1 : 0, end = first + int(count) == grid.columns ? count - 1 : count;
+    for (std::size_t i = begin; i < end; ++i) slope_y[i] = (here[i + 1] - *(here + i - 1)) * per_y;
+    for (const std::size_t i : {std::size_t(0), count - 1}) {
+        if (i >= begin && i < end) continue;
         const Vec3 normal = field.normal(row, first + int(i));
         slope_y[i] = -normal.y / normal.z;
     }
@@ -280,19 +214,19 @@ void framesOf(const HeightField& field, int row, int first, std::span<Vec3> norm
 void HeightVisibility::numbers(const HeightField& field, int row, int first_column, std::span<Vec3> normals,
                                std::span<Vec3> tangents, std::size_t stride, std::span<float> numbers) const {
     assert(normals.size() <= kMostPoints && !normals.empty());
-    const std::size_t count = normals.size(), columns = lines_[1].size();
+    const std::size_t count = normals.size(), columns = receivers_.columns();
     RowNumbers n;
     framesOf(field, row, first_column, normals, tangents, n);
     std::size_t r[2];
     float down;
-    around(field.grid(), 0, row, r[0], r[1], down);
+    receivers_.around(0, row, r[0], r[1], down);
     std::array<HeightBlend, kMostPoints> blends;
     std::array<std::array<float, kMostPoints>, 4> weights;
     std::array<RowNumbers, 4> corner;
     for (std::size_t p = 0; p < count; ++p) {
         std::size_t c[2];
         float right;
-        around(field.grid(), 1, first_column + int(p), c[0], c[1], right);
+        receivers_.around(1, first_column + int(p), c[0], c[1], right);
         for (std::size_t k = 0; k < 4; ++k) {
             const std::size_t receiver = r[k / 2] * columns + c[k % 2];
             const Vec3 normal = normals_[receiver];

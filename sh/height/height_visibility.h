@@ -4,12 +4,11 @@
 // Horizons are looked for at receivers, every `step` points both ways (paper 000, figure 11: visibility is sub-sampled,
 // shading is not). Between them visibility is bilinear, with less weight for receivers whose normal is another one.
 // Every point turns it into its own frame, so that its own slope is never smoothed away.
-#include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "sh/height/height_kernel.h"
+#include "sh/height/height_receivers.h"
 #include "sh/height/horizon.h"
 #include "sh/visibility_convention.h"
 
@@ -33,7 +32,10 @@ public:
     // tangent plane. Then that half counts as 1 before it is cut off, so that a level field leaves exactly 1.
     void mirror(std::span<const float> rows, std::size_t row_stride, const HeightFrames& frames, bool on_field,
                 std::size_t stride, std::span<float> out) const;
-    HorizonTaps const& taps() const { return taps_; }
+    const HorizonTaps& taps() const { return taps_; }
+    // The same tables as the inner loops read them; they point into this object and the field.
+    HeightScene sceneOf(const HeightField& field) const;
+    HeightMirror mirrorOf(bool on_field) const;
 
 private:
     int order_;
@@ -50,21 +52,29 @@ private:
     void makeMirror(int mirrored);
 };
 
+// Weight that a receiver keeps whose normal differs by d (length): 1 / (1 + kNormalsMatter d^2).
+constexpr float kNormalsMatter = 8;
+
 class HeightVisibility {
 public:
     // Numbers are those of convention D of `order` (4 or 5). `step` is 1, 2, 4 or 8. At first all receivers are awake.
     HeightVisibility(const HeightField& field, int order, int step, const HeightPath& path = fastestHeightPath());
 
     const HeightTables& tables() const { return tables_; }
-    int step() const { return step_; }
+    int step() const { return receivers_.step(); }
     Convention convention() const { return {BelowHorizon::kMirrored, tables_.order()}; }
-    std::size_t receiverRows() const { return lines_[0].size(); }
-    std::size_t receiverCount() const { return lines_[0].size() * lines_[1].size(); }
+    std::size_t receiverRows() const { return receivers_.rows(); }
+    std::size_t receiverCount() const { return receivers_.count(); }
 
     // Wakes the receivers that look at what HeightField::set() changed. Allocates nothing.
-    void wake(const HeightField& field, std::span<const TexelBox> changed);
-    void wakeAll();
-    std::size_t awake() const;
+    void wake(const HeightField& field, std::span<const TexelBox> changed) {
+        receivers_.wake(field, tables_.taps(), changed);
+    }
+    void wakeAll() { receivers_.wakeAll(); }
+    std::size_t awake() const { return receivers_.awake(); }
+    const HeightReceivers& receivers() const { return receivers_; }
+    // Call this after numbers() of all stale points.
+    void freshen() { receivers_.freshen(); }
     // Looks for the horizons of awake receivers in rows [first, end) of receivers, which then sleep. Different rows may
     // run at once. Allocates nothing.
     void evaluate(const HeightField& field, std::size_t first, std::size_t end);
@@ -75,22 +85,17 @@ public:
                  std::size_t stride, std::span<float> numbers) const;
     // V of a receiver, in the frame of the field.
     std::span<const float> receiver(std::size_t row, std::size_t column) const {
-        return std::span(rows_).subspan((row * lines_[1].size() + column) * row_size_,
+        return std::span(rows_).subspan((row * receivers_.columns() + column) * row_size_,
                                         std::size_t(coefficientCount(tables_.order())));
     }
-    int lineOf(int axis, std::size_t i) const { return lines_[std::size_t(axis)][i]; }
+    int lineOf(int axis, std::size_t i) const { return receivers_.lines(axis)[i]; }
 
 private:
     HeightTables tables_;
-    int step_;
-    std::size_t row_size_;                   // numbers of a receiver, padded
-    std::array<std::vector<int>, 2> lines_;  // rows and columns that have receivers
-    std::vector<float> rows_;                // [receivers, row_size_]
-    std::vector<Vec3> normals_;              // [receivers]
-    std::vector<std::uint8_t> awake_;        // [receivers]
-
-    void wakeBox(const HeightGrid& grid, double row0, double row1, double column0, double column1);
-    void around(const HeightGrid& grid, int axis, int at, std::size_t& low, std::size_t& high, float& share) const;
+    HeightReceivers receivers_;
+    std::size_t row_size_;       // numbers of a receiver, padded
+    std::vector<float> rows_;    // [receivers, row_size_]
+    std::vector<Vec3> normals_;  // [receivers]
 };
 
 }  // namespace penumbra

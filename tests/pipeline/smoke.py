@@ -193,6 +193,7 @@ def pictures():
         f.write('{"version": 2, "characters": [{"asset": "additive.pnb", "on_ground": true}], '
                 '"ground": {"heights": {"analytic": "waves", "rows": 9, "columns": 12}}}')
     run(OK, "player", "render", "--scene", "h.json", "--time", 0.2, *TINY, "-o", "a.png")
+    run(OK, "player", "render", "--scene", "h.json", "--path", "glsl", *TINY, "-o", "a.png")
     run(OK, "player", "probe", "h.json", "--points", "p.csv", "-o", "p.out.csv")
     run(OK, "player", "bench", "--scene", "h.json", "--runs", 2, *TINY)
     run(OK, "bake", "reference", "--scene", "h.json", "--samples", 4, *TINY, "-o", "a.png")

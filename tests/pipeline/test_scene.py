@@ -23,7 +23,7 @@ SIDE, HALF = 33, 1.5  # the ground: points a side, metres
 
 def scene(name, **keys):
     with open(name, "w") as f:
-        json.dump({"version": 1, **keys}, f)
+        json.dump({"version": 1} | keys, f)
     return name
 
 
@@ -111,6 +111,35 @@ def check_pictures():
     # A prop is a caster as well, and an asset without fields receives.
     draw(scene("mixed.json", characters=[{**man, "asset": "additive.pnb"}], props=[{"asset": "man.pnb", "position": [0.5, 0, 0]}],
                ground=ground, light={"asset": "man.pnb", "rotation": "yaw=30"}, camera="yaw=30,pitch=20"))
+
+
+def check_periodic():
+    """Rays see a periodic ground as the middle one of nine. Measured: rms 1.6 of 255, and 6.2 without its neighbours."""
+    chance = np.random.default_rng(3)
+    waves = np.fft.fftfreq(40)[:, None] ** 2 + np.fft.fftfreq(40)[None] ** 2
+    waves[0, 0] = np.inf
+    tile = np.fft.ifft2(np.fft.fft2(chance.standard_normal((40, 40))) / waves**0.8).real
+    tile = np.ascontiguousarray((0.25 * tile / tile.std()).astype(np.float32))
+    np.save("tile.npy", tile)
+    np.save("nine.npy", np.tile(tile, (3, 3)))
+
+    def traced(name, file, border):
+        ground = {"heights": {"file": file, "cell": 0.1, "border": border}}
+        scene(name, version=2, characters=[{"asset": "man.pnb", "on_ground": True}], ground=ground,
+              camera="yaw=25,pitch=35,distance=7")
+        must(BAKE, "reference", "--scene", name, "--samples", 128, "--size", "96x72", "--exposure", 1, "-o", "traced.png", "-q")
+        return np.asarray(Image.open("traced.png").convert("RGBA"), float)
+
+    periodic, nine, alone = traced("p.json", "tile.npy", "periodic"), traced("n.json", "nine.npy", "clamped"), \
+        traced("c.json", "tile.npy", "clamped")
+    seen = periodic[..., 3] == 255
+    off, off_alone = (np.sqrt(((picture - nine)[seen][:, :3] ** 2).mean()) for picture in (periodic, alone))
+    print(f"periodic ground: rms {off:.1f} of 255 from the middle one of nine; one alone {off_alone:.1f}")
+    assert seen.mean() > 0.2
+    assert off < 0.5 * off_alone and off < 3, (off, off_alone)
+    wide = {"heights": {"analytic": "waves", "rows": 2, "columns": 8192, "border": "periodic"}}
+    refused(5, "/ground/heights", BAKE, "reference", "--scene",
+            scene("w.json", version=2, characters=[{"asset": "man.pnb"}], ground=wide), "-o", "traced.png")
 
 
 def check_several():
@@ -434,6 +463,7 @@ def main():
     check_ground(body)
     check_suns(body)
     check_pictures()
+    check_periodic()
     check_several()
     check_bench()
     check_truth()

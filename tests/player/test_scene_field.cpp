@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 
 #include "formats/common/errors.h"
 #include "pack/pack_asset.h"
@@ -50,7 +51,7 @@ double largestOff(std::span<const float> a, std::span<const float> b) {
 
 std::vector<float> fieldE(const PosedScene& scene, FrameVertices& points) {
     scene.field()->evaluate(2, points);
-    scene.field()->castOn(scene.cast(), {}, 2, points);
+    scene.field()->castOn(scene.cast(), 2, points);
     return fieldAmbient(scene.field()->convention(), points);
 }
 
@@ -103,6 +104,34 @@ TEST_F(SceneFieldTest, TrianglesFaceUp) {
     for (std::size_t v = 0; v < points.positions.size(); ++v) {
         EXPECT_NEAR(dot(points.normals[v], points.tangents[v]), 0, 1e-5);
         EXPECT_GT(points.normals[v].y, 0);
+    }
+}
+
+// Walls at the border reach from its points to the least height, so that nothing shines under a dune that it cuts.
+TEST_F(SceneFieldTest, CastsAsASolidInTheMapsOfSuns) {
+    for (const char* const heights :
+         {R"("analytic": "waves", "rows": 9, "columns": 7)", R"("analytic": "waves", "rows": 1, "columns": 7)",
+          R"("analytic": "waves", "rows": 1, "columns": 1)"}) {
+        const PosedScene waves = scene(heights);
+        const HeightGrid& grid = waves.field()->heights().field().grid();
+        std::vector<Vec3> points;
+        waves.field()->heights().castingPoints(points);
+        const std::vector<std::uint32_t> triangles = castingTriangles(grid);
+        float least = points[0].y;
+        for (const Vec3 p : points) least = std::min(least, p.y);
+        const std::size_t field = fieldTriangles(grid).size();
+        double wall = 0, border = 0;  // square metres
+        for (std::size_t t = 0; t < triangles.size(); t += 3) {
+            ASSERT_LT(std::max({triangles[t], triangles[t + 1], triangles[t + 2]}), points.size());
+            const Vec3 a = points[triangles[t]], b = points[triangles[t + 1]], c = points[triangles[t + 2]];
+            if (t >= field) wall += 0.5 * double(length(cross(b - a, c - a)));
+        }
+        const auto height = [&](int r, int c) { return double(waves.field()->heights().point(r, c).y - least); };
+        for (int c = 0; c + 1 < grid.columns; ++c)
+            for (const int r : {0, grid.rows - 1}) border += 0.5 * (height(r, c) + height(r, c + 1));
+        for (int r = 0; r + 1 < grid.rows; ++r)
+            for (const int c : {0, grid.columns - 1}) border += 0.5 * (height(r, c) + height(r + 1, c));
+        EXPECT_NEAR(wall, border, 1e-4 * std::max(border, 1.0)) << heights;
     }
 }
 
@@ -178,6 +207,73 @@ TEST_F(SceneFieldTest, AfterAnEditIsThatOfTheWhole) {
     EXPECT_EQ(points.normals, expected.normals);
 }
 
+// A brush of 5 points on 256 x 256, beside a character. Only receivers with a sample of something that changed look
+// again, and only points near those that see something else are computed and cast on again. What comes out is that of
+// the whole, but for the order in which casts are summed (2.4e-6 measured). Measured: 57% of the receivers, 10% of the
+// points.
+TEST_F(SceneFieldTest, AfterAStrokeOnlyWhatSeesItIsComputed) {
+    const char* const dunes =
+        R"("analytic": "dunes:height=1,length=4", "rows": 256, "columns": 256, "cell": 0.1, "step": 4)";
+    const PosedScene edited = scene(dunes), whole = scene(dunes);
+    FrameVertices points, expected;
+    EXPECT_EQ(edited.field()->update(edited.cast(), true, 2, points), 256u * 256u);
+    EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+    const Vec3 at = edited.field()->heights().point(60, 70);
+    for (const float rise : {0.4f, -0.6f}) {
+        edited.field()->brush(at, 0.5f, rise);
+        whole.field()->brush(at, 0.5f, rise);
+        const std::size_t receivers = edited.field()->awake();
+        const std::size_t updated = edited.field()->update(edited.cast(), false, 2, points);
+        whole.field()->lookAgain();
+        whole.field()->update(whole.cast(), true, 1, expected);
+        std::printf("a stroke over 9 x 9 points wakes %zu of %zu receivers and %zu of 65536 points\n", receivers,
+                    edited.field()->receiverCount(), updated);
+        EXPECT_LT(double(receivers), 0.65 * double(edited.field()->receiverCount()));
+        EXPECT_GT(receivers, 4u);
+        EXPECT_LT(updated, 65536u / 8);
+        EXPECT_GT(updated, 81u);
+        EXPECT_LT(largestOff(points.numbers, expected.numbers), 1e-5);
+        EXPECT_EQ(points.normals, expected.normals);
+        EXPECT_EQ(points.positions, expected.positions);
+    }
+    EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+    // Beside the field, without an extent, and of no number.
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    edited.field()->brush({1e6f, 0, 0}, 0.5f, 1);
+    edited.field()->brush(at, 0, 1);
+    edited.field()->brush({nan, nan, nan}, 0.5f, 1);
+    edited.field()->brush(at, 0.5f, nan);
+    EXPECT_EQ(edited.field()->update(edited.cast(), false, 2, points), 0u);
+}
+
+// Strokes at corners and edges, and those larger than the field, of every border.
+TEST_F(SceneFieldTest, StrokesAtTheBorderAreThoseOfTheWhole) {
+    for (const std::string border : {"clamped", "periodic", "open"})
+        for (const std::string step : {"1", "4", "8"}) {
+            const std::string heights = R"("analytic": "waves:height=0.4,length=2", "rows": 42, "columns": 37,
+                "cells": [0.1, 0.13], "border": ")" +
+                                        border + R"(", "step": )" + step;
+            const PosedScene edited = scene(heights), whole = scene(heights);
+            FrameVertices points, expected;
+            edited.field()->update(edited.cast(), true, 1, points);
+            for (const auto& [row, column, radius] : {std::tuple{0, 0, 0.3f},
+                                                      {41, 36, 0.3f},
+                                                      {41, 3, 0.05f},
+                                                      {20, 0, 0.15f},
+                                                      {17, 22, 0.02f},
+                                                      {5, 5, 30.0f}}) {
+                const Vec3 at = edited.field()->heights().point(row, column);
+                edited.field()->brush(at, radius, 0.3f);
+                whole.field()->brush(at, radius, 0.3f);
+                edited.field()->update(edited.cast(), false, 1, points);
+                whole.field()->lookAgain();
+                whole.field()->update(whole.cast(), true, 1, expected);
+                EXPECT_LT(largestOff(points.numbers, expected.numbers), 1e-5) << border << " " << step << " " << row;
+                EXPECT_EQ(points.normals, expected.normals) << border << " " << step << " " << row;
+            }
+        }
+}
+
 TEST_F(SceneFieldTest, OfATimeIsThatOfTheTimeHoweverOneGotThere) {
     const char* const waves = R"("analytic": "waves", "rows": 40, "columns": 52, "cell": 0.1, "border": "periodic")";
     PosedScene walked = scene(waves), there = scene(waves);
@@ -216,11 +312,17 @@ TEST(HeightFrames, AllocateNothing) {
 }
 
 TEST_F(SceneFieldTest, RefusesOtherWaysToCastAndMaterialsThatAreNotThere) {
-    EXPECT_THROW(PosedScene(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb"}],
-        "ground": {"heights": {"analytic": "waves"}}})",
-                                       "s.json", folder_),
-                            {CastMode::kFolded, {}}),
-                 UsageError);
+    try {
+        const PosedScene folded(parseScene(R"({"version": 2, "characters": [{"asset": "tube.pnb"}],
+            "ground": {"heights": {"analytic": "waves"}}})",
+                                           "s.json", folder_),
+                                {CastMode::kFolded, {}});
+        ADD_FAILURE() << "heights are not folded";
+    } catch (const UsageError& error) {
+        EXPECT_EQ(
+            error.what(),
+            std::string("--cast folded: s.json: /ground/heights: a ground with heights joins as a product alone"));
+    }
     const PosedScene sandy = scene(kLevel, "", R"("material": "sand", )");
     std::vector<float> sh(3, 1.0f);
     EXPECT_THROW(FieldLook(*sandy.file().ground, sandy.field()->convention(), AssetView(), {"white", 1, sh}),

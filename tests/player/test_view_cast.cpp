@@ -228,7 +228,7 @@ TEST_F(ViewCast, AGroundWithHeightsMovesAndShadowsAsInPictures) {
     EXPECT_LT(largestDifference(scene.characters[0]->vertices.numbers, memberVertices(posed, 0, 1).numbers), 1e-5);
     FrameVertices points;
     posed.field()->evaluate(1, points);
-    posed.field()->castOn(posed.cast(), {}, 1, points);
+    posed.field()->castOn(posed.cast(), 1, points);
     EXPECT_LT(largestDifference(scene.ground.points.numbers, points.numbers), 1e-5);
     EXPECT_EQ(scene.ground.values.size(), 40u * 33u);
     const std::vector<Vec3> before = scene.ground.values;

@@ -256,7 +256,7 @@ TEST(ViewActions, EveryKeyIsThereOnce) {
         c.press(shortcut.key, true);
     }
     Contents c;
-    EXPECT_FALSE(applyKey(c.state, c.contents, {'0', false}));
+    EXPECT_FALSE(applyKey(c.state, c.contents, {';', false}));
 }
 
 TEST(ViewState, LightTurnsAsOnTheCommandLine) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sh/height/height_brush.h"
 #include "sh/height/height_field.h"
 #include "tests/sh/height_samples.h"
 
@@ -80,6 +81,37 @@ TEST(HeightField, NormalsOfAPlaneAreItsOwnUpToTheEdge) {
             const Vec3 n = field.normal(r, c), expected = normalized(Vec3{-2, 1, 1});
             EXPECT_NEAR(length(n - expected), 0, 1e-6) << r << " " << c;
         }
+}
+
+TEST(HeightStroke, RaisesABumpThatEndsAtItsRadius) {
+    const HeightField field({20, 30, 0.5f, 0.25f}, std::vector<float>(600, 3));
+    std::vector<float> heights;
+    const TexelBox box = strokeHeights(field, {10, 12, 1, 2}, heights);
+    EXPECT_EQ(box, (TexelBox{8, 8, 13, 17}));
+    ASSERT_EQ(heights.size(), 5u * 9u);
+    const auto at = [&](int r, int c) { return heights[std::size_t((r - 8) * 9 + c - 8)]; };
+    EXPECT_FLOAT_EQ(at(10, 12), 5);
+    EXPECT_FLOAT_EQ(at(11, 12), 3 + 2 * 0.75f * 0.75f);  // half a metre away, and so is the next
+    EXPECT_FLOAT_EQ(at(10, 14), 3 + 2 * 0.75f * 0.75f);
+    EXPECT_FLOAT_EQ(at(12, 12), 3);
+    EXPECT_FLOAT_EQ(at(8, 8), 3);  // beyond the radius
+    // It ends at the edges, and heights at their limit.
+    EXPECT_EQ(strokeHeights(field, {-1, 29, 1, -1}, heights), (TexelBox{0, 25, 2, 30}));
+    strokeHeights(field, {10, 12, 1, 3e7f}, heights);
+    EXPECT_FLOAT_EQ(at(10, 12), kMostElevation);
+    // Beside the field, without a radius, between points, and of no number.
+    const float nan = std::nanf("");
+    for (const HeightStroke& none : {HeightStroke{100, 12, 1, 1},
+                                     {10, 12, 0, 1},
+                                     {10, 12, -1, 1},
+                                     {10.5f, 12.5f, 0.01f, 1},
+                                     {nan, 12, 1, 1},
+                                     {10, 12, nan, 1},
+                                     {10, 12, 1, nan}}) {
+        EXPECT_TRUE(strokeHeights(field, none, heights).empty());
+        EXPECT_TRUE(heights.empty());
+    }
+    EXPECT_EQ(strokeHeights(field, {10, 12, 1e9f, 1}, heights), (TexelBox{0, 0, 20, 30}));
 }
 
 TEST(HeightGrid, NamesTheFieldThatIsOutOfRange) {
