@@ -262,9 +262,10 @@ void fillReport(const Comparison& comparison, const std::vector<Figure>& figures
 }
 
 void printTable(const Table& table, const std::string& finding, const std::vector<Figure>& figures) {
+    constexpr int kNarrowest = 12;  // characters: errors without prior may be in the thousands
     const auto print = [&](const std::vector<std::string>& row) {
         for (std::size_t c = 0; c < row.size(); ++c)
-            std::printf("%*s", c ? int(table.columns[c].size()) + 2 : -28, row[c].c_str());
+            std::printf("%*s", c ? std::max(int(table.columns[c].size()), kNarrowest) + 2 : -28, row[c].c_str());
         std::printf("\n");
     };
     print(table.columns);

@@ -139,8 +139,9 @@ SphereBlockers readBlockersOf(const Model& model, const fs::path& path) {
 // Packs a model of paper 002. Without a material it gets one of --albedo.
 void runTransfer(const AssetCommand& command, const std::vector<SlotChoice>& slots, const CommonOptions& common,
                  Report& report) {
-    if (command.max_error || command.max_bytes_per_vertex || command.no_playback || !command.blockers.empty())
-        throw UsageError("--max-error, --max-bytes-per-vertex, --no-playback and --blockers: " +
+    if (command.max_error || command.max_bytes_per_vertex || command.bounce_bytes || command.no_playback ||
+        !command.blockers.empty())
+        throw UsageError("--max-error, --max-bytes-per-vertex, --bounce-bytes, --no-playback and --blockers: " +
                          command.model.string() + " has transfer of paper 002, whose size is that of its components");
     const TransferModel model = readTransfer(command.model);
     TransferPackOptions options;
@@ -193,6 +194,8 @@ void runAsset(const AssetCommand& command, const CommonOptions& common, Report& 
     if (!command.model.empty()) model = readModel(command.model);
     if (command.no_playback && !(model && model->deforming))
         throw UsageError("--no-playback needs a model of a deforming mesh");
+    if (command.bounce_bytes && !(model && model->indirect))
+        throw UsageError("--bounce-bytes needs a model with light that bounces (penumbra-fit indirect)");
     if (!command.blockers.empty()) {
         if (!model) throw UsageError("--blockers needs a model");
         options.blockers = readBlockersOf(*model, command.blockers);

@@ -168,9 +168,10 @@ UnpackedModel unpackedModel(const fs::path& path, int threads) {
 // Holds an asset of transfer against a bake of it, or of visibility.
 void runTransferCheck(const CheckCommand& command, const AssetView& asset, const VisibilityReader& truth,
                       const CommonOptions& common, Report& report) {
-    if (!command.predictions.empty() || !command.second_bake.empty() || !command.model.empty())
-        throw UsageError("--predictions, --second-bake and --model are of no use: " + command.asset.string() +
-                         " has transfer of paper 002");
+    if (!command.predictions.empty() || !command.second_bake.empty() || !command.model.empty() ||
+        !command.bounces.empty())
+        throw UsageError("--predictions, --second-bake, --model and --bounces are of no use: " +
+                         command.asset.string() + " has transfer of paper 002");
     const std::size_t frames = truth.header().frames.frameCount();
     naming(command.truth, [&] { checkTransferFits(asset, truth.header()); });
     if (common.dry_run) {
@@ -227,6 +228,11 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
         model = unpackedModel(command.model, common.threads);
         check(command.model, {.unpacked = &model->asset});
     }
+    std::optional<VisibilityReader> bounces;
+    if (!command.bounces.empty()) {
+        bounces.emplace(command.bounces);
+        checkIndirectFits(asset, bounces->header(), command.bounces.string());
+    }
     const CheckReferences references{predictions ? &*predictions : nullptr, second_bake ? &*second_bake : nullptr,
                                      model ? &model->asset : nullptr,
                                      command.quality == "fast" ? FarQuality::kFast : FarQuality::kFull};
@@ -244,10 +250,8 @@ void runCheck(const CheckCommand& command, const CommonOptions& common, Report& 
                             [&](std::size_t done) { progress.update(double(done)); });
     }
     reportCheck(result, asset, predictions.has_value(), report);
-    if (!command.bounces.empty()) {
-        const VisibilityReader bake(command.bounces);
-        reportIndirect(checkIndirect(asset, bake, command.bounces.string(), common.threads), asset, report);
-    }
+    if (bounces)
+        reportIndirect(checkIndirect(asset, *bounces, command.bounces.string(), common.threads), asset, report);
 }
 
 }  // namespace

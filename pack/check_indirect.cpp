@@ -15,21 +15,6 @@ namespace penumbra {
 
 namespace {
 
-void checkBake(const AssetView& asset, const VisibilityHeader& header, const std::string& file) {
-    if (!asset.model.indirect)
-        throw InvalidInput(asset.name + ": has no light that bounces to check (penumbra-fit indirect)");
-    if (!header.hasBounces() || header.order < kIndirectOrder)
-        throw InvalidInput(file + ": is no bake of --quantity transfer --bounces N, of order 3 at least");
-    if (header.mesh.vertexCount() != asset.mesh.positions.size())
-        throw InvalidInput(file + ": /mesh/rest_positions: " + std::to_string(header.mesh.vertexCount()) +
-                           " vertices, the asset has " + std::to_string(asset.mesh.positions.size()));
-    for (std::size_t v = 0; v < asset.mesh.positions.size(); ++v)
-        if (header.mesh.rest_positions[asset.mesh.shading_point[v]] != asset.mesh.positions[v])
-            throw InvalidInput(file + ": /mesh/rest_positions: not those of the asset: another mesh");
-    if (asset.model.deforming && asset.animation.playback.positions.empty())
-        throw Unsupported(asset.name + ": its frames were left out, so that nothing can be checked");
-}
-
 // Returns the clip and the frame of the asset that a frame of the bake is.
 std::pair<const ClipView*, std::size_t> frameOf(const AnimationView& animation, const FrameList& bake, std::size_t f,
                                                 const std::string& file) {
@@ -74,10 +59,26 @@ IndirectCheck figuresOf(const Sums& sums, std::size_t frames) {
 
 }  // namespace
 
+void checkIndirectFits(const AssetView& asset, const VisibilityHeader& header, const std::string& file) {
+    if (!asset.model.indirect)
+        throw InvalidInput(asset.name + ": has no light that bounces to check (penumbra-fit indirect)");
+    if (!header.hasBounces() || header.order < kIndirectOrder)
+        throw InvalidInput(file + ": is no bake of --quantity transfer --bounces N, of order 3 at least");
+    if (header.mesh.vertexCount() != asset.mesh.positions.size())
+        throw InvalidInput(file + ": /mesh/rest_positions: " + std::to_string(header.mesh.vertexCount()) +
+                           " vertices, the asset has " + std::to_string(asset.mesh.positions.size()));
+    for (std::size_t v = 0; v < asset.mesh.positions.size(); ++v)
+        if (header.mesh.rest_positions[asset.mesh.shading_point[v]] != asset.mesh.positions[v])
+            throw InvalidInput(file + ": /mesh/rest_positions: not those of the asset: another mesh");
+    if (asset.model.deforming && asset.animation.playback.positions.empty())
+        throw Unsupported(asset.name + ": its frames were left out, so that nothing can be checked");
+    for (std::size_t f = 0; f < header.frames.frameCount(); ++f) frameOf(asset.animation, header.frames, f, file);
+}
+
 IndirectChecks checkIndirect(const AssetView& asset, const VisibilityReader& bake, const std::string& file,
                              int threads) {
     const VisibilityHeader& header = bake.header();
-    checkBake(asset, header, file);
+    checkIndirectFits(asset, header, file);
     Evaluator evaluator(asset);
     const std::size_t vertices = evaluator.vertexCount(), n2 = header.coefficientCount();
     std::vector<Vec3> positions(vertices), normals(vertices), tangents(vertices);

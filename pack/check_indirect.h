@@ -18,8 +18,12 @@ struct IndirectChecks {
     IndirectCheck training, held_out;
 };
 
-// Checks the frames of a bake with bounces. Throws InvalidInput where it has none, is of another mesh, or has a frame
-// that the asset lacks; Unsupported for a deforming mesh without the positions of its frames.
+// Throws InvalidInput where the asset or the bake has no light that bounces, where they are of different meshes, or
+// where the bake has a frame that the asset lacks; Unsupported for a deforming mesh without the positions of its
+// frames.
+void checkIndirectFits(const AssetView& asset, const VisibilityHeader& header, const std::string& file);
+
+// Checks the frames of a bake with bounces. Throws what checkIndirectFits() throws.
 IndirectChecks checkIndirect(const AssetView& asset, const VisibilityReader& bake, const std::string& file,
                              int threads);
 

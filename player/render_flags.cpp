@@ -71,13 +71,15 @@ void definePicture(CLI::App& app, RenderCommand& command) {
     command.source_option =
         app.add_option("--source", command.source, "visibility of the model or of the truth")->capture_default_str();
     command.error_max_option =
-        app.add_option("--error-max", options.error_max, "the error that gets the brightest colour of --channel error")
+        app.add_option("--error-max", options.error_max,
+                       "the error that gets the brightest colour of --channel error or transfer-error")
             ->capture_default_str();
     const std::vector<const CLI::Option*> all = {
         app.add_option("--size", command.size, "WIDTHxHEIGHT in pixels (default: 512x512)"),
         app.add_option("--camera", options.camera,
                        "yaw=,pitch=,fov= (degrees), distance=,target=X/Y/Z; what is not given is framed"),
-        app.add_option("--channel", command.channel, "shaded, ao, error, clusters, normals, parts or ao-bounced")
+        app.add_option("--channel", command.channel,
+                       "shaded, ao, error, clusters, normals, parts, ao-bounced or transfer-error")
             ->capture_default_str(),
         app.add_option("--path", command.path, "where vertices are evaluated: auto, cpu or glsl")
             ->capture_default_str(),
@@ -145,8 +147,8 @@ void defineGate(CLI::App& app, RenderCommand& command) {
             ->default_str("")
             ->group(kGroup);
     command.gate_only = {app.add_option("--fail-metric", command.fail_figure,
-                                        "the error: ambient-mean, ambient-max, rms-v, relative, image-rmse, flip or "
-                                        "out-of-range")
+                                        "the error: ambient-mean, ambient-max, rms-v, relative, image-rmse, flip, "
+                                        "out-of-range or transfer")
                              ->group(kGroup),
                          app.add_option("--fail-per", command.fail_per,
                                         "frame: each frame's error counts; run: one error over all frames")

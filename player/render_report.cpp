@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <string>
 
 namespace penumbra {
 
@@ -28,6 +29,13 @@ void reportPictures(const BatchPlan& plan, const BatchResult& result, const Comm
     if (common.verbosity > 0) std::printf("%s; path %s\n", result.gl.c_str(), path);
 }
 
+// Says what the colours of a picture of `channel` stand for. "" where another channel is drawn.
+std::string colorsOf(const RenderOptions& options, Channel channel) {
+    char text[48] = "";
+    if (options.channel == channel) std::snprintf(text, sizeof text, "; colours: 0 to %g", double(options.error_max));
+    return text;
+}
+
 }  // namespace
 
 void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonOptions& common, Report& report) {
@@ -43,8 +51,15 @@ void reportFrame(const BatchPlan& plan, const BatchResult& result, const CommonO
     report.figures["ambient_error_mean"] = record.errors->ambientMean();
     report.figures["ambient_error_max"] = record.errors->ambient_max;
     if (!common.quiet)
-        std::printf("ambient error |E(model) - E(truth)| over all vertices: mean %.5f, max %.5f; colours: 0 to %g\n",
-                    record.errors->ambientMean(), record.errors->ambient_max, double(plan.options.error_max));
+        std::printf("ambient error |E(model) - E(truth)| over all vertices: mean %.5f, max %.5f%s\n",
+                    record.errors->ambientMean(), record.errors->ambient_max,
+                    colorsOf(plan.options, Channel::kError).c_str());
+    const double transfer = record.errors->transferMean();
+    if (!std::isfinite(transfer)) return;
+    report.figures["transfer_error"] = transfer;
+    if (!common.quiet && plan.options.channel == Channel::kTransferError)
+        std::printf("E_transfer over all vertices: mean %.6f%s\n", transfer,
+                    colorsOf(plan.options, Channel::kTransferError).c_str());
 }
 
 // --- Many frames ----------------------------------------------------------------------------------------------------

@@ -56,7 +56,8 @@ struct ColorTable {
 
 ColorTable readTable(const std::filesystem::path& path) {
     std::ifstream in(path);
-    if (!in) throw IoError(path.string() + ": cannot read");
+    if (!in)
+        throw IoError(path.string() + ": cannot read as a table, and is no colour R/G/B of three numbers of 0 or more");
     ColorTable table;
     std::string line;
     for (std::size_t number = 1; std::getline(in, line); ++number) {
@@ -137,6 +138,8 @@ std::vector<Vec3> readAlbedo(const std::string& choice, const Mesh& mesh) {
 }
 
 ChosenColors surfaceColors(const BakeSource& source, const Mesh& mesh, const TransferOptions& options) {
+    if (options.transmission.any() && !mesh.two_sided)
+        throw UsageError("--transmission goes with --two-sided: the mesh is not two-sided");
     ChosenColors out;
     std::string where = options.transmission.any() ? "--albedo and --transmission: " : "--albedo: ", advice;
     if (options.albedo.any()) {

@@ -140,6 +140,9 @@ def check_refusals(place):
     assert not os.path.exists(out[1])
     refuse("--bounce-bytes", 1, "pack", "asset", place("b.model.h5"), "--bounce-bytes", "2", "-o", place("none.pnb"))
     refuse("no light that bounces", 3, "pack", "check", place("v.pnb"), place("v.vis.h5"), "--bounces", place("t.vis.h5"))
+    refuse("is no bake of --quantity transfer", 3, "pack", "check", place("b.pnb"), place("v.vis.h5"), "--bounces",
+           place("v.vis.h5"), "--dry-run")
+    refuse("--bounce-bytes needs a model with light", 1, "pack", "asset", model, "--bounce-bytes", "200", "-o", place("none.pnb"))
     picture = ["-o", place("none.png")]
     refuse("--bounces is both, direct or indirect", 1, "player", "render", place("b.pnb"), "--bounces", "all", *picture)
     refuse("no light that bounces", 1, "player", "render", place("v.pnb"), "--bounces", "indirect", *picture)

@@ -175,6 +175,8 @@ def check_refusals(place):
     refused(1, "one or the other", PACK, "asset", model, "--brdf", place("clay.brdf.h5"), "--albedo", "1/1/1", *pnb)
     refused(1, "--albedo is R/G/B", PACK, "asset", model, "--albedo", "1/2/1", *pnb)
     refused(1, "--max-error", PACK, "asset", model, "--max-error", 0.1, *pnb)
+    refused(1, "--bounce-bytes", PACK, "asset", model, "--bounce-bytes", 10, *pnb)
+    refused(1, "of no use", PACK, "check", asset, place("t.vis.h5"), "--bounces", place("t.vis.h5"))
     refused(1, "--albedo needs transfer", PACK, "asset", place("v.model.h5"), "--albedo", "1/1/1", *pnb)
     html = ["--holdout", HELD, "-o", place("none.html")]
     refused(1, "needs hemisphere_visibility of order 7", FIT, "compare", place("low.vis.h5"), "--transfer", *html)

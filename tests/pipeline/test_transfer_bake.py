@@ -181,6 +181,7 @@ def check_refusals(place):
     open(table, "w").write("vertex,r,g,b\n" + "".join(f"{v},-0.1,0,0\n" for v in range(1430)))
     refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", table], "not in [0, 1)", 1)
     refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", place("none.csv")], "cannot read", 2)
+    refuse(["visibility", MAN, "-o", place("x.vis.h5"), *SMALL, *transfer, "--albedo", "0.5/0.5"], "is no colour R/G/B", 2)
     assert not os.path.exists(place("x.vis.h5"))
 
 
