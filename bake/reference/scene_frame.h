@@ -10,8 +10,8 @@ struct SceneFrame {
     Mesh mesh;  // characters, props, then the ground
     VisibilityFrame frame;
     std::size_t casting_triangles = 0;  // without a level ground
-    // What casts but is not seen: the copies of a periodic ground around it. Corners count vertices of the mesh, then
-    // these.
+    // The copies of a periodic ground around it cast, but are not seen. Their triangles count vertices of the mesh,
+    // then these.
     std::vector<Vec3> unseen_positions;
     std::vector<Triangle> unseen_triangles;
     bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below

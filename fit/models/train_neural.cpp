@@ -14,7 +14,7 @@ namespace {
 // Cross-validation makes its own PCA of these components of the inputs. What they leave out is small compared with what
 // that PCA drops.
 constexpr double kValidatedVariance = 0.999;
-// Of a fit without prior. A search needs some, or weights grow without end.
+// The prior of a fit that is to have none. A search needs some, or weights grow without end.
 constexpr double kNoNeuralPrior = 1e-9;
 
 void setNet(const TanhNet& net, ClusterModel& model) {

@@ -11,14 +11,14 @@ inline std::size_t bytesOf(const NumbersView& numbers) {
     return numbers.count * bytesPerNumber(numbers.precision) + numbers.scale.size_bytes();
 }
 
-// Of the means and the components, which have the vertices.
+// Returns the bytes of the means and the components, which have the vertices.
 inline std::size_t outputBytes(const std::vector<ClusterView>& clusters) {
     std::size_t bytes = 0;
     for (const ClusterView& c : clusters) bytes += bytesOf(c.mean) + bytesOf(c.basis);
     return bytes;
 }
 
-// Of what takes the pose to the scores of the components.
+// Returns the bytes of what takes the pose to the scores of the components.
 inline std::size_t regressionBytes(const std::vector<ClusterView>& clusters) {
     std::size_t bytes = 0;
     for (const ClusterView& c : clusters)

@@ -41,7 +41,7 @@ private:
 
 // The mesh of a field: two triangles a square, which face up.
 std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid);
-// The same and the walls of GroundHeights::castingPoints().
+// Returns the same triangles and those of the walls of GroundHeights::castingPoints().
 std::vector<std::uint32_t> castingTriangles(const HeightGrid& grid);
 
 // What "on_ground" adds to a character's y. `heights` is null where the ground is level.

@@ -34,7 +34,8 @@ std::size_t ModelPainter::bytes() const {
     return evaluatedBytes() + poses_.bytes() + (numbers_ ? numbers_->bytes() : 0) + (anchors_ ? anchorBytes() : 0) +
            (casts_ ? capacity_ * asset_->vertexCount() * (kReceiverQuads + cast_sets_ * kCastQuads) * 4 * sizeof(float)
                    : 0) +
-           (true_ambient_ ? true_ambient_->bytes() : 0) + (vertices_ ? vertices_->bytes() : 0);
+           (cast_anchors_ ? cast_anchors_->bytes() : 0) + (true_ambient_ ? true_ambient_->bytes() : 0) +
+           (vertices_ ? vertices_->bytes() : 0);
 }
 
 namespace {

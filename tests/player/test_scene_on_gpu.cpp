@@ -27,26 +27,24 @@ protected:
         synthetic::TubeOptions tube{
             .rings = 24, .segments = 9, .joints = 5, .clusters = 4, .components = 5, .inputs = 4};
         write(folder_ / "fields.pnb", synthetic::composedTube(tube), {});
-        const Model model = synthetic::tubeModel(tube);
-        SphereBlockers blockers;
-        for (std::size_t j = 0; j < model.joint_centers.size(); ++j) {
-            blockers.spheres.push_back({model.joint_centers[j], 0.25f});
-            blockers.joints.push_back(std::uint16_t(j));
-        }
-        write(folder_ / "spheres.pnb", model, blockers);
+        writeSpheres(folder_ / "spheres.pnb", tube, 0.25f);
         write(folder_ / "sunny.pnb", synthetic::composedTube(tube), {}, sunny());
         const synthetic::TubeOptions fine{
             .rings = 90, .segments = 24, .joints = 6, .clusters = 4, .components = 5, .inputs = 4};
         write(folder_ / "fine.pnb", synthetic::composedTube(fine), {});
-        const Model fine_model = synthetic::tubeModel(fine);
-        SphereBlockers fine_blockers;
-        for (std::size_t j = 0; j < fine_model.joint_centers.size(); ++j) {
-            fine_blockers.spheres.push_back({fine_model.joint_centers[j], 0.2f});
-            fine_blockers.joints.push_back(std::uint16_t(j));
-        }
-        write(folder_ / "fine_spheres.pnb", fine_model, fine_blockers);
+        writeSpheres(folder_ / "fine_spheres.pnb", fine, 0.2f);
         tube.convention.order = kFieldOrder + 1;
         write(folder_ / "deep.pnb", synthetic::composedTube(tube), {});
+    }
+    // A tube with a sphere at each joint.
+    static void writeSpheres(const fs::path& file_name, const synthetic::TubeOptions& tube, float radius) {
+        const Model model = synthetic::tubeModel(tube);
+        SphereBlockers blockers;
+        for (std::size_t j = 0; j < model.joint_centers.size(); ++j) {
+            blockers.spheres.push_back({model.joint_centers[j], radius});
+            blockers.joints.push_back(std::uint16_t(j));
+        }
+        write(file_name, model, blockers);
     }
     // A light with a sun.
     static LightFile sunny() {
