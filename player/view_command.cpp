@@ -63,7 +63,9 @@ void runViewCommand(ViewCommand& command, const CommonOptions& common, Report& r
 void defineView(CLI::App& app, ViewCommand& command) {
     app.add_option("assets", command.assets,
                    "X.pnb files: characters side by side; others add materials and lights, an .exr or .hdr a light");
-    app.add_option("--scene", command.scene, "scene.json: who stands where (docs/scene.md)");
+    app.add_option("--scene", command.scene,
+                   "scene.json: who stands where (docs/scene.md), also on ground with heights, which key 0's brush "
+                   "shapes (docs/heightfield.md)");
     app.add_option("--truth", command.truths, "X.truth.pnb: baked frames to compare with; any number of them");
     app.add_option("--size", command.size, "WIDTHxHEIGHT of the window (default: as it was left, else 1280x800)");
     app.add_flag("--no-settings", command.no_settings, "neither read nor keep what the window was left with");

@@ -10,7 +10,6 @@
 #include "formats/common/parallel_for.h"
 #include "formats/height/raw_heights.h"
 #include "formats/image/gray_image.h"
-#include "formats/image/image_file.h"
 
 namespace penumbra {
 
@@ -36,23 +35,22 @@ std::vector<std::byte> wholeFile(const std::filesystem::path& path) {
     return readBytes(bytes, 0, std::size_t(bytes.size));
 }
 
-Numbers numbersOfPicture(const std::filesystem::path& path) {
+Numbers numbersOfPicture(const std::filesystem::path& path, const std::string& channel) {
     const std::vector<std::byte> bytes = wholeFile(path);
-    Numbers out;
     if (looksLikePng(bytes)) {
         const GrayImage image = decodeGrayPng(bytes, path.string(), kMostHeightSide);
-        out = {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
-    } else {
-        const Image image = decodeImage(bytes, path.string());
-        out = {image.height, image.width, {}};
-        for (const Vec3 pixel : image.pixels) out.values.push_back(double(pixel.x));
+        return {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
     }
-    return out;
+    if (!looksLikeExr(bytes))
+        throw InvalidInput(path.string() +
+                           ": is no file of heights, which are .npy, .npz, grey PNG, OpenEXR, .bil and .raw");
+    const FloatImage image = decodeExrChannel(bytes, path.string(), channel);
+    return {image.height, image.width, {image.numbers.begin(), image.numbers.end()}};
 }
 
-Numbers numbersOf(const std::filesystem::path& path) {
+Numbers numbersOf(const std::filesystem::path& path, const std::string& channel) {
     const std::string extension = extensionOf(path);
-    if (extension != ".bil" && extension != ".raw") return numbersOfPicture(path);
+    if (extension != ".bil" && extension != ".raw") return numbersOfPicture(path, channel);
     const RawHeights raw = readRawHeights(path);
     return {raw.rows, raw.columns, raw.numbers};
 }
@@ -133,10 +131,11 @@ void HeightSequence::openFiles() {
         grid_.columns = int(shape.back());
         return;
     }
-    if (!source_.array.empty()) throw InvalidInput(source_.at + "/array: is of .npz files");
     files_ = framesOf(source_.file);
     frames_ = files_.size();
-    const Numbers first = numbersOf(files_.front());
+    if (!source_.array.empty() && extensionOf(files_.front()) != ".exr")
+        throw InvalidInput(source_.at + "/array: is of .npz and .exr files");
+    const Numbers first = numbersOf(files_.front(), source_.array);
     grid_.rows = first.rows;
     grid_.columns = first.columns;
 }
@@ -148,7 +147,7 @@ void HeightSequence::readFrame(std::size_t frame, std::span<float> heights) cons
         values = readNumbers(*array_, frame * grid_.size(), grid_.size());
         if (frames_ > 1) name += ": frame " + std::to_string(frame);
     } else {
-        Numbers numbers = numbersOf(files_[frame]);
+        Numbers numbers = numbersOf(files_[frame], source_.array);
         if (numbers.rows != grid_.rows || numbers.columns != grid_.columns)
             throw InvalidInput(name + ": has " + std::to_string(numbers.rows) + " x " +
                                std::to_string(numbers.columns) + " heights, and " + files_.front().string() + " has " +

@@ -13,7 +13,7 @@ struct HeightSource {
     std::filesystem::path file;              // or, if empty:
     std::string analytic;                    // AnalyticHeights
     int rows = 256, columns = 256;           // of the analytic one
-    std::string array;                       // of an .npz; "": the only one of two or three axes
+    std::string array;                       // of an .npz: "" is the only one of two or three axes; of an .exr a channel
     double cell_rows = 1, cell_columns = 1;  // metres between neighbouring points
     double scale = 1, offset = 0;
     HeightBorder border = HeightBorder::kClamped;

@@ -14,7 +14,7 @@ namespace penumbra {
 
 constexpr int kMaxImageSide = 32768;
 
-bool looksLikeExr(std::span<const std::byte> bytes);
+// looksLikeExr() and looksLikePng() are in gray_image.h.
 Image decodeExr(std::span<const std::byte> bytes, const std::string& name);
 std::vector<std::byte> encodeExr(const Image& image);
 
@@ -23,7 +23,6 @@ Image decodeHdr(std::span<const std::byte> bytes, const std::string& name);
 
 std::vector<std::byte> encodePng(const Image& image, float exposure);
 
-// looksLikePng() is in gray_image.h.
 TexturePicture decodePng(std::span<const std::byte> bytes, const std::string& name);
 
 bool looksLikeJpeg(std::span<const std::byte> bytes);

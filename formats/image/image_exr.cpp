@@ -17,6 +17,7 @@
 #include <cstring>
 
 #include "formats/common/errors.h"
+#include "formats/image/gray_image.h"
 #include "formats/image/image_codecs.h"
 
 namespace penumbra {
@@ -70,51 +71,76 @@ bool looksLikeExr(std::span<const std::byte> bytes) {
 
 namespace {
 
-void checkHeader(const Imf::Header& header, const std::string& name) {
+void checkWindow(const Imf::Header& header, const std::string& name) {
     if (header.displayWindow() != header.dataWindow())
         throw Unsupported(name + ": the data window differs from the display window (a cropped or overscan picture)");
     constexpr int kMostChannels = 256;  // bounds the decoder's buffers, which hold every channel
     int count = 0;
     for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) ++count;
     if (count > kMostChannels) throw Unsupported(name + ": more than 256 channels");
-    for (const char* needed : {"R", "G", "B"}) {
-        const Imf::Channel* channel = header.channels().findChannel(needed);
-        if (!channel) throw InvalidInput(name + ": no channel " + needed);
-        if (channel->xSampling != 1 || channel->ySampling != 1)
-            throw InvalidInput(name + ": channel " + needed + " is subsampled");
-    }
 }
 
-// Decodes rows in bands, and the picture grows with them. So a short file that claims a large size fails before it
-// takes much memory.
-Image readRows(Imf::InputFile& file) {
-    constexpr int kBandPixels = 1 << 20;
+void checkChannel(const Imf::Header& header, const std::string& needed, const std::string& name) {
+    const Imf::Channel* channel = header.channels().findChannel(needed);
+    if (!channel) throw InvalidInput(name + ": no channel " + needed);
+    if (channel->xSampling != 1 || channel->ySampling != 1)
+        throw InvalidInput(name + ": channel " + needed + " is subsampled");
+}
+
+int widthOf(const Imf::InputFile& file) {
     const Imath::Box2i window = file.header().dataWindow();
-    Image image;
-    image.width = window.max.x - window.min.x + 1;
-    image.height = window.max.y - window.min.y + 1;
-    const bool has_alpha = file.header().channels().findChannel("A") != nullptr;
-    const std::size_t width = std::size_t(image.width);
-    const int band_rows = std::clamp(kBandPixels / image.width, 1, std::min(256, image.height));
-    std::vector<Vec3> band(width * std::size_t(band_rows));
-    std::vector<float> alpha(has_alpha ? band.size() : 0);
+    return window.max.x - window.min.x + 1;
+}
+
+int heightOf(const Imf::InputFile& file) {
+    const Imath::Box2i window = file.header().dataWindow();
+    return window.max.y - window.min.y + 1;
+}
+
+int bandRows(const Imf::InputFile& file) {
+    constexpr int kBandPixels = 1 << 20;
+    return std::clamp(kBandPixels / widthOf(file), 1, std::min(256, heightOf(file)));
+}
+
+// Decodes rows in bands, and what take() makes of them grows. So a short file that claims a large size fails before it
+// takes much memory. insert(add) names the channels by add(channel, first float, stride in bytes), whose memory holds
+// bandRows() rows; take(count) copies the first `count` pixels.
+void readBands(Imf::InputFile& file, const auto& insert, const auto& take) {
+    const Imath::Box2i window = file.header().dataWindow();
+    const std::size_t width = std::size_t(widthOf(file));
+    const int band_rows = bandRows(file);
     for (int y = window.min.y; y <= window.max.y; y += band_rows) {
         const int last = std::min(y + band_rows - 1, window.max.y);
         Imf::FrameBuffer buffer;
         const Imath::Box2i rows(Imath::V2i(window.min.x, y), Imath::V2i(window.max.x, last));
-        const auto insert = [&](const char* channel, float* first, std::size_t stride) {
+        insert([&](const std::string& channel, float* first, std::size_t stride) {
             buffer.insert(channel, Imf::Slice::Make(Imf::FLOAT, first, rows, stride, stride * width));
-        };
-        insert("R", &band[0].x, sizeof(Vec3));
-        insert("G", &band[0].y, sizeof(Vec3));
-        insert("B", &band[0].z, sizeof(Vec3));
-        if (has_alpha) insert("A", alpha.data(), sizeof(float));
+        });
         file.setFrameBuffer(buffer);
         file.readPixels(y, last);
-        const std::size_t count = width * std::size_t(last - y + 1);
-        image.pixels.insert(image.pixels.end(), band.begin(), band.begin() + std::ptrdiff_t(count));
-        if (has_alpha) image.alpha.insert(image.alpha.end(), alpha.begin(), alpha.begin() + std::ptrdiff_t(count));
+        take(std::ptrdiff_t(width * std::size_t(last - y + 1)));
     }
+}
+
+Image readColors(Imf::InputFile& file) {
+    Image image;
+    image.width = widthOf(file);
+    image.height = heightOf(file);
+    const bool has_alpha = file.header().channels().findChannel("A") != nullptr;
+    std::vector<Vec3> band(std::size_t(image.width) * std::size_t(bandRows(file)));
+    std::vector<float> alpha(has_alpha ? band.size() : 0);
+    readBands(
+        file,
+        [&](const auto& add) {
+            add("R", &band[0].x, sizeof(Vec3));
+            add("G", &band[0].y, sizeof(Vec3));
+            add("B", &band[0].z, sizeof(Vec3));
+            if (has_alpha) add("A", alpha.data(), sizeof(float));
+        },
+        [&](std::ptrdiff_t count) {
+            image.pixels.insert(image.pixels.end(), band.begin(), band.begin() + count);
+            if (has_alpha) image.alpha.insert(image.alpha.end(), alpha.begin(), alpha.begin() + count);
+        });
     return image;
 }
 
@@ -133,18 +159,15 @@ void toRec709(const Imf::Header& header, Image& image) {
     }
 }
 
-}  // namespace
-
-Image decodeExr(std::span<const std::byte> bytes, const std::string& name) {
+// Opens a file, calls read(file), and gives every failure the file's name.
+auto decoded(std::span<const std::byte> bytes, const std::string& name, const auto& read) {
     Imf::Header::setMaxImageSize(kMaxImageSide, kMaxImageSide);
     Imf::Header::setMaxTileSize(kMaxImageSide, kMaxImageSide);
     try {
         MemoryReader reader(bytes, name);
         Imf::InputFile file(reader, /*numThreads=*/0);
-        checkHeader(file.header(), name);
-        Image image = readRows(file);
-        toRec709(file.header(), image);
-        return image;
+        checkWindow(file.header(), name);
+        return read(file);
     } catch (const Unsupported&) {
         throw;
     } catch (const InvalidInput& error) {
@@ -155,6 +178,45 @@ Image decodeExr(std::span<const std::byte> bytes, const std::string& name) {
     } catch (const std::exception& error) {
         throw InvalidInput(name + ": not a readable OpenEXR picture: " + error.what());
     }
+}
+
+// Returns the channel that is meant: the wanted one, the only one, or the one that is named as numbers usually are.
+std::string channelOf(const Imf::Header& header, const std::string& wanted, const std::string& name) {
+    if (!wanted.empty()) return wanted;
+    std::vector<std::string> all;
+    for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel)
+        all.emplace_back(channel.name());
+    if (all.size() == 1) return all.front();
+    for (const char* usual : {"R", "Y", "Z"})
+        if (std::ranges::find(all, usual) != all.end()) return usual;
+    throw InvalidInput(name + ": has " + std::to_string(all.size()) +
+                       " channels, none of them R, Y or Z; \"array\" says which is meant");
+}
+
+}  // namespace
+
+Image decodeExr(std::span<const std::byte> bytes, const std::string& name) {
+    return decoded(bytes, name, [&](Imf::InputFile& file) {
+        for (const char* needed : {"R", "G", "B"}) checkChannel(file.header(), needed, name);
+        Image image = readColors(file);
+        toRec709(file.header(), image);
+        return image;
+    });
+}
+
+FloatImage decodeExrChannel(std::span<const std::byte> bytes, const std::string& name, const std::string& wanted) {
+    return decoded(bytes, name, [&](Imf::InputFile& file) {
+        const std::string channel = channelOf(file.header(), wanted, name);
+        checkChannel(file.header(), channel, name);
+        FloatImage image{widthOf(file), heightOf(file), {}};
+        std::vector<float> band(std::size_t(image.width) * std::size_t(bandRows(file)));
+        readBands(
+            file, [&](const auto& add) { add(channel, band.data(), sizeof(float)); },
+            [&](std::ptrdiff_t count) {
+                image.numbers.insert(image.numbers.end(), band.begin(), band.begin() + count);
+            });
+        return image;
+    });
 }
 
 namespace {

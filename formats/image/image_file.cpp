@@ -10,6 +10,7 @@
 #include "formats/common/check_readable.h"
 #include "formats/common/errors.h"
 #include "formats/common/write_file.h"
+#include "formats/image/gray_image.h"
 #include "formats/image/image_codecs.h"
 
 namespace penumbra {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include "sh/key_values.h"
@@ -71,16 +72,38 @@ void addWave(double kx, double ky, double phase, double amplitude, double x, con
     }
 }
 
+// A direction with a rate: full waves a metre along x and along y.
+struct WaveVector {
+    double x = 0, y = 0;
+    double length() const { return std::hypot(x, y); }
+    double at(double px, double py) const { return x * px + y * py; }
+};
+
+// Returns the nearest wave vector that a field closes with: whole numbers of waves along both sides, not both 0.
+WaveVector closed(WaveVector wave, const HeightGrid& grid) {
+    if (grid.border != HeightBorder::kPeriodic) return wave;
+    const double side_x = grid.rows * double(grid.cell_x), side_y = grid.columns * double(grid.cell_y);
+    double count_x = std::round(wave.x * side_x), count_y = std::round(wave.y * side_y);
+    if (count_x == 0 && count_y == 0) {
+        if (std::abs(wave.x * side_x) > std::abs(wave.y * side_y))
+            count_x = std::copysign(1, wave.x);
+        else
+            count_y = std::copysign(1, wave.y);
+    }
+    return {count_x / side_x, count_y / side_y};
+}
+
 void addWaves(const AnalyticHeights& waves, const HeightGrid& grid, double seconds, double x, double first_y,
               float* row) {
     for (int i = 0; i < waves.count; ++i) {
         const double angle = kRadians * (waves.angle + waves.spread * (2 * scattered(i, waves.seed) - 1)),
-                     length = waves.length * std::exp2(1.5 * (scattered(i, waves.seed + 7) - 0.5)),
-                     k = 2 * std::numbers::pi / length,
+                     length = waves.length * std::exp2(1.5 * (scattered(i, waves.seed + 7) - 0.5));
+        const WaveVector wave = closed({std::sin(angle) / length, std::cos(angle) / length}, grid);
+        const double k = 2 * std::numbers::pi * wave.length(),
                      phase = 2 * std::numbers::pi * scattered(i, waves.seed + 13) -
                              std::sqrt(kGravity * k) * waves.speed * seconds;
         // Longer waves are higher, so that all are as steep.
-        addWave(k * std::sin(angle), k * std::cos(angle), phase,
+        addWave(2 * std::numbers::pi * wave.x, 2 * std::numbers::pi * wave.y, phase,
                 waves.height * (length / waves.length) / std::sqrt(double(waves.count)), x, grid, first_y, row);
     }
 }
@@ -93,12 +116,63 @@ double dune(double u) {
     return 0.5 - 0.5 * std::cos(std::numbers::pi * part);
 }
 
+// Returns the radians from one crest's shape to the next one's. On a periodic grid crests repeat after as many as their
+// numbers along both sides have in common.
+double crestTurn(const WaveVector& along, const HeightGrid& grid) {
+    constexpr double kTurn = 0.9;
+    if (grid.border != HeightBorder::kPeriodic) return kTurn;
+    const auto count_x = std::lround(along.x * grid.rows * double(grid.cell_x)),
+               count_y = std::lround(along.y * grid.columns * double(grid.cell_y));
+    const double common = double(std::gcd(count_x, count_y)), full = 2 * std::numbers::pi;
+    return full * std::round(kTurn * common / full) / common;
+}
+
+void addDunes(const AnalyticHeights& dunes, const HeightGrid& grid, double seconds, double x, double first_y,
+              float* row) {
+    constexpr double kFull = 2 * std::numbers::pi;
+    const double s = std::sin(kRadians * dunes.angle), c = std::cos(kRadians * dunes.angle);
+    const auto across = [&](double rate) {
+        const double waves = rate / (kFull * dunes.length);
+        return closed({-c * waves, s * waves}, grid);
+    };
+    const WaveVector along = closed({s / dunes.length, c / dunes.length}, grid), wide = across(2.1), fine = across(4.7),
+                     crests = across(1.3);
+    const double turn = crestTurn(along, grid), travelled = seconds * dunes.speed * along.length();
+    for (int i = 0; i < grid.columns; ++i) {
+        const double y = first_y + i * double(grid.cell_y);
+        const double bend = 0.25 * std::sin(kFull * wide.at(x, y) + 1) + 0.12 * std::sin(kFull * fine.at(x, y)),
+                     u = along.at(x, y) - travelled + bend;
+        const double crest = 0.75 + 0.25 * std::sin(kFull * crests.at(x, y) + turn * std::floor(u));
+        row[i] += float(dunes.height * crest * dune(u));
+    }
+}
+
+void addRipples(const AnalyticHeights& ripples, const HeightGrid& grid, double seconds, double x, double first_y,
+                float* row) {
+    const bool closes = grid.border == HeightBorder::kPeriodic;
+    const auto onTorus = [&](double at, int points, float cell) {
+        const double side = points * double(cell);
+        return closes ? side / std::numbers::pi * std::sin(std::numbers::pi * at / side) : at;
+    };
+    const double torus_x = onTorus(x, grid.rows, grid.cell_x);
+    for (int i = 0; i < grid.columns; ++i) {
+        const double torus_y = onTorus(first_y + i * double(grid.cell_y), grid.columns, grid.cell_y),
+                     at = std::hypot(torus_x, torus_y) / ripples.length;
+        row[i] += float(ripples.height / (1 + at) *
+                        std::cos(2 * std::numbers::pi * (at - seconds * ripples.speed / ripples.length)));
+    }
+}
+
 }  // namespace
 
 std::vector<AnalyticHeights> parseAnalyticHeights(std::string_view text) {
     std::vector<AnalyticHeights> out;
     for (std::size_t begin = 0; begin <= text.size();) {
-        const std::size_t end = std::min(text.find('+', begin), text.size());
+        std::size_t end = text.find('+', begin);
+        // A digit after it: the + is of a number, as in 1e+06.
+        while (end < text.size() && end + 1 < text.size() && text[end + 1] >= '0' && text[end + 1] <= '9')
+            end = text.find('+', end + 1);
+        end = std::min(end, text.size());
         out.push_back(parseOne(text.substr(begin, end - begin)));
         begin = end + 1;
         if (out.size() > 16) throw std::invalid_argument("more than 16 fields are joined by +");
@@ -115,24 +189,16 @@ void analyticHeights(std::span<const AnalyticHeights> fields, const HeightGrid& 
         std::fill_n(row, grid.columns, 0.0f);
         const double x = first_x + r * double(grid.cell_x);
         for (const AnalyticHeights& field : fields) {
-            if (field.kind == AnalyticHeights::Kind::kWaves) {
-                addWaves(field, grid, seconds, x, first_y, row);
-                continue;
-            }
-            const double s = std::sin(kRadians * field.angle), c = std::cos(kRadians * field.angle);
-            for (int i = 0; i < grid.columns; ++i) {
-                const double y = first_y + i * double(grid.cell_y);
-                if (field.kind == AnalyticHeights::Kind::kRipples) {
-                    const double at = std::hypot(x, y) / field.length;
-                    row[i] += float(field.height / (1 + at) *
-                                    std::cos(2 * std::numbers::pi * (at - seconds * field.speed / field.length)));
-                    continue;
-                }
-                const double along = (x * s + y * c - seconds * field.speed) / field.length,
-                             across = (y * s - x * c) / field.length;
-                const double bend = 0.25 * std::sin(2.1 * across + 1) + 0.12 * std::sin(4.7 * across);
-                const double crest = 0.75 + 0.25 * std::sin(1.3 * across + 0.9 * std::floor(along + bend));
-                row[i] += float(field.height * crest * dune(along + bend));
+            switch (field.kind) {
+                case AnalyticHeights::Kind::kWaves:
+                    addWaves(field, grid, seconds, x, first_y, row);
+                    break;
+                case AnalyticHeights::Kind::kDunes:
+                    addDunes(field, grid, seconds, x, first_y, row);
+                    break;
+                case AnalyticHeights::Kind::kRipples:
+                    addRipples(field, grid, seconds, x, first_y, row);
+                    break;
             }
         }
     }

@@ -5,6 +5,9 @@
 //   directions lie within `spread` degrees of `angle` and whose lengths lie around `length`
 // - dunes: ridges with a gentle slope towards the wind and a steep one behind it, bent sideways; they travel at `speed`
 // - ripples: rings around the middle, z = height cos(2 pi (r / length - t speed / length)) / (1 + r / length)
+//
+// On a grid with a periodic border each form closes: waves and dunes take the nearest wave vectors that have whole
+// numbers of waves along both sides, and ripples the distance on a torus, hypot of side / pi sin(pi x / side).
 #include <span>
 #include <string>
 #include <string_view>

@@ -1,4 +1,8 @@
 // Heights from files and from closed forms: what they say, and what is refused with the file and the field.
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfOutputFile.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
@@ -123,6 +127,39 @@ TEST_F(HeightFile, ReadsGreyPngAsItsNumbers) {
     EXPECT_EQ(sequence.grid().rows, 2);
 }
 
+// An OpenEXR picture of float channels, all with the same numbers but for what is added.
+void writeChannels(const fs::path& path, int width,
+                   const std::vector<std::pair<std::string, std::vector<float>>>& all) {
+    const int height = int(all.front().second.size()) / width;
+    Imf::Header header(width, height);
+    Imf::FrameBuffer buffer;
+    for (const auto& [name, numbers] : all) {
+        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        auto* first = const_cast<char*>(reinterpret_cast<const char*>(numbers.data()));
+        buffer.insert(name, Imf::Slice(Imf::FLOAT, first, sizeof(float), sizeof(float) * std::size_t(width)));
+    }
+    Imf::OutputFile file(path.string().c_str(), header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(height);
+}
+
+TEST_F(HeightFile, ReadsOneChannelOfExrWithItsHoles) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    writeChannels(folder / "one.exr", 2, {{"elevation", {1, 2, nan, 100000}}});
+    HeightSource source = from(folder / "one.exr");
+    EXPECT_THAT(problemOf([&] { heightsOf(HeightSequence(source)); }),
+                HasSubstr("one.exr: row 1, column 0: has no height"));
+    source.fill = -1;
+    EXPECT_EQ(heightsOf(HeightSequence(source)), (std::vector<float>{1, 2, -1, 100000}));
+    writeChannels(folder / "two.exr", 1, {{"elevation", {1, 2}}, {"water", {3, 4}}});
+    source.file = folder / "two.exr";
+    EXPECT_THAT(problemOf([&] { heightsOf(HeightSequence(source)); }), HasSubstr("has 2 channels, none of them R"));
+    source.array = "water";
+    EXPECT_EQ(heightsOf(HeightSequence(source)), (std::vector<float>{3, 4}));
+    source.array = "snow";
+    EXPECT_THAT(problemOf([&] { heightsOf(HeightSequence(source)); }), HasSubstr("two.exr: no channel snow"));
+}
+
 TEST_F(HeightFile, ReadsTheRedChannelOfExr) {
     Image image{2, 2, {{0.5f, 9, 9}, {1, 9, 9}, {-2, 9, 9}, {4, 9, 9}}, {}};
     writeExr(folder / "a.exr", image);
@@ -178,6 +215,9 @@ TEST_F(HeightFile, RefusesWhatIsTooLargeOrCutShortOrOfAnotherKind) {
     const std::string picture = png16(64, 64, std::vector<std::uint16_t>(64 * 64, 700));
     EXPECT_THAT(problem(from(write("c.png", picture.substr(0, picture.size() / 2)))), HasSubstr("PNG: is cut short"));
     EXPECT_THAT(problem(from(write("rgb.png", png16(1, 1, {5}, PNG_COLOR_TYPE_RGB)))), HasSubstr("only grey"));
+    EXPECT_THAT(problem(from(write("rubbish.png", "rubbish"))), HasSubstr("rubbish.png: is no file of heights"));
+    EXPECT_THAT(problem(from(write("rubbish.exr", "\x76\x2f\x31\x01rubbish"))),
+                HasSubstr("rubbish.exr: not a readable"));
     write("b.hdr", "NROWS 2\nNCOLS 2\n");
     EXPECT_THAT(problem(from(write("b.bil", "1234567"))), HasSubstr("has 7 bytes, and its header says 8"));
     HeightSource analytic;

@@ -1,24 +1,27 @@
 // Feeds bytes to the readers of heights, as the kind that they look like: an array of NumPy, a picture, or, by their
-// first byte, the header of raw numbers.
+// first byte, the header of raw numbers, which an empty line parts from the numbers themselves.
 #include <algorithm>
+#include <string_view>
 
 #include "formats/common/errors.h"
 #include "formats/height/height_file.h"
-#include "formats/height/raw_heights.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace penumbra;
     try {
-        if (size > 0 && (data[0] == 'N' || data[0] == 'n')) {
-            (void)parseRawHeader(std::string(reinterpret_cast<const char*>(data), size), "a.hdr");
-            return 0;
-        }
-        const std::filesystem::path path = memoryFile("heights", data, size);
+        const std::string_view text(reinterpret_cast<const char*>(data), size);
+        const bool raw = text.starts_with('N') || text.starts_with('n');
+        const std::size_t header = raw ? std::min(text.find("\n\n"), size) : 0,
+                          body = raw ? std::min(header + 2, size) : 0;
+        const std::filesystem::path path = memoryFile("heights", data + body, size - body);
         HeightSource source;
-        source.file = path.string() + (size > 0 && data[0] == 0x93  ? ".npy"
-                                       : size > 0 && data[0] == 'P' ? ".npz"
-                                                                    : ".png");
+        source.file = path.string() + (raw                        ? ".bil"
+                                       : text.starts_with('\x93') ? ".npy"
+                                       : text.starts_with('P')    ? ".npz"
+                                       : text.starts_with('v')    ? ".exr"
+                                                                  : ".png");
+        if (raw) std::filesystem::rename(memoryFile("header", data, header), path.string() + ".hdr");
         source.fill = 0;
         std::filesystem::rename(path, source.file);
         const HeightSequence sequence(source);

@@ -111,6 +111,9 @@ void writeHeights(const fs::path& out) {
     write(heights / "bil.hdr",
           "NROWS 2\nNCOLS 3\nNBITS 16\nNBANDS 1\nBYTEORDER M\nLAYOUT BIL\nPIXELTYPE SIGNEDINT\n"
           "SKIPBYTES 0\nNODATA -32768\n");
+    write(heights / "numbers.bil", "NROWS 2\nNCOLS 3\nNODATA 5\n\n" + std::string("\0\0\1\0\2\0\3\0\4\0\5\0", 12));
+    Image exr{2, 2, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}}, {}};
+    writeExr(heights / "red.exr", exr);
     constexpr unsigned char kGrey[] = {0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49,
                                        0x48, 0x44, 0x52, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x02, 0x10, 0x00,
                                        0x00, 0x00, 0x00, 0xe8, 0x8f, 0xe5, 0x85, 0x00, 0x00, 0x00, 0x12, 0x49, 0x44,

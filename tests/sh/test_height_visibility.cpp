@@ -296,8 +296,9 @@ TEST(HeightVisibility, OfTheWidestFieldIsThePlainForm) {
 
 TEST(AnalyticHeights, AreDefinedByWordsAndRefuseOthers) {
     EXPECT_EQ(parseAnalyticHeights("waves:height=0.5,count=3+ripples").size(), 2u);
+    EXPECT_EQ(parseAnalyticHeights("waves:length=1e+03+ripples")[0].length, 1000);
     for (const char* wrong : {"", "hills", "waves:height", "waves:height=-1", "waves:count=0", "dunes:spread=3",
-                              "waves+", "ripples:length=nan"})
+                              "waves+", "waves+1", "ripples:length=nan"})
         EXPECT_THROW(parseAnalyticHeights(wrong), std::invalid_argument) << wrong;
 }
 
@@ -314,6 +315,37 @@ TEST(AnalyticHeights, MoveAndStayWithinTheirHeight) {
         EXPECT_EQ(a, half) << text;
         const double most = 3 * fields[0].height;
         for (const float z : a) EXPECT_LE(std::abs(z), most) << text;
+    }
+}
+
+// Second differences along rows and columns: those across a border, and all others.
+std::pair<double, double> bendsAt(const HeightGrid& grid, const std::vector<float>& heights) {
+    double border = 0, inside = 0;
+    const auto at = [&](int r, int c) {
+        return double(heights[std::size_t((r + grid.rows) % grid.rows) * std::size_t(grid.columns) +
+                              std::size_t((c + grid.columns) % grid.columns)]);
+    };
+    for (int r = 0; r < grid.rows; ++r)
+        for (int c = 0; c < grid.columns; ++c) {
+            const double x = std::abs(at(r - 1, c) - 2 * at(r, c) + at(r + 1, c)),
+                         y = std::abs(at(r, c - 1) - 2 * at(r, c) + at(r, c + 1));
+            (r == 0 || r == grid.rows - 1 ? border : inside) =
+                std::max(r == 0 || r == grid.rows - 1 ? border : inside, x);
+            (c == 0 || c == grid.columns - 1 ? border : inside) =
+                std::max(c == 0 || c == grid.columns - 1 ? border : inside, y);
+        }
+    return {border, inside};
+}
+
+TEST(AnalyticHeights, CloseAtAPeriodicBorder) {
+    for (const char* text : {"waves", "waves:length=30,seed=4", "dunes", "dunes:length=3,angle=37", "dunes:length=90",
+                             "ripples:length=2"}) {
+        HeightGrid grid{150, 190, 0.1f, 0.08f, HeightBorder::kPeriodic};
+        std::vector<float> heights(grid.size());
+        analyticHeights(parseAnalyticHeights(text), grid, 1.7, 0, grid.rows, heights);
+        const auto [border, inside] = bendsAt(grid, heights);
+        EXPECT_LE(border, 1.05 * inside) << text;
+        EXPECT_GT(inside, 0) << text;
     }
 }
 
