@@ -79,14 +79,13 @@ struct PosedAsset {
 
 // Radiances reach 1.3. Measured: 4e-7.
 TEST(SteppedShading, IsThatOfATableOfTheInterpolatedSlices) {
-    SteppedAsset stepped;
+    SteppedAsset stepped, plain;
     ShadingSet set(stepped.data.asset);
     set.setMaterial(SteppedAsset::kStepped);
     const PosedAsset posed(stepped.data.asset);
     for (const double alpha : {0.2, 0.25, 0.3, 0.41, 0.5}) {
         set.setParameter(SteppedAsset::kStepped, alpha);
         EXPECT_EQ(set.lobesOf(SteppedAsset::kStepped)[0].parameters[0], float(alpha)) << "suns see it, too";
-        SteppedAsset plain;
         const std::vector<float> slices = plain.slicesAt(alpha);
         plain.data.asset.materials[SteppedAsset::kStepped].slices = slices;
         plain.data.asset.materials[SteppedAsset::kStepped].steps = {};
