@@ -13,7 +13,6 @@ namespace penumbra {
 
 namespace {
 
-constexpr std::size_t kFrameFloats = 16;
 constexpr int kSunBlock = 8;          // texels a side of a block
 constexpr int kSunLevels = 5;         // of blocks of twice the side of those before
 constexpr int kBlocksWorkGroup = 8;   // invocations a side, as sun_blocks.comp has it
@@ -34,16 +33,6 @@ int blocksOf(int size) { return ownFirst(blockSide(size), kSunLevels + 1); }
 std::string blocksSource(bool from_texels) {
     return "#version 430 core\n#define SUN_BLOCK " + std::to_string(kSunBlock) + "\n" +
            (from_texels ? "#define SUN_FROM_TEXELS\n" : "") + kShaderSunBlocksComp;
-}
-
-std::array<float, kFrameFloats> packFrame(const SunFrame& frame) {
-    std::array<float, kFrameFloats> out{};
-    for (std::size_t i = 0; i < 3; ++i) std::copy_n(frame.rows[i].begin(), 4, out.begin() + std::ptrdiff_t(4 * i));
-    out[12] = frame.range;
-    out[13] = frame.tan_radius;
-    out[14] = frame.texel;
-    out[15] = float(frame.size);
-    return out;
 }
 
 GlObject makeDepthLayers(int size, int layers) {
@@ -81,52 +70,80 @@ std::string sunDefine(const char* name, int value) {
 }  // namespace
 
 std::string sunGlsl() {
-    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("BIAS", kSunBias) + sunDefine("SLOPE_BIAS", kSunSlopeBias) +
+    return sunDefine("MAX_SUNS", kMaxSunMaps) + sunDefine("MOST_MAPS", kMaxSunMaps * kMostNestedMaps) +
+           sunDefine("BIAS", kSunBias) + sunDefine("SLOPE_BIAS", kSunSlopeBias) +
            sunDefine("LEAST_COSINE", kSunLeastCosine) + sunDefine("BOX", kSunBox) + sunDefine("CELLS", kSunCells) +
            sunDefine("SEARCH_CELLS", kSunSearchCells) + sunDefine("PASSES", kSunPasses) +
            sunDefine("BLOCK", kSunBlock) + sunDefine("LEVELS", kSunLevels) + kShaderSunGlsl;
 }
 
 SunUniforms sunUniforms(const GlObject& program) {
-    return {gl::GetUniformLocation(program.id(), "sun_depths"), gl::GetUniformLocation(program.id(), "sun_blocks"),
-            gl::GetUniformLocation(program.id(), "sun_frames"), gl::GetUniformLocation(program.id(), "sun_block_side"),
-            gl::GetUniformLocation(program.id(), "sun_block_count")};
+    const auto at = [&](const char* name) { return gl::GetUniformLocation(program.id(), name); };
+    return {at("sun_depths"), at("sun_blocks"),     at("sun_maps"),
+            at("sun_frames"), at("sun_block_side"), at("sun_block_count")};
 }
 
 SunMapPainter::SunMapPainter(int suns, int size)
     : suns_(suns),
       size_(size),
-      depths_(makeDepthLayers(size, suns)),
       framebuffer_(makeDepthFramebuffer()),
       program_(
           makeProgram(std::string("#version 430 core\n") + kShaderSunMapVert, "#version 430 core\nvoid main() {}\n")),
       texel_blocks_(makeComputeProgram(blocksSource(true))),
       block_blocks_(makeComputeProgram(blocksSource(false))),
-      blocks_(makeTextureStorage(GL_RG32F, std::size_t(suns * blocksOf(size)) * 2 * sizeof(float))),
-      frame_at_(gl::GetUniformLocation(program_.id(), "sun_frame")),
-      frames_(std::size_t(suns) * kFrameFloats) {
+      frame_at_(gl::GetUniformLocation(program_.id(), "sun_frame")) {
     assert(suns >= 1 && suns <= kMaxSunMaps && size >= kSmallestSunMap && size <= kLargestSunMap);
+    makeLayers(std::size_t(suns));
     checkGl("making the sun's map");
 }
 
-void SunMapPainter::setCasters(std::span<const SunCaster> casters) {
+std::array<float, SunMapPainter::kFrameFloats> SunMapPainter::packFrame(const NestedSunMap& map) {
+    const SunFrame& frame = map.frame;
+    std::array<float, kFrameFloats> out{};
+    for (std::size_t i = 0; i < 3; ++i) std::copy_n(frame.rows[i].begin(), 4, out.begin() + std::ptrdiff_t(4 * i));
+    out[12] = frame.range;
+    out[13] = frame.tan_radius;
+    out[14] = frame.texel;
+    out[15] = float(frame.size);
+    for (int i = 0; i < 3; ++i) out[std::size_t(16 + i)] = frame.origin[i];
+    out[19] = map.border;
+    return out;
+}
+
+// The layers before are lost.
+void SunMapPainter::makeLayers(std::size_t count) {
+    depths_ = {};
+    depths_ = makeDepthLayers(size_, int(count));
+    blocks_ = makeTextureStorage(GL_RG32F, count * std::size_t(blocksOf(size_)) * 2 * sizeof(float));
+    layers_.clear();
+    layers_.resize(count);
+    frames_.resize(count * kFrameFloats);
+}
+
+SunMapPainter::Mesh SunMapPainter::makeMesh(const SunCaster& caster) {
+    Mesh mesh{makeVertexArray(), {}, {}, caster.positions.size(), caster.triangles.size()};
+    gl::BindVertexArray(mesh.vertex_array.id());
+    mesh.positions = makeBuffer(GL_ARRAY_BUFFER, std::as_bytes(caster.positions));
+    gl::VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    gl::EnableVertexAttribArray(0);
+    mesh.triangles = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, caster.triangles);
+    mesh.drawn = GLsizei(mesh.indices);
+    return mesh;
+}
+
+void SunMapPainter::setCasters(const SunCasters& casters) {
     meshes_.clear();
-    for (const SunCaster& caster : casters) {
-        Mesh mesh{makeVertexArray(), {}, {}, caster.positions.size(), caster.triangles.size()};
-        gl::BindVertexArray(mesh.vertex_array.id());
-        mesh.positions = makeBuffer(GL_ARRAY_BUFFER, std::as_bytes(caster.positions));
-        gl::VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
-        gl::EnableVertexAttribArray(0);
-        mesh.triangles = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, caster.triangles);
-        mesh.drawn = GLsizei(mesh.indices);
-        meshes_.push_back(std::move(mesh));
-    }
+    for (const SunCaster& caster : casters.members) meshes_.push_back(makeMesh(caster));
+    ground_ = makeMesh(casters.ground);
+    ground_version_ = 0;
+    for (Layer& layer : layers_) layer.ground_version = 0;
     checkGl("uploading the sun's casters");
 }
 
 void SunMapPainter::upload(Mesh& mesh, const SunCaster& caster) {
     assert(caster.positions.size() == mesh.vertices && caster.triangles.size() == mesh.indices);
     gl::BindVertexArray(mesh.vertex_array.id());
+    gl::BindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.triangles.id());
     gl::BindBuffer(GL_ARRAY_BUFFER, mesh.positions.id());
     gl::BufferSubData(GL_ARRAY_BUFFER, 0, GLsizeiptr(caster.positions.size_bytes()), caster.positions.data());
     const bool finite = std::all_of(caster.positions.begin(), caster.positions.end(), isFinitePoint);
@@ -145,45 +162,83 @@ void SunMapPainter::upload(Mesh& mesh, const SunCaster& caster) {
     mesh.skipping = !finite;
 }
 
-void SunMapPainter::begin(int sun, const SunFrame& frame) {
-    assert(sun >= 0 && sun < suns_ && (frame.size == 0 || frame.size == size_));
-    const std::array<float, kFrameFloats> packed = packFrame(frame);
-    std::copy(packed.begin(), packed.end(), frames_.begin() + std::ptrdiff_t(std::size_t(sun) * kFrameFloats));
+void SunMapPainter::uploadGround(const SunCasters& casters) {
+    if (casters.ground_version != 0 && casters.ground_version == ground_version_) return;
+    upload(ground_, casters.ground);
+    ground_version_ = casters.ground_version;
+}
+
+void SunMapPainter::draw(std::span<const SunNest> nests, const SunCasters& casters) {
+    assert(casters.members.size() == meshes_.size() && nests.size() <= std::size_t(suns_));
+    std::size_t count = 0, layer = 0;
+    for (const SunNest& nest : nests) count += nest.maps.size();
+    if (count > layers_.size()) makeLayers(count);
+    for (std::size_t i = 0; i < meshes_.size(); ++i) upload(meshes_[i], casters.members[i]);
+    uploadGround(casters);
+    for (std::size_t sun = 0; sun < nests.size(); ++sun) {
+        maps_[2 * sun] = GLint(layer);
+        for (const NestedSunMap& map : nests[sun].maps) drawLayer(layer++, map, casters.ground_version);
+        maps_[2 * sun + 1] = GLint(layer);
+    }
+    checkGl("drawing the sun's map");
+}
+
+void SunMapPainter::drawLayer(std::size_t at, const NestedSunMap& map, std::uint64_t ground_version) {
+    assert(map.frame.size == size_);
+    Layer& layer = layers_[at];
+    const std::array<float, kFrameFloats> frame = packFrame(map);
+    if (!map.isGroundAlone()) ground_version = 0;
+    if (ground_version != 0 && layer.ground_version == ground_version && layer.frame == frame) return;
+    layer.ground_version = ground_version;
+    layer.frame = frame;
+    std::ranges::copy(frame, frames_.begin() + std::ptrdiff_t(at * kFrameFloats));
+    begin(at);
+    for (const std::uint32_t m : map.members) {
+        gl::BindVertexArray(meshes_[m].vertex_array.id());
+        gl::DrawElements(GL_TRIANGLES, meshes_[m].drawn, GL_UNSIGNED_INT, nullptr);
+    }
+    if (ground_.indices > 0) drawGround(layer, map);
+    finish(at);
+}
+
+void SunMapPainter::drawGround(Layer& layer, const NestedSunMap& map) const {
+    gl::BindVertexArray(ground_.vertex_array.id());
+    if (map.whole_ground) {
+        gl::BindBuffer(GL_ELEMENT_ARRAY_BUFFER, ground_.triangles.id());
+        gl::DrawElements(GL_TRIANGLES, ground_.drawn, GL_UNSIGNED_INT, nullptr);
+        return;
+    }
+    const std::span<const std::uint32_t> triangles(map.ground);
+    if (triangles.size() > layer.ground_room) {
+        layer.ground_room = triangles.size() + triangles.size() / 2;
+        std::vector<std::uint32_t> room(triangles.begin(), triangles.end());
+        room.resize(layer.ground_room);
+        layer.ground = makeBuffer(GL_ELEMENT_ARRAY_BUFFER, std::span<const std::uint32_t>(room));
+    } else if (!triangles.empty()) {
+        gl::BindBuffer(GL_ELEMENT_ARRAY_BUFFER, layer.ground.id());
+        gl::BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, GLsizeiptr(triangles.size_bytes()), triangles.data());
+    }
+    if (!triangles.empty()) gl::DrawElements(GL_TRIANGLES, GLsizei(triangles.size()), GL_UNSIGNED_INT, nullptr);
+}
+
+void SunMapPainter::begin(std::size_t layer) const {
     gl::BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
-    gl::FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_.id(), 0, sun);
+    gl::FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depths_.id(), 0, GLint(layer));
     gl::Viewport(0, 0, size_, size_);
     gl::Enable(GL_DEPTH_TEST);
     gl::Disable(GL_CULL_FACE);  // both sides cast
     gl::Clear(GL_DEPTH_BUFFER_BIT);
     gl::UseProgram(program_.id());
-    gl::Uniform4fv(frame_at_, 4, packed.data());
+    gl::Uniform4fv(frame_at_, kFrameFloats / 4, layers_[layer].frame.data());
 }
 
-void SunMapPainter::draw(std::span<const SunFrame> frames, std::span<const SunCaster> casters) {
-    assert(casters.size() == meshes_.size());
-    for (std::size_t i = 0; i < meshes_.size(); ++i) upload(meshes_[i], casters[i]);
-    for (std::size_t sun = 0; sun < frames.size(); ++sun) {
-        begin(int(sun), frames[sun]);
-        if (frames[sun].size > 0) drawMeshes();
-        finish(int(sun));
-    }
-    checkGl("drawing the sun's map");
-}
-
-void SunMapPainter::drawMeshes() const {
-    for (const Mesh& mesh : meshes_) {
-        gl::BindVertexArray(mesh.vertex_array.id());
-        gl::DrawElements(GL_TRIANGLES, mesh.drawn, GL_UNSIGNED_INT, nullptr);
-    }
-}
-
-void SunMapPainter::finish(int sun) const {
-    const int side = blockSide(size_), first = sun * blocksOf(size_);
+void SunMapPainter::finish(std::size_t layer) const {
+    const int side = blockSide(size_), first = int(layer) * blocksOf(size_);
     gl::ActiveTexture(GL_TEXTURE0);
     gl::BindTexture(GL_TEXTURE_2D_ARRAY, depths_.id());
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, kBlocksBinding, blocks_.buffer.id());
     gl::UseProgram(texel_blocks_.id());
-    gl::Uniform1i(gl::GetUniformLocation(texel_blocks_.id(), "sun"), sun);
+    gl::Uniform1i(gl::GetUniformLocation(texel_blocks_.id(), "layer"), int(layer));
     reduce(texel_blocks_, {0, size_}, {first + ownFirst(side, 0), side}, 0);
     gl::UseProgram(block_blocks_.id());
     for (int level = 1; level <= kSunLevels; ++level)
@@ -211,6 +266,7 @@ void SunMapPainter::bind(const SunUniforms& at, GLuint unit) const {
     gl::Uniform1i(at.blocks, GLint(unit) + 1);
     gl::Uniform1i(at.block_side, blockSide(size_));
     gl::Uniform1i(at.block_count, blocksOf(size_));
+    gl::Uniform2iv(at.maps, kMaxSunMaps, maps_.data());
     gl::Uniform4fv(at.frames, GLsizei(frames_.size() / 4), frames_.data());
     gl::ActiveTexture(GL_TEXTURE0);
 }

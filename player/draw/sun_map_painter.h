@@ -1,11 +1,11 @@
 #pragma once
-// Depth maps of suns in GL, and the shader text that reads them. SunMap (player/runtime/sun_map.h) is its twin on the
+// Depth maps of suns in GL, and the shader text that reads them. SunMaps (player/runtime/sun_map.h) is its twin on the
 // CPU.
 #include <string>
 #include <vector>
 
 #include "player/gl/gl_objects.h"
-#include "player/runtime/sun_frame.h"
+#include "player/runtime/sun_nest.h"
 
 namespace penumbra {
 
@@ -14,25 +14,22 @@ std::string sunGlsl();
 
 // The places of what sunGlsl() reads in a program; -1 where it does not use them.
 struct SunUniforms {
-    GLint depths = -1, blocks = -1, frames = -1, block_side = -1, block_count = -1;
+    GLint depths = -1, blocks = -1, maps = -1, frames = -1, block_side = -1, block_count = -1;
 };
 SunUniforms sunUniforms(const GlObject& program);
 
 class SunMapPainter {
 public:
-    // Makes maps for `suns` suns (1 to kMaxSunMaps), of `size` texels a side. Throws Unsupported when GL has no
-    // textures of that size.
+    // Makes a map for each of `suns` suns (1 to kMaxSunMaps), of `size` texels a side; draw() makes more where suns
+    // have several. Throws Unsupported when GL has no textures of that size.
     explicit SunMapPainter(int suns = 1, int size = kSunMapSize);
 
     // Uploads the triangles. The casters of draw() have them, in the same order.
-    void setCasters(std::span<const SunCaster> casters);
-    // Uploads the casters' positions and draws the maps; frames.size() is at most `suns`. Frames of fitSunFrame() for
-    // this size, or empty ones. Leaves a framebuffer of its own and its viewport in use.
-    void draw(std::span<const SunFrame> frames, std::span<const SunCaster> casters);
-    // Clears the map of a sun and puts a program into use that draws positions (attribute 0, scene frame) into it.
-    // Positions must be finite. After the last triangle comes finish().
-    void begin(int sun, const SunFrame& frame);
-    void finish(int sun) const;
+    void setCasters(const SunCasters& casters);
+    // Uploads the casters' positions and draws the maps of fitSunNest() for this size; nests.size() is at most `suns`.
+    // A map that would be the one that it is already is left alone: it holds a ground that has not changed, and nobody
+    // else. Leaves a framebuffer of its own and its viewport in use.
+    void draw(std::span<const SunNest> nests, const SunCasters& casters);
 
     // Gives the maps to the program in use, on texture units `unit` and the next.
     void bind(const SunUniforms& at, GLuint unit) const;
@@ -45,21 +42,41 @@ private:
         GLsizei drawn = 0;      // indices
         bool skipping = false;  // the uploaded triangles lack those with vertices that are not finite
     };
+    static constexpr std::size_t kFrameFloats = 20;
+    struct Layer {
+        std::array<float, kFrameFloats> frame{};  // as the shader has it
+        std::uint64_t ground_version = 0;         // of the ground, which is alone in it; 0: others are, too
+        GlObject ground;                          // the triangles of the ground that reach into it
+        std::size_t ground_room = 0;              // indices that the buffer has room for
+    };
     struct Square {
         int first, side;
     };
+    static std::array<float, kFrameFloats> packFrame(const NestedSunMap& map);
+    static Mesh makeMesh(const SunCaster& caster);
+    void makeLayers(std::size_t count);
     void upload(Mesh& mesh, const SunCaster& caster);
-    void drawMeshes() const;
+    void uploadGround(const SunCasters& casters);
+    void drawLayer(std::size_t layer, const NestedSunMap& map, std::uint64_t ground_version);
+    void drawGround(Layer& layer, const NestedSunMap& map) const;
+    // Clears a layer and puts a program into use that draws positions (attribute 0, scene frame) into it. After the
+    // last triangle comes finish().
+    void begin(std::size_t layer) const;
+    void finish(std::size_t layer) const;
     static void reduce(const GlObject& program, Square from, Square to, int reached_first);
 
     int suns_, size_;
     GlObject depths_, framebuffer_, program_;
     GlObject texel_blocks_, block_blocks_;  // programs
-    TextureBuffer blocks_;                  // [suns, blocks, 2], as sun_blocks.comp has them
+    TextureBuffer blocks_;                  // [layers, blocks, 2], as sun_blocks.comp has them
     GLint frame_at_;
-    std::vector<Mesh> meshes_;
+    std::vector<Mesh> meshes_;  // of the members
+    Mesh ground_;
+    std::uint64_t ground_version_ = 0;             // that is uploaded
     std::vector<std::uint32_t> finite_triangles_;  // scratch
-    std::vector<float> frames_;                    // [suns, 4, 4], as the shader has them
+    std::vector<Layer> layers_;
+    std::array<GLint, 2 * kMaxSunMaps> maps_{};  // of each sun: its first layer, and the one after its last
+    std::vector<float> frames_;                  // of the layers, as the shader has them
 };
 
 }  // namespace penumbra

@@ -47,19 +47,22 @@ void Sunlight::updateLobes() {
     uploaded_.assign(lobes.begin(), lobes.end());
 }
 
-void Sunlight::shine(std::span<const Sun> suns, std::span<const SunCaster> casters) {
+void Sunlight::shine(std::span<const Sun> suns, const SunCasters& casters) {
     assert(suns.size() <= kMaxSuns);
     std::vector<std::size_t> sizes;
-    for (const SunCaster& caster : casters) {
+    const auto count = [&](const SunCaster& caster) {
         sizes.push_back(caster.positions.size());
         sizes.push_back(caster.triangles.size());
-    }
+    };
+    std::ranges::for_each(casters.members, count);
+    count(casters.ground);
     if (sizes != sizes_) maps_.setCasters(casters);
     sizes_ = std::move(sizes);
     suns_.assign(suns.begin(), suns.end());
-    frames_.clear();
-    for (const Sun& sun : suns) frames_.push_back(fitSunFrame(casters, sun.direction, sun.radius, maps_.size()));
-    maps_.draw(frames_, casters);
+    nests_.resize(suns.size());
+    for (std::size_t s = 0; s < suns.size(); ++s)
+        fitSunNest(casters, suns[s].direction, suns[s].radius, maps_.size(), nests_[s]);
+    maps_.draw(nests_, casters);
     updateLobes();
 }
 

@@ -33,7 +33,7 @@ public:
     // Draws the maps of suns, at most kMaxSuns, whose directions and casters are in the scene. Between calls only
     // positions may change, unless the casters are other ones by their number of triangles or vertices. Leaves another
     // framebuffer and viewport in use.
-    void shine(std::span<const Sun> suns, std::span<const SunCaster> casters);
+    void shine(std::span<const Sun> suns, const SunCasters& casters);
     // Takes what mirrors reflect, turned by `rotation` in the scene.
     void reflect(const SkyPicture& sky);
     void turnSky(const Mat3& rotation) { rotation_ = rotation; }
@@ -53,7 +53,7 @@ private:
     TextureBuffer sky_;
     int sky_width_ = 0, sky_height_ = 0;
     Mat3 rotation_;
-    std::vector<SunFrame> frames_;
+    std::vector<SunNest> nests_;      // of the suns
     std::vector<std::size_t> sizes_;  // vertices and triangles of the casters that are uploaded
 };
 

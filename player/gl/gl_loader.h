@@ -16,7 +16,7 @@
     X(CREATEPROGRAM, CreateProgram) X(ATTACHSHADER, AttachShader) X(LINKPROGRAM, LinkProgram) \
     X(GETPROGRAMIV, GetProgramiv) X(GETPROGRAMINFOLOG, GetProgramInfoLog) X(USEPROGRAM, UseProgram) \
     X(DELETEPROGRAM, DeleteProgram) X(GETUNIFORMLOCATION, GetUniformLocation) X(UNIFORM1I, Uniform1i) X(UNIFORM1UI, Uniform1ui) \
-    X(UNIFORM1F, Uniform1f) X(UNIFORM1FV, Uniform1fv) X(UNIFORM2I, Uniform2i) X(UNIFORM3F, Uniform3f) X(UNIFORM3FV, Uniform3fv) \
+    X(UNIFORM1F, Uniform1f) X(UNIFORM1FV, Uniform1fv) X(UNIFORM2I, Uniform2i) X(UNIFORM2IV, Uniform2iv) X(UNIFORM3F, Uniform3f) X(UNIFORM3FV, Uniform3fv) \
     X(UNIFORM4FV, Uniform4fv) X(UNIFORMMATRIX3FV, UniformMatrix3fv) X(UNIFORMMATRIX4FV, UniformMatrix4fv) \
     X(GETUNIFORMBLOCKINDEX, GetUniformBlockIndex) X(UNIFORMBLOCKBINDING, UniformBlockBinding) \
     X(GENTEXTURES, GenTextures) X(BINDTEXTURE, BindTexture) X(ACTIVETEXTURE, ActiveTexture) X(TEXBUFFER, TexBuffer) \

@@ -30,7 +30,7 @@ OffscreenRenderer::OffscreenRenderer(const RenderOptions& options, const Shot& l
 
 void OffscreenRenderer::shineOn(std::span<const Vec3> positions) {
     const SunCaster body{positions, asset_->mesh.triangles};
-    sunlight_->shine(shading_->suns(), {&body, 1});
+    sunlight_->shine(shading_->suns(), {{body}});
 }
 
 // Returns what the picture shows of every vertex.

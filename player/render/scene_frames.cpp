@@ -42,11 +42,14 @@ void SceneFrames::makeField() {
     ground_lobes_.assign(field.heights().field().grid().size(), sunlight_.ground);
 }
 
-std::vector<SunCaster> SceneFrames::sunCasters() const {
-    std::vector<SunCaster> casters;
+SunCasters SceneFrames::sunCasters() const {
+    SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
-        casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
-    if (scene_.field()) casters.push_back({field_casting_, field_casting_triangles_});
+        casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+    if (scene_.field()) {
+        casters.ground = {field_casting_, field_casting_triangles_};
+        casters.ground_version = scene_.field()->version();
+    }
     return casters;
 }
 

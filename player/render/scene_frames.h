@@ -39,7 +39,7 @@ public:
     const FrameView& view() const { return view_; }
     // What suns need: themselves, who casts, and the lobes of all materials. No suns: all light is SH.
     std::span<const Sun> suns() const { return sunlight_.suns; }
-    std::vector<SunCaster> sunCasters() const;
+    SunCasters sunCasters() const;
     const LobeTable& lobes() const { return sunlight_.lobes; }
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
 

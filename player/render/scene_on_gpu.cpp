@@ -120,11 +120,14 @@ void SceneOnGpu::evaluate() {
     cast_->release();
 }
 
-std::vector<SunCaster> SceneOnGpu::sunCasters() const {
-    std::vector<SunCaster> casters;
+SunCasters SceneOnGpu::sunCasters() const {
+    SunCasters casters;
     for (std::size_t m = 0; m < members_.size(); ++m)
-        casters.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
-    if (heights_) casters.push_back({field_points_, field_triangles_});
+        casters.members.push_back({members_[m].positions, looks_[m]->view.mesh.triangles});
+    if (heights_) {
+        casters.ground = {field_points_, field_triangles_};
+        casters.ground_version = scene_.field()->version();
+    }
     return casters;
 }
 

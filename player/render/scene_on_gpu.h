@@ -25,7 +25,7 @@ public:
     void draw(const FrameView& view, const Sunlight* suns = nullptr) const;
     // What suns need, as SceneFrames has it.
     std::span<const Sun> suns() const { return sunlight_.suns; }
-    std::vector<SunCaster> sunCasters() const;
+    SunCasters sunCasters() const;
     const LobeTable& lobes() const { return sunlight_.lobes; }
     const Mat3& lightRotation() const { return sunlight_.light_rotation; }
     const FrameView& view() const { return view_; }                               // by the options' camera

@@ -153,6 +153,6 @@ struct penumbra_heights {
 
 struct penumbra_sun_map {
     int size = 0;  // texels a side
-    penumbra::SunMap map;
-    std::vector<penumbra::SunCaster> casters;
+    penumbra::SunMaps maps;
+    penumbra::SunCasters casters;
 };

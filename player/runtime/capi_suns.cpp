@@ -37,6 +37,10 @@ void requireCaster(const penumbra_sun_caster& caster) {
         requireIndex("a vertex of a triangle", caster.triangles[i], caster.vertex_count);
 }
 
+SunCaster casterOf(const penumbra_sun_caster& caster) {
+    return {vectors(caster.positions, caster.vertex_count), {caster.triangles, 3 * caster.triangle_count}};
+}
+
 }  // namespace
 
 }  // namespace penumbra
@@ -125,18 +129,25 @@ void penumbra_sun_map_destroy(penumbra_sun_map* map) { delete map; }
 
 penumbra_status penumbra_sun_map_set_casters(penumbra_sun_map* map, const penumbra_sun* sun,
                                              const penumbra_sun_caster* casters, size_t count, penumbra_error* error) {
+    return penumbra_sun_map_set_casters_on_ground(map, sun, casters, count, nullptr, error);
+}
+
+penumbra_status penumbra_sun_map_set_casters_on_ground(penumbra_sun_map* map, const penumbra_sun* sun,
+                                                       const penumbra_sun_caster* casters, size_t count,
+                                                       const penumbra_sun_caster* ground, penumbra_error* error) {
     return guarded(error, [&] {
         requirePointer(map, "map");
         requireSun(sun);
         if (count > 0) requirePointer(casters, "casters");
         for (std::size_t i = 0; i < count; ++i) requireCaster(casters[i]);
-        map->casters.clear();
+        if (ground) requireCaster(*ground);
+        map->casters.members.clear();
         for (const penumbra_sun_caster& caster : std::span(casters, count))
-            map->casters.push_back(
-                {vectors(caster.positions, caster.vertex_count), {caster.triangles, 3 * caster.triangle_count}});
+            map->casters.members.push_back(casterOf(caster));
+        map->casters.ground = ground ? casterOf(*ground) : SunCaster{};
         const Vec3 direction{sun->direction[0], sun->direction[1], sun->direction[2]};
-        map->map.begin(fitSunFrame(map->casters, direction, sun->radius, map->size));
-        map->map.draw(map->casters);
+        map->maps.begin(map->casters, direction, sun->radius, map->size);
+        map->maps.draw(map->casters);
     });
 }
 
@@ -149,6 +160,6 @@ penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map* map, const f
         requirePointer(normals, "normals");
         requirePointer(visible, "visible");
         const std::span<const Vec3> at = vectors(positions, count), normal = vectors(normals, count);
-        for (std::size_t i = 0; i < count; ++i) visible[i] = map->map.visibility(at[i], normal[i]);
+        for (std::size_t i = 0; i < count; ++i) visible[i] = map->maps.visibility(at[i], normal[i]);
     });
 }

@@ -561,6 +561,12 @@ PENUMBRA_API void penumbra_sun_map_destroy(penumbra_sun_map* map);
 PENUMBRA_API penumbra_status penumbra_sun_map_set_casters(penumbra_sun_map* map, const penumbra_sun* sun,
                                                           const penumbra_sun_caster* casters, size_t count,
                                                           penumbra_error* error);
+/* Does the same for casters on a wide ground with heights, which casts as well. Where they would be small in one map,
+ * `map` is several: fine ones around them inside of coarser ones. `ground` may be NULL: there is none. Allocates. */
+PENUMBRA_API penumbra_status penumbra_sun_map_set_casters_on_ground(penumbra_sun_map* map, const penumbra_sun* sun,
+                                                                    const penumbra_sun_caster* casters, size_t count,
+                                                                    const penumbra_sun_caster* ground,
+                                                                    penumbra_error* error);
 /* Computes the share of the sun, from 0 to 1, that reaches points past all casters, in the casters' frame. `positions`
  * and unit `normals` are [count,3], `visible` is [count]. It is 0 where a surface faces away from the sun, and where a
  * position or a normal is not finite; 1 everywhere while nothing casts. */

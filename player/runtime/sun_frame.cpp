@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 namespace penumbra {
 
@@ -15,8 +14,8 @@ constexpr float kLargestRadius = 1.4f;  // radians; the tangent stays finite
 
 bool isFinite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-// Rows: columns of the map, rows of the map, away from the sun. They depend on the direction alone, so the grid of the
-// texels does not turn with the casters.
+}  // namespace
+
 Mat3d sunAxes(Vec3d toward_sun) {
     int least = 0;
     for (int i = 1; i < 3; ++i)
@@ -27,41 +26,48 @@ Mat3d sunAxes(Vec3d toward_sun) {
     return fromRows(right, cross(toward_sun, right), -toward_sun);
 }
 
-struct SunBounds {
-    Vec3d low, high;
-    bool empty = true;
-};
-
-SunBounds boundsAlong(const Mat3d& axes, std::span<const SunCaster> casters) {
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    SunBounds bounds{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-    for (const SunCaster& caster : casters)
-        for (const Vec3 position : caster.positions) {
-            const Vec3d p = axes * toDouble(position);
-            if (!isFinite(p)) continue;
-            bounds.empty = false;
-            for (int i = 0; i < 3; ++i) {
-                bounds.low[i] = std::min(bounds.low[i], p[i]);
-                bounds.high[i] = std::max(bounds.high[i], p[i]);
-            }
+void includeInBounds(const Mat3d& axes, std::span<const Vec3> points, SunBounds& bounds) {
+    for (const Vec3 point : points) {
+        const Vec3d p = axes * toDouble(point);
+        if (!isFinite(p)) continue;
+        for (int i = 0; i < 3; ++i) {
+            bounds.low[i] = bounds.empty ? p[i] : std::min(bounds.low[i], p[i]);
+            bounds.high[i] = bounds.empty ? p[i] : std::max(bounds.high[i], p[i]);
         }
-    return bounds;
+        bounds.empty = false;
+    }
 }
 
-// The least step of the texel's side that fits the bounds with a texel to spare on each side.
-double texelFor(const SunBounds& bounds, int size) {
-    const Vec3d extent = bounds.high - bounds.low;
+double texelStep(double side, const SunBounds& bounds) {
     double largest = 0;
     for (int i = 0; i < 3; ++i) largest = std::max({largest, std::abs(bounds.low[i]), std::abs(bounds.high[i])});
-    const double fitting = std::max(extent.x, extent.y) / (size - 3);
-    const double side = std::max({fitting, kLeastTexel * largest, 1e-12});
-    return std::exp2(std::ceil(kTexelSteps * std::log2(side)) / kTexelSteps);
+    const double least = std::max({side, kLeastTexel * largest, 1e-12});
+    return std::exp2(std::ceil(kTexelSteps * std::log2(least)) / kTexelSteps);
 }
 
-}  // namespace
+double fittingTexel(const SunBounds& bounds, int size) {
+    const Vec3d extent = bounds.high - bounds.low;
+    return texelStep(std::max(extent.x, extent.y) / (size - 3), bounds);
+}
+
+SunFrame layFrame(const Mat3d& axes, const SunBounds& bounds, double texel, float radius, int size, Vec3 origin) {
+    const Vec3d middle = axes * toDouble(origin);
+    SunFrame frame;
+    for (int i = 0; i < 3; ++i) {
+        const double corner = std::floor(bounds.low[i] / texel) - 1;
+        for (int j = 0; j < 3; ++j) frame.rows[std::size_t(i)][std::size_t(j)] = float(axes(i, j));
+        frame.rows[std::size_t(i)][3] = float(middle[i] / texel - corner);
+    }
+    frame.origin = origin;
+    frame.range = float((bounds.high.z - middle.z) / texel + double(frame.rows[2][3]) + 1);
+    frame.tan_radius = radius > 0 ? std::tan(std::min(radius, kLargestRadius)) : 0.0f;
+    frame.texel = float(texel);
+    frame.size = size;
+    return frame;
+}
 
 Vec3 SunFrame::place(Vec3 point) const {
-    Vec3 p = turned(point);
+    Vec3 p = turned(point - origin);
     for (int i = 0; i < 3; ++i) p[i] = p[i] / texel + rows[std::size_t(i)][3];
     return p;
 }
@@ -80,21 +86,10 @@ SunFrame fitSunFrame(std::span<const SunCaster> casters, Vec3 direction, float r
     const Vec3d toward_sun = normalized(toDouble(direction));
     if (!isFinite(toward_sun) || toward_sun == Vec3d{}) return {};
     const Mat3d axes = sunAxes(toward_sun);
-    const SunBounds bounds = boundsAlong(axes, casters);
+    SunBounds bounds;
+    for (const SunCaster& caster : casters) includeInBounds(axes, caster.positions, bounds);
     if (bounds.empty) return {};
-
-    const double texel = texelFor(bounds, size);
-    SunFrame frame;
-    for (int i = 0; i < 3; ++i) {
-        const double corner = std::floor(bounds.low[i] / texel) - 1;
-        for (int j = 0; j < 3; ++j) frame.rows[std::size_t(i)][std::size_t(j)] = float(axes(i, j));
-        frame.rows[std::size_t(i)][3] = float(-corner);
-    }
-    frame.range = float(bounds.high.z / texel + double(frame.rows[2][3]) + 1);
-    frame.tan_radius = radius > 0 ? std::tan(std::min(radius, kLargestRadius)) : 0.0f;
-    frame.texel = float(texel);
-    frame.size = size;
-    return frame;
+    return layFrame(axes, bounds, fittingTexel(bounds, size), radius, size);
 }
 
 }  // namespace penumbra

@@ -24,6 +24,7 @@ namespace {
 
 constexpr float kSunWidest = 1 << 20;  // texels, of a box: cells have numbers that are ints
 constexpr int kSubTexels = 256;        // corners of triangles lie at multiples of 1/256 texel, as on GPUs
+constexpr double kSunGuard = 4096;     // texels around a map to which triangles are cut: areas fit into 64 bits
 
 struct GridPoint {
     std::int64_t x, y;
@@ -83,6 +84,34 @@ void drawTriangle(const MapRows& map, std::array<Vec3, 3> corner) {
             for (std::size_t i = 0; i < 3; ++i) side[i] += step[i];
         }
     }
+}
+
+// Cuts a polygon at a plane of places: what has sign * place[axis] <= limit is left.
+int cutAt(int axis, double sign, double limit, std::span<const Vec3d> polygon, std::span<Vec3d> out) {
+    int count = 0;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vec3d a = polygon[i], b = polygon[i + 1 < polygon.size() ? i + 1 : 0];
+        const double from = limit - sign * a[axis], to = limit - sign * b[axis];
+        if (from >= 0) out[std::size_t(count++)] = a;
+        if ((from >= 0) != (to >= 0)) out[std::size_t(count++)] = a + (b - a) * (from / (from - to));
+    }
+    return count;
+}
+
+// Draws a triangle that may reach far beyond the map, as those of a wide ground do beyond a fine map.
+void cutAndDraw(const MapRows& map, const std::array<Vec3, 3>& corner) {
+    const double limit = map.size + kSunGuard;
+    const auto isNear = [&](Vec3 p) { return std::min(p.x, p.y) >= -kSunGuard && std::max(p.x, p.y) <= limit; };
+    if (isNear(corner[0]) && isNear(corner[1]) && isNear(corner[2])) return drawTriangle(map, corner);
+    std::array<Vec3d, 7> polygon, cut;  // every plane adds a corner at most
+    for (std::size_t i = 0; i < 3; ++i) polygon[i] = toDouble(corner[i]);
+    int count = 3;
+    for (int axis = 0; axis < 2; ++axis) {
+        count = cutAt(axis, -1, kSunGuard, {polygon.data(), std::size_t(count)}, cut);
+        count = cutAt(axis, 1, limit, {cut.data(), std::size_t(count)}, polygon);
+    }
+    for (std::size_t i = 2; i < std::size_t(count); ++i)
+        drawTriangle(map, {toFloat(polygon[0]), toFloat(polygon[i - 1]), toFloat(polygon[i])});
 }
 
 bool isFinitePlace(Vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
@@ -147,7 +176,7 @@ void SunMap::draw(std::span<const SunCaster> casters, int first, int last) {
             std::array<Vec3, 3> corner;
             for (std::size_t i = 0; i < 3; ++i) corner[i] = frame_.place(caster.positions[caster.triangles[t + i]]);
             if (isFinitePlace(corner[0]) && isFinitePlace(corner[1]) && isFinitePlace(corner[2]))
-                drawTriangle(map, corner);
+                cutAndDraw(map, corner);
         }
 }
 
@@ -172,6 +201,35 @@ float SunMap::visibility(Vec3 position, Vec3 normal) const {
         if (pass + 1 < kSunPasses) side = next;
     }
     return 1 - blockers.share;
+}
+
+void SunMaps::begin(const SunCasters& casters, Vec3 direction, float radius, int size) {
+    fitSunNest(casters, direction, radius, size, nest_);
+    maps_.resize(nest_.maps.size());
+    for (std::size_t i = 0; i < maps_.size(); ++i) maps_[i].begin(nest_.maps[i].frame);
+}
+
+void SunMaps::draw(const SunCasters& casters, int band, int bands) {
+    for (std::size_t i = 0; i < maps_.size(); ++i) {
+        const NestedSunMap& nested = nest_.maps[i];
+        const int rows = nested.frame.size, first = rows * band / bands, last = rows * (band + 1) / bands;
+        for (const std::uint32_t m : nested.members) maps_[i].draw({&casters.members[m], 1}, first, last);
+        SunCaster ground = casters.ground;
+        if (!nested.whole_ground) ground.triangles = nested.ground;
+        maps_[i].draw({&ground, 1}, first, last);
+    }
+}
+
+float SunMaps::visibility(Vec3 position, Vec3 normal) const {
+    if (maps_.empty()) return 1;
+    float sum = 0, left = 1;
+    for (std::size_t i = 0; i < maps_.size() && left > 0; ++i) {
+        const float weight = nest_.maps[i].weight(position);
+        if (weight == 0) continue;
+        sum += left * weight * maps_[i].visibility(position, normal);
+        left *= 1 - weight;
+    }
+    return sum;
 }
 
 }  // namespace penumbra

@@ -3,7 +3,7 @@
 // same rules.
 #include <vector>
 
-#include "player/runtime/sun_frame.h"
+#include "player/runtime/sun_nest.h"
 
 namespace penumbra {
 
@@ -36,6 +36,26 @@ public:
 private:
     SunFrame frame_;
     std::vector<float> depths_;
+};
+
+// All maps of a sun.
+class SunMaps {
+public:
+    // Takes the maps of fitSunNest() and forgets all depths. Allocates only where maps grow or there are several.
+    void begin(const SunCasters& casters, Vec3 direction, float radius, int size = kSunMapSize);
+    // Draws the casters of begin() into one of `bands` parts of every map. Several threads may draw
+    // different parts at once.
+    void draw(const SunCasters& casters, int band = 0, int bands = 1);
+
+    // As that of a SunMap. Without maps every point is lit.
+    float visibility(Vec3 position, Vec3 normal) const;
+
+    const SunNest& nest() const { return nest_; }
+    std::span<const SunMap> maps() const { return maps_; }
+
+private:
+    SunNest nest_;
+    std::vector<SunMap> maps_;
 };
 
 }  // namespace penumbra

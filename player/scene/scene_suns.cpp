@@ -25,15 +25,12 @@ bool shine(const PosedScene& scene, SunChoice choice) {
 }
 
 // Different threads draw different rows.
-SunMap mapOf(const Sun& sun, std::span<const SunCaster> casters, int size, int threads) {
+SunMaps mapsOf(const Sun& sun, const SunCasters& casters, int size, int threads) {
     constexpr int kBands = 16;
-    SunMap map;
-    map.begin(fitSunFrame(casters, sun.direction, sun.radius, size));
-    const int rows = map.frame().size;  // 0 where nobody casts
-    parallelFor(kBands, threads, [&](std::size_t band) {
-        map.draw(casters, rows * int(band) / kBands, rows * (int(band) + 1) / kBands);
-    });
-    return map;
+    SunMaps maps;
+    maps.begin(casters, sun.direction, sun.radius, size);
+    parallelFor(kBands, threads, [&](std::size_t band) { maps.draw(casters, int(band), kBands); });
+    return maps;
 }
 
 }  // namespace
@@ -56,19 +53,19 @@ SceneSuns sceneSuns(const PosedScene& scene, SunChoice choice, int map_size, int
     std::ranges::transform(scene.lightRotation().m, rotation.m.begin(), [](double x) { return float(x); });
     SceneSuns out{sunsOf(*scene.light(), rotation), remainderOf(*scene.light()), {}};
     std::vector<FrameVertices> members(scene.members().size());
-    std::vector<SunCaster> casters;
+    SunCasters casters;
     for (std::size_t m = 0; m < members.size(); ++m) {
         skinMember(*scene.members()[m], threads, members[m]);
-        casters.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.triangles});
+        casters.members.push_back({members[m].positions, scene.members()[m]->asset->view.mesh.triangles});
     }
     std::vector<Vec3> points;
     std::vector<std::uint32_t> triangles;
     if (scene.field()) {
         scene.field()->heights().castingPoints(points);
         triangles = castingTriangles(scene.field()->heights().field().grid());
-        casters.push_back({points, triangles});
+        casters.ground = {points, triangles};
     }
-    for (const Sun& sun : out.suns) out.maps.push_back(mapOf(sun, casters, map_size, threads));
+    for (const Sun& sun : out.suns) out.maps.push_back(mapsOf(sun, casters, map_size, threads));
     return out;
 }
 

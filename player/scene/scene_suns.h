@@ -16,7 +16,7 @@ std::vector<float> remainderOf(const LightView& light);
 struct SceneSuns {
     std::vector<Sun> suns;         // in the scene; empty: all light is SH
     std::vector<float> remainder;  // SH of the light without them
-    std::vector<SunMap> maps;      // of each sun
+    std::vector<SunMaps> maps;     // of each sun
 };
 // Draws the suns' maps of `map_size` texels a side, in which everyone in the scene casts. There are suns where `choice`
 // lets them shine: kAuto where the light has some and others cast by products, as the other ways to join have no suns.

@@ -1,10 +1,13 @@
-// The share of a sun that a point sees, from depth maps of the casters. It has the rules of SunMap
-// (player/runtime/sun_map.h), whose source tells the method. player/draw/sun_map_painter.cpp defines MAX_SUNS, BIAS,
-// SLOPE_BIAS, LEAST_COSINE, BOX, CELLS, SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
-uniform sampler2DArray sun_depths;        // a layer a sun: depth / range; 1: nothing
-uniform samplerBuffer sun_blocks;           // what sun_blocks.comp makes
-uniform int sun_block_side, sun_block_count;  // blocks of texels a side; numbers of a sun in sun_blocks
-uniform vec4 sun_frames[4 * SUN_MAX_SUNS];  // SunFrame: 3 rows, then (range, tangent of the radius, texel, size)
+// The share of a sun that a point sees, from depth maps of the casters. It has the rules of SunMaps
+// (player/runtime/sun_map.h), whose source tells the method; sun_nest.cpp tells why a sun has several maps.
+// player/draw/sun_map_painter.cpp defines MAX_SUNS, MOST_MAPS, BIAS, SLOPE_BIAS, LEAST_COSINE, BOX, CELLS,
+// SEARCH_CELLS, PASSES, BLOCK and LEVELS as SUN_... from its constants.
+uniform sampler2DArray sun_depths;            // a layer a map: depth / range; 1: nothing
+uniform samplerBuffer sun_blocks;             // what sun_blocks.comp makes
+uniform int sun_block_side, sun_block_count;  // blocks of texels a side; numbers of a map in sun_blocks
+uniform ivec2 sun_maps[SUN_MAX_SUNS];         // the first map of a sun, and the one after its last
+// NestedSunMap: 3 rows, (range, tangent of the radius, texel, size), (origin, border)
+uniform vec4 sun_frames[5 * SUN_MOST_MAPS];
 
 // Where cell `across` of a line tests its texel, from its start: the multiples of the golden section.
 int sunCellTexel(int across, int stride) { return (((across * 40503) & 65535) * stride) >> 16; }
@@ -20,9 +23,9 @@ struct SunReceiver {
 // loops here end at their foot.
 
 // The share of a box that blockers cover, and their mean distance. Lengths are in texels.
-vec2 sunBlockers(int sun, SunReceiver receiver, float side, int cells) {
-    int size = int(sun_frames[4 * sun + 3].w);
-    float range = sun_frames[4 * sun + 3].x;
+vec2 sunBlockers(int map, SunReceiver receiver, float side, int cells) {
+    int size = int(sun_frames[5 * map + 3].w);
+    float range = sun_frames[5 * map + 3].x;
     int stride = max(1, int(ceil(side / float(cells))));
     vec3 place = receiver.place;
     vec2 low = place.xy - side / 2.0, high = place.xy + side / 2.0;
@@ -35,7 +38,7 @@ vec2 sunBlockers(int sun, SunReceiver receiver, float side, int cells) {
         do {
             ivec2 texel = ivec2(i * stride + texel_x, j * stride + sunCellTexel(i, stride));
             bool inside = all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(size)));
-            float stored = texelFetch(sun_depths, ivec3(clamp(texel, ivec2(0), ivec2(size - 1)), sun), 0).x;
+            float stored = texelFetch(sun_depths, ivec3(clamp(texel, ivec2(0), ivec2(size - 1)), map), 0).x;
             float above = place.z + dot(receiver.slope, vec2(texel) + 0.5 - place.xy) - stored * range;
             float weight = height * (min(high.x, float((i + 1) * stride)) - max(low.x, float(i * stride)));
             total += weight;
@@ -48,18 +51,37 @@ vec2 sunBlockers(int sun, SunReceiver receiver, float side, int cells) {
     return blocked > 0.0 ? vec2(blocked / total, sum / blocked) : vec2(0.0);
 }
 
-// Gives the receiver of a sun that has a map. False where the surface faces away from the sun. `normal` is a unit
-// vector.
-bool sunReceiver(int sun, vec3 position, vec3 normal, out SunReceiver receiver) {
-    vec4 numbers = sun_frames[4 * sun + 3];
-    vec3 n, place;
+// Where the map has a point; all lengths there are in texels.
+vec3 sunPlace(int map, vec3 position) {
+    vec3 place, from_origin = position - sun_frames[5 * map + 4].xyz;
     for (int i = 0; i < 3; ++i) {
-        vec4 row = sun_frames[4 * sun + i];
-        n[i] = dot(row.xyz, normal);
-        place[i] = dot(row.xyz, position) / numbers.z + row.w;
+        vec4 row = sun_frames[5 * map + i];
+        place[i] = dot(row.xyz, from_origin) / sun_frames[5 * map + 3].z + row.w;
     }
+    return place;
+}
+
+// The side of the box that fits the nearest caster to the sun, and how far its cells reach from its middle, which is
+// beyond the box.
+float sunWidest(int map, vec3 place) { return max(2.0 * place.z * sun_frames[5 * map + 3].y, 1.0); }
+float sunReach(float widest) { return widest / 2.0 + ceil(widest / float(SUN_SEARCH_CELLS)); }
+
+// How much of the light of a point this map tells; the maps after it tell the rest.
+float sunWeight(int map, vec3 position) {
+    float border = sun_frames[5 * map + 4].w, size = sun_frames[5 * map + 3].w;
+    if (border == 0.0) return 1.0;
+    vec3 place = sunPlace(map, position);
+    vec2 inside = min(place.xy, size - place.xy) - sunReach(sunWidest(map, place));
+    return smoothstep(0.0, border, min(inside.x, inside.y));
+}
+
+// Gives the receiver in a map. False where the surface faces away from the sun. `normal` is a unit vector.
+bool sunReceiver(int map, vec3 position, vec3 normal, out SunReceiver receiver) {
+    vec4 numbers = sun_frames[5 * map + 3];
+    vec3 n, place = sunPlace(map, position);
+    for (int i = 0; i < 3; ++i) n[i] = dot(sun_frames[5 * map + i].xyz, normal);
     float cosine = -n.z, limited = max(cosine, SUN_LEAST_COSINE);
-    receiver.widest = max(2.0 * place.z * numbers.y, 1.0);
+    receiver.widest = sunWidest(map, place);
     place.z -= SUN_BIAS + SUN_SLOPE_BIAS * sqrt(max(1.0 - limited * limited, 0.0)) / limited;
     receiver.place = place;
     receiver.slope = n.xy / limited;
@@ -68,10 +90,9 @@ bool sunReceiver(int sun, vec3 position, vec3 normal, out SunReceiver receiver) 
 
 // Whether the extremes of blocks show that nothing hides the receiver (1) or that everything does (0); -1 where texels
 // must tell. It changes no result.
-float sunFromBlocks(int sun, SunReceiver receiver) {
-    vec4 numbers = sun_frames[4 * sun + 3];
-    // The cells of a wide box reach beyond it.
-    float reach = receiver.widest / 2.0 + ceil(receiver.widest / float(SUN_SEARCH_CELLS));
+float sunFromBlocks(int map, SunReceiver receiver) {
+    vec4 numbers = sun_frames[5 * map + 3];
+    float reach = sunReach(receiver.widest);
     vec2 place = receiver.place.xy;
     bool outside = any(lessThan(place, vec2(-reach))) || any(greaterThan(place, vec2(numbers.w + reach)));
     if (outside) return 1.0;
@@ -80,7 +101,7 @@ float sunFromBlocks(int sun, SunReceiver receiver) {
     bool known = level <= SUN_LEVELS;
     level = min(level, SUN_LEVELS);
     int widest_side = sun_block_side, side = widest_side >> level, before = widest_side >> (level - 1);
-    int first = sun * sun_block_count + (widest_side * widest_side - before * before) / 3;
+    int first = map * sun_block_count + (widest_side * widest_side - before * before) / 3;
     ivec2 block = ivec2(clamp(place, vec2(0.0), vec2(numbers.w - 1.0))) >> (level + findMSB(SUN_BLOCK));
     vec2 both = texelFetch(sun_blocks, first + block.y * side + block.x).xy;
     float change = reach * (abs(receiver.slope.x) + abs(receiver.slope.y));
@@ -90,12 +111,12 @@ float sunFromBlocks(int sun, SunReceiver receiver) {
 }
 
 // Share of the sun that reaches the receiver, from texels.
-float sunFromTexels(int sun, SunReceiver receiver) {
-    float tan_radius = sun_frames[4 * sun + 3].y, side = receiver.widest;
+float sunFromTexels(int map, SunReceiver receiver) {
+    float tan_radius = sun_frames[5 * map + 3].y, side = receiver.widest;
     vec2 blockers;
     int pass = 1;
     do {
-        blockers = sunBlockers(sun, receiver, side, pass < SUN_PASSES ? SUN_SEARCH_CELLS : SUN_CELLS);
+        blockers = sunBlockers(map, receiver, side, pass < SUN_PASSES ? SUN_SEARCH_CELLS : SUN_CELLS);
         float next = clamp(SUN_BOX * blockers.y * tan_radius, 1.0, receiver.widest);
         if (blockers.x == 0.0 || blockers.x == 1.0 || max(side, next) == 1.0) break;
         side = next;
@@ -103,24 +124,34 @@ float sunFromTexels(int sun, SunReceiver receiver) {
     return 1.0 - blockers.x;
 }
 
-// Share of the sun that reaches the point, 0 to 1, where blocks tell it; -1 elsewhere. 0 where the surface faces away.
-float sunAtOnce(int sun, vec3 position, vec3 normal) {
-    if (sun_frames[4 * sun + 3].w == 0.0) return 1.0;
+// Share of the sun that reaches the point past the casters of a map, 0 to 1, where blocks tell it; -1 elsewhere. 0
+// where the surface faces away.
+float sunAtOnce(int map, vec3 position, vec3 normal) {
     SunReceiver receiver;
-    return sunReceiver(sun, position, normal, receiver) ? sunFromBlocks(sun, receiver) : 0.0;
+    return sunReceiver(map, position, normal, receiver) ? sunFromBlocks(map, receiver) : 0.0;
 }
 
 // The same everywhere, without a look at blocks.
-float sunSearched(int sun, vec3 position, vec3 normal) {
-    if (sun_frames[4 * sun + 3].w == 0.0) return 1.0;
+float sunSearched(int map, vec3 position, vec3 normal) {
     SunReceiver receiver;
-    return sunReceiver(sun, position, normal, receiver) ? sunFromTexels(sun, receiver) : 0.0;
+    return sunReceiver(map, position, normal, receiver) ? sunFromTexels(map, receiver) : 0.0;
 }
 
-// The same everywhere.
+// Share of the sun that reaches the point, 0 to 1. Most points are in the middle of one map, and look into that alone.
 float sunVisibility(int sun, vec3 position, vec3 normal) {
-    float at_once = sunAtOnce(sun, position, normal);
-    return at_once >= 0.0 ? at_once : sunSearched(sun, position, normal);
+    int map = sun_maps[sun].x;
+    if (map == sun_maps[sun].y) return 1.0;
+    float sum = 0.0, left = 1.0;
+    do {
+        float weight = sunWeight(map, position);
+        while (weight == 0.0) weight = sunWeight(++map, position);  // the last has 1
+        float share = sunAtOnce(map, position, normal);
+        if (share < 0.0) share = sunSearched(map, position, normal);
+        sum += left * weight * share;
+        left *= 1.0 - weight;
+        ++map;
+    } while (left > 0.0);
+    return sum;
 }
 
 // The unit normal of the triangle that the fragment lies on, on the side of the unit `normal` that is interpolated. The

@@ -6,7 +6,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(std430, binding = 0) buffer Blocks { vec2 blocks[]; };
 uniform sampler2DArray sun_depths;
-uniform int sun;
+uniform int layer;
 uniform int read_first, read_side;     // of the square that is read: its first place in `blocks`, its side
 uniform int own_first, reached_first;  // of the squares that are written
 uniform int write_side;
@@ -24,7 +24,7 @@ void main() {
     ivec2 first = SUN_BLOCK * block, last = min(first + SUN_BLOCK, ivec2(read_side));
     if (last != first + SUN_BLOCK) include(own, NOTHING);
     for (int y = first.y; y < last.y; ++y)
-        for (int x = first.x; x < last.x; ++x) include(own, texelFetch(sun_depths, ivec3(x, y, sun), 0).xx);
+        for (int x = first.x; x < last.x; ++x) include(own, texelFetch(sun_depths, ivec3(x, y, layer), 0).xx);
 #else
     vec2 reached = vec2(1.0, 0.0);
     for (int y = -1; y < 3; ++y)

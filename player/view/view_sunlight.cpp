@@ -70,10 +70,13 @@ void ViewSunlight::shine(const ViewState& state) {
     updateLobes();
     if (shone_ == now) return;
     if (!shone_ || shone_->pose_version != now.pose_version) placeCasters();
-    std::vector<SunCaster> casters;
+    SunCasters casters;
     for (std::size_t i = 0; i < casters_.size(); ++i)
-        casters.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
-    if (scene_->field) casters.push_back({field_points_, field_triangles_});
+        casters.members.push_back({casters_[i].positions, scene_->characters[i]->asset.mesh.triangles});
+    if (scene_->field) {
+        casters.ground = {field_points_, field_triangles_};
+        casters.ground_version = scene_->field->version();
+    }
     if (reflected_ != now.light) sunlight_.reflect(shownSky(*scene_, state));
     reflected_ = now.light;
     sunlight_.turnSky(now.rotation);

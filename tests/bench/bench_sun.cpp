@@ -125,7 +125,7 @@ void runSunBench(const char* picture) {
     const OffscreenTarget target(kWidth, kHeight, 1, GL_RGBA8);
     const std::array<float, 16> camera = cameraMatrix();
     SunMapPainter maps;
-    const SunCaster casters[] = {ball};
+    const SunCasters casters{{ball}};
     maps.setCasters(casters);
 
     const auto drawScene = [&](const GlObject& program) {
@@ -138,17 +138,18 @@ void runSunBench(const char* picture) {
     };
     SunMap map;
     for (const double degrees : {0.0, 0.27, 1.0, 5.0}) {
-        const SunFrame frames[] = {fitSunFrame(casters, {0.48f, 0.36f, 0.8f}, float(degrees * kRadians))};
-        const double fit = medianMilliseconds([&] { fitSunFrame(casters, {0.48f, 0.36f, 0.8f}, 0.01f); });
+        const Vec3 direction{0.48f, 0.36f, 0.8f};
+        const SunNest nests[] = {player_test::sunNestOf(casters, direction, float(degrees * kRadians))};
+        const double fit = medianMilliseconds([&] { player_test::sunNestOf(casters, direction, 0.01f); });
         const double cpu = medianMilliseconds([&] {
-            map.begin(frames[0]);
-            map.draw(casters);
+            map.begin(nests[0].maps[0].frame);
+            map.draw(casters.members);
         });
         const double vertices = medianMilliseconds([&] {
             for (std::size_t i = 0; i < ball.positions.size(); ++i) map.visibility(ball.positions[i], normals[i]);
         });
         const double draw = medianMilliseconds([&] {
-            maps.draw(frames, casters);
+            maps.draw(nests, casters);
             gl::Finish();
         });
         drawScene(plain), drawScene(sunny);

@@ -55,4 +55,10 @@ inline SunMap sunMapOf(std::span<const SunCaster> casters, Vec3 direction, float
     return map;
 }
 
+inline SunNest sunNestOf(const SunCasters& casters, Vec3 direction, float radius, int size = kSunMapSize) {
+    SunNest nest;
+    fitSunNest(casters, direction, radius, size, nest);
+    return nest;
+}
+
 }  // namespace penumbra::player_test

@@ -166,7 +166,7 @@ TEST(MembraneShading, SunsComeThroughInPictures) {
         const std::vector<SlotLobes> slot_lobes = table.addSlots(set);
         Sunlight suns(table, 256);
         const SunCaster body{at.positions, sheet.asset.mesh.triangles};
-        suns.shine(set.suns(), {&body, 1});
+        suns.shine(set.suns(), {{body}});
         ModelPainter painter(std::make_shared<GlAsset>(sheet.asset, &set), 1);
         ValuePainter plain(sheet.asset.mesh, Channel::kShaded, Sides::kSeen),
             sunlit(sheet.asset.mesh, Channel::kShaded, Sides::kSeen, table.models(lobes));

@@ -123,8 +123,8 @@ TEST_F(SceneSunsOfProbe, TurnWithTheLightAndAddUp) {
 TEST_F(SceneSunsOfProbe, DoNotDependOnThreads) {
     const PosedScene posed = scene("sunny");
     const SceneSuns one = sceneSuns(posed, SunChoice::kAuto, 100, 1), many = sceneSuns(posed, SunChoice::kAuto, 100, 3);
-    EXPECT_TRUE(std::ranges::equal(one.maps[0].depths(), many.maps[0].depths()));
-    EXPECT_LT(std::ranges::min(one.maps[0].depths()), 1);
+    EXPECT_TRUE(std::ranges::equal(one.maps[0].maps()[0].depths(), many.maps[0].maps()[0].depths()));
+    EXPECT_LT(std::ranges::min(one.maps[0].maps()[0].depths()), 1);
 }
 
 TEST_F(SceneSunsOfProbe, AreOnlyWhereTheyCanBe) {

@@ -102,14 +102,14 @@ TEST(SunMapPainter, GivesThePictureOfTheCpu) {
     SunMesh sphere = player_test::sunSphere(20);
     for (Vec3& p : sphere.positions) p = p * 0.25f + Vec3{-0.1f, 0.1f, 0.4f};
     const SunMesh bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.25f, 0.1f, 0.3f});
-    const SunCaster casters[] = {sphere, bar};
+    const SunCasters casters{{sphere, bar}};
     maps.setCasters(casters);
     std::size_t other = 0, pixels = 0;
     for (const float radius : {0.0f, 0.01f, 0.1f})
         for (const Vec3 direction : {Vec3{0, 0, 1}, Vec3{1, 2, 3}, Vec3{-1, 0, 0.5f}}) {
-            const SunFrame frames[] = {fitSunFrame(casters, direction, radius, 512)};
-            const SunMap map = player_test::sunMapOf(casters, direction, radius, 512);
-            maps.draw(frames, casters);
+            const SunNest nests[] = {player_test::sunNestOf(casters, direction, radius, 512)};
+            const SunMap map = player_test::sunMapOf(casters.members, direction, radius, 512);
+            maps.draw(nests, casters);
             target.begin();
             ground.draw(maps);
             for (const Vec3 pixel : target.read().pixels) {
@@ -134,13 +134,13 @@ TEST(SunMapPainter, CoarseMeshesWithSmoothNormalsHaveNoAcne) {
         for (const Vec3 v : {p, normal}) vertices.insert(vertices.end(), {v.x, v.y, v.z});
     }
     const Receiver receiver(kFacetFragment, vertices, ball.triangles);
-    const SunCaster casters[] = {ball};
+    const SunCasters casters{{ball}};
     maps.setCasters(casters);
     std::size_t lit = 0, dark = 0, dark_by_normals = 0;
     for (const float radius : {0.0f, 0.01f, 0.05f})
         for (const Vec3 direction : {Vec3{0, 0, -1}, Vec3{1, 2, -3}, Vec3{-2, 0.5f, -1}}) {
-            const SunFrame frames[] = {fitSunFrame(casters, direction, radius, 512)};
-            maps.draw(frames, casters);
+            const SunNest nests[] = {player_test::sunNestOf(casters, direction, radius, 512)};
+            maps.draw(nests, casters);
             target.begin();
             receiver.draw(maps);
             for (const Vec3 pixel : target.read().pixels) {
@@ -162,15 +162,15 @@ TEST(SunMapPainter, BlocksTellMostPixelsWhatTexelsTell) {
     SunMesh sphere = player_test::sunSphere(20);
     for (Vec3& p : sphere.positions) p = p * 0.25f + Vec3{-0.1f, 0.1f, 0.4f};
     const SunMesh bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.25f, 0.1f, 0.3f});
-    const SunCaster casters[] = {sphere, bar};
+    const SunCasters casters{{sphere, bar}};
     const Receiver ground = groundReceiver(kKnownFragment);
     for (const int size : {500, 512, 1024}) {
         SunMapPainter maps(1, size);
         maps.setCasters(casters);
         for (const float radius : {0.0f, 0.005f, 0.05f})
             for (const Vec3 direction : {Vec3{0, 0, 1}, Vec3{1, 2, 3}, Vec3{-1, 0, 0.5f}}) {
-                const SunFrame frames[] = {fitSunFrame(casters, direction, radius, size)};
-                maps.draw(frames, casters);
+                const SunNest nests[] = {player_test::sunNestOf(casters, direction, radius, size)};
+                maps.draw(nests, casters);
                 target.begin();
                 ground.draw(maps);
                 const Image image = target.read();
@@ -189,14 +189,16 @@ TEST(SunMapPainter, NoFrameAllocates) {
     const auto context = createGlContext(GlBackend::kOsMesa);
     SunMapPainter maps(1, 64);
     const SunMesh bar = player_test::sunBox({0.2f, -0.6f, 0}, {0.25f, 0.1f, 0.3f});
-    const SunCaster casters[] = {bar};
+    const SunCasters casters{{bar}};
     maps.setCasters(casters);
-    SunMap map;
+    SunMaps on_cpu;
+    SunNest nest;
     const auto drawBoth = [&](float angle) {
-        const SunFrame frames[] = {fitSunFrame(casters, {std::cos(angle), std::sin(angle), 1}, 0.01f, 64)};
-        map.begin(frames[0]);
-        map.draw(casters);
-        maps.draw(frames, casters);
+        const Vec3 direction{std::cos(angle), std::sin(angle), 1};
+        on_cpu.begin(casters, direction, 0.01f, 64);
+        on_cpu.draw(casters);
+        fitSunNest(casters, direction, 0.01f, 64, nest);
+        maps.draw({&nest, 1}, casters);
     };
     drawBoth(0);
     const player_test::GlCalls calls;
@@ -214,16 +216,16 @@ TEST(SunMapPainter, VerticesThatAreNotFiniteCastNothing) {
     SunMesh sheet = player_test::sunSquare({0, 0, 1}, 0.5f);
     for (Vec3& p : sheet.positions) p.z = 0.5f;
     const auto darkness = [&] {
-        const SunCaster casters[] = {sheet};
-        const SunFrame frames[] = {fitSunFrame(casters, {0, 0, 1}, 0.01f, 128)};
-        maps.draw(frames, casters);
+        const SunCasters casters{{sheet}};
+        const SunNest nests[] = {player_test::sunNestOf(casters, {0, 0, 1}, 0.01f, 128)};
+        maps.draw(nests, casters);
         target.begin();
         ground.draw(maps);
         double sum = 0;
         for (const Vec3 pixel : target.read().pixels) sum += 1 - double(pixel.x);
         return sum / 1024;
     };
-    const SunCaster casters[] = {sheet};
+    const SunCasters casters{{sheet}};
     maps.setCasters(casters);
     EXPECT_NEAR(darkness(), 0.25, 0.01);
     const Vec3 corner = sheet.positions[1];  // of one of the two triangles
