@@ -7,6 +7,7 @@
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
+#include "formats/stage/lobe_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
 #include "formats/stage/transfer_file.h"
@@ -23,7 +24,8 @@ int main(int argc, char** argv) {
                        {"penumbra.brdf", 1, kBrdfVersion},
                        {"penumbra.light", kPlainLightVersion, kLightVersion},
                        {"penumbra.blockers", 1, kBlockersVersion},
-                       {"penumbra.transfer", 1, kTransferVersion},
+                       {"penumbra.transfer", kTransferVersion, kTransferVersion},
+                       {"penumbra.lobes", 1, kLobesVersion},
                        {"penumbra.asset", kOldestAssetVersion, kAssetVersion},
                        {"penumbra.scene", 1, kSceneVersion}},
                       {visibilityVerb(), fieldsVerb(), mergeVerb(), posesVerb(), referenceVerb(), infoVerb()}, argc,

@@ -18,6 +18,7 @@
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
+#include "formats/stage/lobe_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
 #include "formats/stage/stage_file_kind.h"
@@ -212,6 +213,17 @@ Json describeBounced(const Indirect& indirect, std::size_t bytes, std::size_t ve
     return json;
 }
 
+Json describe(const std::vector<ClipError>& errors) {
+    Json list = Json::array();
+    for (const ClipError& error : errors)
+        list.push_back({{"clip", error.clip},
+                        {"held_out", error.held_out},
+                        {"relative_error", error.relative_error},
+                        {"rms_v", error.rms_v},
+                        {"ambient_error", error.ambient_error}});
+    return list;
+}
+
 Json describeModel(const fs::path& path) {
     const Model model = readModel(path);
     Json json = describeKind(model.kind, model.composition.has_value());
@@ -245,13 +257,7 @@ Json describeModel(const fs::path& path) {
         json["bounced"] = describeBounced(*indirect, sizeof(float) * numbers, model.mesh.vertexCount(),
                                           [](const ClusterModel& cluster) { return cluster.components(); });
     }
-    json["errors"] = Json::array();
-    for (const ClipError& error : model.clip_errors)
-        json["errors"].push_back({{"clip", error.clip},
-                                  {"held_out", error.held_out},
-                                  {"relative_error", error.relative_error},
-                                  {"rms_v", error.rms_v},
-                                  {"ambient_error", error.ambient_error}});
+    json["errors"] = describe(model.clip_errors);
     json["provenance"] = describe(model.provenance);
     return json;
 }
@@ -271,6 +277,24 @@ Json describeTransfer(const fs::path& path) {
               {"paper_bytes", paperBytes(model)},
               {"paper_mesh_bytes", paperMeshBytes(model)},
               {"holdout_clips", model.holdout_clips}};
+    json["provenance"] = describe(model.provenance);
+    return json;
+}
+
+Json describeLobeModel(const fs::path& path) {
+    const LobeModel model = readLobes(path);
+    Json json{{"sh_order", model.order},
+              {"lobes", model.lobes},
+              {"mesh", describe(model.mesh)},
+              {"joints", model.skin.jointCount()},
+              {"pose", model.pose_mean.size()},
+              {"inputs", model.inputs()},
+              {"input_variance", model.input_variance},
+              {"clusters", model.joint_of_cluster.size()},
+              {"ridge", model.ridge},
+              {"bytes", modelBytes(model)},
+              {"holdout_clips", model.holdout_clips}};
+    json["errors"] = describe(model.clip_errors);
     json["provenance"] = describe(model.provenance);
     return json;
 }
@@ -500,6 +524,7 @@ Json describeFile(const fs::path& path, bool all_vertices) {
         if (format == "penumbra.fields") content = describeFields(path);
         if (format == "penumbra.light") content = describeLight(path);
         if (format == "penumbra.transfer") content = describeTransfer(path);
+        if (format == "penumbra.lobes") content = describeLobeModel(path);
         if (format == "penumbra.blockers") content = describeBlockers(path);
         if (content.is_null()) throw Unsupported(path.string() + ": attribute format: \"" + format + "\" is unknown");
     }
@@ -521,8 +546,10 @@ Verb infoVerb() {
     verb.name = "info";
     verb.help = "What is in a Penumbra file of any kind, who made it and from what.";
     verb.define = [command](CLI::App& app) {
-        app.add_option("file", command->file,
-                       ".vis.h5, .poses.h5, .fields.h5, .model.h5, .brdf.h5, .light.h5, .blockers.h5 or .pnb")
+        app.add_option(
+               "file", command->file,
+               ".vis.h5, .poses.h5, .fields.h5, .model.h5, .lobes.h5, .transfer.h5, .brdf.h5, .light.h5, .blockers.h5 "
+               "or .pnb")
             ->required();
         app.add_flag("--all", command->all, "read the visibility of all vertices, not of some, for its range");
     };

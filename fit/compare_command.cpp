@@ -25,16 +25,12 @@ struct CompareCommand {
     std::vector<const CLI::Option*> of_visibility, of_transfer;  // options that only one kind of comparison has
 };
 
-// The word of --models for paper 003's lobes, which no model file holds.
-constexpr const char* kZhLobes = "zh-lobes";
-
 void define(CLI::App& app, CompareCommand& command) {
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
     app.add_option("-o,--output", command.output, "page to write, NAME.html; NAME.json and NAME.csv go beside it")
         ->required();
     addNameListOption(app, "--holdout", command.holdout, "clips that no fit sees: what the errors are of")->required();
-    addNameListOption(app, "--models", command.models,
-                      "models to compare [all that files hold]; zh-lobes is paper 003's, which no file holds");
+    addNameListOption(app, "--models", command.models, "models to compare [all but zh-lobes, which are paper 003's]");
     addNameListOption(app, "--lobes", command.lobes, "numbers of lobes of zh-lobes, 1..3 [1,2]");
     addNameListOption(app, "--features", command.features,
                       "features to compare [joint-angles, or dihedral-angles without a skeleton, and relative-bones]");

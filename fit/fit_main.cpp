@@ -5,6 +5,7 @@
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
+#include "formats/stage/lobe_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
 #include "formats/stage/transfer_file.h"
@@ -19,7 +20,8 @@ int main(int argc, char** argv) {
                        {"penumbra.poses", kPlainPosesVersion, kPosesVersion},
                        {"penumbra.fields", kStillFieldsVersion, kFieldsVersion},
                        {"penumbra.model", kSkinnedModelVersion, kModelVersion},
-                       {"penumbra.transfer", 1, kTransferVersion},
+                       {"penumbra.transfer", kTransferVersion, kTransferVersion},
+                       {"penumbra.lobes", 1, kLobesVersion},
                        {"penumbra.brdf", 1, kBrdfVersion},
                        {"penumbra.light", kPlainLightVersion, kLightVersion},
                        {"penumbra.blockers", 1, kBlockersVersion}},

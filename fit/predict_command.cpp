@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "fit/fit_verbs.h"
+#include "fit/lobes/predict_lobe_file.h"
 #include "fit/transfer/predict_transfer.h"
 #include "fit/visibility/predict.h"
 #include "formats/stage/stage_file_kind.h"
@@ -17,7 +18,7 @@ struct PredictCommand {
 };
 
 void define(CLI::App& app, PredictCommand& command) {
-    app.add_option("model", command.model, "fitted model, X.model.h5 or X.transfer.h5")->required();
+    app.add_option("model", command.model, "fitted model, X.model.h5, X.lobes.h5 or X.transfer.h5")->required();
     app.add_option("poses", command.poses, "poses to predict, a bake of the same character")->required();
     app.add_option("-o,--output", command.output, "prediction to write, PRED.vis.h5")->required();
 }
@@ -66,8 +67,26 @@ void runTransfer(const PredictCommand& command, const CommonOptions& common, Rep
     if (!common.quiet) std::printf("%zu frames of diffuse transfer\n", frames);
 }
 
+// Predicts with a model of paper 003.
+void runLobes(const PredictCommand& command, const CommonOptions& common, Report& report) {
+    report.phase("read");
+    const LobeModel model = readLobes(command.model);
+    const VisibilityReader poses(command.poses);
+    checkCharacter(model, poses.header(), command.poses);
+    if (common.dry_run) return printDryRun(command, poses);
+    report.phase("predict");
+    const std::size_t frames = poses.header().frames.frameCount();
+    Progress progress = progressOf(common, frames);
+    predictLobeFile(model, poses, {command.output, provenanceOf(command), common.threads},
+                    [&](double frame) { progress.update(frame); });
+    report.figures["frames"] = frames;
+    if (!common.quiet) std::printf("%zu frames of %zu zonal lobes a vertex\n", frames, model.lobes);
+}
+
 void run(const PredictCommand& command, const CommonOptions& common, Report& report) {
-    if (stageFileKind(command.model) == "penumbra.transfer") return runTransfer(command, common, report);
+    const std::string kind = stageFileKind(command.model);
+    if (kind == "penumbra.transfer") return runTransfer(command, common, report);
+    if (kind == "penumbra.lobes") return runLobes(command, common, report);
     report.phase("read");
     const Model model = readModel(command.model);
     const VisibilityReader poses(command.poses);

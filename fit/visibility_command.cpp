@@ -4,8 +4,10 @@
 #include <cstdio>
 #include <memory>
 
+#include "fit/clip_table.h"
 #include "fit/fit_verbs.h"
 #include "fit/visibility/fit_visibility.h"
+#include "fit/visibility_lobes.h"
 #include "formats/common/errors.h"
 #include "formats/common/name_list_option.h"
 #include "formats/stage/pose_file.h"
@@ -26,6 +28,9 @@ struct VisibilityCommand {
     std::string model = kAuto, local_model = nameOf(FitOptions{}.model), features = nameOf(FeatureKind::kRelativeBones),
                 clusters = "auto", parts = "auto", input_variance = "auto", convention = "D5";
     FitOptions options;
+    int lobes = LobeFitOptions{}.lobes;
+    const CLI::Option *lobes_option = nullptr, *features_option = nullptr, *convention_option = nullptr;
+    std::vector<const CLI::Option*> not_of_lobes;  // options that zh-lobes have no use for
 };
 
 // The model that is meant.
@@ -44,25 +49,31 @@ std::vector<std::string> namesOf(const Kinds& kinds) {
 void define(CLI::App& app, VisibilityCommand& command) {
     FitOptions& options = command.options;
     app.add_option("visibility_file", command.input, "baked visibility, X.vis.h5")->required();
-    app.add_option("-o,--output", command.output, "model to write, X.model.h5")->required();
+    app.add_option("-o,--output", command.output, "model to write, X.model.h5, or X.lobes.h5 of zh-lobes")->required();
     app.add_option("--model", command.model,
-                   "how the numbers are predicted; auto: composed with --fields, else additive")
+                   "how the numbers are predicted; auto: composed with --fields, else additive; zh-lobes: the "
+                   "reference model of paper 003, for `predict` alone")
         ->check(CLI::IsMember([] {
             std::vector<std::string> names = namesOf(kModelKinds);
             names.emplace_back(kComposed);
+            names.emplace_back(kZhLobes);
             names.emplace_back(kAuto);
             return names;
         }()))
         ->capture_default_str();
+    command.lobes_option = app.add_option("--lobes", command.lobes, "zonal lobes of a vertex, of --model zh-lobes")
+                               ->check(CLI::Range(1, kMostLobes))
+                               ->capture_default_str();
     app.add_option("--fields", command.fields,
                    "X.fields.h5 of `penumbra-bake fields`, for --model composed: of the character and of occluders");
     app.add_option("--local-model", command.local_model,
                    "how a composed model predicts what nearby parts hide, and what the composition leaves")
         ->check(CLI::IsMember(namesOf(kModelKinds)))
         ->capture_default_str();
-    app.add_option("--features", command.features, "what the numbers are predicted from")
-        ->check(CLI::IsMember(namesOf(kFeatureKinds)))
-        ->capture_default_str();
+    command.features_option = app.add_option("--features", command.features,
+                                             "what the numbers are predicted from; zh-lobes know joint-angles alone")
+                                  ->check(CLI::IsMember(namesOf(kFeatureKinds)))
+                                  ->capture_default_str();
     app.add_option("--clusters", command.clusters, "number of clusters, or auto")->capture_default_str();
     app.add_option("--parts", command.parts,
                    "near-rigid parts of a mesh without skeleton, its bones for relative-bones; a number or auto")
@@ -77,7 +88,11 @@ void define(CLI::App& app, VisibilityCommand& command) {
     addNameListOption(app, "--holdout", options.holdout, "clips that no step of the fit sees, for the errors");
     app.add_option("--train-frames", command.train_frames,
                    "X.poses.h5 of `penumbra-bake poses`: train on these frames alone");
-    app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...")->capture_default_str();
+    command.convention_option =
+        app.add_option("--convention", command.convention, "A, B or D and the order: A4, D5, ...; zh-lobes have B4")
+            ->capture_default_str();
+    for (const char* name : {"--fields", "--local-model", "--parts", "--output-variance"})
+        command.not_of_lobes.push_back(app.get_option(name));
 }
 
 double parseInputVariance(const std::string& text) {
@@ -98,6 +113,14 @@ int parseCount(const char* option, const std::string& text, long most) {
     return int(count);
 }
 
+Convention conventionOf(const std::string& name) {
+    try {
+        return parseConvention(name);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(std::string("--convention: ") + error.what());
+    }
+}
+
 FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions& common) {
     FitOptions options = command.options;
     const std::string model = modelOf(command);
@@ -105,6 +128,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
     if (composed == command.fields.empty())
         throw UsageError(composed ? "--model composed needs --fields X.fields.h5 (penumbra-bake fields)"
                                   : "--fields: only --model composed reads them");
+    if (command.lobes_option->count() > 0) throw UsageError("--lobes: only --model zh-lobes has them");
     if (!composed && command.local_model != VisibilityCommand{}.local_model)
         throw UsageError("--local-model: only --model composed has one");
     // CLI11 has checked the names.
@@ -113,11 +137,7 @@ FitOptions resolveOptions(const VisibilityCommand& command, const CommonOptions&
     options.clusters = parseCount("--clusters", command.clusters, 1000000);
     options.parts = parseCount("--parts", command.parts, 65000);
     options.input_variance = parseInputVariance(command.input_variance);
-    try {
-        options.convention = parseConvention(command.convention);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--convention: ") + error.what());
-    }
+    options.convention = conventionOf(command.convention);
     for (const std::string& file : command.fields) options.fields.push_back(readFields(file));
     if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
     options.threads = common.threads;
@@ -132,6 +152,29 @@ std::vector<std::filesystem::path> inputsOf(const VisibilityCommand& command) {
     return inputs;
 }
 
+// Returns the options of paper 003's model, which has no use for some of the others.
+LobesCommand lobesOf(const VisibilityCommand& command, const CommonOptions& common) {
+    for (const CLI::Option* option : command.not_of_lobes)
+        if (option->count() > 0) throw UsageError(option->get_name() + " is of no use to --model zh-lobes");
+    if (command.features_option->count() > 0 && command.features != nameOf(FeatureKind::kJointAngles))
+        throw UsageError("--features " + command.features + ": --model zh-lobes knows joint-angles alone");
+    LobeFitOptions options;
+    if (command.convention_option->count() > 0) {
+        const Convention convention = conventionOf(command.convention);
+        if (convention.below != BelowHorizon::kBlocked || convention.order < 2)
+            throw UsageError("--convention " + command.convention + ": --model zh-lobes takes B2 to B" +
+                             std::to_string(kMaxOrder) + ", visibility that is 0 below the horizon");
+        options.order = convention.order;
+    }
+    options.lobes = command.lobes;
+    options.clusters = parseCount("--clusters", command.clusters, 1000000);
+    if (const double share = parseInputVariance(command.input_variance); share > 0) options.input_variance = share;
+    options.holdout = command.options.holdout;
+    if (!command.train_frames.empty()) options.train_frames = readPoseFile(command.train_frames).frames;
+    options.threads = common.threads;
+    return {command.input, command.output, inputsOf(command), options};
+}
+
 std::string optionsJson(const VisibilityCommand& command, const FitOptions& options) {
     nlohmann::ordered_json json;
     json["model"] = modelOf(command);
@@ -144,10 +187,6 @@ std::string optionsJson(const VisibilityCommand& command, const FitOptions& opti
     json["holdout"] = options.holdout;
     json["convention"] = options.convention.name();
     return json.dump();
-}
-
-nlohmann::ordered_json toJson(double relative_error, double rms_v, double ambient_error) {
-    return {{"relative_error", relative_error}, {"rms_v", rms_v}, {"ambient_error", ambient_error}};
 }
 
 nlohmann::ordered_json clusterFigures(const Model& model) {
@@ -168,9 +207,8 @@ nlohmann::ordered_json composedFigures(const FitReport& fit) {
     const ComposedReport& composed = *fit.composed;
     nlohmann::ordered_json json;
     const auto add = [&](const char* name, const ErrorFigures& train, const ErrorFigures& held_out) {
-        json[name]["train"] = toJson(train.relative_error, train.rms_v, train.ambient_error);
-        if (fit.held_out_frames)
-            json[name]["held_out"] = toJson(held_out.relative_error, held_out.rms_v, held_out.ambient_error);
+        json[name]["train"] = toJson(train);
+        if (fit.held_out_frames) json[name]["held_out"] = toJson(held_out);
     };
     add("local", composed.local_train, composed.local_held_out);
     add("without_residual", composed.without_train, composed.without_held_out);
@@ -181,25 +219,22 @@ nlohmann::ordered_json composedFigures(const FitReport& fit) {
     return json;
 }
 
+ClipTable tableOf(const FitResult& result) {
+    const FitReport& fit = result.report;
+    return {result.model.frames, result.model.clip_errors, fit.train_frames, fit.held_out_frames, fit.train,
+            fit.held_out};
+}
+
 void fillReport(const FitResult& result, Report& report) {
     const FitReport& fit = result.report;
     auto& figures = report.figures;
     figures["vertices"] = result.model.mesh.vertexCount();
     figures["clusters"] = result.model.clusters.size();
-    figures["train_frames"] = fit.train_frames;
-    figures["held_out_frames"] = fit.held_out_frames;
-    figures["train"] = toJson(fit.train.relative_error, fit.train.rms_v, fit.train.ambient_error);
-    if (fit.held_out_frames)
-        figures["held_out"] = toJson(fit.held_out.relative_error, fit.held_out.rms_v, fit.held_out.ambient_error);
+    addToReport(tableOf(result), figures);
     figures["cross_validated_relative_error"] = fit.cross_validated_error;
     figures["leave_one_out_relative_error"] = fit.leave_one_out_error;
     figures["output_pca_relative_error"] = fit.output_floor;
     figures["largest_tangent_angle_degrees"] = degrees(fit.largest_tangent_angle);
-    for (const ClipError& clip : result.model.clip_errors) {
-        nlohmann::ordered_json entry = toJson(clip.relative_error, clip.rms_v, clip.ambient_error);
-        entry["held_out"] = clip.held_out;
-        figures["clips"][clip.clip] = entry;
-    }
     if (fit.composed) figures["composed"] = composedFigures(fit);
     figures["cluster_list"] = clusterFigures(result.model);
 }
@@ -223,11 +258,6 @@ void printComposed(const FitReport& fit) {
                 composed.residual_cross_validated);
 }
 
-void printRow(const char* name, const char* role, std::size_t frames, const ErrorFigures& errors) {
-    std::printf("%-24s %-9s %6zu %14.4f %8.4f %13.4f\n", name, role, frames, errors.relative_error, errors.rms_v,
-                errors.ambient_error);
-}
-
 void printTable(const FitResult& result) {
     const Model& model = result.model;
     const FitReport& fit = result.report;
@@ -238,16 +268,7 @@ void printTable(const FitResult& result) {
     }
     std::printf("%zu clusters, %.1f inputs and %.1f components each\n", model.clusters.size(),
                 double(inputs) / double(model.clusters.size()), double(components) / double(model.clusters.size()));
-    std::printf("%-24s %-9s %6s %14s %8s %13s\n", "clip", "", "frames", "relative error", "rms V", "ambient error");
-    for (const ClipError& clip : model.clip_errors) {
-        const auto index = std::find(model.frames.clip_names.begin(), model.frames.clip_names.end(), clip.clip);
-        const auto frames = std::count(model.frames.clip.begin(), model.frames.clip.end(),
-                                       std::uint16_t(index - model.frames.clip_names.begin()));
-        printRow(clip.clip.c_str(), clip.held_out ? "held out" : "train", std::size_t(frames),
-                 {clip.relative_error, clip.rms_v, clip.ambient_error});
-    }
-    printRow("all", "train", fit.train_frames, fit.train);
-    if (fit.held_out_frames) printRow("all", "held out", fit.held_out_frames, fit.held_out);
+    print(tableOf(result));
     std::printf("relative error, training frames: %.4f blocked cross-validation, %.4f output PCA\n",
                 fit.cross_validated_error, fit.output_floor);
     if (fit.composed) printComposed(fit);
@@ -256,6 +277,7 @@ void printTable(const FitResult& result) {
 }
 
 void run(const VisibilityCommand& command, const CommonOptions& common, Report& report) {
+    if (command.model == kZhLobes) return runLobes(lobesOf(command, common), common, report);
     const FitOptions options = resolveOptions(command, common);
     const VisibilityReader reader(command.input);
     checkFit(reader.header(), command.input, options);

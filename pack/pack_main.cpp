@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     return runProgram("penumbra-pack", "The run-time asset: packed, and held against truth.",
                       {{"penumbra.asset", kOldestAssetVersion, kAssetVersion},
                        {"penumbra.visibility", 1, kVisibilityVersion},
-                       {"penumbra.transfer", 1, kTransferVersion},
+                       {"penumbra.transfer", kTransferVersion, kTransferVersion},
                        {"penumbra.model", kSkinnedModelVersion, kModelVersion},
                        {"penumbra.brdf", 1, kBrdfVersion},
                        {"penumbra.light", kPlainLightVersion, kLightVersion},

@@ -35,9 +35,11 @@ MAY_INCLUDE = {
        for room in ("blockers", "clusters", "models", "light", "reflectance")},
     "fit/visibility": SH | {"fit/numerics", "fit/clusters", "fit/models"} | FORMATS,
     "fit/transfer": SH | {"fit/numerics"} | FORMATS,
-    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility", "fit/transfer"} | FORMATS,
+    "fit/lobes": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility"} | FORMATS,
+    "fit/compare": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/visibility", "fit/transfer",
+                         "fit/lobes"} | FORMATS,
     "fit": SH | {"fit/numerics", "fit/clusters", "fit/models", "fit/light", "fit/reflectance", "fit/visibility",
-            "fit/transfer", "fit/blockers", "fit/compare"} | FORMATS,
+            "fit/transfer", "fit/lobes", "fit/blockers", "fit/compare"} | FORMATS,
     "pack": SH | {"player/runtime"} | FORMATS,  # penumbra-pack check runs the evaluator that engines link
     "player/runtime": SH | {"formats/common", "formats/asset"},
     "player/gl": SH | {"player/runtime"} | FORMATS,

@@ -94,8 +94,10 @@ Json axisJson(const Axis& axis) {
 Json plotJson(const Plot& plot) {
     Json json{{"id", plot.id},         {"title", plot.title},   {"kind", plot.bars ? "bars" : "lines"},
               {"x", axisJson(plot.x)}, {"y", axisJson(plot.y)}, {"series", Json::array()}};
-    for (const Series& series : plot.series)
+    for (const Series& series : plot.series) {
         json["series"].push_back({{"name", series.name}, {"x", numbers(series.x)}, {"y", numbers(series.y)}});
+        if (!series.spread.empty()) json["series"].back()["deviation"] = numbers(series.spread);
+    }
     return json;
 }
 

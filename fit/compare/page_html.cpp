@@ -56,6 +56,7 @@ svg text.rule, svg text.value { paint-order: stroke; stroke: var(--paper); strok
 .series { stroke: none; } .series .line { fill: none; stroke: currentColor; stroke-width: 2; stroke-linejoin: round; }
 .series > *:not(.line):not(text) { fill: currentColor; } .dashed .line { stroke-dasharray: 7 5; }
 .dashed > *:not(.line):not(text) { fill: var(--paper); stroke: currentColor; stroke-width: 2; }
+.series > path.spread { fill: none; stroke: var(--ink); stroke-width: 1.5; }
 .bars.dashed > rect { fill: currentColor; fill-opacity: .22; stroke-width: 1.5; }
 .points { opacity: .6; }
 .c0 { color: var(--c0); } .c1 { color: var(--c1); } .c2 { color: var(--c2); } .c3 { color: var(--c3); }

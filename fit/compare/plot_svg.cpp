@@ -106,7 +106,7 @@ PlotFrame frameOf(const Plot& plot) {
         for (std::size_t i = 0; i < series.x.size(); ++i) {
             if (!std::isfinite(series.y[i])) continue;
             x.add(series.x[i], plot.x.log);
-            y.add(series.y[i], plot.y.log);
+            y.add(series.y[i] + (series.spread.empty() ? 0 : series.spread[i]), plot.y.log);
         }
     if (plot.bars)
         x = {-0.5, double(plot.x.names.size()) - 0.5};
@@ -183,7 +183,8 @@ std::string pointTitle(const Plot& plot, const Series& series, std::size_t i) {
     const std::string at = plot.bars ? plot.x.names[std::size_t(series.x[i])] : shortNumber(series.x[i]);
     return "<title>" +
            escapeXml(series.name + "\n" + (plot.x.label.empty() ? "" : plot.x.label + ": ") + at + "\n" + plot.y.label +
-                     ": " + shortNumber(series.y[i])) +
+                     ": " + shortNumber(series.y[i]) +
+                     (series.spread.empty() ? "" : " +- " + shortNumber(series.spread[i]))) +
            "</title>";
 }
 
@@ -214,9 +215,15 @@ std::string barsSvg(const Plot& plot, std::size_t index, const PlotFrame& frame)
         svg += format("<rect x=\"%.2f\" y=\"%.2f\" width=\"%.2f\" height=\"%.2f\">", x + 1, std::min(y, zero),
                       std::max(width - 2, 1.0), std::abs(zero - y));
         svg += pointTitle(plot, series, i) + "</rect>";
+        double top = std::min(y, zero);
+        if (!series.spread.empty()) {
+            top = frame.y(series.y[i] + series.spread[i]);
+            svg += format("<path class=\"spread\" d=\"M%.2f %.2fV%.2f\"/>", x + width / 2, top,
+                          frame.y(series.y[i] - series.spread[i]));
+        }
         if (width >= 24)
-            svg += format("<text class=\"value\" x=\"%.2f\" y=\"%.2f\">%.3g</text>", x + width / 2,
-                          std::min(y, zero) - 4, series.y[i]);
+            svg +=
+                format("<text class=\"value\" x=\"%.2f\" y=\"%.2f\">%.3g</text>", x + width / 2, top - 4, series.y[i]);
     }
     return svg;
 }

@@ -108,20 +108,43 @@ std::vector<Basis> basesOf(int order, std::span<const Vec3d> directions) {
     return bases;
 }
 
+// What a search pays for coefficients: `weight` times the squares of their distance from `towards`, of scaled bands. No
+// matrices stand for zeros.
+struct RidgeTo {
+    double weight = 0;
+    std::array<SmallMatrix, kMaxOrder> towards{};  // [D, 3]
+
+    double from(int l, std::size_t d, std::size_t channel, double x) const {
+        return x - towards[std::size_t(l)].at[channel][d];
+    }
+};
+
+// Solves for the coefficients of a band: the smallest |columns x - band|^2 + weight |x - towards|^2.
+SmallMatrix solveBand(const SmallMatrix& columns, const SmallMatrix& band, int l, const RidgeTo& ridge) {
+    const SmallMatrix& towards = ridge.towards[std::size_t(l)];
+    if (towards.rows == 0) return solveMinNorm(columns, band, ridge.weight);
+    SmallMatrix x = solveMinNorm(columns, leftOf(band, columns, towards), ridge.weight);
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t d = 0; d < std::size_t(columns.columns); ++d) x.at[c][d] += towards.at[c][d];
+    return x;
+}
+
 // Returns what is left, squared, when every band has its best coefficients, plus the ridge. Because these are best,
 // only the moving columns count in the gradient: d|R|^2 = -2 <R, dA X>. `gradient` may be empty.
-double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::span<Vec3d> gradient, double ridge) {
+double residualOf(const Bands& bands, std::span<const Vec3d> directions, std::span<Vec3d> gradient,
+                  const RidgeTo& ridge) {
     const std::vector<Basis> bases = basesOf(bands.order, directions);
     std::vector<Basis> pull(directions.size(), Basis{});  // -2 R X^T
     double sum = 0;
     for (int l = 1; l < bands.order; ++l) {  // band 0 is left out: any lobe has all of it
         // 1. Solve for the coefficients of the band.
         const SmallMatrix columns = columnsOf(l, bases);
-        const SmallMatrix x = solveMinNorm(columns, bands.of[std::size_t(l)], ridge);
+        const SmallMatrix x = solveBand(columns, bands.of[std::size_t(l)], l, ridge);
         const SmallMatrix left = leftOf(bands.of[std::size_t(l)], columns, x);
         // 2. Sum what is left, and the pull -2 R X^T on every lobe's column.
         for (std::size_t c = 0; c < 3; ++c) {
-            for (std::size_t d = 0; d < directions.size(); ++d) sum += ridge * x.at[c][d] * x.at[c][d];
+            for (std::size_t d = 0; d < directions.size(); ++d)
+                sum += ridge.weight * ridge.from(l, d, c, x.at[c][d]) * ridge.from(l, d, c, x.at[c][d]);
             for (std::size_t i = 0; i < std::size_t(left.rows); ++i) {
                 sum += left.at[c][i] * left.at[c][i];
                 for (std::size_t d = 0; d < directions.size(); ++d)
@@ -164,16 +187,16 @@ struct Lobes {
 };
 
 // Solves for the coefficients of given directions.
-Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions, double ridge = 0) {
+Lobes withBestCoefficients(const Bands& bands, std::vector<Vec3d> directions, const RidgeTo& ridge = {}) {
     Lobes lobes{std::move(directions), {}};
     const std::vector<Basis> bases = basesOf(bands.order, lobes.directions);
     for (int l = 0; l < bands.order; ++l)
-        lobes.z[std::size_t(l)] = solveMinNorm(columnsOf(l, bases), bands.of[std::size_t(l)], ridge);
+        lobes.z[std::size_t(l)] = solveBand(columnsOf(l, bases), bands.of[std::size_t(l)], l, ridge);
     return lobes;
 }
 
 // Searches for better directions from `start`.
-DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start, double ridge = kRidge) {
+DirectionMinimum refine(const Bands& bands, std::span<const Vec3d> start, const RidgeTo& ridge = {kRidge, {}}) {
     return minimiseOverDirections(
         [&](std::span<const Vec3d> s, std::span<Vec3d> gradient) { return residualOf(bands, s, gradient, ridge); },
         start);
@@ -306,10 +329,20 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int count, LobeFit
                                              : "fixed");
 }
 
-LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<const Vec3d> directions, double ridge) {
+LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<const Vec3d> directions, double ridge,
+                           std::span<const double> towards) {
     assert(order >= 1 && order <= kMaxOrder && int(sh.size()) == 3 * coefficientCount(order));
-    const Bands bands = bandsOf(order, sh);
-    const Lobes lobes = withBestCoefficients(bands, refine(bands, directions, ridge).directions, ridge);
+    assert(towards.empty() || towards.size() == 3 * directions.size() * std::size_t(order));
+    Bands bands = bandsOf(order, sh);
+    if (bands.scale == 0) bands.scale = 1;  // black stays black, and coefficients that are pulled have a scale
+    RidgeTo pull{ridge, {}};
+    for (std::size_t l = 0; l < std::size_t(order) && !towards.empty(); ++l) {
+        pull.towards[l] = {int(directions.size()), 3, {}};
+        for (std::size_t d = 0; d < directions.size(); ++d)
+            for (std::size_t c = 0; c < 3; ++c)
+                pull.towards[l].at[c][d] = towards[(d * std::size_t(order) + l) * 3 + c] / bands.scale;
+    }
+    const Lobes lobes = withBestCoefficients(bands, refine(bands, directions, pull).directions, pull);
     std::vector<std::size_t> as_they_are(directions.size());
     std::iota(as_they_are.begin(), as_they_are.end(), std::size_t(0));
     return measured(order, sh, bands.scale, lobes, as_they_are, "joint");

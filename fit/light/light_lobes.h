@@ -30,8 +30,10 @@ LightLobesFit fitLobes(int order, std::span<const double> sh, int lobes, LobeFit
 
 // Refines `directions` by BFGS over all of them at once, as kJoint does, and keeps their order and their signs. Lights
 // that are near one another so have lobes that are near one another. `ridge` weighs the squares of the coefficients
-// against that of the light, so that no two lobes grow against each other.
-LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<const Vec3d> directions, double ridge);
+// against that of the light, so that no two lobes grow against each other. Where `towards` is given, [D, order, 3] as
+// LightLobesFit::coefficients, it weighs their squared distance from these instead.
+LightLobesFit fitLobesFrom(int order, std::span<const double> sh, std::span<const Vec3d> directions, double ridge,
+                           std::span<const double> towards = {});
 
 // Returns the SH of the lobes, [order^2, 3].
 std::vector<double> lobesToSh(int order, const LightLobesFit& lobes);

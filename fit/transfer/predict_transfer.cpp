@@ -4,9 +4,9 @@
 #include <cassert>
 
 #include "fit/numerics/eigen_map.h"
-#include "formats/common/errors.h"
 #include "formats/common/parallel_for.h"
 #include "formats/common/write_file.h"
+#include "formats/stage/same_character.h"
 
 namespace penumbra {
 
@@ -115,15 +115,7 @@ void shadeTransfer(const TransferModel& model, const LitTransfer& lit, std::span
 }
 
 void checkCharacter(const TransferModel& model, const VisibilityHeader& header, const std::string& file) {
-    const auto refuse = [&](const char* field) {
-        throw InvalidInput(file + ": " + field + " of the poses is not that of the model: another character");
-    };
-    if (!header.skin || header.skin->joint_names != model.skin.joint_names) refuse("/skin/joint_names");
-    if (header.mesh.two_sided != model.mesh.two_sided) refuse("attribute two_sided");
-    if (header.mesh.vertexCount() != model.mesh.vertexCount()) refuse("/mesh/rest_positions");
-    if (header.mesh.triangles != model.mesh.triangles) refuse("/mesh/triangles");
-    if (header.input_names != model.input_names) refuse("/inputs/names");
-    if (header.pose_size != model.pose_size) refuse("/frames/pose");
+    checkSameCharacter({model.mesh, model.skin, model.input_names, std::size_t(model.pose_size)}, header, file);
 }
 
 void predictTransferFile(const TransferModel& model, const VisibilityReader& poses, const TransferPrediction& to,

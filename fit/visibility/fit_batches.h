@@ -5,12 +5,9 @@
 #include "fit/clusters/vertex_clusters.h"
 #include "fit/visibility/fit_composed.h"
 #include "fit/visibility/fit_visibility.h"
+#include "fit/visibility/split_frames.h"
 
 namespace penumbra {
-
-struct Split {
-    std::vector<std::size_t> train, held_out;  // frames
-};
 
 struct FitJob {
     const VisibilityReader& reader;

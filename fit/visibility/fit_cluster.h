@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fit/models/features.h"
+#include "fit/visibility/error_figures.h"
 #include "fit/visibility/local_numbers.h"
 #include "formats/stage/model_file.h"
 
@@ -21,13 +22,6 @@ struct ClusterProblem {
     int joint = 0;
     Vec3 center;        // centre of the cluster in the rest pose
     bool prior = true;  // RegressionProblem::prior
-};
-
-// Sums over the vertices of a cluster, or of all clusters, frame by frame. F counts frames.
-struct FrameErrors {
-    std::vector<double> squared;   // [F] |prediction - truth|^2
-    std::vector<double> variance;  // [F] |truth - training mean|^2
-    std::vector<double> ambient;   // [F] |E(prediction) - E(truth)|, NaN without ambient_weights
 };
 
 struct ClusterFit {

@@ -16,7 +16,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "fit/clusters/tangent_frames.h"
 #include "fit/clusters/vertex_clusters.h"
@@ -24,57 +23,12 @@
 #include "fit/visibility/compose_fields.h"
 #include "fit/visibility/fit_batches.h"
 #include "formats/common/errors.h"
-#include "formats/common/joined.h"
 #include "formats/common/part_table.h"
 #include "formats/common/write_file.h"
-#include "formats/stage/pose_file.h"
 
 namespace penumbra {
 
 namespace {
-
-void checkHoldout(const FrameList& frames, const std::vector<std::string>& holdout) {
-    for (const std::string& name : holdout)
-        if (std::find(frames.clip_names.begin(), frames.clip_names.end(), name) == frames.clip_names.end())
-            throw UsageError("--holdout: no clip '" + name + "'; the file has " + joined(frames.clip_names));
-}
-
-// Returns which of `frames` are in `list`. Throws UsageError where a frame of the list is not among them or belongs to
-// a clip that is held out.
-std::vector<bool> listedFrames(const FrameList& frames, const FrameList& list,
-                               const std::vector<std::string>& holdout) {
-    std::vector<bool> listed(frames.frameCount());
-    for (std::size_t i = 0; i < list.frameCount(); ++i) {
-        const std::string& clip = list.clip_names[list.clip[i]];
-        const std::string name = "--train-frames: clip '" + clip + "', " + std::to_string(list.time[i]) + " s: ";
-        if (std::find(holdout.begin(), holdout.end(), clip) != holdout.end())
-            throw UsageError(name + "the clip is held out");
-        std::size_t f = 0;
-        while (f < listed.size() &&
-               (frames.clip_names[frames.clip[f]] != clip || std::abs(frames.time[f] - list.time[i]) > kSameTime))
-            ++f;
-        if (f == listed.size()) throw UsageError(name + "the visibility file has no such frame");
-        listed[f] = true;
-    }
-    return listed;
-}
-
-// Splits the frames into training frames and held-out ones. Frames that are not listed are neither.
-Split splitFrames(const FrameList& frames, const FitOptions& options) {
-    checkHoldout(frames, options.holdout);
-    const std::vector<bool> listed = options.train_frames ? listedFrames(frames, *options.train_frames, options.holdout)
-                                                          : std::vector<bool>(frames.frameCount(), true);
-    Split split;
-    for (std::size_t f = 0; f < frames.frameCount(); ++f) {
-        const std::string& clip = frames.clip_names[frames.clip[f]];
-        if (std::find(options.holdout.begin(), options.holdout.end(), clip) != options.holdout.end())
-            split.held_out.push_back(f);
-        else if (listed[f])
-            split.train.push_back(f);
-    }
-    if (split.train.empty()) throw UsageError("--holdout: no clip is left to train on");
-    return split;
-}
 
 // Checks the options that only suit a skeleton or only suit a deforming mesh.
 void checkKind(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
@@ -167,20 +121,6 @@ void copyInput(const VisibilityHeader& header, const PoseTable& poses, const Fit
     model.output_variance = options.output_variance;
 }
 
-// Returns the error figures over the given frames.
-ErrorFigures figuresOf(const FrameErrors& errors, std::span<const std::size_t> frames, std::size_t vertices) {
-    double squared = 0, variance = 0, ambient = 0;
-    for (std::size_t f : frames) {
-        squared += errors.squared[f];
-        variance += errors.variance[f];
-        ambient += errors.ambient[f];
-    }
-    const double points = double(frames.size()) * double(vertices);
-    if (frames.empty()) return {};
-    return {variance > 0 ? std::sqrt(squared / variance) : 0, std::sqrt(squared / points / (4 * std::numbers::pi)),
-            ambient / points};
-}
-
 // Sums what `errorsOf` returns for each fit.
 template <class Fit, class ErrorsOf>
 FrameErrors sumOverClusters(const std::vector<Fit>& fits, std::size_t frames, ErrorsOf errors_of) {
@@ -194,21 +134,6 @@ FrameErrors sumOverClusters(const std::vector<Fit>& fits, std::size_t frames, Er
         }
     }
     return sum;
-}
-
-std::vector<ClipError> errorsByClip(const FrameErrors& errors, const Model& model) {
-    std::vector<ClipError> clips;
-    for (std::size_t c = 0; c < model.frames.clip_names.size(); ++c) {
-        std::vector<std::size_t> frames;
-        for (std::size_t f = 0; f < model.frames.frameCount(); ++f)
-            if (model.frames.clip[f] == c) frames.push_back(f);
-        const ErrorFigures figures = figuresOf(errors, frames, model.mesh.vertexCount());
-        const std::string& name = model.frames.clip_names[c];
-        const bool held =
-            std::find(model.holdout_clips.begin(), model.holdout_clips.end(), name) != model.holdout_clips.end();
-        clips.push_back({name, held, figures.relative_error, figures.rms_v, figures.ambient_error});
-    }
-    return clips;
 }
 
 FitReport reportOf(const std::vector<ClusterFit>& fits, const FrameErrors& errors, const Split& split,
@@ -285,7 +210,7 @@ void finishComposed(std::vector<ComposedFit> fits, const Split& split, FitResult
                            split.train, part->model);
         parts.push_back(std::move(fit.local));
     }
-    model.clip_errors = errorsByClip(errors, model);
+    model.clip_errors = errorsByClip(errors, model.frames, model.holdout_clips, model.mesh.vertexCount());
     result.report = reportOf(parts, local, split, model);
     const std::size_t vertices = model.mesh.vertexCount();
     result.report.train = figuresOf(errors, split.train, vertices);
@@ -331,7 +256,7 @@ std::string findProblem(const FitOptions& options) {
 
 void checkFit(const VisibilityHeader& header, const std::string& file, const FitOptions& options) {
     checkInput(header, file, options);
-    splitFrames(header.frames, options);
+    splitFrames(header.frames, options.holdout, options.train_frames);
 }
 
 FitResult fitVisibility(const VisibilityReader& reader, const std::string& file, const FitOptions& options,
@@ -343,7 +268,8 @@ FitResult fitVisibility(const VisibilityReader& reader, const std::string& file,
 
 PoseRequest poseRequest(const VisibilityHeader& header, const FitOptions& options) {
     const double angles = options.features == FeatureKind::kDihedrals ? inputVariance(options) : 0;
-    return {splitFrames(header.frames, options).train, std::size_t(options.parts), angles, options.threads};
+    return {splitFrames(header.frames, options.holdout, options.train_frames).train, std::size_t(options.parts), angles,
+            options.threads};
 }
 
 FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, const std::string& file,
@@ -354,7 +280,7 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
         if (observer.phase) observer.phase(name);
     };
     checkInput(header, file, options);
-    const Split split = splitFrames(header.frames, options);
+    const Split split = splitFrames(header.frames, options.holdout, options.train_frames);
     // 1. Copy what the model keeps of the bake.
     FitResult result;
     Model& model = result.model;
@@ -376,7 +302,7 @@ FitResult fitVisibility(const VisibilityReader& reader, const PoseTable& poses, 
     // 4. Sum the errors and report them by clip and over all.
     const FrameErrors errors =
         sumOverClusters(fits, poses.frameCount(), [](const ClusterFit& fit) { return fit.errors; });
-    model.clip_errors = errorsByClip(errors, model);
+    model.clip_errors = errorsByClip(errors, model.frames, model.holdout_clips, model.mesh.vertexCount());
     result.report = reportOf(fits, errors, split, model);
     for (ClusterFit& fit : fits) model.clusters.push_back(std::move(fit.model));
     return result;

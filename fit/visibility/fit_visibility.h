@@ -4,14 +4,11 @@
 #include <functional>
 #include <optional>
 
+#include "fit/visibility/error_figures.h"
 #include "fit/visibility/fit_options.h"
 #include "formats/stage/visibility_file.h"
 
 namespace penumbra {
-
-struct ErrorFigures {
-    double relative_error = 0, rms_v = 0, ambient_error = 0;  // docs/formulas.md section 5
-};
 
 // What the parts of a composed model do, each over training and held-out frames.
 struct ComposedReport {

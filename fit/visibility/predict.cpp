@@ -71,19 +71,6 @@ void checkCharacter(const Model& model, const VisibilityHeader& header, const st
     if (header.pose_size != model.pose_size) refuse("/frames/pose");
 }
 
-VisibilityHeader predictionHeader(const Model& model, const VisibilityHeader& poses, const Provenance& provenance) {
-    VisibilityHeader header = poses;
-    header.order = model.convention.order;
-    header.quantity =
-        model.convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
-    // a prediction has the whole visibility alone
-    header.local.reset();
-    header.bounces = 0;
-    header.colors = {};
-    header.provenance = provenance;
-    return header;
-}
-
 // The bones and the pose that the model sees of a frame, for a file that passed checkCharacter().
 struct SeenPose {
     std::vector<Affine> bones;
@@ -161,9 +148,8 @@ void Predictor::compose(const PosedVertices& vertices, std::span<const Affine> b
     for (std::size_t at = 0; at < numbers.size(); at += n) clampAmbient(ambient_, norm2, numbers.subspan(at, n));
 }
 
-std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
-                                std::span<const float> numbers, int threads) {
-    const Convention& convention = model.convention;
+std::vector<float> toModelFrame(const Convention& convention, const LocalFrames& frames, std::span<const Affine> bones,
+                                const std::vector<Vec3>& normals, std::span<const float> numbers, int threads) {
     const auto n = std::size_t(convention.size()), count = std::size_t(coefficientCount(convention.order));
     // 1. Numbers include what lies below the horizon in convention A; moments do not.
     std::array<double, coefficientCount(kMaxOrder)> below{};
@@ -179,8 +165,8 @@ std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bone
             // 2. Rotate every vertex' coefficients from its local frame into the model frame.
             toCoefficients(convention, numbers.subspan(v * n, n), coefficients);
             for (std::size_t i = 0; i < count; ++i) coefficients[i] -= float(below[i]);
-            const int joint = model.clusters[model.cluster_of_vertex[v]].joint;
-            const Vec3 tangent = carriedTangent(normals[v], rotations[std::size_t(joint)], model.rest_tangents[v]);
+            const int joint = frames.joint_of_cluster[(*frames.cluster_of_vertex)[v]];
+            const Vec3 tangent = carriedTangent(normals[v], rotations[std::size_t(joint)], (*frames.rest_tangents)[v]);
             apply(makeShRotation(convention.order, localFrame(normals[v], tangent)), coefficients,
                   std::span(out).subspan(v * count, count));
         }
@@ -188,10 +174,30 @@ std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bone
     return out;
 }
 
+std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
+                                std::span<const float> numbers, int threads) {
+    const std::vector<int> joints = jointsOfClusters(model);
+    return toModelFrame(model.convention, {&model.rest_tangents, &model.cluster_of_vertex, joints}, bones, normals,
+                        numbers, threads);
+}
+
+VisibilityHeader predictionHeader(const Convention& convention, const VisibilityHeader& poses,
+                                  const Provenance& provenance) {
+    VisibilityHeader header = poses;
+    header.order = convention.order;
+    header.quantity = convention.below == BelowHorizon::kMirrored ? "mirrored_visibility" : "hemisphere_visibility";
+    // a prediction has the whole visibility alone
+    header.local.reset();
+    header.bounces = 0;
+    header.colors = {};
+    header.provenance = provenance;
+    return header;
+}
+
 PredictReport predictFile(const Model& model, const VisibilityReader& poses, const PredictFiles& files, int threads,
                           const std::function<void(double)>& progress) {
     checkCharacter(model, poses.header(), files.poses);
-    VisibilityWriter writer(files.output, predictionHeader(model, poses.header(), files.provenance),
+    VisibilityWriter writer(files.output, predictionHeader(model.convention, poses.header(), files.provenance),
                             Precision::kFloat32);
     const Predictor predictor(model);
     PredictReport report;

@@ -10,6 +10,7 @@
 
 #include "fit/models/features.h"
 #include "fit/visibility/far_factors.h"
+#include "fit/visibility/local_numbers.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/visibility_file.h"
 
@@ -42,8 +43,14 @@ private:
 
 // Turns numbers in the local frames of a pose into what a prediction file holds, [V, order^2] in the model frame:
 // hemisphere moments b for conventions A and B, coefficients of the mirrored function for D.
+std::vector<float> toModelFrame(const Convention& convention, const LocalFrames& frames, std::span<const Affine> bones,
+                                const std::vector<Vec3>& normals, std::span<const float> numbers, int threads);
 std::vector<float> toModelFrame(const Model& model, std::span<const Affine> bones, const std::vector<Vec3>& normals,
                                 std::span<const float> numbers, int threads);
+
+// Returns the header of a file of predictions for some poses.
+VisibilityHeader predictionHeader(const Convention& convention, const VisibilityHeader& poses,
+                                  const Provenance& provenance);
 
 struct PredictReport {
     std::size_t frames = 0;

@@ -14,6 +14,7 @@
 #include "formats/stage/brdf_file.h"
 #include "formats/stage/field_file.h"
 #include "formats/stage/light_file.h"
+#include "formats/stage/lobe_file.h"
 #include "formats/stage/model_file.h"
 #include "formats/stage/pose_file.h"
 #include "formats/stage/transfer_file.h"
@@ -229,6 +230,29 @@ inline BlockerFile blockerFile() {
     out.area = 0.5;
     out.provenance = {"penumbra-fit blockers", "0.1.0", R"({"spheres":3})", {{"strip.model.h5", std::string(64, 'a')}}};
     return out;
+}
+
+// Makes two lobes of order 3 a vertex, of two components of six angles.
+inline LobeModel lobeModel() {
+    LobeModel model;
+    model.order = 3;
+    model.lobes = 2;
+    model.mesh = strip(2);
+    const std::size_t vertices = model.mesh.vertexCount();
+    model.rest_normals.assign(vertices, {0, 0, 1});
+    model.rest_tangents.assign(vertices, {1, 0, 0});
+    model.skin = twoJoints(model.mesh);
+    for (std::size_t v = 0; v < vertices; ++v) model.cluster_of_vertex.push_back(std::uint32_t(v % 2));
+    model.joint_of_cluster = {1, 0};
+    model.pose_mean = numbers(6, 0.2);
+    model.pose_basis = numbers(2 * 6, 0.3);
+    for (std::size_t v = 0; v < vertices; ++v) model.axes.insert(model.axes.end(), {{0, 0, 1}, {0.6f, 0, 0.8f}});
+    model.weights = numbers(vertices * 3 * 2 * 5, 0.4);
+    model.ridge = 0.1;
+    model.holdout_clips = {"run"};
+    model.clip_errors = {{"walk", false, 0.5, 0.1, 0.02}, {"run", true, 0.9, 0.2, 0.05}};
+    model.provenance = {"test", "0", "{}", {}};
+    return model;
 }
 
 // Makes a model of order 2 with three of six angles, and two components of the vertices where it is reduced.

@@ -61,6 +61,8 @@ const std::vector<Victim>& victims() {
          [](const auto& path) { (void)readPoseFile(path); }},
         {"transfer", [](const auto& path) { writeTransfer(path, samples::transferModel(TransferModelKind::kPca)); },
          [](const auto& path) { (void)readTransfer(path); }},
+        {"lobes", [](const auto& path) { writeLobes(path, samples::lobeModel()); },
+         [](const auto& path) { (void)readLobes(path); }},
         {"brdf",
          [](const auto& path) {
              BrdfFile brdf = samples::sampleBrdf();

@@ -55,6 +55,7 @@ void writeStageFiles(const fs::path& out) {
                   samples::transferModel(TransferModelKind::kLinear));
     writeTransfer(inFolder(out / "fuzz_transfer_file", "pca.transfer.h5"),
                   samples::transferModel(TransferModelKind::kPca));
+    writeLobes(inFolder(out / "fuzz_lobe_file", "two.lobes.h5"), samples::lobeModel());
     writePoseFile(inFolder(out / "fuzz_pose_file", "mixed.poses.h5"), samples::mixedPoseFile());
     write(out / "fuzz_model_file" / "tube.model.h5", tinyModels().front());
     write(out / "fuzz_model_file" / "composed.model.h5", tinyModels().back());

@@ -109,6 +109,9 @@ def fits():
     run(OK, "fit", "visibility", "c.vis.h5", "-o", "c.model.h5", "--convention", "A3", "--parts", 2, "--clusters", 2)
     run(OK, "fit", "blockers", "additive.model.h5", "-o", "a.blockers.h5", "--spheres", 5, "--seed", 2, "--report", "r.json")
     run(OK, "fit", "blockers", "c.model.h5", "-o", "c.blockers.h5", "--method", "paper", "--threads", 2)
+    run(OK, "fit", "visibility", "a.vis.h5", "--model", "zh-lobes", "--lobes", 2, "--convention", "B3", "--clusters", 2, "-o", "a.lobes.h5")
+    run(OK, "fit", "predict", "a.lobes.h5", "a.vis.h5", "-o", "lobes.pred.vis.h5")
+    run([5], "pack", "asset", "a.lobes.h5", "-o", "no.pnb")
     run(OK, "fit", "brdf", "--analytic", "ggx:alpha=0.3,f0=0.9", "--operators", 4, "-o", "ggx.brdf.h5")
     run(OK, "fit", "brdf", "--table", "skew.table", "-o", "table.brdf.h5")
     run(OK, "fit", "brdf", "--analytic", "phong-live:exponent=20", "-o", "live.brdf.h5")
@@ -156,7 +159,7 @@ def packs():
     run(OK, "pack", "check", "l.transfer.pnb", "a.vis.h5")
     for model in ("linear", "quadratic", "neural", "additive"):
         run(OK, "pack", "check", model + ".pnb", "a.vis.h5", "--predictions", model + ".pred.vis.h5", "--model", model + ".model.h5")
-    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
+    for name in ("a.vis.h5", "c.vis.h5", "v.vis.h5", "a.poses.h5", "a.fields.h5", "s0.fields.h5", "additive.model.h5", "a.lobes.h5", "ggx.brdf.h5", "sky.light.h5", "c.pnb",
                  "a.blockers.h5", "a.truth.pnb"):
         run(OK, "bake", "info", name)
     run(OK, "bake", "info", "a.vis.h5", "--all")
@@ -227,6 +230,7 @@ def damaged_files():
               ("a.vis.h5", lambda bad: ("pack", "truth", bad, *out)),
               ("linear.model.h5", lambda bad: ("pack", "asset", bad, *out)),
               ("linear.model.h5", lambda bad: ("fit", "predict", bad, "a.vis.h5", *out)),
+              ("a.lobes.h5", lambda bad: ("fit", "predict", bad, "a.vis.h5", *out)),
               ("ggx.brdf.h5", lambda bad: ("pack", "asset", "linear.model.h5", "--brdf", bad, *out)),
               ("sky.light.h5", lambda bad: ("pack", "asset", "linear.model.h5", "--light", bad, *out)),
               ("a.blockers.h5", lambda bad: ("pack", "asset", "additive.model.h5", "--blockers", bad, *out)),

@@ -1,0 +1,16 @@
+#pragma once
+#include "formats/stage/visibility_file.h"
+
+namespace penumbra {
+
+// What a model of a skinned character knows of its bake.
+struct CharacterParts {
+    const Mesh& mesh;
+    const Skin& skin;
+    const std::vector<std::string>& input_names;
+    std::size_t pose_size;
+};
+// Throws InvalidInput where the poses of `file` are those of another character.
+void checkSameCharacter(const CharacterParts& model, const VisibilityHeader& header, const std::string& file);
+
+}  // namespace penumbra
