@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sh/height/field_in_scene.h"
+
 namespace penumbra {
 
 namespace {
@@ -66,16 +68,13 @@ Vec3 GroundHeights::normal(int row, int column) const {
     return {n.y, n.z, n.x};
 }
 
-Vec3 GroundHeights::corner() const {
+Vec3d GroundHeights::exactCorner() const {
     const HeightGrid& grid = field_.grid();
-    return toFloat({double(ground_.centre.x) - 0.5 * (grid.columns - 1) * double(grid.cell_y), ground_.height,
-                    double(ground_.centre.z) - 0.5 * (grid.rows - 1) * double(grid.cell_x)});
+    return {double(ground_.centre.x) - 0.5 * (grid.columns - 1) * double(grid.cell_y), ground_.height,
+            double(ground_.centre.z) - 0.5 * (grid.rows - 1) * double(grid.cell_x)};
 }
 
-float GroundHeights::heightAt(float x, float z) const {
-    const Vec3 at = Vec3{x, 0, z} - corner();
-    return float(ground_.height) + field_.at(at.z / field_.grid().cell_x, at.x / field_.grid().cell_y);
-}
+double GroundHeights::heightAt(double x, double z) const { return heightOfField(field_, exactCorner(), x, z); }
 
 std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid) {
     std::vector<std::uint32_t> out;
@@ -102,7 +101,7 @@ std::vector<std::uint32_t> castingTriangles(const HeightGrid& grid) {
 float standingHeight(const SceneCharacter& one, const std::optional<SceneGround>& ground,
                      const GroundHeights* heights) {
     if (!one.on_ground) return 0;
-    return heights ? heights->heightAt(one.position.x, one.position.z) : float(ground->height);
+    return float(heights ? heights->heightAt(double(one.position.x), double(one.position.z)) : ground->height);
 }
 
 }  // namespace penumbra

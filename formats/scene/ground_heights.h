@@ -27,9 +27,10 @@ public:
     // no light comes in under the ground at its sides.
     void castingPoints(std::vector<Vec3>& points) const;
     Vec3 normal(int row, int column) const;
-    Vec3 corner() const;
-    // y of the ground.
-    float heightAt(float x, float z) const;
+    Vec3d exactCorner() const;
+    Vec3 corner() const { return toFloat(exactCorner()); }
+    // y of the ground, on the triangles of fieldTriangles().
+    double heightAt(double x, double z) const;
 
 private:
     SceneGround ground_;

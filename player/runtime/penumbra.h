@@ -571,8 +571,9 @@ PENUMBRA_API penumbra_status penumbra_sun_map_visibility(const penumbra_sun_map*
 /* --- Height fields: ground that moves, shadows itself and characters, and is shaded as characters are --- */
 
 /* A field of rows x columns points, in a frame of a scene with y up: columns go along x, rows along z, heights are
- * metres along y. Between points it is bilinear. What its points see has numbers of convention D and of the field's
- * order, PENUMBRA_HEIGHTS_STRIDE to a point, in the frame of the point's normal and tangent. */
+ * metres along y. Light sees it bilinear between points. Feet stand on the two triangles of each square, whose common
+ * side goes from (row + 1, column) to (row, column + 1). What its points see has numbers of convention D and of the
+ * field's order, PENUMBRA_HEIGHTS_STRIDE to a point, in the frame of the point's normal and tangent. */
 typedef struct penumbra_heights penumbra_heights;
 #define PENUMBRA_HEIGHTS_STRIDE 16
 typedef enum penumbra_height_border {

@@ -75,10 +75,12 @@ TEST(CApiHeights, GiveWhatTheClassesGive) {
                 EXPECT_EQ(points.numbers[at * PENUMBRA_HEIGHTS_STRIDE + i], numbers[c * PENUMBRA_HEIGHTS_STRIDE + i]);
         }
     }
-    const float places[] = {1 + 0.1f * 7, 3 + 0.2f * 9};
-    float height = 0;
-    EXPECT_EQ(penumbra_heights_query(field.get(), places, 1, &height, nullptr), PENUMBRA_OK);
-    EXPECT_NEAR(height, 2 + plain.heights()[9 * 50 + 7], 1e-5);
+    // A point, and the middle of a square, where the two triangles meet.
+    const float places[] = {1 + 0.1f * 7, 3 + 0.2f * 9, 1 + 0.1f * 20.5f, 3 + 0.2f * 30.5f};
+    float heights[2] = {};
+    EXPECT_EQ(penumbra_heights_query(field.get(), places, 2, heights, nullptr), PENUMBRA_OK);
+    EXPECT_NEAR(heights[0], 2 + plain.heights()[9 * 50 + 7], 1e-5);
+    EXPECT_NEAR(heights[1], 2 + (plain.heights()[31 * 50 + 20] + plain.heights()[30 * 50 + 21]) / 2, 1e-5);
 }
 
 TEST(CApiHeights, AnEditGivesWhatANewFieldGivesAndAllocatesNothing) {

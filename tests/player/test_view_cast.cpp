@@ -235,7 +235,7 @@ TEST_F(ViewCast, AGroundWithHeightsMovesAndShadowsAsInPictures) {
     state.playhead.time = 0.7;
     update(scene, state);
     EXPECT_NE(scene.ground.values, before);
-    EXPECT_FLOAT_EQ(scene.characters[0]->to_scene.m[7], scene.field->heights().heightAt(0, 0));
+    EXPECT_FLOAT_EQ(scene.characters[0]->to_scene.m[7], float(scene.field->heights().heightAt(0, 0)));
 }
 
 TEST_F(ViewCast, TheGroundIsDarkUnderThem) {

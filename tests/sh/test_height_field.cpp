@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "sh/height/height_brush.h"
 #include "sh/height/height_field.h"
@@ -68,6 +69,26 @@ TEST(HeightField, IsBilinearAndGoesOnAsItsBorderSays) {
     EXPECT_EQ(clamped.at(-5, 9), 2);
     EXPECT_FLOAT_EQ(periodic.at(0, 2.5f), 1);  // between 2 and 0
     EXPECT_EQ(periodic.at(-1, -3), 10);
+}
+
+// One square with the heights 0, 2, 4 and 10: bilinear its middle is 4, and on the line from (1, 0) to (0, 1) it is 3.
+TEST(HeightField, OnTrianglesIsLinearOnBothSidesOfTheDiagonal) {
+    const HeightField square({2, 2}, std::vector<float>{0, 2, 4, 10});
+    EXPECT_FLOAT_EQ(square.at(0.5f, 0.5f), 4);
+    EXPECT_DOUBLE_EQ(square.onTriangles(0.5, 0.5), 3);
+    EXPECT_DOUBLE_EQ(square.onTriangles(0.25, 0.5), 0.25 * 4 + 0.5 * 2);
+    EXPECT_DOUBLE_EQ(square.onTriangles(0.75, 0.5), 10 - 0.25 * (10 - 2) - 0.5 * (10 - 4));
+    const std::vector<float> heights = {0, 1, 2, 10, 11, 12};
+    const HeightField clamped({2, 3}, heights), periodic({2, 3, 1, 1, HeightBorder::kPeriodic}, heights);
+    for (const HeightField* field : {&clamped, &periodic})
+        for (int r = 0; r < 2; ++r)
+            for (int c = 0; c < 3; ++c)
+                EXPECT_EQ(field->onTriangles(r, c), double(heights[std::size_t(3 * r + c)])) << r << " " << c;
+    EXPECT_EQ(clamped.onTriangles(-5, 9), 2);
+    EXPECT_EQ(clamped.onTriangles(std::numeric_limits<double>::quiet_NaN(), 1), 1);
+    EXPECT_DOUBLE_EQ(periodic.onTriangles(0, 2.5), 1);  // between 2 and 0
+    EXPECT_EQ(periodic.onTriangles(-1, -3), 10);
+    EXPECT_DOUBLE_EQ(periodic.onTriangles(1.5, 2.75), periodic.onTriangles(-0.5, -0.25));
 }
 
 TEST(HeightField, NormalsOfAPlaneAreItsOwnUpToTheEdge) {
