@@ -60,16 +60,17 @@ VisibilityFrame skinAsset(const AssetView& asset, std::span<const Affine> bones)
 // Puts meshes behind one another.
 class SceneMesh {
 public:
-    explicit SceneMesh(SceneFrame& out) : out_(out) {}
+    // `heights` is null where the ground is level or missing, and outlives this object.
+    SceneMesh(SceneFrame& out, const std::optional<SceneGround>& ground, const GroundHeights* heights)
+        : out_(out), ground_(ground), heights_(heights) {}
 
-    // `lift` is added to its y.
-    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look, float lift) {
+    void add(const SceneCharacter& one, const AssetView& asset, std::optional<double> seconds, bool look) {
         if (!asset.has_mesh) throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no mesh");
         if (asset.model.deforming && asset.animation.playback.positions.empty())
             throw InvalidInput(one.at + "/asset: " + one.asset.string() + " has no frames (--no-playback)");
         const VisibilityFrame posed = poseOf(one, asset, seconds);
         Affine to_scene = placementOf(one);
-        to_scene.m[7] += lift;
+        to_scene.m[7] += standingHeight(one, posed.positions, to_scene, ground_, heights_);
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const Vec3 p : posed.positions) out_.frame.positions.push_back(to_scene.point(p));
         for (const Vec3 n : posed.normals) out_.frame.normals.push_back(to_scene.linear() * n);
@@ -90,7 +91,8 @@ public:
         corners_.insert(corners_.end(), {box.low, box.high});
     }
 
-    void addGround(const SceneGround& ground) {
+    void addGround() {
+        const SceneGround& ground = *ground_;
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (const auto& [x, z] : {std::pair{-0.5, -0.5}, {-0.5, 0.5}, {0.5, -0.5}, {0.5, 0.5}})
             out_.frame.positions.push_back(
@@ -102,7 +104,8 @@ public:
         paint(ground);
     }
 
-    void addField(const SceneGround& ground, const GroundHeights& heights) {
+    void addField() {
+        const GroundHeights& heights = *heights_;
         const HeightGrid& grid = heights.field().grid();
         const auto first = std::uint32_t(out_.frame.positions.size());
         for (int r = 0; r < grid.rows; ++r)
@@ -113,14 +116,16 @@ public:
             }
         for (const Triangle& t : trianglesOf(fieldTriangles(grid)))
             out_.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-        paint(ground);
-        if (grid.border == HeightBorder::kPeriodic) addCopies(ground, heights);
+        paint(*ground_);
+        if (grid.border == HeightBorder::kPeriodic) addCopies(*ground_, heights);
     }
 
     std::span<const Vec3> corners() const { return corners_; }
 
 private:
     SceneFrame& out_;
+    const std::optional<SceneGround>& ground_;
+    const GroundHeights* heights_;
     std::vector<Vec3> corners_;  // of everyone's boxes
     PoseFiles poses_;
 
@@ -197,16 +202,15 @@ SceneFrame poseScene(const SceneDescription& scene, std::optional<double> second
         return asset->view;
     };
     SceneFrame out;
-    SceneMesh mesh(out);
     const std::unique_ptr<const GroundHeights> heights = heightsOf(scene, seconds);
+    SceneMesh mesh(out, scene.ground, heights.get());
     for (const std::vector<SceneCharacter>* list : {&scene.characters, &scene.props})
         for (const SceneCharacter& one : *list)
-            mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look,
-                     standingHeight(one, scene.ground, heights.get()));
-    if (heights) mesh.addField(*scene.ground, *heights);
+            mesh.add(one, opened(one.asset), list == &scene.characters ? seconds : std::nullopt, look);
+    if (heights) mesh.addField();
     out.ends_at_horizon = heights && heights->field().grid().border != HeightBorder::kOpen;
     out.casting_triangles = out.mesh.triangles.size();
-    if (scene.ground && !heights) mesh.addGround(*scene.ground);
+    if (scene.ground && !heights) mesh.addGround();
     out.mesh.rest_positions = out.frame.positions;
     out.camera = cameraOf(scene, camera, mesh.corners());
     const std::filesystem::path& lit_by = scene.light.asset.empty() ? scene.characters[0].asset : scene.light.asset;

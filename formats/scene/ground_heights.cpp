@@ -76,6 +76,10 @@ Vec3d GroundHeights::exactCorner() const {
 
 double GroundHeights::heightAt(double x, double z) const { return heightOfField(field_, exactCorner(), x, z); }
 
+double GroundHeights::heightUnder(std::span<const Vec3> pose, const Affine& placed) const {
+    return groundUnderPose(field_, exactCorner(), pose, placed);
+}
+
 std::vector<std::uint32_t> fieldTriangles(const HeightGrid& grid) {
     std::vector<std::uint32_t> out;
     const auto columns = std::uint32_t(grid.columns);
@@ -98,10 +102,10 @@ std::vector<std::uint32_t> castingTriangles(const HeightGrid& grid) {
     return out;
 }
 
-float standingHeight(const SceneCharacter& one, const std::optional<SceneGround>& ground,
-                     const GroundHeights* heights) {
+float standingHeight(const SceneCharacter& one, std::span<const Vec3> pose, const Affine& placed,
+                     const std::optional<SceneGround>& ground, const GroundHeights* heights) {
     if (!one.on_ground) return 0;
-    return float(heights ? heights->heightAt(double(one.position.x), double(one.position.z)) : ground->height);
+    return float(heights ? heights->heightUnder(pose, placed) : ground->height);
 }
 
 }  // namespace penumbra

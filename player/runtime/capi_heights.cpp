@@ -216,6 +216,18 @@ penumbra_status penumbra_heights_query(const penumbra_heights* field, const floa
     });
 }
 
+penumbra_status penumbra_heights_under(const penumbra_heights* field, const float* positions, size_t count,
+                                       const float* to_scene, float* height, penumbra_error* error) {
+    return guarded(error, [&] {
+        requirePointer(field, "field");
+        requirePointer(height, "height");
+        if (count > 0) requirePointer(positions, "positions");
+        requireFinite("positions", {positions, 3 * count});
+        *height =
+            float(groundUnderPose(field->field, toDouble(field->corner), vectors(positions, count), rigidOf(to_scene)));
+    });
+}
+
 penumbra_status penumbra_heights_set_look(penumbra_heights* field, const penumbra_asset* asset, size_t material,
                                           const float* albedo, size_t light, const float* rotation,
                                           penumbra_error* error) {

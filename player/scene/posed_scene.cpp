@@ -82,20 +82,28 @@ PosedScene::PosedScene(SceneDescription file, const CastWay& way) : way_(way), f
     pose({});
 }
 
+// Brings who stands on the ground to the height of what lies below its pose.
+void PosedScene::place(SceneMember& member) {
+    if (!member.file->on_ground) return;
+    member.to_scene = placementOf(*member.file);
+    const GroundHeights* heights = field_ ? &field_->heights() : nullptr;
+    if (heights) skinFrame(member.evaluator, 1, standing_);
+    member.to_scene.m[7] +=
+        standingHeight(*member.file, standing_.positions, member.to_scene, file_.ground, heights);
+}
+
 void PosedScene::pose(std::optional<double> seconds) {
     if (field_) field_->pose(seconds);
     for (std::size_t m = 0; m < members_.size(); ++m) {
         const std::unique_ptr<SceneMember>& member = members_[m];
         const bool moves = m < file_.characters.size();
-        if (member->file->on_ground)
-            member->to_scene.m[7] = member->file->position.y +
-                                    standingHeight(*member->file, file_.ground, field_ ? &field_->heights() : nullptr);
         if (member->pose) {
             member->evaluator.setPose(member->pose->bones, member->pose->rotations);
         } else {
             member->frame = frameOf(*member->file, member->asset->view.animation, moves ? seconds : std::nullopt);
             member->evaluator.setFrame(member->frame);
         }
+        place(*member);
         if (member->caster != kNobody) cast_->pose(member->caster, member->evaluator.bones(), member->to_scene);
     }
 }

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "formats/scene/bone_poses.h"
+#include "player/frame/frame_values.h"
 #include "player/frame/open_asset.h"
 #include "player/runtime/cast_shadow.h"
 #include "player/scene/cast_way.h"
@@ -36,7 +37,8 @@ public:
     PosedScene& operator=(const PosedScene&) = delete;
 
     // Takes everyone to their times, or all to one time (seconds into their clips), and so the heights of the ground.
-    // Props stay, and so does who has a pose of a file. Who stands on the ground goes up and down with it.
+    // Props stay, and so does who has a pose of a file. Who stands on the ground goes up and down with what
+    // lies below the pose.
     void pose(std::optional<double> seconds);
 
     const SceneDescription& file() const { return file_; }
@@ -59,6 +61,9 @@ private:
     std::shared_ptr<const OpenAsset> light_asset_;
     const LightView* light_ = nullptr;
     Mat3d light_rotation_;
+    FrameVertices standing_;  // of whom stands on the ground, while everyone is posed
+
+    void place(SceneMember& member);
 };
 
 }  // namespace penumbra

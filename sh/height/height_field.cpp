@@ -147,7 +147,8 @@ Vec3 HeightField::normal(int row, int column) const {
     // One-sided where an edge cuts the difference short.
     const float steps_x = wraps ? 2 : float(std::max(r1 - r0, 1)), steps_y = wraps ? 2 : float(std::max(c1 - c0, 1));
     const float dx = (height(r1, column) - height(r0, column)) / (steps_x * grid_.cell_x),
-                dy = (height(row, c1) - height(row, c0)) / (steps_y * grid_.cell_y), size = std::sqrt(1 + dx * dx + dy * dy);
+                dy = (height(row, c1) - height(row, c0)) / (steps_y * grid_.cell_y),
+                size = std::sqrt(1 + dx * dx + dy * dy);
     return {-dx / size, -dy / size, 1 / size};
 }
 

@@ -193,10 +193,16 @@ TEST_F(SceneFieldTest, WhoStandsOnItGoesUpAndDownWithIt) {
     PosedScene rocking = scene(R"("analytic": "waves:height=0.5,length=3", "rows": 64, "columns": 64, "cell": 0.1)",
                                R"(, "position": [0.4, 0.01, -0.7], "on_ground": true)", R"("height": 2, )");
     std::vector<float> seen;
+    FrameVertices vertices;
     for (const double seconds : {0.0, 0.3, 0.6}) {
         rocking.pose(seconds);
-        const float y = rocking.members()[0]->to_scene.m[7];
-        EXPECT_FLOAT_EQ(y, float(rocking.field()->heights().heightAt(0.4, -0.7)) + 0.01f);
+        const SceneMember& member = *rocking.members()[0];
+        const float y = member.to_scene.m[7];
+        // Below the pose of this moment.
+        skinFrame(member.evaluator, 1, vertices);
+        const double under = rocking.field()->heights().heightUnder(vertices.positions, member.to_scene);
+        EXPECT_FLOAT_EQ(y, float(under) + 0.01f);
+        EXPECT_GT(std::abs(under - rocking.field()->heights().heightAt(0.4, -0.7)), 1e-4);
         EXPECT_NEAR(y, 2, 1.5);
         seen.push_back(y);
     }
