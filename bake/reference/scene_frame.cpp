@@ -1,7 +1,9 @@
 #include "bake/reference/scene_frame.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -89,6 +91,7 @@ public:
                 material_of_slot[asset.mesh.slot_of_vertex.empty() ? 0 : asset.mesh.slot_of_vertex[v]]);
         const BoundingBox box = boundsOf(std::span(out_.frame.positions).subspan(first));
         corners_.insert(corners_.end(), {box.low, box.high});
+        if (box.radius() > 0) least_ = std::min(least_, 2 * box.radius());
     }
 
     void addGround() {
@@ -121,12 +124,17 @@ public:
     }
 
     std::span<const Vec3> corners() const { return corners_; }
+    std::optional<SceneScale> scale() const {
+        if (!(least_ > 0 && std::isfinite(least_))) return std::nullopt;
+        return sceneScale(corners_, least_);
+    }
 
 private:
     SceneFrame& out_;
     const std::optional<SceneGround>& ground_;
     const GroundHeights* heights_;
     std::vector<Vec3> corners_;  // of everyone's boxes
+    double least_ = std::numeric_limits<double>::infinity();  // of their diagonals that are not 0
     PoseFiles poses_;
 
     // Copies of a periodic field on all sides, as far as horizons are looked for: to the longer side. They join the
@@ -212,6 +220,7 @@ SceneFrame poseScene(const SceneDescription& scene, std::optional<double> second
     out.casting_triangles = out.mesh.triangles.size();
     if (scene.ground && !heights) mesh.addGround();
     out.mesh.rest_positions = out.frame.positions;
+    out.scale = mesh.scale();
     out.camera = cameraOf(scene, camera, mesh.corners());
     const std::filesystem::path& lit_by = scene.light.asset.empty() ? scene.characters[0].asset : scene.light.asset;
     if (const LightView* light = lightOf(scene.light, opened(lit_by))) {

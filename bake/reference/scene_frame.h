@@ -1,5 +1,6 @@
 #pragma once
 // Poses everyone of a scene, as one mesh to ray-trace.
+#include "bake/trace/occlusion.h"
 #include "formats/scene/scene_file.h"
 #include "formats/stage/visibility_file.h"
 #include "sh/camera.h"
@@ -14,6 +15,9 @@ struct SceneFrame {
     // then these.
     std::vector<Vec3> unseen_positions;
     std::vector<Triangle> unseen_triangles;
+    // Centred on everyone, in diagonals of the smallest of them: on a wide ground rays start as near to a body as on a
+    // small one. Unset where nobody has an extent.
+    std::optional<SceneScale> scale;
     bool ends_at_horizon = false;               // a ground with heights goes on for ever: no light comes from below
     std::vector<std::string> materials;         // names in the assets; the last is the ground's
     std::vector<std::uint16_t> brdf_of_vertex;  // [V], index into materials
